@@ -3,7 +3,26 @@
 
 /// A pin by its port (0 is A) and number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Pin(pub u8, pub u8);
+pub struct Pin(pub(crate) u8, pub(crate) u8);
+
+impl Pin {
+    /// A pin of port A, B or C, as `PC5`; none for other names.
+    pub fn named(name: &str) -> Option<Self> {
+        let (port, number) = name.strip_prefix('P')?.split_at_checked(1)?;
+        let port = match port {
+            "A" => 0,
+            "B" => 1,
+            "C" => 2,
+            _ => return None,
+        };
+        let number = number.parse().ok().filter(|number| *number < 16)?;
+        Some(Self(port, number))
+    }
+
+    pub(crate) const fn number(self) -> u8 {
+        self.1
+    }
+}
 
 /// A board that has an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +58,7 @@ pub(crate) struct StylusPins {
     pub output: Pin,
 }
 
-/// What the emulator must know of a board.
+/// Wiring and limits of a board.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wiring {
     /// An ADS1258's.

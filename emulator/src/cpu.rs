@@ -17,4 +17,4 @@ mod state;
 mod step;
 mod transfer;
 
-pub(crate) use state::Cpu;
+pub(crate) use state::{Cpu, FLASH};

@@ -3,7 +3,7 @@
 use crate::board::Board;
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
-use object::{Architecture, Object, ObjectSymbol};
+use object::{Architecture, Object, ObjectSymbol, SymbolKind};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -13,6 +13,16 @@ pub struct Image {
     /// Physical addresses and what lies there.
     pub(crate) segments: Vec<(u32, Vec<u8>)>,
     symbols: Vec<(String, u32)>,
+    /// Functions, by their addresses.
+    pub(crate) functions: Vec<Function>,
+}
+
+/// A function of an image.
+#[derive(Clone, Debug)]
+pub(crate) struct Function {
+    pub name: String,
+    pub address: u32,
+    pub bytes: u32,
 }
 
 /// Why a file is no image.
@@ -71,7 +81,24 @@ impl Image {
             .symbols()
             .filter_map(|one| Some((one.name().ok()?.to_owned(), one.address() as u32)))
             .collect();
-        Ok(Self { segments, symbols })
+        let mut functions: Vec<Function> = file
+            .symbols()
+            .filter(|one| one.kind() == SymbolKind::Text && one.size() > 0)
+            .filter_map(|one| {
+                Some(Function {
+                    name: format!("{:#}", rustc_demangle::demangle(one.name().ok()?)),
+                    address: one.address() as u32 & !1,
+                    bytes: one.size() as u32,
+                })
+            })
+            .collect();
+        functions.sort_by(|a, b| (a.address, &a.name).cmp(&(b.address, &b.name)));
+        functions.dedup_by_key(|function| function.address);
+        Ok(Self {
+            segments,
+            symbols,
+            functions,
+        })
     }
 
     /// These words from the start of the flash, and a symbol.
@@ -81,6 +108,7 @@ impl Image {
         Self {
             segments: vec![(0x0800_0000, bytes)],
             symbols: vec![(name.to_owned(), value)],
+            functions: Vec::new(),
         }
     }
 

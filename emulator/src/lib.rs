@@ -15,8 +15,8 @@ mod stop;
 mod time;
 mod width;
 
-pub use board::Board;
-pub use emulator::{Emulator, OwnAdcFault, Reset, Start};
+pub use board::{Board, Pin};
+pub use emulator::{Emulator, FunctionCounts, OwnAdcFault, Reset, Start, Until};
 pub use findings::{Finding, Rule};
 pub use image::{Image, ImageError};
 pub use peripherals::adc::Reading;

@@ -17,4 +17,7 @@ pub enum ProcessorFault {
     Debugger(u32),
     /// From the next reset on the external oscillator does not start.
     OscillatorDies,
+    /// The external oscillator stops now, and does not start again. Without the clock security system
+    /// a processor that runs from it stands still until the watchdog bites.
+    OscillatorStops,
 }

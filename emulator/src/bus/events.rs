@@ -86,6 +86,9 @@ impl Bus {
             self.note(Some((Rule::Watchdog, "nobody has fed it".into())));
         }
         self.scs.now = now;
+        if self.rcc.requests_nmi() {
+            self.scs.request_nmi();
+        }
         self.scs.set_line(IRQ_EXTI4, self.exti.is_requested(4));
         self.scs.set_line(IRQ_TIM4, self.tim4.is_requested());
         self.scs.set_line(IRQ_TIM6_DAC, self.tim6.is_requested());

@@ -67,6 +67,8 @@ pub(crate) struct Bus {
     pub findings: Findings,
     /// The watchdog has run out.
     pub has_bitten: bool,
+    /// The processor's clock has stopped: its oscillator has, and nothing watches it.
+    pub has_stopped: bool,
     /// The flash has changed: what is decoded of it is out of date.
     pub flash_changed: bool,
     /// The serial line's pins were looked at since it was switched on.
@@ -82,7 +84,7 @@ pub(crate) struct Bus {
 impl Bus {
     pub fn new(wiring: Wiring, adc: Adc, option_bytes: u32) -> Self {
         Self {
-            time: Time::new(HSI_HZ / 1000),
+            time: Time::new(HSI_HZ),
             deadline: 0,
             pc: 0,
             // After power-up RAM holds anything.
@@ -121,6 +123,7 @@ impl Bus {
             scene_zero_ns: None,
             findings: Findings::default(),
             has_bitten: false,
+            has_stopped: false,
             flash_changed: false,
             is_line_checked: false,
             usb_rises: None,
@@ -149,7 +152,8 @@ impl Bus {
         self.dma = Stream::new();
         self.iwdg.reset();
         self.pwr = Pwr::new();
-        (self.has_bitten, self.dates_edge, self.is_line_checked) = (false, false, false);
+        (self.has_bitten, self.has_stopped) = (false, false);
+        (self.dates_edge, self.is_line_checked) = (false, false);
         self.change_clocks();
         self.pins_changed();
         self.attend();
@@ -175,6 +179,8 @@ impl Bus {
     pub fn note(&mut self, broken: Option<(Rule, String)>) {
         if let Some((rule, detail)) = broken {
             self.findings.add(rule, detail, self.pc, self.time.ns());
+            // `Emulator::run_to` looks at findings before the next instruction.
+            self.attend();
         }
     }
 }

@@ -28,7 +28,7 @@ const MEDIUM: u32 = 1;
 const ADC_CLOCK_HZ: u32 = 16_000_000;
 
 impl Bus {
-    fn port(&self, pin: Pin) -> &Gpio {
+    pub fn port(&self, pin: Pin) -> &Gpio {
         &self.gpio[usize::from(pin.0)]
     }
 
@@ -36,6 +36,16 @@ impl Bus {
     /// pull resistors.
     fn level(&self, pin: Pin, pulled: bool) -> bool {
         self.port(pin).driven(pin.1).unwrap_or(pulled)
+    }
+
+    /// A level from outside. A falling edge reaches EXTI if SYSCFG has chosen the port.
+    pub fn set_outside(&mut self, Pin(port, pin): Pin, high: bool) {
+        let outside = &mut self.gpio[usize::from(port)].outside;
+        let was_high = *outside >> pin & 1 != 0;
+        *outside = *outside & !(1 << pin) | u16::from(high) << pin;
+        if was_high && !high && self.syscfg.port(pin) == port {
+            self.exti.fall(pin);
+        }
     }
 
     /// Outputs may have moved.
@@ -104,9 +114,23 @@ impl Bus {
             self.note(Some((Rule::WaitStates, detail)));
         }
         self.clocks = clocks;
-        self.time.change((clocks.hclk / 1000).max(1));
+        self.time.change(clocks.hclk.max(1));
         self.clock_adc();
         self.expect_drdy();
+    }
+
+    /// The external oscillator stops. With the clock security system the processor goes on with HSI
+    /// and takes an NMI; without, a processor that runs from it stands still.
+    pub fn stop_oscillator(&mut self) {
+        let is_source = self.rcc.hse().is_some();
+        self.rcc.hse_is_dead = true;
+        if self.rcc.secure() {
+            self.change_clocks();
+        } else if is_source {
+            self.has_stopped = true;
+            self.usart.lose_arriving();
+        }
+        self.attend();
     }
 
     /// The ROM's loader has run: the PLL is the clock, with wait states for it, HSE is on, the ROM

@@ -31,6 +31,8 @@ impl Cpu {
     /// Takes an exception. A fault while its frame is stored is the caller's to judge.
     pub fn enter(&mut self, number: u16, bus: &mut Bus) -> Result<(), Stop> {
         self.is_asleep = false;
+        bus.scs
+            .charge(self.ipsr, [bus.time.cycles, self.instructions]);
         self.exclusive = None;
         let it = u32::from(if self.it == super::state::LAST_OF_IT {
             0
@@ -112,6 +114,8 @@ impl Cpu {
             return Err(bus.unmodelled("a return from an exception", how));
         }
         bus.scs.now = bus.time.cycles;
+        bus.scs
+            .charge(self.ipsr, [bus.time.cycles, self.instructions]);
         bus.scs.end(self.ipsr);
         if self.ipsr != HARD_FAULT {
             self.faultmask = false;

@@ -1,6 +1,7 @@
 //! What a test does to the board, and what it sees of it.
 
 use super::run::{Emulator, Reset};
+use crate::board::Pin;
 use crate::findings::Finding;
 use crate::peripherals::adc::Reading;
 use crate::peripherals::dac::Output;
@@ -45,6 +46,7 @@ impl Emulator {
                 let _ = self.bus.dbgmcu.write(DBGMCU_CR, value);
             }
             ProcessorFault::OscillatorDies => self.bus.rcc.hse_dies = true,
+            ProcessorFault::OscillatorStops => self.bus.stop_oscillator(),
         }
         // Asleep it would only notice at the next interrupt.
         self.cpu.is_asleep = false;
@@ -97,6 +99,10 @@ impl Emulator {
     /// Puts bytes on the cable to the board, one after the other, from now on or after those
     /// already on it.
     pub fn send(&mut self, bytes: &[u8]) {
+        if self.bus.has_stopped {
+            self.bus.usart.unheard += bytes.len() as u64;
+            return;
+        }
         let now = self.bus.time.cycles;
         let mut end = self.bus.usart.last_arrival().unwrap_or(now).max(now);
         for byte in bytes {
@@ -223,14 +229,56 @@ impl Emulator {
         self.bus.dbgmcu.read(DBGMCU_CR)
     }
 
-    /// How an interrupt was served.
+    /// Counts of an interrupt, up to now.
     pub fn served(&self, irq: u16) -> Served {
-        self.bus.scs.served[usize::from(FIRST_IRQ + irq)]
+        self.counts_of(FIRST_IRQ + irq)
+    }
+
+    /// Counts of the code that no interrupt runs, up to now; of them only `instructions` and
+    /// `own_cycles` have a meaning. Sleep is left out.
+    pub fn thread(&self) -> Served {
+        self.counts_of(0)
+    }
+
+    fn counts_of(&self, number: u16) -> Served {
+        let scs = &self.bus.scs;
+        let mut served = scs.served[usize::from(number)];
+        if self.cpu.ipsr == number {
+            let [cycles, instructions] = scs.since_charged(self.now_counts());
+            served.own_cycles += cycles;
+            served.instructions += instructions;
+        }
+        served
+    }
+
+    fn now_counts(&self) -> [u64; 2] {
+        [self.bus.time.cycles, self.cpu.instructions]
     }
 
     /// Forgets how interrupts were served.
     pub fn forget_served(&mut self) {
+        self.bus.scs.charge(self.cpu.ipsr, self.now_counts());
         self.bus.scs.served.fill(Served::default());
+    }
+
+    /// Forgets readings of the ADC, reads of the encoder and changes of the converter's output: a
+    /// run of days would fill the memory with them.
+    pub fn forget_history(&mut self) {
+        self.bus.adc.readings.clear();
+        self.bus.encoder.reads_ns.clear();
+        self.bus.dac.outputs.clear();
+    }
+
+    /// Level that the firmware drives a pin to; none if the pin is no output.
+    pub fn pin(&self, pin: Pin) -> Option<bool> {
+        self.bus.port(pin).driven(pin.number())
+    }
+
+    /// Sets the level of a pin from outside. A falling edge reaches EXTI. DRDY's pin follows the
+    /// simulated ADC instead.
+    pub fn set_pin(&mut self, pin: Pin, high: bool) {
+        self.bus.set_outside(pin, high);
+        self.bus.attend();
     }
 
     /// Bytes from the cable: lost to overruns, arrived while the receiver was off, and taken by the

@@ -1,5 +1,6 @@
 //! The loop: instructions, events, resets, interrupts, sleep.
 
+use super::functions::Counts;
 use super::start::Start;
 use crate::board::Board;
 use crate::bus::Bus;
@@ -7,7 +8,7 @@ use crate::cpu::Cpu;
 use crate::findings::Rule;
 use crate::image::Image;
 use crate::peripherals::adc::Adc;
-use crate::peripherals::rcc::ResetCause;
+use crate::peripherals::rcc::{HSI_HZ, ResetCause};
 use crate::scs::{FIRST_IRQ, HARD_FAULT};
 use crate::stop::{Failure, Stop};
 use hal_mock::{Constant, Scene, Stm32Adc};
@@ -27,11 +28,18 @@ pub struct Emulator {
     pub(super) bus: Bus,
     pub(super) asleep_cycles: u64,
     pub(super) resets: Vec<Reset>,
+    pub(super) counts: Option<Counts>,
     stack_end: u32,
 }
 
 /// DRDY's interrupt, line 4 of EXTI, among the exceptions.
 const EXTI4: u16 = FIRST_IRQ + 10;
+
+/// An internal oscillator with this error.
+fn hsi_hz(ppm: i32) -> u64 {
+    let nominal = HSI_HZ as i64;
+    (nominal + nominal * i64::from(ppm) / 1_000_000).max(1) as u64
+}
 
 impl Emulator {
     /// A board that is just powered, in front of `scene`.
@@ -62,6 +70,8 @@ impl Emulator {
             }
         }
         bus.rcc.hse_is_dead = start.hse_is_dead;
+        bus.rcc.hsi_hz = hsi_hz(start.hsi_ppm);
+        bus.change_clocks();
         bus.spi.bsy_is_early = start.bsy_is_early;
         bus.clkio_is_wired = start.clkio_is_wired;
         let mut cpu = Cpu::new(wiring.flash_bytes);
@@ -84,6 +94,7 @@ impl Emulator {
             bus,
             asleep_cycles: 0,
             resets: Vec::new(),
+            counts: None,
             stack_end,
         })
     }
@@ -95,25 +106,45 @@ impl Emulator {
 
     /// Runs until this virtual time, nanoseconds since power-up.
     pub fn run_until(&mut self, end_ns: u64) -> Result<(), Box<Failure>> {
-        while self.now_ns() < end_ns {
-            if self.bus.time.cycles >= self.bus.deadline && !self.look_around(end_ns)? {
-                continue;
+        if self.counts.is_some() {
+            while self.now_ns() < end_ns {
+                self.run_once::<true>(end_ns)?;
             }
-            if let Err(stop) = self.cpu.step(&mut self.bus) {
-                self.fault(stop)?;
-            }
-            while self.bus.time.cycles < self.bus.deadline {
-                if let Err(stop) = self.cpu.step(&mut self.bus) {
-                    self.fault(stop)?;
-                }
+        } else {
+            while self.now_ns() < end_ns {
+                self.run_once::<false>(end_ns)?;
             }
         }
         Ok(())
     }
 
+    /// Runs until the next event of the peripherals, which an instruction may bring about.
+    pub(super) fn run_once<const COUNTS: bool>(&mut self, end_ns: u64) -> Result<(), Box<Failure>> {
+        if self.bus.time.cycles >= self.bus.deadline && !self.look_around(end_ns)? {
+            return Ok(());
+        }
+        loop {
+            let (pc, before) = (self.cpu.pc, self.bus.time.cycles);
+            let outcome = self.cpu.step(&mut self.bus);
+            if COUNTS && let Some(counts) = &mut self.counts {
+                counts.add(pc, self.bus.time.cycles - before);
+            }
+            if let Err(stop) = outcome {
+                self.fault(stop)?;
+            }
+            if self.bus.time.cycles >= self.bus.deadline {
+                return Ok(());
+            }
+        }
+    }
+
     /// What happens between instructions: events, resets, interrupts, sleep. Whether the processor
     /// goes on.
     fn look_around(&mut self, end_ns: u64) -> Result<bool, Box<Failure>> {
+        self.bus.time.settle();
+        if self.bus.has_stopped && !self.stand_still(end_ns) {
+            return Ok(false);
+        }
         self.bus.catch_up();
         if self.bus.has_bitten {
             return self.reset(ResetCause::Watchdog).map(|()| false);
@@ -131,6 +162,7 @@ impl Emulator {
             if !self.bus.scs.wakes(masks) {
                 let to = next.max(self.bus.time.cycles + 1);
                 self.asleep_cycles += to - self.bus.time.cycles;
+                self.bus.scs.sleep(to - self.bus.time.cycles);
                 self.bus.time.cycles = to;
                 return Ok(false);
             }
@@ -153,6 +185,13 @@ impl Emulator {
             return Ok(false);
         }
         Ok(true)
+    }
+
+    /// Nothing but the watchdog goes on without the processor's clock. Whether it bites by `end_ns`.
+    fn stand_still(&mut self, end_ns: u64) -> bool {
+        let bite_ns = self.bus.iwdg.next_event_ns().unwrap_or(u64::MAX);
+        self.bus.time.stand_still_until(bite_ns.min(end_ns));
+        bite_ns <= end_ns
     }
 
     fn check_stack(&mut self) {

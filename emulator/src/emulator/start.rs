@@ -13,6 +13,9 @@ pub struct Start {
     pub amplifier: Amplifier,
     /// The crystal does not start.
     pub hse_is_dead: bool,
+    /// Error of the internal oscillator, parts per million of 16 MHz: within 10,000 at 25 C, and
+    /// 80,000 over temperature (DS8626, HSI oscillator characteristics).
+    pub hsi_ppm: i32,
     /// As the ROM's loader leaves the chip: PLL and HSE on, system memory at address 0, USB's
     /// interrupt requested, and a jump through the flash's vectors.
     pub after_rom_loader: bool,
@@ -34,6 +37,7 @@ impl Default for Start {
             adc,
             amplifier: Amplifier::Gain(20.0),
             hse_is_dead: false,
+            hsi_ppm: 0,
             after_rom_loader: false,
             clkio_is_wired: false,
             bsy_is_early: false,

@@ -3,7 +3,7 @@
 use crate::board::Wiring;
 use crate::findings::Rule;
 
-/// The internal oscillator, hertz.
+/// The internal oscillator as it should be, hertz.
 pub const HSI_HZ: u64 = 16_000_000;
 /// From HSEON to HSERDY, nanoseconds: 2 ms of a typical crystal (DS8626, HSE oscillator
 /// characteristics).
@@ -14,7 +14,11 @@ const PLL_LOCK_NS: u64 = 200_000;
 const HSION: u32 = 1;
 const HSEON: u32 = 1 << 16;
 const HSEBYP: u32 = 1 << 18;
+const CSSON: u32 = 1 << 19;
 const PLLON: u32 = 1 << 24;
+/// In CIR: the flag of the clock security system, and the bit that clears it.
+const CSSF: u32 = 1 << 7;
+const CSSC: u32 = 1 << 23;
 
 /// Causes of a reset: their flags in CSR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +56,11 @@ pub struct Rcc {
     pll_on_ns: u64,
     /// DCKCFGR exists: on the STM32F446 (RM0390, 6.3.25).
     has_dckcfgr: bool,
-    /// HSE never starts.
+    /// The clock security system has found HSE dead.
+    has_failed: bool,
+    /// The internal oscillator as it is, hertz.
+    pub hsi_hz: u64,
+    /// HSE does not run, and never starts.
     pub hse_is_dead: bool,
     /// From the next reset on HSE does not start.
     pub hse_dies: bool,
@@ -81,6 +89,8 @@ impl Rcc {
             hse_ready_ns: 0,
             pll_on_ns: 0,
             has_dckcfgr,
+            has_failed: false,
+            hsi_hz: HSI_HZ,
             hse_is_dead: false,
             hse_dies: false,
         }
@@ -91,6 +101,7 @@ impl Rcc {
         *self = Self {
             csr: self.csr & 0xFE00_0003 | cause as u32,
             bdcr: self.bdcr,
+            hsi_hz: self.hsi_hz,
             hse_is_dead: self.hse_is_dead || self.hse_dies,
             ..Self::new(cause, self.has_dckcfgr)
         };
@@ -105,6 +116,29 @@ impl Rcc {
     pub fn hse(&self) -> Option<bool> {
         let is_source = self.cfgr & 3 == 1 || self.cfgr & 3 == 2 && self.pllcfgr & 1 << 22 != 0;
         is_source.then_some(self.cr & HSEBYP != 0)
+    }
+
+    /// HSE has stopped: what the clock security system does about it, if it is on (RM0090, 7.2.7).
+    pub fn secure(&mut self) -> bool {
+        let is_on = self.cr & CSSON != 0;
+        if is_on {
+            let source_dies = self.hse().is_some();
+            self.cr &= !(HSEON | CSSON);
+            if self.pllcfgr & 1 << 22 != 0 {
+                self.cr &= !PLLON;
+            }
+            if source_dies {
+                self.cr |= HSION;
+                self.cfgr &= !3;
+            }
+            self.has_failed = true;
+        }
+        is_on
+    }
+
+    /// Whether the clock security system's flag requests the NMI.
+    pub fn requests_nmi(&self) -> bool {
+        self.has_failed
     }
 
     fn has_hse(&self, now_ns: u64) -> bool {
@@ -138,10 +172,10 @@ impl Rcc {
         let source = if self.pllcfgr & 1 << 22 != 0 {
             wiring.hse_hz
         } else {
-            HSI_HZ
+            self.hsi_hz
         };
         let (sysclk, pll) = match self.cfgr & 3 {
-            0 => (HSI_HZ, None),
+            0 => (self.hsi_hz, None),
             1 => (wiring.hse_hz, None),
             _ => (source / m * n / p, Some([source / m, source / m * n])),
         };
@@ -170,7 +204,13 @@ impl Rcc {
             }
             0x04 => self.pllcfgr,
             0x08 => self.cfgr & !0xC | (self.cfgr & 3) << 2,
-            0x0C => 0,
+            0x0C => {
+                if self.has_failed {
+                    CSSF
+                } else {
+                    0
+                }
+            }
             0x10..=0x18 => self.resets[(offset as usize - 0x10) / 4],
             0x20 | 0x24 => self.resets[3 + (offset as usize - 0x20) / 4],
             0x30..=0x38 => self.enabled[(offset as usize - 0x30) / 4],
@@ -214,11 +254,11 @@ impl Rcc {
                         ));
                     }
                 }
-                // CSS and the second PLL are not modelled.
-                if value & 0xFCF8_0000 & !PLLON != 0 {
+                // The second PLL is not modelled.
+                if value & 0xFCF0_0000 & !PLLON != 0 {
                     return None;
                 }
-                self.cr = value & 0x0105_00F9 | self.cr & 0xFF00;
+                self.cr = value & 0x010D_00F9 | self.cr & 0xFF00;
             }
             0x04 => {
                 if self.cr & PLLON != 0 {
@@ -248,7 +288,7 @@ impl Rcc {
                 self.cfgr = value;
                 changed.clocks = true;
             }
-            0x0C => {}
+            0x0C => self.has_failed &= value & CSSC == 0,
             0x10..=0x18 => {
                 changed.resets = Some(self.set_resets((offset as usize - 0x10) / 4, value))
             }

@@ -85,6 +85,11 @@ impl Usart {
         self.arriving.push_back((byte, end));
     }
 
+    /// Bytes on their way find a receiver without a clock.
+    pub fn lose_arriving(&mut self) {
+        self.unheard += self.arriving.drain(..).len() as u64;
+    }
+
     /// When the last byte on its way arrives.
     pub fn last_arrival(&self) -> Option<u64> {
         self.arriving.back().map(|(_, end)| *end)

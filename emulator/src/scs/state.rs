@@ -2,6 +2,8 @@
 
 /// Number of the first interrupt among the exceptions.
 pub(crate) const FIRST_IRQ: u16 = 16;
+/// Number of the non-maskable interrupt among the exceptions.
+const NMI: u16 = 2;
 /// Number of the HardFault exception.
 pub(crate) const HARD_FAULT: u16 = 3;
 /// Exceptions with a place here: 16 of the system and 97 interrupts, of which the STM32F405 has 82
@@ -30,6 +32,10 @@ pub struct Served {
     pub longest_run_cycles: u64,
     /// Sum of all runs, cycles.
     pub run_cycles: u64,
+    /// Cycles that it ran itself, without those of higher interrupts.
+    pub own_cycles: u64,
+    /// Instructions that it ran itself.
+    pub instructions: u64,
     /// Runs that found nothing: a run of the same priority, of its own or of another interrupt, has
     /// served its cause too.
     pub served_before: u64,
@@ -65,6 +71,8 @@ pub(crate) struct Scs {
     begun: [u64; EXCEPTIONS],
     /// Statistics of each exception.
     pub served: [Served; EXCEPTIONS],
+    /// Cycles and instructions up to which [`Self::served`] has `own_cycles` and `instructions`.
+    charged: [u64; 2],
     /// The present time, cycles.
     pub now: u64,
     /// Interrupts that were taken though nothing was pending in their peripheral.
@@ -94,6 +102,7 @@ impl Scs {
             since: [0; EXCEPTIONS],
             begun: [0; EXCEPTIONS],
             served: [Served::default(); EXCEPTIONS],
+            charged: [0; 2],
             now: 0,
             spurious: Vec::new(),
         }
@@ -103,9 +112,30 @@ impl Scs {
     pub fn reset(&mut self) {
         *self = Self {
             served: self.served,
+            charged: self.charged,
             now: self.now,
             ..Self::new()
         };
+    }
+
+    /// Charges what has run since the last call to exception `number`, 0 for the thread. `now` are
+    /// cycles and instructions since power-up.
+    pub fn charge(&mut self, number: u16, now: [u64; 2]) {
+        let [cycles, instructions] = self.since_charged(now);
+        let served = &mut self.served[usize::from(number)];
+        served.own_cycles += cycles;
+        served.instructions += instructions;
+        self.charged = now;
+    }
+
+    /// Cycles and instructions since the last charge.
+    pub fn since_charged(&self, now: [u64; 2]) -> [u64; 2] {
+        [now[0] - self.charged[0], now[1] - self.charged[1]]
+    }
+
+    /// Cycles asleep are charged to nobody.
+    pub fn sleep(&mut self, cycles: u64) {
+        self.charged[0] += cycles;
     }
 
     /// Address of the vectors.
@@ -148,6 +178,13 @@ impl Scs {
     /// The contrary.
     pub fn unmask(&mut self, irq: u16) {
         self.enabled |= 1 << (FIRST_IRQ + irq);
+    }
+
+    /// The clock security system requests the NMI until its flag is cleared.
+    pub fn request_nmi(&mut self) {
+        if self.active & 1 << NMI == 0 {
+            self.pend(NMI);
+        }
     }
 
     pub fn pend(&mut self, number: u16) {
@@ -203,7 +240,7 @@ impl Scs {
 
     pub fn priority_of(&self, number: u16) -> i32 {
         match number {
-            2 => -2,
+            NMI => -2,
             HARD_FAULT => -1,
             _ => self.priority[usize::from(number)].into(),
         }
