@@ -42,6 +42,7 @@ impl Bus {
     }
 
     /// Reads a word that must be aligned.
+    #[inline(always)]
     pub fn read_aligned(&mut self, address: u32) -> Result<u32, Stop> {
         if address & 3 != 0 {
             Err(Stop::Usage(Usage::Unaligned))
@@ -51,6 +52,7 @@ impl Bus {
     }
 
     /// Writes a word that must be aligned.
+    #[inline(always)]
     pub fn write_aligned(&mut self, address: u32, value: u32) -> Result<(), Stop> {
         if address & 3 != 0 {
             Err(Stop::Usage(Usage::Unaligned))
@@ -208,6 +210,7 @@ fn part(word: u32, address: u32, bytes: u32) -> u32 {
     }
 }
 
+#[inline(always)]
 fn put(place: &mut [u8], value: u32) {
     match place {
         [_, _, _, _] => place.copy_from_slice(&value.to_le_bytes()),
@@ -216,6 +219,7 @@ fn put(place: &mut [u8], value: u32) {
     }
 }
 
+#[inline(always)]
 fn little_endian(bytes: &[u8]) -> u32 {
     match *bytes {
         [a, b, c, d] => u32::from_le_bytes([a, b, c, d]),

@@ -156,15 +156,18 @@ impl Scs {
     /// Sets the level of an interrupt's line; a rising one makes it pending.
     pub fn set_line(&mut self, irq: u16, high: bool) {
         let bit = 1_u128 << (FIRST_IRQ + irq);
+        if high == (self.lines & bit != 0) {
+            return;
+        }
         if !high {
             let own = self.priority_of(FIRST_IRQ + irq);
-            if self.pending & self.lines & bit != 0
+            if self.pending & bit != 0
                 && numbers(self.active).any(|number| self.priority_of(number) == own)
             {
                 self.served_before |= bit;
             }
             self.lines &= !bit;
-        } else if self.lines & bit == 0 {
+        } else {
             self.lines |= bit;
             self.pend(FIRST_IRQ + irq);
         }
