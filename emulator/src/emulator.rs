@@ -5,8 +5,6 @@ mod event;
 mod functions;
 mod run;
 mod start;
-#[cfg(test)]
-pub(crate) mod tests;
 
 pub use ends::OwnAdcFault;
 pub use event::Until;

@@ -2,9 +2,23 @@
 
 use std::fmt;
 
-/// A rule that is checked in every run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Rule {
+/// Declares the rules, with a list of all of them.
+macro_rules! rules {
+    ($($(#[$doc:meta])* $name:ident,)*) => {
+        /// A rule that is checked in every run.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Rule {
+            $($(#[$doc])* $name,)*
+        }
+
+        impl Rule {
+            /// All rules.
+            pub const ALL: &[Self] = &[$(Self::$name),*];
+        }
+    };
+}
+
+rules! {
     /// A peripheral is used while its clock is on (RM0090, 7.3.10 to 7.3.14).
     ClockOn,
     /// PLLCFGR is written while the PLL is off (RM0090, 7.3.2).

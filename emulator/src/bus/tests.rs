@@ -1,11 +1,9 @@
-//! Each rule, broken on purpose by writes to registers, beside a set-up that keeps all of them.
+//! A board driven by writes to registers: rules, each broken on purpose, and what the parts do.
 
-mod clocks;
-mod flash;
 mod own_adc;
-mod pins;
+mod parts;
+mod rules;
 mod stylus;
-mod time;
 
 use super::state::Bus;
 use crate::board::Board;
@@ -132,14 +130,12 @@ impl Bench {
 
     #[track_caller]
     fn breaks(&self, rule: Rule) {
-        let broken: Vec<Rule> = self
-            .0
-            .findings
-            .0
-            .iter()
-            .map(|finding| finding.rule)
-            .collect();
-        assert_eq!(broken, [rule], "{:?}", self.0.findings.0);
+        assert_eq!(self.broken(), [rule], "{:?}", self.0.findings.0);
+    }
+
+    fn broken(&self) -> Vec<Rule> {
+        let findings = &self.0.findings.0;
+        findings.iter().map(|finding| finding.rule).collect()
     }
 
     #[track_caller]
@@ -147,33 +143,3 @@ impl Bench {
         assert_eq!(self.0.findings.0, []);
     }
 }
-
-/// The test that breaks a rule on purpose. A new rule does not compile without one.
-fn broken_by(rule: Rule) -> fn() {
-    match rule {
-        Rule::ClockOn => clocks::a_peripheral_without_its_clock,
-        Rule::PllOff => clocks::the_pll_is_set_while_it_runs,
-        Rule::HseOff => clocks::hse_becomes_a_clock_while_it_runs,
-        Rule::WaitStates => clocks::too_few_wait_states,
-        Rule::ClockLimit => clocks::clocks_beyond_their_limits,
-        Rule::PadSpeed => pins::a_slow_pad_of_sck,
-        Rule::PinFunction => pins::a_pin_with_another_function,
-        Rule::SpiMode | Rule::SpiClock => pins::another_mode_and_a_faster_clock,
-        Rule::ChipSelect => pins::cs_that_leaves_no_time,
-        Rule::AdcWrite => pins::a_register_of_the_adc_written_while_it_scans,
-        Rule::AdcClock => pins::a_clock_for_the_adc_beyond_its_limits,
-        Rule::AdcSequence | Rule::AdcSettling => own_adc::a_converter_that_is_hurried,
-        Rule::AdcOverrun => own_adc::samples_that_nobody_fetches,
-        Rule::DmaEnabled | Rule::DmaStop => own_adc::a_stream_that_is_set_while_it_runs,
-        Rule::DmaFlags => own_adc::a_stream_that_starts_with_old_flags,
-        Rule::DmaSetting => own_adc::a_stream_that_does_not_fit_the_converter,
-        Rule::SpiOverrun | Rule::UsartOverrun => pins::bytes_that_nobody_fetches,
-        Rule::FlashSequence | Rule::FlashWordTwice => flash::the_flash_against_its_rules,
-        Rule::Watchdog => time::a_watchdog_that_nobody_feeds,
-        Rule::StackEnd => crate::emulator::tests::a_stack_below_its_end,
-        Rule::SpuriousInterrupt => time::an_interrupt_whose_cause_is_gone,
-        Rule::TimerReload => time::a_timer_with_the_reload_value_of_the_reset,
-    }
-}
-
-const _: fn(Rule) -> fn() = broken_by;

@@ -6,6 +6,7 @@ use crate::board::{AdcPins, Pin};
 use crate::findings::Rule;
 use crate::peripherals::gpio::Gpio;
 use crate::peripherals::pwm::Wave;
+use crate::peripherals::rcc::HSI_HZ;
 
 /// Alternate functions (DS8626, table 9): TIM3, TIM10, SPI1 and the USARTs 1 to 3.
 const AF_TIM3: u32 = 2;
@@ -79,7 +80,8 @@ impl Bus {
 
     /// The clocks have been chosen anew.
     pub fn change_clocks(&mut self) {
-        let (clocks, pll) = self.rcc.clocks(&self.wiring);
+        // The rules ask for nominal clocks: nobody can choose an oscillator without an error.
+        let (clocks, pll) = self.rcc.clocks(&self.wiring, HSI_HZ);
         let limits = self.wiring.limits_hz;
         if self
             .rcc
@@ -113,7 +115,8 @@ impl Bus {
             let detail = format!("{} wait states at {} Hz", self.flash.latency(), clocks.hclk);
             self.note(Some((Rule::WaitStates, detail)));
         }
-        self.clocks = clocks;
+        (self.clocks, _) = self.rcc.clocks(&self.wiring, self.rcc.hsi_hz);
+        let clocks = self.clocks;
         self.time.change(clocks.hclk.max(1));
         self.clock_adc();
         self.expect_drdy();

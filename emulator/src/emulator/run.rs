@@ -25,7 +25,7 @@ pub struct Reset {
 /// A board with its firmware, a simulated ADC and a cable.
 pub struct Emulator {
     pub(super) cpu: Cpu,
-    pub(super) bus: Bus,
+    pub(crate) bus: Bus,
     pub(super) asleep_cycles: u64,
     pub(super) resets: Vec<Reset>,
     pub(super) counts: Option<Counts>,

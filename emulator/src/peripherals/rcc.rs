@@ -162,8 +162,8 @@ impl Rcc {
     }
 
     /// The clocks as the registers choose them, and the PLL's input and VCO in hertz if it is the
-    /// source.
-    pub fn clocks(&self, wiring: &Wiring) -> (Clocks, Option<[u64; 2]>) {
+    /// source, with an internal oscillator of `hsi_hz`.
+    pub fn clocks(&self, wiring: &Wiring, hsi_hz: u64) -> (Clocks, Option<[u64; 2]>) {
         let (m, n) = (
             u64::from(self.pllcfgr & 63).max(1),
             u64::from(self.pllcfgr >> 6 & 511),
@@ -172,10 +172,10 @@ impl Rcc {
         let source = if self.pllcfgr & 1 << 22 != 0 {
             wiring.hse_hz
         } else {
-            self.hsi_hz
+            hsi_hz
         };
         let (sysclk, pll) = match self.cfgr & 3 {
-            0 => (self.hsi_hz, None),
+            0 => (hsi_hz, None),
             1 => (wiring.hse_hz, None),
             _ => (source / m * n / p, Some([source / m, source / m * n])),
         };

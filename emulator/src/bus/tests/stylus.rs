@@ -33,7 +33,7 @@ fn bench() -> Bench {
 }
 
 #[test]
-pub(super) fn the_counter_follows_the_hand_to_both_sides() {
+fn the_counter_follows_the_hand_to_both_sides() {
     let mut bench = bench();
     // A count each microsecond for a millisecond, and back from then on.
     bench.0.encoder.hand = Box::new(|ns| 1_000 - (ns as i64 / 1000 - 4_000).abs());
@@ -56,7 +56,7 @@ pub(super) fn the_counter_follows_the_hand_to_both_sides() {
 }
 
 #[test]
-pub(super) fn the_timer_triggers_the_converter() {
+fn the_timer_triggers_the_converter() {
     let mut bench = bench();
     bench.set(DAC, 0b111);
     bench
@@ -92,7 +92,7 @@ pub(super) fn the_timer_triggers_the_converter() {
 }
 
 #[test]
-pub(super) fn pins_of_the_encoder_and_the_converter() {
+fn pins_of_the_encoder_and_the_converter() {
     let mut encoder = bench();
     encoder
         .set(GPIOC + AFRL, 0x32 << 24)
