@@ -79,70 +79,18 @@ pub fn decode(hw: u16, pc: u32) -> Op {
         },
         0b01000 if hw & 0x400 == 0 => data_processing(hw),
         0b01000 => high_registers(hw),
-        0b01001 => Op::LoadLiteral {
-            width: Width::Word,
-            t: low(8),
-            address: (pc & !3) + 4 + imm8 * 4,
-        },
+        0b01001 => Op::LoadLiteral(Width::Word, low(8), (pc & !3) + 4 + imm8 * 4),
         0b01010 | 0b01011 => {
             let (t, n, m, by) = (low(0), low(3), low(6), 0);
             match hw >> 9 & 7 {
-                0 => Op::StoreReg {
-                    width: Width::Word,
-                    t,
-                    n,
-                    m,
-                    by,
-                },
-                1 => Op::StoreReg {
-                    width: Width::Half,
-                    t,
-                    n,
-                    m,
-                    by,
-                },
-                2 => Op::StoreReg {
-                    width: Width::Byte,
-                    t,
-                    n,
-                    m,
-                    by,
-                },
-                3 => Op::LoadReg {
-                    width: Width::SignedByte,
-                    t,
-                    n,
-                    m,
-                    by,
-                },
-                4 => Op::LoadReg {
-                    width: Width::Word,
-                    t,
-                    n,
-                    m,
-                    by,
-                },
-                5 => Op::LoadReg {
-                    width: Width::Half,
-                    t,
-                    n,
-                    m,
-                    by,
-                },
-                6 => Op::LoadReg {
-                    width: Width::Byte,
-                    t,
-                    n,
-                    m,
-                    by,
-                },
-                _ => Op::LoadReg {
-                    width: Width::SignedHalf,
-                    t,
-                    n,
-                    m,
-                    by,
-                },
+                0 => Op::StoreReg(Width::Word, t, n, m, by),
+                1 => Op::StoreReg(Width::Half, t, n, m, by),
+                2 => Op::StoreReg(Width::Byte, t, n, m, by),
+                3 => Op::LoadReg(Width::SignedByte, t, n, m, by),
+                4 => Op::LoadReg(Width::Word, t, n, m, by),
+                5 => Op::LoadReg(Width::Half, t, n, m, by),
+                6 => Op::LoadReg(Width::Byte, t, n, m, by),
+                _ => Op::LoadReg(Width::SignedHalf, t, n, m, by),
             }
         }
         0b01100..=0b10001 => {
@@ -154,41 +102,14 @@ pub fn decode(hw: u16, pc: u32) -> Op {
             let (t, n, offset, index) =
                 (low(0), low(3), (hw >> 6 & 31) as i16 * scale, Index::Offset);
             if hw & 0x800 == 0 {
-                Op::Store {
-                    width,
-                    t,
-                    n,
-                    offset,
-                    index,
-                }
+                Op::Store(width, t, n, offset, index)
             } else {
-                Op::Load {
-                    width,
-                    t,
-                    n,
-                    offset,
-                    index,
-                }
+                Op::Load(width, t, n, offset, index)
             }
         }
-        0b10010 => Op::Store {
-            width: Width::Word,
-            t: low(8),
-            n: 13,
-            offset: imm8 as i16 * 4,
-            index: Index::Offset,
-        },
-        0b10011 => Op::Load {
-            width: Width::Word,
-            t: low(8),
-            n: 13,
-            offset: imm8 as i16 * 4,
-            index: Index::Offset,
-        },
-        0b10100 => Op::Constant {
-            d: low(8),
-            value: (pc & !3) + 4 + imm8 * 4,
-        },
+        0b10010 => Op::Store(Width::Word, low(8), 13, imm8 as i16 * 4, Index::Offset),
+        0b10011 => Op::Load(Width::Word, low(8), 13, imm8 as i16 * 4, Index::Offset),
+        0b10100 => Op::Constant(low(8), (pc & !3) + 4 + imm8 * 4),
         0b10101 => Op::DpImm {
             f: Dp::Add,
             flags: Flags::Keep,
@@ -198,34 +119,22 @@ pub fn decode(hw: u16, pc: u32) -> Op {
             carry: None,
         },
         0b10110 | 0b10111 => miscellaneous(hw, pc),
-        0b11000 => Op::StoreMany {
-            n: low(8),
-            list: hw & 0xFF,
-            back: true,
-            down: false,
-        },
-        0b11001 => Op::LoadMany {
-            n: low(8),
-            list: hw & 0xFF,
-            back: hw & 1 << low(8) == 0,
-            down: false,
-        },
+        0b11000 => Op::StoreMany(low(8), hw & 0xFF, true, false),
+        0b11001 => Op::LoadMany(low(8), hw & 0xFF, hw & 1 << low(8) == 0, false),
         0b11010 | 0b11011 => match hw >> 8 & 15 {
             14 => Op::Undefined,
             15 => Op::Unmodelled,
             condition => {
                 let offset = i32::from(hw as u8 as i8) * 2;
-                Op::BranchIf {
-                    condition: condition as u8,
-                    to: pc.wrapping_add(4).wrapping_add_signed(offset),
-                }
+                Op::BranchIf(
+                    condition as u8,
+                    pc.wrapping_add(4).wrapping_add_signed(offset),
+                )
             }
         },
         _ => {
             let offset = i32::from((hw << 5) as i16 >> 4);
-            Op::Branch {
-                to: pc.wrapping_add(4).wrapping_add_signed(offset),
-            }
+            Op::Branch(pc.wrapping_add(4).wrapping_add_signed(offset))
         }
     }
 }
@@ -263,13 +172,7 @@ fn data_processing(hw: u16) -> Op {
         shift: Shift::Lsl,
         by,
     };
-    let shift = |shift| Op::ShiftReg {
-        shift,
-        flags,
-        d,
-        n: d,
-        m,
-    };
+    let shift = |shift| Op::ShiftReg(shift, flags, d, d, m);
     match hw >> 6 & 15 {
         0 => two(Dp::And),
         1 => two(Dp::Eor),
@@ -291,7 +194,7 @@ fn data_processing(hw: u16) -> Op {
         10 => compare(Dp::Sub),
         11 => compare(Dp::Add),
         12 => two(Dp::Orr),
-        13 => Op::Mul { flags, d, n: d, m },
+        13 => Op::Mul(flags, d, d, m),
         14 => two(Dp::Bic),
         _ => two(Dp::Mvn),
     }
@@ -301,7 +204,7 @@ fn high_registers(hw: u16) -> Op {
     let (d, m) = ((hw & 7 | hw >> 4 & 8) as u8, (hw >> 3 & 15) as u8);
     let (flags, shift, by) = (Flags::Keep, Shift::Lsl, 0);
     match (hw >> 8 & 3, d) {
-        (0, 15) => Op::AddPc { m },
+        (0, 15) => Op::AddPc(m),
         (0, _) => Op::DpReg {
             f: Dp::Add,
             flags,
@@ -320,7 +223,7 @@ fn high_registers(hw: u16) -> Op {
             shift,
             by,
         },
-        (2, 15) => Op::MovPc { m },
+        (2, 15) => Op::MovPc(m),
         (2, _) => Op::DpReg {
             f: Dp::Mov,
             flags,
@@ -330,8 +233,8 @@ fn high_registers(hw: u16) -> Op {
             shift,
             by,
         },
-        _ if hw & 0x80 == 0 => Op::BranchReg { m },
-        _ => Op::BranchLinkReg { m },
+        _ if hw & 0x80 == 0 => Op::BranchReg(m),
+        _ => Op::BranchLinkReg(m),
     }
 }
 
@@ -351,11 +254,7 @@ fn miscellaneous(hw: u16, pc: u32) -> Op {
         }
         1 | 3 | 9 | 11 => {
             let offset = u32::from(hw >> 3 & 31) * 2 + u32::from(hw >> 9 & 1) * 64;
-            Op::CompareBranch {
-                n: d,
-                nonzero: hw & 0x800 != 0,
-                to: pc + 4 + offset,
-            }
+            Op::CompareBranch(d, hw & 0x800 != 0, pc + 4 + offset)
         }
         2 => {
             let width = [
@@ -364,34 +263,14 @@ fn miscellaneous(hw: u16, pc: u32) -> Op {
                 Width::Half,
                 Width::Byte,
             ][usize::from(hw >> 6 & 3)];
-            Op::Extend {
-                d,
-                n: SINK,
-                m,
-                rotate: 0,
-                width,
-            }
+            Op::Extend(d, SINK, m, 0, width)
         }
-        4 | 5 => Op::StoreMany {
-            n: 13,
-            list: hw & 0xFF | (hw & 0x100) << 6,
-            back: true,
-            down: true,
-        },
-        12 | 13 => Op::LoadMany {
-            n: 13,
-            list: hw & 0xFF | (hw & 0x100) << 7,
-            back: true,
-            down: false,
-        },
-        6 if hw & 0xE0 == 0x60 => Op::Mask {
-            primask: hw & 2 != 0,
-            faultmask: hw & 1 != 0,
-            set: hw & 0x10 != 0,
-        },
+        4 | 5 => Op::StoreMany(13, hw & 0xFF | (hw & 0x100) << 6, true, true),
+        12 | 13 => Op::LoadMany(13, hw & 0xFF | (hw & 0x100) << 7, true, false),
+        6 if hw & 0xE0 == 0x60 => Op::Mask(hw & 2 != 0, hw & 1 != 0, hw & 0x10 != 0),
         10 => match hw >> 6 & 3 {
-            0 => Op::ReverseBytes { d, m },
-            1 => Op::ReverseHalves { d, m },
+            0 => Op::ReverseBytes(d, m),
+            1 => Op::ReverseHalves(d, m),
             _ => Op::Unmodelled,
         },
         14 => Op::Breakpoint,
@@ -399,9 +278,7 @@ fn miscellaneous(hw: u16, pc: u32) -> Op {
             (0, 0) => Op::Nop,
             (3, 0) => Op::WaitForInterrupt,
             (_, 0) => Op::Unmodelled,
-            _ => Op::It {
-                state: (hw & 0xFF) as u8,
-            },
+            _ => Op::It((hw & 0xFF) as u8),
         },
         _ => Op::Undefined,
     }

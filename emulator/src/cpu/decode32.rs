@@ -34,19 +34,9 @@ fn many(a: u16, b: u16) -> Op {
         _ => return Op::Unmodelled,
     };
     if a & 0x10 == 0 {
-        Op::StoreMany {
-            n,
-            list: b,
-            back,
-            down,
-        }
+        Op::StoreMany(n, b, back, down)
     } else {
-        Op::LoadMany {
-            n,
-            list: b,
-            back,
-            down,
-        }
+        Op::LoadMany(n, b, back, down)
     }
 }
 
@@ -61,21 +51,9 @@ fn dual_or_exclusive(a: u16, b: u16) -> Op {
             _ => Index::After,
         };
         return if is_load {
-            Op::LoadPair {
-                t,
-                t2,
-                n,
-                offset,
-                index,
-            }
+            Op::LoadPair(t, t2, n, offset, index)
         } else {
-            Op::StorePair {
-                t,
-                t2,
-                n,
-                offset,
-                index,
-            }
+            Op::StorePair(t, t2, n, offset, index)
         };
     }
     let width = match b >> 4 & 15 {
@@ -84,37 +62,11 @@ fn dual_or_exclusive(a: u16, b: u16) -> Op {
         _ => Width::Word,
     };
     match (up, is_load, b >> 4 & 15) {
-        (false, false, _) => Op::StoreExclusive {
-            width: Width::Word,
-            d: reg(b, 8),
-            t,
-            n,
-            offset: (b & 0xFF) * 4,
-        },
-        (false, true, _) => Op::LoadExclusive {
-            width: Width::Word,
-            t,
-            n,
-            offset: (b & 0xFF) * 4,
-        },
-        (true, true, 0 | 1) => Op::TableBranch {
-            n,
-            m: reg(b, 0),
-            halves: b & 0x10 != 0,
-        },
-        (true, true, 4 | 5) => Op::LoadExclusive {
-            width,
-            t,
-            n,
-            offset: 0,
-        },
-        (true, false, 4 | 5) => Op::StoreExclusive {
-            width,
-            d: reg(b, 0),
-            t,
-            n,
-            offset: 0,
-        },
+        (false, false, _) => Op::StoreExclusive(Width::Word, reg(b, 8), t, n, (b & 0xFF) * 4),
+        (false, true, _) => Op::LoadExclusive(Width::Word, t, n, (b & 0xFF) * 4),
+        (true, true, 0 | 1) => Op::TableBranch(n, reg(b, 0), b & 0x10 != 0),
+        (true, true, 4 | 5) => Op::LoadExclusive(width, t, n, 0),
+        (true, false, 4 | 5) => Op::StoreExclusive(width, reg(b, 0), t, n, 0),
         _ => Op::Undefined,
     }
 }
@@ -147,13 +99,13 @@ fn shifted_register(a: u16, b: u16) -> Op {
     let by = (b >> 10 & 0x1C | b >> 6 & 3) as u8;
     let (kind, m) = ((b >> 4 & 3) as u8, reg(b, 0));
     if a >> 5 & 15 == 6 {
-        return Op::PackHalves {
-            d: reg(b, 8),
-            n: reg(a, 0),
+        return Op::PackHalves(
+            reg(b, 8),
+            reg(a, 0),
             m,
-            by: immediate_shift(kind & 2, by).1,
-            top: b & 0x20 != 0,
-        };
+            immediate_shift(kind & 2, by).1,
+            b & 0x20 != 0,
+        );
     }
     let (shift, by) = immediate_shift(kind, by);
     match data_processing(a, b) {
@@ -208,10 +160,7 @@ fn plain_immediate(a: u16, b: u16, pc: u32) -> Op {
     let wide = (u32::from(a & 15) << 12 | imm) as u16;
     let (flags, carry) = (Flags::Keep, None);
     match a >> 4 & 31 {
-        0 if n == 15 => Op::Constant {
-            d,
-            value: ((pc & !3) + 4).wrapping_add(imm),
-        },
+        0 if n == 15 => Op::Constant(d, ((pc & !3) + 4).wrapping_add(imm)),
         0 => Op::DpImm {
             f: Dp::Add,
             flags,
@@ -220,14 +169,8 @@ fn plain_immediate(a: u16, b: u16, pc: u32) -> Op {
             imm,
             carry,
         },
-        4 => Op::Constant {
-            d,
-            value: wide.into(),
-        },
-        10 if n == 15 => Op::Constant {
-            d,
-            value: ((pc & !3) + 4).wrapping_sub(imm),
-        },
+        4 => Op::Constant(d, wide.into()),
+        10 if n == 15 => Op::Constant(d, ((pc & !3) + 4).wrapping_sub(imm)),
         10 => Op::DpImm {
             f: Dp::Sub,
             flags,
@@ -236,7 +179,7 @@ fn plain_immediate(a: u16, b: u16, pc: u32) -> Op {
             imm,
             carry,
         },
-        12 => Op::MovT { d, imm: wide },
+        12 => Op::MovT(d, wide),
         16 | 18 | 24 | 26 => {
             let signed = a & 0x80 == 0;
             let shift = if a & 0x20 == 0 {
@@ -256,19 +199,8 @@ fn plain_immediate(a: u16, b: u16, pc: u32) -> Op {
                 signed,
             }
         }
-        20 | 28 => Op::BitExtract {
-            d,
-            n,
-            lsb,
-            width: last + 1,
-            signed: a & 0x80 == 0,
-        },
-        22 if last >= lsb => Op::BitInsert {
-            d,
-            n: if n == 15 { SINK } else { n },
-            lsb,
-            width: last + 1 - lsb,
-        },
+        20 | 28 => Op::BitExtract(d, n, lsb, last + 1, a & 0x80 == 0),
+        22 if last >= lsb => Op::BitInsert(d, if n == 15 { SINK } else { n }, lsb, last + 1 - lsb),
         _ => Op::Undefined,
     }
 }
@@ -309,20 +241,10 @@ fn width(a: u16) -> Option<Width> {
 fn store(a: u16, b: u16) -> Op {
     let (t, n) = (reg(b, 12), reg(a, 0));
     match (width(a), offset(a, b)) {
-        (Some(width), Some((offset, index))) if n != 15 => Op::Store {
-            width,
-            t,
-            n,
-            offset,
-            index,
-        },
-        (Some(width), None) if n != 15 && b & 0xFC0 == 0 => Op::StoreReg {
-            width,
-            t,
-            n,
-            m: reg(b, 0),
-            by: (b >> 4 & 3) as u8,
-        },
+        (Some(width), Some((offset, index))) if n != 15 => Op::Store(width, t, n, offset, index),
+        (Some(width), None) if n != 15 && b & 0xFC0 == 0 => {
+            Op::StoreReg(width, t, n, reg(b, 0), (b >> 4 & 3) as u8)
+        }
         _ => Op::Undefined,
     }
 }
@@ -339,27 +261,11 @@ fn load(a: u16, b: u16, pc: u32) -> Op {
     if n == 15 {
         let imm = i32::from(b & 0xFFF);
         let offset = if a & 0x80 != 0 { imm } else { -imm };
-        return Op::LoadLiteral {
-            width,
-            t,
-            address: ((pc & !3) + 4).wrapping_add_signed(offset),
-        };
+        return Op::LoadLiteral(width, t, ((pc & !3) + 4).wrapping_add_signed(offset));
     }
     match offset(a, b) {
-        Some((offset, index)) => Op::Load {
-            width,
-            t,
-            n,
-            offset,
-            index,
-        },
-        None if b & 0xFC0 == 0 => Op::LoadReg {
-            width,
-            t,
-            n,
-            m: reg(b, 0),
-            by: (b >> 4 & 3) as u8,
-        },
+        Some((offset, index)) => Op::Load(width, t, n, offset, index),
+        None if b & 0xFC0 == 0 => Op::LoadReg(width, t, n, reg(b, 0), (b >> 4 & 3) as u8),
         None => Op::Undefined,
     }
 }
@@ -371,13 +277,7 @@ fn register(a: u16, b: u16) -> Op {
         (0..=7, 0) => {
             let shift = [Shift::Lsl, Shift::Lsr, Shift::Asr, Shift::Ror][usize::from(op >> 1)];
             let flags = if op & 1 != 0 { Flags::Set } else { Flags::Keep };
-            Op::ShiftReg {
-                shift,
-                flags,
-                d,
-                n,
-                m,
-            }
+            Op::ShiftReg(shift, flags, d, n, m)
         }
         (0 | 1 | 4 | 5, 8..=15) => {
             let width = [
@@ -387,37 +287,15 @@ fn register(a: u16, b: u16) -> Op {
                 Width::Byte,
             ][usize::from(op & 1) + 2 * usize::from(op >> 2)];
             let n = if n == 15 { SINK } else { n };
-            Op::Extend {
-                d,
-                n,
-                m,
-                rotate: (b >> 4 & 3) as u8 * 8,
-                width,
-            }
+            Op::Extend(d, n, m, (b >> 4 & 3) as u8 * 8, width)
         }
-        (8, 8..=11) => Op::SaturatingAdd {
-            d,
-            n,
-            m,
-            subtract: b & 0x20 != 0,
-            twice: b & 0x10 != 0,
-        },
-        (9, 8) => Op::ReverseBytes { d, m },
-        (9, 9) => Op::ReverseHalves { d, m },
-        (9, 10) => Op::ReverseBits { d, m },
-        (11, 8) => Op::CountZeros { d, m },
-        (9, 5) => Op::HalvesUnsigned {
-            d,
-            n,
-            m,
-            subtract: false,
-        },
-        (13, 5) => Op::HalvesUnsigned {
-            d,
-            n,
-            m,
-            subtract: true,
-        },
+        (8, 8..=11) => Op::SaturatingAdd(d, n, m, b & 0x20 != 0, b & 0x10 != 0),
+        (9, 8) => Op::ReverseBytes(d, m),
+        (9, 9) => Op::ReverseHalves(d, m),
+        (9, 10) => Op::ReverseBits(d, m),
+        (11, 8) => Op::CountZeros(d, m),
+        (9, 5) => Op::HalvesUnsigned(d, n, m, false),
+        (13, 5) => Op::HalvesUnsigned(d, n, m, true),
         _ => Op::Unmodelled,
     }
 }
@@ -425,26 +303,9 @@ fn register(a: u16, b: u16) -> Op {
 fn multiply(a: u16, b: u16) -> Op {
     let (d, n, m, addend) = (reg(b, 8), reg(a, 0), reg(b, 0), reg(b, 12));
     match (a >> 4 & 7, b >> 4 & 3) {
-        (0, 0) if addend == 15 => Op::Mul {
-            flags: Flags::Keep,
-            d,
-            n,
-            m,
-        },
-        (0, 0) => Op::MulAdd {
-            d,
-            n,
-            m,
-            a: addend,
-            subtract: false,
-        },
-        (0, 1) => Op::MulAdd {
-            d,
-            n,
-            m,
-            a: addend,
-            subtract: true,
-        },
+        (0, 0) if addend == 15 => Op::Mul(Flags::Keep, d, n, m),
+        (0, 0) => Op::MulAdd(d, n, m, addend, false),
+        (0, 1) => Op::MulAdd(d, n, m, addend, true),
         (1, halves) => {
             let a = if addend == 15 { SINK } else { addend };
             Op::HalfMul {
@@ -504,18 +365,8 @@ fn long_multiply(a: u16, b: u16) -> Op {
             signed: false,
             accumulate: true,
         },
-        (1, 15) => Op::Divide {
-            d: high,
-            n,
-            m,
-            signed: true,
-        },
-        (3, 15) => Op::Divide {
-            d: high,
-            n,
-            m,
-            signed: false,
-        },
+        (1, 15) => Op::Divide(high, n, m, true),
+        (3, 15) => Op::Divide(high, n, m, false),
         _ => Op::Unmodelled,
     }
 }

@@ -15,9 +15,9 @@ pub fn decode(a: u16, b: u16, pc: u32) -> Op {
         let offset = s << 24 | i1 << 23 | i2 << 22 | i32::from(a & 0x3FF) << 12 | low;
         let to = from.wrapping_add_signed(offset);
         return if b & 0x4000 != 0 {
-            Op::BranchLink { to }
+            Op::BranchLink(to)
         } else {
-            Op::Branch { to }
+            Op::Branch(to)
         };
     }
     if b & 0x4000 != 0 {
@@ -25,24 +25,15 @@ pub fn decode(a: u16, b: u16, pc: u32) -> Op {
     }
     if a >> 7 & 7 != 7 {
         let offset = s << 20 | j2 << 19 | j1 << 18 | i32::from(a & 0x3F) << 12 | low;
-        return Op::BranchIf {
-            condition: (a >> 6 & 15) as u8,
-            to: from.wrapping_add_signed(offset),
-        };
+        return Op::BranchIf((a >> 6 & 15) as u8, from.wrapping_add_signed(offset));
     }
     match a >> 4 & 0x7F {
-        0x38 | 0x39 => Op::WriteSpecial {
-            n: reg(a, 0),
-            number: (b & 0xFF) as u8,
-        },
+        0x38 | 0x39 => Op::WriteSpecial(reg(a, 0), (b & 0xFF) as u8),
         0x3A if b & 0xFF == 0 => Op::Nop,
         0x3A => Op::Unmodelled,
         0x3B if b >> 4 & 15 == 2 => Op::ClearExclusive,
         0x3B => Op::Barrier,
-        0x3E | 0x3F => Op::ReadSpecial {
-            d: reg(b, 8),
-            number: (b & 0xFF) as u8,
-        },
+        0x3E | 0x3F => Op::ReadSpecial(reg(b, 8), (b & 0xFF) as u8),
         _ => Op::Undefined,
     }
 }

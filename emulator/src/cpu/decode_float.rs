@@ -50,9 +50,9 @@ fn transfer(a: u16, b: u16, is_double: bool) -> Op {
             sm(b)
         };
         return if is_load {
-            Op::FloatPairToCore { t, t2, s }
+            Op::FloatPairToCore(t, t2, s)
         } else {
-            Op::CorePairToFloat { t, t2, s }
+            Op::CorePairToFloat(t, t2, s)
         };
     }
     // A double is two singles with one name.
@@ -71,19 +71,9 @@ fn transfer(a: u16, b: u16, is_double: bool) -> Op {
             1 + u8::from(is_double),
         );
         return if is_load {
-            Op::FloatLoad {
-                s,
-                n,
-                offset,
-                words,
-            }
+            Op::FloatLoad(s, n, offset, words)
         } else {
-            Op::FloatStore {
-                s,
-                n,
-                offset,
-                words,
-            }
+            Op::FloatStore(s, n, offset, words)
         };
     }
     if u32::from(s) + u32::from(words) > 32 {
@@ -91,31 +81,19 @@ fn transfer(a: u16, b: u16, is_double: bool) -> Op {
     }
     let down = before;
     if is_load {
-        Op::FloatLoadMany {
-            n,
-            s,
-            words,
-            back,
-            down,
-        }
+        Op::FloatLoadMany(n, s, words, back, down)
     } else {
-        Op::FloatStoreMany {
-            n,
-            s,
-            words,
-            back,
-            down,
-        }
+        Op::FloatStoreMany(n, s, words, back, down)
     }
 }
 
 fn core_transfer(a: u16, b: u16) -> Op {
     let t = (b >> 12) as u8;
     match a >> 4 & 15 {
-        0 => Op::CoreToFloat { t, s: sn(a, b) },
-        1 => Op::FloatToCore { t, s: sn(a, b) },
-        14 if a & 15 == 1 => Op::CoreToFloatStatus { t },
-        15 if a & 15 == 1 => Op::FloatStatusToCore { t },
+        0 => Op::CoreToFloat(t, sn(a, b)),
+        1 => Op::FloatToCore(t, sn(a, b)),
+        14 if a & 15 == 1 => Op::CoreToFloatStatus(t),
+        15 if a & 15 == 1 => Op::FloatStatusToCore(t),
         _ => Op::Unmodelled,
     }
 }
@@ -123,12 +101,7 @@ fn core_transfer(a: u16, b: u16) -> Op {
 fn arithmetic(a: u16, b: u16) -> Op {
     let (d, n, m) = (sd(a, b), sn(a, b), sm(b));
     let second = b & 0x40 != 0;
-    let two = |first, other| Op::Float2 {
-        f: if second { other } else { first },
-        d,
-        n,
-        m,
-    };
+    let two = |first, other| Op::Float2(if second { other } else { first }, d, n, m);
     match a >> 4 & 11 {
         0 => two(Float2::Mla, Float2::Mls),
         1 => two(Float2::Nmls, Float2::Nmla),
@@ -137,10 +110,7 @@ fn arithmetic(a: u16, b: u16) -> Op {
         8 if !second => two(Float2::Div, Float2::Div),
         9 => two(Float2::Fnms, Float2::Fnma),
         10 => two(Float2::Fma, Float2::Fms),
-        11 if !second => Op::FloatConstant {
-            d,
-            bits: constant((a << 4 & 0xF0 | b & 15) as u8),
-        },
+        11 if !second => Op::FloatConstant(d, constant((a << 4 & 0xF0 | b & 15) as u8)),
         11 => other(a, b, d, m),
         _ => Op::Undefined,
     }
@@ -160,41 +130,15 @@ fn constant(imm8: u8) -> u32 {
 fn other(a: u16, b: u16, d: u8, m: u8) -> Op {
     let high = b & 0x80 != 0;
     match (a & 15, high) {
-        (0, false) => Op::Float1 {
-            f: Float1::Mov,
-            d,
-            m,
-        },
-        (0, true) => Op::Float1 {
-            f: Float1::Abs,
-            d,
-            m,
-        },
-        (1, false) => Op::Float1 {
-            f: Float1::Neg,
-            d,
-            m,
-        },
-        (1, true) => Op::Float1 {
-            f: Float1::Sqrt,
-            d,
-            m,
-        },
-        (4, _) => Op::FloatCompare { d, m },
-        (5, _) => Op::FloatCompare { d, m: FLOAT_ZERO },
-        (8, signed) => Op::IntToFloat { d, m, signed },
-        (12, to_zero) => Op::FloatToInt {
-            d,
-            m,
-            signed: false,
-            to_zero,
-        },
-        (13, to_zero) => Op::FloatToInt {
-            d,
-            m,
-            signed: true,
-            to_zero,
-        },
+        (0, false) => Op::Float1(Float1::Mov, d, m),
+        (0, true) => Op::Float1(Float1::Abs, d, m),
+        (1, false) => Op::Float1(Float1::Neg, d, m),
+        (1, true) => Op::Float1(Float1::Sqrt, d, m),
+        (4, _) => Op::FloatCompare(d, m),
+        (5, _) => Op::FloatCompare(d, FLOAT_ZERO),
+        (8, signed) => Op::IntToFloat(d, m, signed),
+        (12, to_zero) => Op::FloatToInt(d, m, false, to_zero),
+        (13, to_zero) => Op::FloatToInt(d, m, true, to_zero),
         _ => Op::Unmodelled,
     }
 }
@@ -210,15 +154,15 @@ mod tests {
     fn pairs_move_to_a_double_and_back() {
         assert!(matches!(
             decode(0xEC43, 0x0B10),
-            Op::CorePairToFloat { t: 0, t2: 3, s: 0 }
+            Op::CorePairToFloat(0, 3, 0)
         ));
         assert!(matches!(
             decode(0xEC51, 0x0B10),
-            Op::FloatPairToCore { t: 0, t2: 1, s: 0 }
+            Op::FloatPairToCore(0, 1, 0)
         ));
         assert!(matches!(
             decode(0xEC43, 0x0A10),
-            Op::CorePairToFloat { t: 0, t2: 3, s: 0 }
+            Op::CorePairToFloat(0, 3, 0)
         ));
     }
 

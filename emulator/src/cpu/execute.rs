@@ -54,13 +54,7 @@ impl Cpu {
                 let computed = self.data_processing(f, Operands { a, b, carry });
                 self.write_back(computed, d, self.sets(flags));
             }
-            Op::ShiftReg {
-                shift,
-                flags,
-                d,
-                n,
-                m,
-            } => {
+            Op::ShiftReg(shift, flags, d, n, m) => {
                 let (by, sets) = (self.r[usize::from(m)] & 0xFF, self.sets(flags));
                 let (value, carry) = self.shift(shift, self.r[usize::from(n)], by);
                 self.r[usize::from(d)] = value;
@@ -69,77 +63,65 @@ impl Cpu {
                     self.c = carry;
                 }
             }
-            Op::Constant { d, value } => self.r[usize::from(d)] = value,
-            Op::MovT { d, imm } => {
+            Op::Constant(d, value) => self.r[usize::from(d)] = value,
+            Op::MovT(d, imm) => {
                 let d = &mut self.r[usize::from(d)];
                 *d = *d & 0xFFFF | u32::from(imm) << 16;
             }
-            Op::Load {
-                width,
-                t,
-                n,
-                offset,
-                index,
-            } => {
+            Op::Load(width, t, n, offset, index) => {
                 let address = self.indexed(n, offset, index);
                 let value = bus.load(width, address.0)?;
                 self.r[usize::from(n)] = address.1;
                 self.loaded(t, value, bus)?;
             }
-            Op::LoadReg { width, t, n, m, by } => {
+            Op::LoadReg(width, t, n, m, by) => {
                 let address = self.r[usize::from(n)].wrapping_add(self.r[usize::from(m)] << by);
                 let value = bus.load(width, address)?;
                 self.loaded(t, value, bus)?;
             }
-            Op::LoadLiteral { width, t, address } => {
+            Op::LoadLiteral(width, t, address) => {
                 let value = bus.load(width, address)?;
                 self.loaded(t, value, bus)?;
             }
-            Op::Store {
-                width,
-                t,
-                n,
-                offset,
-                index,
-            } => {
+            Op::Store(width, t, n, offset, index) => {
                 let address = self.indexed(n, offset, index);
                 bus.store(width, address.0, self.r[usize::from(t)])?;
                 self.r[usize::from(n)] = address.1;
             }
-            Op::StoreReg { width, t, n, m, by } => {
+            Op::StoreReg(width, t, n, m, by) => {
                 let address = self.r[usize::from(n)].wrapping_add(self.r[usize::from(m)] << by);
                 bus.store(width, address, self.r[usize::from(t)])?;
             }
-            Op::Branch { to } => self.branch(to, BRANCH, bus),
-            Op::BranchIf { condition, to } => {
+            Op::Branch(to) => self.branch(to, BRANCH, bus),
+            Op::BranchIf(condition, to) => {
                 if self.holds(condition) {
                     self.branch(to, BRANCH, bus);
                 }
             }
-            Op::CompareBranch { n, nonzero, to } => {
+            Op::CompareBranch(n, nonzero, to) => {
                 if (self.r[usize::from(n)] != 0) == nonzero {
                     self.branch(to, BRANCH, bus);
                 }
             }
-            Op::BranchLink { to } => {
+            Op::BranchLink(to) => {
                 self.r[14] = self.pc | 1;
                 self.branch(to, BRANCH, bus);
             }
-            Op::BranchReg { m } => self.jump(self.r[usize::from(m)], bus)?,
-            Op::BranchLinkReg { m } => {
+            Op::BranchReg(m) => self.jump(self.r[usize::from(m)], bus)?,
+            Op::BranchLinkReg(m) => {
                 let to = self.r[usize::from(m)];
                 self.r[14] = self.pc | 1;
                 self.jump(to, bus)?;
             }
-            Op::MovPc { m } => self.branch(self.r[usize::from(m)] & !1, COMPUTED_BRANCH, bus),
-            Op::AddPc { m } => {
+            Op::MovPc(m) => self.branch(self.r[usize::from(m)] & !1, COMPUTED_BRANCH, bus),
+            Op::AddPc(m) => {
                 self.branch(
                     self.r[15].wrapping_add(self.r[usize::from(m)]) & !1,
                     COMPUTED_BRANCH,
                     bus,
                 );
             }
-            Op::TableBranch { n, m, halves } => {
+            Op::TableBranch(n, m, halves) => {
                 let (base, at) = (self.r[usize::from(n)], self.r[usize::from(m)]);
                 let entry = if halves {
                     bus.load(Width::Half, base.wrapping_add(at << 1))?
@@ -148,44 +130,42 @@ impl Cpu {
                 };
                 self.branch(self.r[15].wrapping_add(entry * 2), BRANCH, bus);
             }
-            Op::It { state } => {
+            Op::It(state) => {
                 self.it = state;
                 return Ok(());
             }
-            Op::LoadPair { .. }
-            | Op::StorePair { .. }
-            | Op::LoadMany { .. }
-            | Op::StoreMany { .. }
-            | Op::LoadExclusive { .. }
-            | Op::StoreExclusive { .. }
+            Op::LoadPair(..)
+            | Op::StorePair(..)
+            | Op::LoadMany(..)
+            | Op::StoreMany(..)
+            | Op::LoadExclusive(..)
+            | Op::StoreExclusive(..)
             | Op::ClearExclusive => self.transfer(op, bus)?,
-            Op::Divide { .. } => {
+            Op::Divide(..) => {
                 bus.time.cycles += DIVISION;
                 self.integer(op);
             }
-            Op::Mul { .. }
-            | Op::MulAdd { .. }
+            Op::Mul(..)
+            | Op::MulAdd(..)
             | Op::HalfMul { .. }
             | Op::LongMul { .. }
-            | Op::Extend { .. }
-            | Op::BitInsert { .. }
-            | Op::BitExtract { .. }
-            | Op::CountZeros { .. }
-            | Op::ReverseBits { .. }
-            | Op::ReverseBytes { .. }
-            | Op::ReverseHalves { .. }
+            | Op::Extend(..)
+            | Op::BitInsert(..)
+            | Op::BitExtract(..)
+            | Op::CountZeros(..)
+            | Op::ReverseBits(..)
+            | Op::ReverseBytes(..)
+            | Op::ReverseHalves(..)
             | Op::Saturate { .. }
-            | Op::SaturatingAdd { .. }
-            | Op::HalvesUnsigned { .. }
-            | Op::PackHalves { .. } => self.integer(op),
+            | Op::SaturatingAdd(..)
+            | Op::HalvesUnsigned(..)
+            | Op::PackHalves(..) => self.integer(op),
             Op::Nop | Op::Barrier => {}
             Op::WaitForInterrupt => {
                 self.is_asleep = true;
                 bus.attend();
             }
-            Op::ReadSpecial { .. } | Op::WriteSpecial { .. } | Op::Mask { .. } => {
-                self.special(op, bus)?
-            }
+            Op::ReadSpecial(..) | Op::WriteSpecial(..) | Op::Mask(..) => self.special(op, bus)?,
             Op::Undefined => return Err(Stop::Usage(Usage::Undefined)),
             Op::Unmodelled | Op::Breakpoint => {
                 return Err(bus.unmodelled("an instruction", self.r[15] - 4));

@@ -21,66 +21,44 @@ impl Cpu {
         self.fpca = true;
         let value = |s: &[u32; 33], at: u8| f32::from_bits(s[usize::from(at)]);
         match op {
-            Op::FloatLoad {
-                s,
-                n,
-                offset,
-                words,
-            } => {
+            Op::FloatLoad(s, n, offset, words) => {
                 let address = self.base(n).wrapping_add_signed(offset.into());
                 self.load_floats(s, words, address, bus)?;
             }
-            Op::FloatStore {
-                s,
-                n,
-                offset,
-                words,
-            } => {
+            Op::FloatStore(s, n, offset, words) => {
                 let address = self.base(n).wrapping_add_signed(offset.into());
                 self.store_floats(s, words, address, bus)?;
             }
-            Op::FloatLoadMany {
-                n,
-                s,
-                words,
-                back,
-                down,
-            } => {
+            Op::FloatLoadMany(n, s, words, back, down) => {
                 let (from, after) = self.span(n, words, down);
                 self.load_floats(s, words, from, bus)?;
                 if back {
                     self.r[usize::from(n)] = after;
                 }
             }
-            Op::FloatStoreMany {
-                n,
-                s,
-                words,
-                back,
-                down,
-            } => {
+            Op::FloatStoreMany(n, s, words, back, down) => {
                 let (from, after) = self.span(n, words, down);
                 self.store_floats(s, words, from, bus)?;
                 if back {
                     self.r[usize::from(n)] = after;
                 }
             }
-            Op::FloatToCore { t, s } => self.r[usize::from(t)] = self.s[usize::from(s)],
-            Op::CoreToFloat { t, s } => self.s[usize::from(s)] = self.r[usize::from(t)],
-            Op::FloatPairToCore { t, t2, s } => {
+            Op::FloatToCore(t, s) => self.r[usize::from(t)] = self.s[usize::from(s)],
+            Op::CoreToFloat(t, s) => self.s[usize::from(s)] = self.r[usize::from(t)],
+            Op::FloatPairToCore(t, t2, s) => {
                 (self.r[usize::from(t)], self.r[usize::from(t2)]) =
                     (self.s[usize::from(s)], self.s[usize::from(s) + 1]);
             }
-            Op::CorePairToFloat { t, t2, s } => {
+            Op::CorePairToFloat(t, t2, s) => {
                 (self.s[usize::from(s)], self.s[usize::from(s) + 1]) =
                     (self.r[usize::from(t)], self.r[usize::from(t2)]);
             }
-            Op::FloatStatusToCore { t: 15 } => {
+            Op::FloatStatusToCore(15) => {
                 let flag = |at: u32| self.fpscr >> at & 1 != 0;
                 (self.n, self.z, self.c, self.v) = (flag(31), flag(30), flag(29), flag(28));
             }
-            Op::FloatStatusToCore { t } => self.r[usize::from(t)] = self.fpscr,
-            Op::CoreToFloatStatus { t } => {
+            Op::FloatStatusToCore(t) => self.r[usize::from(t)] = self.fpscr,
+            Op::CoreToFloatStatus(t) => {
                 let status = self.r[usize::from(t)];
                 // Other modes than the default one.
                 if status & 0x07C0_0000 != 0 {
@@ -90,7 +68,7 @@ impl Cpu {
                 }
                 self.fpscr = status;
             }
-            Op::Float2 { f, d, n, m } => {
+            Op::Float2(f, d, n, m) => {
                 let (a, b) = (value(&self.s, n), value(&self.s, m));
                 let before = value(&self.s, d);
                 bus.time.cycles += match f {
@@ -115,7 +93,7 @@ impl Cpu {
                 };
                 self.s[usize::from(d)] = result.to_bits();
             }
-            Op::Float1 { f, d, m } => {
+            Op::Float1(f, d, m) => {
                 let bits = self.s[usize::from(m)];
                 self.s[usize::from(d)] = match f {
                     Float1::Mov => bits,
@@ -127,8 +105,8 @@ impl Cpu {
                     }
                 };
             }
-            Op::FloatConstant { d, bits } => self.s[usize::from(d)] = bits,
-            Op::FloatCompare { d, m } => {
+            Op::FloatConstant(d, bits) => self.s[usize::from(d)] = bits,
+            Op::FloatCompare(d, m) => {
                 use std::cmp::Ordering::{Equal, Greater, Less};
                 let flags = match value(&self.s, d).partial_cmp(&value(&self.s, m)) {
                     Some(Equal) => 0b0110,
@@ -138,7 +116,7 @@ impl Cpu {
                 };
                 self.fpscr = self.fpscr & 0x0FFF_FFFF | flags << 28;
             }
-            Op::IntToFloat { d, m, signed } => {
+            Op::IntToFloat(d, m, signed) => {
                 let bits = self.s[usize::from(m)];
                 let value = if signed {
                     bits as i32 as f32
@@ -147,12 +125,7 @@ impl Cpu {
                 };
                 self.s[usize::from(d)] = value.to_bits();
             }
-            Op::FloatToInt {
-                d,
-                m,
-                signed,
-                to_zero,
-            } => {
+            Op::FloatToInt(d, m, signed, to_zero) => {
                 let value = value(&self.s, m);
                 // Beyond the range both this and the chip take the nearest number, and zero for
                 // NaN.

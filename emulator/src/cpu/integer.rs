@@ -84,20 +84,14 @@ impl Cpu {
     pub(super) fn integer(&mut self, op: Op) {
         let r = |n: u8| self.r[usize::from(n)];
         let (d, value) = match op {
-            Op::Mul { flags, d, n, m } => {
+            Op::Mul(flags, d, n, m) => {
                 let value = r(n).wrapping_mul(r(m));
                 if flags == super::operands::Flags::OutsideIt && self.it == 0 {
                     self.set_nz(value);
                 }
                 (d, value)
             }
-            Op::MulAdd {
-                d,
-                n,
-                m,
-                a,
-                subtract,
-            } => {
+            Op::MulAdd(d, n, m, a, subtract) => {
                 let product = r(n).wrapping_mul(r(m));
                 (
                     d,
@@ -145,7 +139,7 @@ impl Cpu {
                 self.r[usize::from(low)] = sum as u32;
                 (high, (sum >> 32) as u32)
             }
-            Op::Divide { d, n, m, signed } => {
+            Op::Divide(d, n, m, signed) => {
                 let (a, b) = (r(n), r(m));
                 let signed_quotient = || {
                     (a as i32)
@@ -161,30 +155,18 @@ impl Cpu {
                     },
                 )
             }
-            Op::Extend {
-                d,
-                n,
-                m,
-                rotate,
-                width,
-            } => {
+            Op::Extend(d, n, m, rotate, width) => {
                 let value = width.extend(r(m).rotate_right(rotate.into()));
                 (d, value.wrapping_add(or_zero(&self.r, n)))
             }
-            Op::BitInsert { d, n, lsb, width } => {
+            Op::BitInsert(d, n, lsb, width) => {
                 let mask = ((1_u64 << width) - 1) as u32;
                 (
                     d,
                     r(d) & !(mask << lsb) | (or_zero(&self.r, n) & mask) << lsb,
                 )
             }
-            Op::BitExtract {
-                d,
-                n,
-                lsb,
-                width,
-                signed,
-            } => {
+            Op::BitExtract(d, n, lsb, width, signed) => {
                 let high = r(n) << (32 - u32::from(lsb) - u32::from(width));
                 let right = 32 - u32::from(width);
                 (
@@ -196,10 +178,10 @@ impl Cpu {
                     },
                 )
             }
-            Op::CountZeros { d, m } => (d, r(m).leading_zeros()),
-            Op::ReverseBits { d, m } => (d, r(m).reverse_bits()),
-            Op::ReverseBytes { d, m } => (d, r(m).swap_bytes()),
-            Op::ReverseHalves { d, m } => (d, r(m).swap_bytes().rotate_right(16)),
+            Op::CountZeros(d, m) => (d, r(m).leading_zeros()),
+            Op::ReverseBits(d, m) => (d, r(m).reverse_bits()),
+            Op::ReverseBytes(d, m) => (d, r(m).swap_bytes()),
+            Op::ReverseHalves(d, m) => (d, r(m).swap_bytes().rotate_right(16)),
             Op::Saturate {
                 d,
                 n,
@@ -218,13 +200,7 @@ impl Cpu {
                 self.q |= bounded != value;
                 (d, bounded as u32)
             }
-            Op::SaturatingAdd {
-                d,
-                n,
-                m,
-                subtract,
-                twice,
-            } => {
+            Op::SaturatingAdd(d, n, m, subtract, twice) => {
                 let (n, m) = (r(n) as i32, r(m) as i32);
                 let addend = if twice { n.saturating_mul(2) } else { n };
                 let exact = if subtract {
@@ -242,7 +218,7 @@ impl Cpu {
                     } as u32,
                 )
             }
-            Op::HalvesUnsigned { d, n, m, subtract } => {
+            Op::HalvesUnsigned(d, n, m, subtract) => {
                 let half = |at: u32| {
                     let (a, b) = ((r(n) >> at) as u16, (r(m) >> at) as u16);
                     u32::from(if subtract {
@@ -253,7 +229,7 @@ impl Cpu {
                 };
                 (d, half(0) | half(16))
             }
-            Op::PackHalves { d, n, m, by, top } => {
+            Op::PackHalves(d, n, m, by, top) => {
                 let shifted = self
                     .shift(if top { Shift::Asr } else { Shift::Lsl }, r(m), by.into())
                     .0;

@@ -5,7 +5,7 @@ use super::operands::{Dp, Flags, Float1, Float2, Index, Shift};
 use crate::width::Width;
 
 /// An instruction. `d` is the destination, `n` and `m` are operands, `t` is what a load or store
-/// moves.
+/// moves. Fields have the names of their variant's comment wherever they are taken out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Op {
     /// An encoding that the architecture leaves undefined, or UDF.
@@ -29,144 +29,59 @@ pub enum Op {
         shift: Shift,
         by: u8,
     },
-    ShiftReg {
-        shift: Shift,
-        flags: Flags,
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    /// MOVW, ADR and other constants without flags.
-    Constant {
-        d: u8,
-        value: u32,
-    },
-    MovT {
-        d: u8,
-        imm: u16,
-    },
-    /// MOV and ADD to the program counter.
-    MovPc {
-        m: u8,
-    },
-    AddPc {
-        m: u8,
-    },
-    Load {
-        width: Width,
-        t: u8,
-        n: u8,
-        offset: i16,
-        index: Index,
-    },
-    Store {
-        width: Width,
-        t: u8,
-        n: u8,
-        offset: i16,
-        index: Index,
-    },
-    LoadReg {
-        width: Width,
-        t: u8,
-        n: u8,
-        m: u8,
-        by: u8,
-    },
-    StoreReg {
-        width: Width,
-        t: u8,
-        n: u8,
-        m: u8,
-        by: u8,
-    },
-    LoadLiteral {
-        width: Width,
-        t: u8,
-        address: u32,
-    },
-    LoadPair {
-        t: u8,
-        t2: u8,
-        n: u8,
-        offset: i16,
-        index: Index,
-    },
-    StorePair {
-        t: u8,
-        t2: u8,
-        n: u8,
-        offset: i16,
-        index: Index,
-    },
-    LoadMany {
-        n: u8,
-        list: u16,
-        back: bool,
-        down: bool,
-    },
-    StoreMany {
-        n: u8,
-        list: u16,
-        back: bool,
-        down: bool,
-    },
-    LoadExclusive {
-        width: Width,
-        t: u8,
-        n: u8,
-        offset: u16,
-    },
-    StoreExclusive {
-        width: Width,
-        d: u8,
-        t: u8,
-        n: u8,
-        offset: u16,
-    },
+    /// `shift`, `flags`, `d`, `n`, `m`.
+    ShiftReg(Shift, Flags, u8, u8, u8),
+    /// MOVW, ADR and other constants without flags. Fields: `d`, `value`.
+    Constant(u8, u32),
+    /// `d`, `imm`.
+    MovT(u8, u16),
+    /// MOV and ADD to the program counter. Fields: `m`.
+    MovPc(u8),
+    /// `m`.
+    AddPc(u8),
+    /// `width`, `t`, `n`, `offset`, `index`.
+    Load(Width, u8, u8, i16, Index),
+    /// `width`, `t`, `n`, `offset`, `index`.
+    Store(Width, u8, u8, i16, Index),
+    /// `width`, `t`, `n`, `m`, `by`.
+    LoadReg(Width, u8, u8, u8, u8),
+    /// `width`, `t`, `n`, `m`, `by`.
+    StoreReg(Width, u8, u8, u8, u8),
+    /// `width`, `t`, `address`.
+    LoadLiteral(Width, u8, u32),
+    /// `t`, `t2`, `n`, `offset`, `index`.
+    LoadPair(u8, u8, u8, i16, Index),
+    /// `t`, `t2`, `n`, `offset`, `index`.
+    StorePair(u8, u8, u8, i16, Index),
+    /// `n`, `list`, `back`, `down`.
+    LoadMany(u8, u16, bool, bool),
+    /// `n`, `list`, `back`, `down`.
+    StoreMany(u8, u16, bool, bool),
+    /// `width`, `t`, `n`, `offset`.
+    LoadExclusive(Width, u8, u8, u16),
+    /// `width`, `d`, `t`, `n`, `offset`.
+    StoreExclusive(Width, u8, u8, u8, u16),
     ClearExclusive,
-    TableBranch {
-        n: u8,
-        m: u8,
-        halves: bool,
-    },
-    Branch {
-        to: u32,
-    },
-    BranchIf {
-        condition: u8,
-        to: u32,
-    },
-    BranchLink {
-        to: u32,
-    },
-    BranchReg {
-        m: u8,
-    },
-    BranchLinkReg {
-        m: u8,
-    },
-    CompareBranch {
-        n: u8,
-        nonzero: bool,
-        to: u32,
-    },
-    It {
-        state: u8,
-    },
-    Mul {
-        flags: Flags,
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    MulAdd {
-        d: u8,
-        n: u8,
-        m: u8,
-        a: u8,
-        subtract: bool,
-    },
+    /// `n`, `m`, `halves`.
+    TableBranch(u8, u8, bool),
+    /// `to`.
+    Branch(u32),
+    /// `condition`, `to`.
+    BranchIf(u8, u32),
+    /// `to`.
+    BranchLink(u32),
+    /// `m`.
+    BranchReg(u8),
+    /// `m`.
+    BranchLinkReg(u8),
+    /// `n`, `nonzero`, `to`.
+    CompareBranch(u8, bool, u32),
+    /// `state`.
+    It(u8),
+    /// `flags`, `d`, `n`, `m`.
+    Mul(Flags, u8, u8, u8),
+    /// `d`, `n`, `m`, `a`, `subtract`.
+    MulAdd(u8, u8, u8, u8, bool),
     /// SMULxy and SMLAxy; `a` is [`SINK`](super::operands::SINK) without an addend.
     HalfMul {
         d: u8,
@@ -184,49 +99,23 @@ pub enum Op {
         signed: bool,
         accumulate: bool,
     },
-    Divide {
-        d: u8,
-        n: u8,
-        m: u8,
-        signed: bool,
-    },
-    /// SXTB and its kin; `n` is [`SINK`](super::operands::SINK) without an addend.
-    Extend {
-        d: u8,
-        n: u8,
-        m: u8,
-        rotate: u8,
-        width: Width,
-    },
-    BitInsert {
-        d: u8,
-        n: u8,
-        lsb: u8,
-        width: u8,
-    },
-    BitExtract {
-        d: u8,
-        n: u8,
-        lsb: u8,
-        width: u8,
-        signed: bool,
-    },
-    CountZeros {
-        d: u8,
-        m: u8,
-    },
-    ReverseBits {
-        d: u8,
-        m: u8,
-    },
-    ReverseBytes {
-        d: u8,
-        m: u8,
-    },
-    ReverseHalves {
-        d: u8,
-        m: u8,
-    },
+    /// `d`, `n`, `m`, `signed`.
+    Divide(u8, u8, u8, bool),
+    /// SXTB and its kin; `n` is [`SINK`](super::operands::SINK) without an addend. Fields: `d`, `n`,
+    /// `m`, `rotate`, `width`.
+    Extend(u8, u8, u8, u8, Width),
+    /// `d`, `n`, `lsb`, `width`.
+    BitInsert(u8, u8, u8, u8),
+    /// `d`, `n`, `lsb`, `width`, `signed`.
+    BitExtract(u8, u8, u8, u8, bool),
+    /// `d`, `m`.
+    CountZeros(u8, u8),
+    /// `d`, `m`.
+    ReverseBits(u8, u8),
+    /// `d`, `m`.
+    ReverseBytes(u8, u8),
+    /// `d`, `m`.
+    ReverseHalves(u8, u8),
     Saturate {
         d: u8,
         n: u8,
@@ -235,123 +124,53 @@ pub enum Op {
         by: u8,
         signed: bool,
     },
-    SaturatingAdd {
-        d: u8,
-        n: u8,
-        m: u8,
-        subtract: bool,
-        twice: bool,
-    },
-    HalvesUnsigned {
-        d: u8,
-        n: u8,
-        m: u8,
-        subtract: bool,
-    },
-    PackHalves {
-        d: u8,
-        n: u8,
-        m: u8,
-        by: u8,
-        top: bool,
-    },
-    ReadSpecial {
-        d: u8,
-        number: u8,
-    },
-    WriteSpecial {
-        n: u8,
-        number: u8,
-    },
-    Mask {
-        primask: bool,
-        faultmask: bool,
-        set: bool,
-    },
+    /// `d`, `n`, `m`, `subtract`, `twice`.
+    SaturatingAdd(u8, u8, u8, bool, bool),
+    /// `d`, `n`, `m`, `subtract`.
+    HalvesUnsigned(u8, u8, u8, bool),
+    /// `d`, `n`, `m`, `by`, `top`.
+    PackHalves(u8, u8, u8, u8, bool),
+    /// `d`, `number`.
+    ReadSpecial(u8, u8),
+    /// `n`, `number`.
+    WriteSpecial(u8, u8),
+    /// `primask`, `faultmask`, `set`.
+    Mask(bool, bool, bool),
     Nop,
     WaitForInterrupt,
     Barrier,
     Breakpoint,
-    FloatLoad {
-        s: u8,
-        n: u8,
-        offset: i16,
-        words: u8,
-    },
-    FloatStore {
-        s: u8,
-        n: u8,
-        offset: i16,
-        words: u8,
-    },
-    FloatLoadMany {
-        n: u8,
-        s: u8,
-        words: u8,
-        back: bool,
-        down: bool,
-    },
-    FloatStoreMany {
-        n: u8,
-        s: u8,
-        words: u8,
-        back: bool,
-        down: bool,
-    },
-    FloatToCore {
-        t: u8,
-        s: u8,
-    },
-    CoreToFloat {
-        t: u8,
-        s: u8,
-    },
-    FloatPairToCore {
-        t: u8,
-        t2: u8,
-        s: u8,
-    },
-    CorePairToFloat {
-        t: u8,
-        t2: u8,
-        s: u8,
-    },
-    /// VMRS; 15 moves the flags to APSR.
-    FloatStatusToCore {
-        t: u8,
-    },
-    CoreToFloatStatus {
-        t: u8,
-    },
-    Float2 {
-        f: Float2,
-        d: u8,
-        n: u8,
-        m: u8,
-    },
-    Float1 {
-        f: Float1,
-        d: u8,
-        m: u8,
-    },
-    FloatConstant {
-        d: u8,
-        bits: u32,
-    },
-    /// VCMP; `m` is [`FLOAT_ZERO`](super::operands::FLOAT_ZERO) for a comparison with zero.
-    FloatCompare {
-        d: u8,
-        m: u8,
-    },
-    IntToFloat {
-        d: u8,
-        m: u8,
-        signed: bool,
-    },
-    FloatToInt {
-        d: u8,
-        m: u8,
-        signed: bool,
-        to_zero: bool,
-    },
+    /// `s`, `n`, `offset`, `words`.
+    FloatLoad(u8, u8, i16, u8),
+    /// `s`, `n`, `offset`, `words`.
+    FloatStore(u8, u8, i16, u8),
+    /// `n`, `s`, `words`, `back`, `down`.
+    FloatLoadMany(u8, u8, u8, bool, bool),
+    /// `n`, `s`, `words`, `back`, `down`.
+    FloatStoreMany(u8, u8, u8, bool, bool),
+    /// `t`, `s`.
+    FloatToCore(u8, u8),
+    /// `t`, `s`.
+    CoreToFloat(u8, u8),
+    /// `t`, `t2`, `s`.
+    FloatPairToCore(u8, u8, u8),
+    /// `t`, `t2`, `s`.
+    CorePairToFloat(u8, u8, u8),
+    /// VMRS; 15 moves the flags to APSR. Fields: `t`.
+    FloatStatusToCore(u8),
+    /// `t`.
+    CoreToFloatStatus(u8),
+    /// `f`, `d`, `n`, `m`.
+    Float2(Float2, u8, u8, u8),
+    /// `f`, `d`, `m`.
+    Float1(Float1, u8, u8),
+    /// `d`, `bits`.
+    FloatConstant(u8, u32),
+    /// VCMP; `m` is [`FLOAT_ZERO`](super::operands::FLOAT_ZERO) for a comparison with zero. Fields:
+    /// `d`, `m`.
+    FloatCompare(u8, u8),
+    /// `d`, `m`, `signed`.
+    IntToFloat(u8, u8, bool),
+    /// `d`, `m`, `signed`, `to_zero`.
+    FloatToInt(u8, u8, bool, bool),
 }

@@ -30,7 +30,7 @@ impl Cpu {
 
     pub(super) fn special(&mut self, op: Op, bus: &mut Bus) -> Result<(), Stop> {
         match op {
-            Op::ReadSpecial { d, number } => {
+            Op::ReadSpecial(d, number) => {
                 self.r[usize::from(d)] = match number {
                     0..=3 => self.apsr() | if number & 1 != 0 { self.ipsr.into() } else { 0 },
                     5 => self.ipsr.into(),
@@ -42,7 +42,7 @@ impl Cpu {
                     _ => return Err(bus.unmodelled("a special register", number.into())),
                 };
             }
-            Op::WriteSpecial { n, number } => {
+            Op::WriteSpecial(n, number) => {
                 let value = self.r[usize::from(n)];
                 // Four bits of priority exist.
                 let priority = (value & 0xF0) as u8;
@@ -63,11 +63,7 @@ impl Cpu {
                 }
                 bus.attend();
             }
-            Op::Mask {
-                primask,
-                faultmask,
-                set,
-            } => {
+            Op::Mask(primask, faultmask, set) => {
                 if primask {
                     self.primask = set;
                 }

@@ -64,7 +64,7 @@ impl Cpu {
 
     /// Whether the instruction runs, by the IT block that it is in.
     fn advance_it(&mut self, op: Op) -> bool {
-        if matches!(op, Op::It { .. }) {
+        if matches!(op, Op::It(..)) {
             return true;
         }
         let runs = self.holds(self.it >> 4);

@@ -30,13 +30,7 @@ impl Cpu {
 
     pub(super) fn transfer(&mut self, op: Op, bus: &mut Bus) -> Result<(), Stop> {
         match op {
-            Op::LoadPair {
-                t,
-                t2,
-                n,
-                offset,
-                index,
-            } => {
+            Op::LoadPair(t, t2, n, offset, index) => {
                 let (address, after) = self.indexed(n, offset, index);
                 let address = if n == 15 { address & !3 } else { address };
                 bus.time.cycles += 2;
@@ -49,25 +43,14 @@ impl Cpu {
                 }
                 (self.r[usize::from(t)], self.r[usize::from(t2)]) = (first, second);
             }
-            Op::StorePair {
-                t,
-                t2,
-                n,
-                offset,
-                index,
-            } => {
+            Op::StorePair(t, t2, n, offset, index) => {
                 let (address, after) = self.indexed(n, offset, index);
                 bus.time.cycles += 2;
                 bus.write_aligned(address, self.r[usize::from(t)])?;
                 bus.write_aligned(address.wrapping_add(4), self.r[usize::from(t2)])?;
                 self.r[usize::from(n)] = after;
             }
-            Op::LoadMany {
-                n,
-                list,
-                back,
-                down,
-            } => {
+            Op::LoadMany(n, list, back, down) => {
                 let (from, after) = self.span(n, list.count_ones() as u8, down);
                 let mut address = from;
                 let mut target = None;
@@ -90,12 +73,7 @@ impl Cpu {
                     self.jump(to, bus)?;
                 }
             }
-            Op::StoreMany {
-                n,
-                list,
-                back,
-                down,
-            } => {
+            Op::StoreMany(n, list, back, down) => {
                 let (from, after) = self.span(n, list.count_ones() as u8, down);
                 let mut address = from;
                 for t in (0..15_usize).filter(|t| list >> t & 1 != 0) {
@@ -107,23 +85,12 @@ impl Cpu {
                     self.r[usize::from(n)] = after;
                 }
             }
-            Op::LoadExclusive {
-                width,
-                t,
-                n,
-                offset,
-            } => {
+            Op::LoadExclusive(width, t, n, offset) => {
                 let address = self.r[usize::from(n)].wrapping_add(offset.into());
                 self.r[usize::from(t)] = bus.load(width, address)?;
                 self.exclusive = Some(address);
             }
-            Op::StoreExclusive {
-                width,
-                d,
-                t,
-                n,
-                offset,
-            } => {
+            Op::StoreExclusive(width, d, t, n, offset) => {
                 let address = self.r[usize::from(n)].wrapping_add(offset.into());
                 let holds = self.exclusive.take() == Some(address);
                 if holds {
