@@ -51,6 +51,15 @@ pub fn bench(flags: &[String]) -> Result<()> {
     run(&mut bench)
 }
 
+/// Builds the bench image and that of the Feather, and counts instructions on the emulator.
+pub fn counts() -> Result<()> {
+    let (flashed, _) = images::build(Board::FeatherF405.image())?;
+    let (bench, _) = images::build(images::COUNTS)?;
+    announce("instructions of the fit, on the emulator");
+    let package = "ridgetone-bench";
+    run(program(package, package, &bench.to_string_lossy()).arg(flashed))
+}
+
 /// Fits windows on this PC.
 pub fn noise(flags: &[String]) -> Result<()> {
     run(eval("noise").args(flags))

@@ -26,6 +26,12 @@ const DBGMCU_CR: u32 = 4;
 /// Bits per second of the PC's end of the serial line.
 const BAUD: u64 = 921_600;
 
+/// A memory's bytes from an address on; none outside.
+fn from(memory: &[u8], address: u32, first: u32) -> &[u8] {
+    let at = address.wrapping_sub(first) as usize;
+    memory.get(at..).unwrap_or(&[])
+}
+
 impl Emulator {
     /// Presses the reset button.
     pub fn press_reset(&mut self) -> Result<(), Box<Failure>> {
@@ -75,11 +81,12 @@ impl Emulator {
 
     /// The flash from an address on, as a programmer reads it.
     pub fn flash(&self, address: u32) -> &[u8] {
-        self.bus
-            .flash
-            .bytes
-            .get(address.wrapping_sub(0x0800_0000) as usize..)
-            .unwrap_or(&[])
+        from(&self.bus.flash.bytes, address, 0x0800_0000)
+    }
+
+    /// The main RAM from an address on, as a debugger reads it.
+    pub fn ram(&self, address: u32) -> &[u8] {
+        from(&self.bus.ram, address, 0x2000_0000)
     }
 
     /// Overwrites flash, as a programmer does.
@@ -227,6 +234,14 @@ impl Emulator {
     /// DBGMCU_CR: what goes on while the processor sleeps, for a debugger.
     pub fn debug_control(&self) -> Option<u32> {
         self.bus.dbgmcu.read(DBGMCU_CR)
+    }
+
+    /// The core's registers R0 to R15; R15 is the address of the next instruction.
+    pub fn registers(&self) -> [u32; 16] {
+        let mut registers = [0; 16];
+        registers.copy_from_slice(&self.cpu.r[..16]);
+        registers[15] = self.cpu.pc;
+        registers
     }
 
     /// Counts of an interrupt, up to now.

@@ -28,7 +28,7 @@ impl Emulator {
         }
         let before = self.mark(event);
         while self.now_ns() < end_ns {
-            self.run_once::<false>(end_ns)?;
+            self.run_once(end_ns)?;
             if self.mark(event) != before {
                 return Ok(true);
             }
@@ -48,17 +48,18 @@ impl Emulator {
     }
 
     fn run_to_address(&mut self, address: u32, end_ns: u64) -> Result<bool, Box<Failure>> {
-        // The one that is next already is not meant.
-        let mut has_left = false;
-        while self.now_ns() < end_ns {
-            if has_left && self.cpu.pc == address {
-                return Ok(true);
-            }
-            has_left = true;
-            // One instruction at a time.
-            self.bus.attend();
-            self.run_once::<false>(end_ns)?;
+        // The instruction that is next already is not meant.
+        if self.cpu.pc == address {
+            self.run_ns(1)?;
         }
-        Ok(false)
+        self.stops_at = Some(address);
+        let mut outcome = Ok(false);
+        while self.now_ns() < end_ns && matches!(outcome, Ok(false)) {
+            outcome = self.run_once(end_ns).map(|()| self.cpu.pc == address);
+        }
+        self.stops_at = None;
+        // The next run has an end of its own.
+        self.bus.attend();
+        outcome
     }
 }

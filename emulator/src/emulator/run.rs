@@ -29,6 +29,8 @@ pub struct Emulator {
     pub(super) asleep_cycles: u64,
     pub(super) resets: Vec<Reset>,
     pub(super) counts: Option<Counts>,
+    /// Address of an instruction before which a run ends.
+    pub(super) stops_at: Option<u32>,
     stack_end: u32,
 }
 
@@ -95,6 +97,7 @@ impl Emulator {
             asleep_cycles: 0,
             resets: Vec::new(),
             counts: None,
+            stops_at: None,
             stack_end,
         })
     }
@@ -106,33 +109,38 @@ impl Emulator {
 
     /// Runs until this virtual time, nanoseconds since power-up.
     pub fn run_until(&mut self, end_ns: u64) -> Result<(), Box<Failure>> {
-        if self.counts.is_some() {
-            while self.now_ns() < end_ns {
-                self.run_once::<true>(end_ns)?;
-            }
-        } else {
-            while self.now_ns() < end_ns {
-                self.run_once::<false>(end_ns)?;
-            }
+        while self.now_ns() < end_ns {
+            self.run_once(end_ns)?;
         }
         Ok(())
     }
 
-    /// Runs until the next event of the peripherals, which an instruction may bring about.
-    pub(super) fn run_once<const COUNTS: bool>(&mut self, end_ns: u64) -> Result<(), Box<Failure>> {
+    /// Runs until the next event of the peripherals, which an instruction may bring about, or until
+    /// [`Self::stops_at`].
+    pub(super) fn run_once(&mut self, end_ns: u64) -> Result<(), Box<Failure>> {
+        if self.counts.is_some() || self.stops_at.is_some() {
+            self.run_some::<true>(end_ns)
+        } else {
+            self.run_some::<false>(end_ns)
+        }
+    }
+
+    #[inline(always)]
+    fn run_some<const WATCHED: bool>(&mut self, end_ns: u64) -> Result<(), Box<Failure>> {
         if self.bus.time.cycles >= self.bus.deadline && !self.look_around(end_ns)? {
             return Ok(());
         }
         loop {
             let (pc, before) = (self.cpu.pc, self.bus.time.cycles);
             let outcome = self.cpu.step(&mut self.bus);
-            if COUNTS && let Some(counts) = &mut self.counts {
+            if WATCHED && let Some(counts) = &mut self.counts {
                 counts.add(pc, self.bus.time.cycles - before);
             }
             if let Err(stop) = outcome {
                 self.fault(stop)?;
             }
-            if self.bus.time.cycles >= self.bus.deadline {
+            let is_there = WATCHED && Some(self.cpu.pc) == self.stops_at;
+            if self.bus.time.cycles >= self.bus.deadline || is_there {
                 return Ok(());
             }
         }
