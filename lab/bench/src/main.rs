@@ -1,6 +1,6 @@
 //! Runs the bench image on the emulator and prints its table: `ridgetone-bench bench-image.elf`. With
 //! the Feather's image behind it, it compares the default scene with what is flashed, over the demo's
-//! touch.
+//! touch. With `--words` it prints the bits of the results instead, for `qemu.py`.
 
 mod layout;
 
@@ -28,10 +28,19 @@ struct Row {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [bench, option] = &*arguments
+        && option == "--words"
+    {
+        for row in run(Path::new(bench))? {
+            let bits = [row.status, row.frequency.to_bits(), row.sigma.to_bits()];
+            println!("{}", bits.map(|word| format!("{word:08x}")).join(" "));
+        }
+        return Ok(());
+    }
     let (bench, flashed) = match &*arguments {
         [bench] => (bench, None),
         [bench, flashed] => (bench, Some(flashed)),
-        _ => return Err("ridgetone-bench BENCH.elf [FEATHER.elf]".into()),
+        _ => return Err("ridgetone-bench BENCH.elf [FEATHER.elf | --words]".into()),
     };
     let rows = run(Path::new(bench))?;
     println!("instructions, thousands: untracked / tracked; error of the untracked one, sigma");
