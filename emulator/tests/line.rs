@@ -100,3 +100,33 @@ fn times_of_edges_are_right_to_some_microseconds_also_while_bytes_arrive() {
         }
     }
 }
+
+/// The processor stands still for 16 us a word of flash, a byte lasts 10.9: bytes that follow at once
+/// are lost, counted and reported. Nothing of the scan is lost, and the settings are kept.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn bytes_back_to_back_while_settings_are_kept_are_lost_and_counted() {
+    let settings = Settings {
+        stride_s: 0.75,
+        ..Settings::DEFAULT
+    };
+    for board in BOARDS {
+        let mut run = Run::at_rest(board);
+        let keep = Command::Set {
+            settings: settings.clone(),
+            keep: true,
+        };
+        run.emulator.send(&request(1, keep));
+        run.emulator.send(&vec![0x55; 1000]);
+        assert_eq!(run.run_to(1.0, reply_to(1)), Outcome::Done, "{board:?}");
+        run.run_s(0.1);
+        let [overruns, unheard, _] = run.emulator.received();
+        assert!(overruns > 0 && unheard == 0, "{board:?}: {overruns}");
+        let broken: Vec<Rule> = run.emulator.findings().iter().map(|one| one.rule).collect();
+        assert!(broken.iter().all(|rule| *rule == Rule::UsartOverrun));
+        assert_eq!(run.command(2, Command::Greet), Outcome::Done, "{board:?}");
+        let report = run.run_to(3.0, health);
+        assert_eq!(u64::from(report.bytes_overrun), overruns, "{board:?}");
+        assert_eq!(report.conversions_lost, 0, "{board:?}");
+    }
+}

@@ -127,3 +127,50 @@ fn chip_select_waits_for_the_last_bit_where_bsy_clears_early() {
         run.assert_rules();
     }
 }
+
+/// The processor measures time with an oscillator that is off: its time stamps are, by the same part.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn an_internal_oscillator_that_is_off_stretches_the_time_stamps() {
+    for (board, hsi_ppm) in BOARDS.into_iter().zip([4_000, -10_000]) {
+        let start = Start {
+            hse_is_dead: true,
+            hsi_ppm,
+            ..Start::default()
+        };
+        let mut run = Run::new(board, Constant::default(), start);
+        run.run_s(1.5);
+        let [first, .., last] = run.emulator.readings() else {
+            panic!("{board:?}: it scans");
+        };
+        let passed_us = (last.edge_ns - first.edge_ns) as f64 * 1e-3;
+        let off_ppm = (f64::from(last.t_us - first.t_us) / passed_us - 1.0) * 1e6;
+        assert!(
+            (off_ppm - f64::from(hsi_ppm)).abs() < 10.0,
+            "{board:?}: {off_ppm} ppm"
+        );
+        run.assert_rules();
+    }
+}
+
+/// Nothing watches the crystal, so the board hangs until the watchdog bites; then it starts without.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn a_crystal_that_stops_while_the_board_runs_costs_a_reset_by_the_watchdog() {
+    for board in BOARDS {
+        let mut run = Run::at_rest(board);
+        let stopped_ns = run.emulator.now_ns();
+        run.emulator.inject(ProcessorFault::OscillatorStops);
+        let boot = run.run_to(12.0, hello).boot;
+        assert_eq!(
+            (boot.cause, boot.oscillator),
+            (ResetCause::Watchdog, Oscillator::Internal),
+            "{board:?}"
+        );
+        let [reset] = run.emulator.resets() else {
+            panic!("{board:?}: {:?}", run.emulator.resets());
+        };
+        let hung_s = (reset.at_ns - stopped_ns) as f64 * 1e-9;
+        assert!((5.0..9.0).contains(&hung_s), "{board:?}: {hung_s} s");
+    }
+}
