@@ -65,16 +65,16 @@ impl Bus {
             self.drdy_edge();
         }
         if self.spi.overruns > overruns.0 {
-            self.note(Some((
+            self.broke(
                 Rule::SpiOverrun,
-                "a byte arrives before the one before is read".into(),
-            )));
+                "a byte arrives before the one before is read",
+            );
         }
         if self.usart.overruns > overruns.1 {
-            self.note(Some((
+            self.broke(
                 Rule::UsartOverrun,
-                "a byte arrives before the one before is read".into(),
-            )));
+                "a byte arrives before the one before is read",
+            );
         }
         if self
             .iwdg
@@ -83,7 +83,7 @@ impl Bus {
             && !self.has_bitten
         {
             self.has_bitten = true;
-            self.note(Some((Rule::Watchdog, "nobody has fed it".into())));
+            self.broke(Rule::Watchdog, "nobody has fed it");
         }
         self.scs.now = now;
         if self.rcc.requests_nmi() {

@@ -52,10 +52,10 @@ impl Bus {
                 }
             }
             if self.own_adc.has_overrun() && !had_overrun {
-                self.note(Some((
+                self.broke(
                     Rule::AdcOverrun,
-                    "a conversion ends before the one before is fetched".into(),
-                )));
+                    "a conversion ends before the one before is fetched",
+                );
             }
         }
     }
@@ -80,7 +80,7 @@ impl Bus {
             let is_analogue = self.gpio[usize::from(pin.0)].mode(pin.1) == 3;
             if !is_analogue || !self.wiring.inputs.contains(&pin) {
                 let detail = format!("channel {channel}: {pin:?} is no analogue input");
-                self.note(Some((Rule::PinFunction, detail)));
+                self.broke(Rule::PinFunction, detail);
             }
         }
     }

@@ -57,10 +57,10 @@ impl Bus {
     fn locate(&mut self, address: u32) -> (u32, u32) {
         let base = address & !0x3FF;
         if let Some((bus, bit)) = clock_of(base).filter(|(bus, bit)| !self.rcc.is_on(*bus, *bit)) {
-            self.note(Some((
+            self.broke(
                 Rule::ClockOn,
                 format!("{address:#010x}: bit {bit} of bus {bus} is off in RCC"),
-            )));
+            );
         }
         (base, address - base)
     }

@@ -175,12 +175,18 @@ impl Bus {
         }))
     }
 
-    /// Notes a broken rule.
+    /// Notes a broken rule, if one is.
     pub fn note(&mut self, broken: Option<(Rule, String)>) {
         if let Some((rule, detail)) = broken {
-            self.findings.add(rule, detail, self.pc, self.time.ns());
-            // `Emulator::run_to` looks at findings before the next instruction.
-            self.attend();
+            self.broke(rule, detail);
         }
+    }
+
+    /// Notes a broken rule.
+    pub fn broke(&mut self, rule: Rule, detail: impl Into<String>) {
+        let (pc, at_ns) = (self.pc, self.time.ns());
+        self.findings.add(rule, detail.into(), pc, at_ns);
+        // `Emulator::run_to` looks at findings before the next instruction.
+        self.attend();
     }
 }

@@ -88,32 +88,32 @@ impl Bus {
             .hse()
             .is_some_and(|is_bypassed| is_bypassed != self.wiring.is_bypassed)
         {
-            self.note(Some((
+            self.broke(
                 Rule::ClockLimit,
-                "HSEBYP does not fit the board's oscillator".into(),
-            )));
+                "HSEBYP does not fit the board's oscillator",
+            );
         }
         let is_above = [clocks.hclk, clocks.pclk[0], clocks.pclk[1]]
             .iter()
             .zip(limits)
             .any(|(hz, limit)| *hz > limit);
         if is_above {
-            self.note(Some((Rule::ClockLimit, format!("{clocks:?}"))));
+            self.broke(Rule::ClockLimit, format!("{clocks:?}"));
         }
         if let Some([input, vco]) = pll
             && !((1_000_000..=2_000_000).contains(&input)
                 && (100_000_000..=432_000_000).contains(&vco))
         {
-            self.note(Some((
+            self.broke(
                 Rule::ClockLimit,
                 format!("the PLL's input {input} Hz, its VCO {vco} Hz"),
-            )));
+            );
         }
         // One more wait state for each 30 MHz at 2.7 to 3.6 V (RM0090, table 10).
         let needed = clocks.hclk.saturating_sub(1) / 30_000_000;
         if self.flash.latency() < needed {
             let detail = format!("{} wait states at {} Hz", self.flash.latency(), clocks.hclk);
-            self.note(Some((Rule::WaitStates, detail)));
+            self.broke(Rule::WaitStates, detail);
         }
         (self.clocks, _) = self.rcc.clocks(&self.wiring, self.rcc.hsi_hz);
         let clocks = self.clocks;
@@ -163,29 +163,23 @@ impl Bus {
     /// The rules for SPI, as it is switched on.
     pub fn check_spi(&mut self) {
         let Some(adc) = self.wiring.adc else {
-            return self.note(Some((
-                Rule::PinFunction,
-                "SPI1 is on, and nothing is wired to it".into(),
-            )));
+            return self.broke(Rule::PinFunction, "SPI1 is on, and nothing is wired to it");
         };
         let Pin(port, sck) = adc.sck;
         self.check_functions(&[adc.sck, adc.miso, adc.mosi], AF_SPI1);
         if self.port(adc.cs).driven(adc.cs.1).is_none() {
-            self.note(Some((Rule::PinFunction, "CS is no output".into())));
+            self.broke(Rule::PinFunction, "CS is no output");
         }
         let apb_hz = self.clocks.pclk[1];
         let speed = self.gpio[usize::from(port)].speed(sck);
         if apb_hz > MEDIUM_PAD_HZ && speed < FAST {
-            self.note(Some((
+            self.broke(
                 Rule::PadSpeed,
                 format!("SCK's OSPEEDR is {speed} at APB2 {apb_hz} Hz"),
-            )));
+            );
         }
         if !self.spi.fits_adc() {
-            self.note(Some((
-                Rule::SpiMode,
-                "not mode 0, 8 bits, most significant first".into(),
-            )));
+            self.broke(Rule::SpiMode, "not mode 0, 8 bits, most significant first");
         }
         self.check_sclk();
     }
@@ -195,7 +189,7 @@ impl Bus {
         let sclk_hz = self.clocks.pclk[1] / self.spi.divider();
         let clock_hz = u64::from(self.adc.clock_hz());
         if self.spi.is_on() && clock_hz > 0 && sclk_hz * 2 > clock_hz {
-            self.note(Some((Rule::SpiClock, format!("SCLK {sclk_hz} Hz"))));
+            self.broke(Rule::SpiClock, format!("SCLK {sclk_hz} Hz"));
         }
     }
 
@@ -242,13 +236,13 @@ impl Bus {
         let clock_hz = self.clock_output_hz;
         if clock_hz > ADC_CLOCK_HZ || !(2 * period..=3 * period).contains(&(5 * high)) {
             let detail = format!("{clock_hz} Hz, high for {high} of {period}");
-            self.note(Some((Rule::AdcClock, detail)));
+            self.broke(Rule::AdcClock, detail);
         }
         let Pin(_, pin) = self.wiring.clock;
         let speed = self.port(self.wiring.clock).speed(pin);
         if speed < MEDIUM {
             let detail = format!("the clock's OSPEEDR is {speed} at {clock_hz} Hz");
-            self.note(Some((Rule::PadSpeed, detail)));
+            self.broke(Rule::PadSpeed, detail);
         }
     }
 
@@ -261,10 +255,7 @@ impl Bus {
     pub fn check_encoder(&mut self) {
         match self.wiring.stylus {
             Some(stylus) => self.check_functions(&stylus.channels, AF_TIM3),
-            None => self.note(Some((
-                Rule::PinFunction,
-                "TIM3 counts, and nothing is wired to it".into(),
-            ))),
+            None => self.broke(Rule::PinFunction, "TIM3 counts, and nothing is wired to it"),
         }
     }
 
@@ -277,10 +268,10 @@ impl Bus {
             .stylus
             .is_some_and(|stylus| is_analogue(stylus.output))
         {
-            self.note(Some((
+            self.broke(
                 Rule::PinFunction,
-                "the converter is on, and its pin is not analogue".into(),
-            )));
+                "the converter is on, and its pin is not analogue",
+            );
         }
     }
 
@@ -289,7 +280,7 @@ impl Bus {
             let has = self.port(*pin).function(pin.1);
             if has != Some(wanted) {
                 let detail = format!("{pin:?} has {has:?} in place of function {wanted}");
-                self.note(Some((Rule::PinFunction, detail)));
+                self.broke(Rule::PinFunction, detail);
             }
         }
     }

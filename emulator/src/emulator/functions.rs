@@ -33,8 +33,7 @@ impl Counts {
 }
 
 impl Emulator {
-    /// Begins to count instructions by function, from zero. A run then takes up to twice the time,
-    /// and 8 MB more for each half megabyte of flash.
+    /// Begins to count instructions by function, from zero. A run then takes a quarter more time.
     pub fn count_functions(&mut self) {
         self.counts = Some(Counts::new(self.bus.flash.bytes.len()));
     }

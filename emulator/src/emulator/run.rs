@@ -183,10 +183,10 @@ impl Emulator {
             }
             self.check_stack();
             for irq in std::mem::take(&mut self.bus.scs.spurious) {
-                self.bus.note(Some((
+                self.bus.broke(
                     Rule::SpuriousInterrupt,
                     format!("interrupt {irq} without a cause"),
-                )));
+                );
             }
             // A higher one may wait already.
             self.bus.attend();
@@ -205,10 +205,8 @@ impl Emulator {
     fn check_stack(&mut self) {
         let sp = self.cpu.r[13];
         if sp < self.stack_end {
-            self.bus.note(Some((
-                Rule::StackEnd,
-                format!("the stack pointer is {sp:#010x}"),
-            )));
+            self.bus
+                .broke(Rule::StackEnd, format!("the stack pointer is {sp:#010x}"));
         }
     }
 
