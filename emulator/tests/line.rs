@@ -113,7 +113,7 @@ fn bytes_back_to_back_while_settings_are_kept_are_lost_and_counted() {
     for board in BOARDS {
         let mut run = Run::at_rest(board);
         let keep = Command::Set {
-            settings: settings.clone(),
+            settings,
             keep: true,
         };
         run.emulator.send(&request(1, keep));
