@@ -58,20 +58,27 @@ impl Image {
 
     /// Reads an ELF file.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
-        let failed = |why: String| ImageError(path.to_owned(), why);
-        let bytes = std::fs::read(path).map_err(|error| failed(error.to_string()))?;
-        let file = object::read::elf::ElfFile32::<object::LittleEndian>::parse(&*bytes)
+        let bytes =
+            std::fs::read(path).map_err(|error| ImageError(path.to_owned(), error.to_string()))?;
+        Self::parse(&bytes, path)
+    }
+
+    /// Reads an ELF file that is in memory, such as one that a program has embedded. `name` is for
+    /// messages.
+    pub fn parse(bytes: &[u8], name: &Path) -> Result<Self, ImageError> {
+        let failed = |why: String| ImageError(name.to_owned(), why);
+        let file = object::read::elf::ElfFile32::<object::LittleEndian>::parse(bytes)
             .map_err(|error| failed(error.to_string()))?;
         if file.architecture() != Architecture::Arm {
             return Err(failed(format!("built for {:?}", file.architecture())));
         }
         let endian = object::LittleEndian;
         let mut segments = Vec::new();
-        let headers = FileHeader32::<object::LittleEndian>::parse(&*bytes)
-            .and_then(|header| header.program_headers(endian, &*bytes))
+        let headers = FileHeader32::<object::LittleEndian>::parse(bytes)
+            .and_then(|header| header.program_headers(endian, bytes))
             .map_err(|error| failed(error.to_string()))?;
         for header in headers {
-            let data = header.data(endian, &*bytes);
+            let data = header.data(endian, bytes);
             let data = data.map_err(|()| failed("a segment beyond the end".into()))?;
             if header.p_type(endian) == PT_LOAD && !data.is_empty() {
                 segments.push((header.p_paddr(endian), data.to_vec()));
