@@ -226,7 +226,6 @@ fn inputs_that_would_play_for_ever() {
 #[test]
 fn devices_that_never_end_are_refused() {
     let folder = directory();
-    let out = folder.path().join("out.csv");
     for device in ["/dev/zero", "/dev/urandom"] {
         for arguments in [
             &["fit", device][..],

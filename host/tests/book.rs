@@ -78,7 +78,7 @@ const MORE: [&str; 7] = [
     "hal-mock/README.md",
     "host/python/README.md",
     "host/reference.md",
-    "lab/rig/README.md",
+    "emulator/README.md",
     "teletaction/README.md",
     "teletaction/stimulus/README.md",
 ];

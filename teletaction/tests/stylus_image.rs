@@ -11,7 +11,7 @@ use ridgetone_teletaction::stylus::message::{
     Command, Decoder, Event, Health, Mark, Outcome, Request,
 };
 use ridgetone_teletaction::stylus::parameters::Parameters;
-use rig::{Board, Image, ProcessorFault, Rig, Start};
+use ridgetone_emulator::{Board, Image, ProcessorFault, Emulator, Start};
 use std::f64::consts::TAU;
 
 /// One count, millimetres, and volts of the largest code, of the default parameters.
@@ -23,7 +23,7 @@ const IRQ_TIM6: u16 = 54;
 const IRQ_USART3: u16 = 39;
 
 struct Stylus {
-    rig: Rig,
+    emulator: Emulator,
     decoder: Decoder,
     events: Vec<Event>,
     number: u16,
@@ -46,9 +46,9 @@ impl Stylus {
     fn ready() -> Self {
         let image = Image::built(Board::StylusF405).unwrap_or_else(|error| panic!("{error}"));
         let scene = Constant::default();
-        let rig = Rig::new(Board::StylusF405, &image, scene, Start::default()).expect("vectors");
+        let emulator = Emulator::new(Board::StylusF405, &image, scene, Start::default()).expect("vectors");
         let mut stylus = Self {
-            rig,
+            emulator,
             decoder: Decoder::new(),
             events: Vec::new(),
             number: 0,
@@ -59,8 +59,8 @@ impl Stylus {
     }
 
     fn run_s(&mut self, s: f64) {
-        let outcome = self.rig.run_ns((s * 1e9) as u64);
-        for byte in self.rig.take_sent() {
+        let outcome = self.emulator.run_ns((s * 1e9) as u64);
+        for byte in self.emulator.take_sent() {
             self.events
                 .extend(self.decoder.push(byte).map(|packet| packet.event.0));
         }
@@ -79,7 +79,7 @@ impl Stylus {
     #[track_caller]
     fn command(&mut self, command: Command) -> Outcome {
         self.number += 1;
-        self.rig.send(&request(self.number, command));
+        self.emulator.send(&request(self.number, command));
         let seen = self.events.len();
         self.run_s(0.005);
         let reply = self.events[seen..].iter().find_map(|event| match event {
@@ -91,8 +91,8 @@ impl Stylus {
 
     /// Moves the hand from now on: millimetres by seconds from now.
     fn move_hand(&mut self, position_mm: impl Fn(f64) -> f64 + 'static) {
-        let from_ns = self.rig.now_ns();
-        self.rig.move_hand(move |ns| {
+        let from_ns = self.emulator.now_ns();
+        self.emulator.move_hand(move |ns| {
             (position_mm((ns as f64 - from_ns as f64) * 1e-9) / COUNT_MM).floor() as i64
         });
     }
@@ -118,9 +118,9 @@ impl Stylus {
     /// slew allows.
     #[track_caller]
     fn assert_limits(&self) {
-        assert!(self.rig.findings().is_empty(), "{:#?}", self.rig.findings());
+        assert!(self.emulator.findings().is_empty(), "{:#?}", self.emulator.findings());
         let slew = f64::from(Actuator::PIEZO.slew_v_s) / 10_000.0 / VOLTS * 4095.0;
-        let codes = self.rig.outputs().iter().filter_map(|output| output.code);
+        let codes = self.emulator.outputs().iter().filter_map(|output| output.code);
         let codes: Vec<u16> = codes.collect();
         let step = codes.windows(2).map(|pair| pair[0].abs_diff(pair[1])).max();
         assert!(
@@ -131,7 +131,7 @@ impl Stylus {
 
     /// Output from a time on, seconds since power-up: the middle of each sample, and volts.
     fn volts_from(&self, from_s: f64) -> Vec<(f64, f64)> {
-        let outputs = self.rig.outputs().iter();
+        let outputs = self.emulator.outputs().iter();
         outputs
             .map(|output| {
                 let volts = f64::from(output.code.unwrap_or(0)) / 4095.0 * VOLTS;
@@ -142,7 +142,7 @@ impl Stylus {
     }
 
     fn now_s(&self) -> f64 {
-        self.rig.now_ns() as f64 * 1e-9
+        self.emulator.now_ns() as f64 * 1e-9
     }
 }
 
@@ -175,19 +175,19 @@ fn it_rises_softly_and_its_output_is_the_surface() {
         stylus.command(Command::Texture(Texture::new(period_mm as f32)));
         assert!(
             stylus
-                .rig
+                .emulator
                 .outputs()
                 .iter()
                 .all(|output| output.code == Some(0)),
             "a texture alone is not enough"
         );
-        let enabled = stylus.rig.outputs().len();
+        let enabled = stylus.emulator.outputs().len();
         stylus.command(Command::Enable);
         let from_s = stylus.now_s();
         stylus.move_hand(position);
         stylus.run_alive_s(1.2);
         stylus.assert_limits();
-        let codes = stylus.rig.outputs()[enabled..].iter();
+        let codes = stylus.emulator.outputs()[enabled..].iter();
         let rise: Vec<u16> = codes.filter_map(|output| output.code).take(40).collect();
         assert!(
             rise[0] == 0
@@ -240,13 +240,13 @@ fn it_stops_softly_and_a_dead_sampler_is_reset() {
 
     assert_eq!(stylus.command(Command::Restart), Outcome::Done);
     stylus.run_s(0.5);
-    assert_eq!(stylus.rig.resets().len(), 1);
-    let outputs = stylus.rig.outputs();
+    assert_eq!(stylus.emulator.resets().len(), 1);
+    let outputs = stylus.emulator.outputs();
     let off = outputs.iter().rposition(|output| output.code.is_none());
     assert_eq!(outputs[off.expect("the pin is let go") - 1].code, Some(0));
     stylus.assert_limits();
 
-    stylus.rig.inject(ProcessorFault::Mask(IRQ_TIM6));
+    stylus.emulator.inject(ProcessorFault::Mask(IRQ_TIM6));
     stylus.run_s(9.5);
     let watchdog = |event: &Event| matches!(event, Event::Hello(hello) if hello.boot.cause == ResetCause::Watchdog);
     assert!(stylus.events.iter().any(watchdog));
@@ -271,8 +271,8 @@ fn every_sample_is_in_time() {
     stylus.command(Command::Texture(texture));
     stylus.command(Command::Enable);
     stylus.move_hand(|t_s| 40.0 * (TAU * 0.7 * t_s).sin());
-    stylus.rig.forget_served();
-    let outputs = stylus.rig.outputs().len();
+    stylus.emulator.forget_served();
+    let outputs = stylus.emulator.outputs().len();
     for n in 0..20 {
         let texture = Texture {
             period_mm: 1.0 + 0.02 * n as f32,
@@ -281,11 +281,11 @@ fn every_sample_is_in_time() {
         let many: Vec<u8> = (0..200)
             .flat_map(|number| request(5000 + 200 * n + number, Command::Texture(texture)))
             .collect();
-        stylus.rig.send(&many);
+        stylus.emulator.send(&many);
         stylus.run_s(0.2);
     }
     assert_eq!(stylus.state(), Some(State::Vibrating));
-    let (served, line) = (stylus.rig.served(IRQ_TIM6), stylus.rig.served(IRQ_USART3));
+    let (served, line) = (stylus.emulator.served(IRQ_TIM6), stylus.emulator.served(IRQ_USART3));
     println!("the interrupt of a sample: {served:?}; the line's: {line:?}");
     // 10 us at 168 MHz.
     assert!(
@@ -293,7 +293,7 @@ fn every_sample_is_in_time() {
         "{served:?}"
     );
     assert!(
-        stylus.rig.outputs()[outputs..]
+        stylus.emulator.outputs()[outputs..]
             .windows(2)
             .all(|pair| (pair[1].at_ns - pair[0].at_ns).abs_diff(100_000) <= 1),
         "to the cycle"
@@ -305,9 +305,9 @@ fn every_sample_is_in_time() {
         health.stack_used_bytes > 0 && health.stack_bytes - health.stack_used_bytes > 4096,
         "{health:?}"
     );
-    stylus.rig.inject(ProcessorFault::Mask(IRQ_TIM6));
+    stylus.emulator.inject(ProcessorFault::Mask(IRQ_TIM6));
     stylus.run_s(0.001);
-    stylus.rig.inject(ProcessorFault::Unmask(IRQ_TIM6));
+    stylus.emulator.inject(ProcessorFault::Unmask(IRQ_TIM6));
     let missed = stylus.health().deadlines_missed;
     // Ten triggers, of which the last may have had its run.
     assert!((9..=10).contains(&missed), "{missed}");

@@ -50,6 +50,15 @@ pub fn bench(flags: &[String]) -> Result<()> {
     run(&mut bench)
 }
 
+/// Builds the bench image and that of the Feather, and counts instructions on the emulator.
+pub fn counts() -> Result<()> {
+    let (flashed, _) = images::build(Board::FeatherF405.image())?;
+    let (bench, _) = images::build(images::COUNTS)?;
+    announce("instructions of the fit, on the emulator");
+    let package = "ridgetone-bench";
+    run(program(package, package, &bench.to_string_lossy()).arg(flashed))
+}
+
 /// A command that needs no image: `noise`, `touch`, `real`.
 pub fn plain(command: &str, arguments: &[String]) -> Result<()> {
     run(eval(command).args(arguments))

@@ -25,6 +25,12 @@ pub struct Image {
 /// The benchmark in the emulator.
 pub const BENCH: Image = bench("bench", "ridgetone-bench");
 
+/// The bench image: the fit in each scene, with its windows in it.
+pub const COUNTS: Image = Image {
+    package: "ridgetone-bench",
+    ..bench("bench", "bench-image")
+};
+
 /// The benchmark of the methods that the fit is compared with.
 pub const BASELINES: Image = bench("bench-baselines", "baselines-bench");
 
@@ -196,7 +202,7 @@ pub fn lint() -> Result<()> {
     for image in Board::value_variants()
         .iter()
         .map(|board| board.image())
-        .chain([BENCH, BASELINES])
+        .chain([BENCH, BASELINES, COUNTS])
     {
         announce(format_args!("linting the image {}", image.name));
         let clippy = toolchain == Toolchain::Rustup;

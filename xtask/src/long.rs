@@ -25,8 +25,8 @@ pub const WAITING: (&str, &str) = ("book", "the_commands_that_take_long_run");
 /// Tests of the pages in a browser: their module.
 const PAGES: &str = "page::";
 
-/// The package of the register model.
-const RIG: &str = "rig";
+/// The package that runs the boards' images.
+const EMULATOR: &str = "ridgetone-emulator";
 
 /// Images that only long tests need, with the variables in which these find them.
 const IMAGES: [(&str, Image); 3] = [
@@ -65,7 +65,7 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     // Not `--lib`: it would build the Python package's library too, which has no tests.
     let mut long = test(&[
         "--exclude",
-        RIG,
+        EMULATOR,
         "--tests",
         "--",
         "--ignored",
@@ -104,15 +104,16 @@ fn run_beside(images: &Sender<Built>) -> Result<()> {
     let (program, name) = WAITING;
     let waiting = output_of(test(&["--test", program, "--", "--ignored"]).arg(name));
     println!("{}", waiting.context("a long test beside the others")?);
-    let mut rig = test(&[]);
-    for program in rig_programs()? {
-        rig.args(["--test", &program]);
+    let mut boards = test(&[]);
+    for program in emulator_programs()? {
+        boards.args(["--test", &program]);
     }
-    rig.args(["--", "--ignored", "--test-threads=1"])
+    boards
+        .args(["--", "--ignored", "--test-threads=1"])
         .args(NEVER.map(|name| ["--skip", name]).concat());
     println!(
         "{}",
-        output_of(&mut rig).context("tests of the boards' images")?
+        output_of(&mut boards).context("tests of the boards' images")?
     );
     println!("{}", python::run_tests(&python)?);
     println!("{}", python::run_papers(&python)?);
@@ -120,8 +121,8 @@ fn run_beside(images: &Sender<Built>) -> Result<()> {
 }
 
 /// The programs of tests of the register model.
-fn rig_programs() -> Result<Vec<String>> {
-    let folder = root().join("lab").join(RIG).join("tests");
+fn emulator_programs() -> Result<Vec<String>> {
+    let folder = root().join("emulator").join("tests");
     let mut programs = Vec::new();
     for entry in fs::read_dir(&folder).with_context(|| folder.display().to_string())? {
         let path = entry?.path();

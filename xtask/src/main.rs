@@ -64,6 +64,9 @@ enum Task {
     /// docs/results/trade.md.
     #[command(disable_help_flag = true)]
     Bench(Flags),
+    /// Counts the instructions of the fit in each scene on the emulator, next to a Hann FFT, IEEE 1057
+    /// and the image that gets flashed.
+    Counts,
     /// Fits windows whose noise is not white, that hold no tone, or a tone and something else. With
     /// --write it fills in docs/results/noise.md.
     #[command(disable_help_flag = true)]
@@ -163,6 +166,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
         Task::Bench(Flags { flags }) => eval::bench(&flags),
+        Task::Counts => eval::counts(),
         Task::Noise(Flags { flags }) => eval::plain("noise", &flags),
         Task::Real { folder } => eval::plain("real", &[folder]),
         Task::Touch(Flags { flags }) => eval::plain("touch", &flags),

@@ -17,9 +17,9 @@ const EMULATED: [&str; 6] = [
 ];
 
 /// Runs of the boards' own images without `--all`: programs of tests, with their packages' folders.
-const RIG: [(&str, &str); 3] = [
-    ("lab/rig", "boards"),
-    ("lab/rig", "own_adc"),
+const BOARDS: [(&str, &str); 3] = [
+    ("emulator", "boards"),
+    ("emulator", "own_adc"),
     ("teletaction", "stylus_image"),
 ];
 
@@ -53,8 +53,8 @@ pub fn run_tests() -> Result<()> {
     })?;
     in_real_time()?;
     announce("the images of the boards on the register model");
-    let mut rig = test(&RIG.map(|(_, program)| ["--test", program]).concat());
-    run(rig.args(["--", "--ignored"])).context("tests of the boards' images")?;
+    let mut boards = test(&BOARDS.map(|(_, program)| ["--test", program]).concat());
+    run(boards.args(["--", "--ignored"])).context("tests of the boards' images")?;
     announce(
         "one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them",
     );
@@ -118,7 +118,7 @@ mod tests {
             "host/tests/emulated",
             "host/tests/view",
             "tests",
-            "lab/rig/tests",
+            "emulator/tests",
         ]
         .map(sources)
         .concat();
@@ -128,7 +128,7 @@ mod tests {
         assert!(tests.contains("mod page;"));
         let link = fs::read_to_string(root().join("teletaction/tests/link.rs")).expect("a file");
         assert!(link.contains("mod with_a_board;"));
-        assert!(RIG.iter().all(|(folder, program)| {
+        assert!(BOARDS.iter().all(|(folder, program)| {
             root()
                 .join(format!("{folder}/tests/{program}.rs"))
                 .is_file()

@@ -4,10 +4,10 @@
 use crate::page::{self, Bar, Figures, Table, Tables, fixed};
 use anyhow::{Context, Result, anyhow};
 use hal_mock::{Constant, Options, Scene, Sliding, SlidingScene};
+use ridgetone_emulator::{Board, Emulator, Image, Start};
 use ridgetone_proto::command::{Command, REQUEST_WIRE_MAX, Request};
 use ridgetone_proto::framing;
 use ridgetone_proto::telemetry::{Decoder, Event};
-use rig::{Board, Image, Rig, Start};
 use serde_json::Value;
 use std::path::PathBuf;
 
@@ -63,28 +63,28 @@ struct Bench {
 }
 
 impl Bench {
-    fn rig(&self, scene: impl Scene + 'static, clock_hz: Option<u32>) -> Result<Rig> {
+    fn emulator(&self, scene: impl Scene + 'static, clock_hz: Option<u32>) -> Result<Emulator> {
         let mut start = Start::default();
         start.adc.clock_hz = clock_hz.unwrap_or(Options::default().clock_hz);
-        Ok(Rig::new(self.board, &self.image, scene, start)?)
+        Ok(Emulator::new(self.board, &self.image, scene, start)?)
     }
 
     /// Milliseconds from power-up to START, to the first conversion that is read and to the
     /// greeting's end on the line, and conversions that are lost meanwhile.
     fn start(&self) -> Result<Vec<Value>> {
-        let mut rig = self.rig(Constant::default(), None)?;
+        let mut emulator = self.emulator(Constant::default(), None)?;
         let mut decoder = Decoder::new();
         let is_greeting = |event: Event| matches!(event, Event::Hello(_));
-        while !rig.take_sent().into_iter().any(|byte| {
+        while !emulator.take_sent().into_iter().any(|byte| {
             decoder
                 .push(byte)
                 .is_some_and(|packet| is_greeting(packet.event))
         }) {
-            rig.run_ns(10_000)?;
+            emulator.run_ns(10_000)?;
         }
-        let greeted_ns = rig.now_ns();
-        let started_ns = rig.started_ns().context("START never rises")?;
-        let first_ns = rig
+        let greeted_ns = emulator.now_ns();
+        let started_ns = emulator.started_ns().context("START never rises")?;
+        let first_ns = emulator
             .readings()
             .first()
             .context("no conversion is read")?
@@ -94,25 +94,28 @@ impl Bench {
             ms(started_ns),
             ms(first_ns),
             ms(greeted_ns),
-            rig.adc().counters().lost.into(),
+            emulator.adc().counters().lost.into(),
         ])
     }
 
     /// Shares of time that the processor is awake in each phase of the demo's touch, percent.
     fn load(&self, clock_hz: Option<u32>) -> Result<Vec<Value>> {
-        let mut rig = self.rig(SlidingScene::new(Sliding::default())?, clock_hz)?;
-        while rig.started_ns().is_none() {
-            rig.run_ns(1_000_000)?;
+        let mut emulator = self.emulator(SlidingScene::new(Sliding::default())?, clock_hz)?;
+        while emulator.started_ns().is_none() {
+            emulator.run_ns(1_000_000)?;
         }
-        let start_ns = rig.now_ns();
+        let start_ns = emulator.now_ns();
         let at = |s: f64| start_ns + (s * 1e9) as u64;
         PHASES
             .iter()
             .map(|(_, from_s, to_s)| {
-                rig.run_until(at(*from_s))?;
-                let before = rig.cycles();
-                rig.run_until(at(*to_s))?;
-                let (cycles, asleep) = (rig.cycles().0 - before.0, rig.cycles().1 - before.1);
+                emulator.run_until(at(*from_s))?;
+                let before = emulator.cycles();
+                emulator.run_until(at(*to_s))?;
+                let (cycles, asleep) = (
+                    emulator.cycles().0 - before.0,
+                    emulator.cycles().1 - before.1,
+                );
                 Ok(fixed((cycles - asleep) as f64 / cycles as f64 * 100.0, 1))
             })
             .collect()
@@ -120,18 +123,21 @@ impl Bench {
 
     /// How the tasks' interrupts are served over the demo's touch while requests arrive.
     fn tasks(&self) -> Result<Vec<Vec<Value>>> {
-        let mut rig = self.rig(SlidingScene::new(Sliding::default())?, None)?;
-        rig.run_ns(400_000_000)?;
-        rig.forget_served();
+        let mut emulator = self.emulator(SlidingScene::new(Sliding::default())?, None)?;
+        emulator.run_ns(400_000_000)?;
+        emulator.forget_served();
         for number in 1..=(5.0 * REQUESTS_HZ) as u16 {
-            rig.send(&request(number, Command::Greet)?);
-            rig.run_ns((1e9 / REQUESTS_HZ) as u64)?;
+            emulator.send(&request(number, Command::Greet)?);
+            emulator.run_ns((1e9 / REQUESTS_HZ) as u64)?;
         }
         let at = usize::from(self.board == Board::NucleoF446re);
         let row = |(_, irqs): &(&str, [&[u16]; 2])| {
-            let served: Vec<_> = irqs[at].iter().map(|irq| rig.served(*irq)).collect();
-            let sum = |of: fn(&rig::Served) -> u64| served.iter().map(of).sum::<u64>();
-            let most = |of: fn(&rig::Served) -> u64| served.iter().map(of).max().unwrap_or(0);
+            let served: Vec<_> = irqs[at].iter().map(|irq| emulator.served(*irq)).collect();
+            let sum =
+                |of: fn(&ridgetone_emulator::Served) -> u64| served.iter().map(of).sum::<u64>();
+            let most = |of: fn(&ridgetone_emulator::Served) -> u64| {
+                served.iter().map(of).max().unwrap_or(0)
+            };
             let times = sum(|one| one.times);
             let mean = |cycles: u64| cycles as f64 / times.max(1) as f64;
             let us = |cycles: f64| fixed(cycles / CYCLES_US, 1);
@@ -154,14 +160,15 @@ impl Bench {
     /// and without bytes that arrive one behind the other.
     fn jitter(&self) -> Result<Vec<Value>> {
         let spread = |bytes: usize| {
-            let mut rig = self.rig(Constant::default(), None)?;
-            rig.run_ns(500_000_000)?;
-            rig.take_readings();
-            rig.send(&vec![0x55; bytes]);
-            rig.run_ns(200_000_000)?;
-            let late =
-                |reading: &rig::Reading| f64::from(reading.t_us) - reading.edge_ns as f64 * 1e-3;
-            let late: Vec<f64> = rig.readings().iter().map(late).collect();
+            let mut emulator = self.emulator(Constant::default(), None)?;
+            emulator.run_ns(500_000_000)?;
+            emulator.take_readings();
+            emulator.send(&vec![0x55; bytes]);
+            emulator.run_ns(200_000_000)?;
+            let late = |reading: &ridgetone_emulator::Reading| {
+                f64::from(reading.t_us) - reading.edge_ns as f64 * 1e-3
+            };
+            let late: Vec<f64> = emulator.readings().iter().map(late).collect();
             let (least, most) = late.iter().fold((f64::MAX, f64::MIN), |(a, b), late| {
                 (a.min(*late), b.max(*late))
             });

@@ -7,9 +7,9 @@ use crate::bench::emulated::CLOCK_HZ;
 use crate::board::{FIT_IRQ, request};
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Sliding, SlidingScene};
+use ridgetone_emulator::{Board, Emulator, Image, Start};
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::telemetry::{Decoder, Event, Span};
-use rig::{Board, Image, Rig, Start};
 
 /// How long it is watched, seconds: some windows of each stride.
 const WATCHED_S: f64 = 1.5;
@@ -26,7 +26,7 @@ pub fn image() -> Result<Image> {
 }
 
 struct Run {
-    rig: Rig,
+    emulator: Emulator,
     decoder: Decoder,
 }
 
@@ -34,12 +34,12 @@ impl Run {
     /// Runs for `seconds` seconds; gives the events with the time of their last byte, nanoseconds
     /// since power-up.
     fn run_s(&mut self, seconds: f64) -> Result<Vec<(u64, Event)>> {
-        let end_ns = self.rig.now_ns() + (seconds * 1e9) as u64;
+        let end_ns = self.emulator.now_ns() + (seconds * 1e9) as u64;
         let mut events = Vec::new();
-        while self.rig.now_ns() < end_ns {
-            self.rig.run_ns(STEP_NS)?;
-            let now_ns = self.rig.now_ns();
-            for byte in self.rig.take_sent() {
+        while self.emulator.now_ns() < end_ns {
+            self.emulator.run_ns(STEP_NS)?;
+            let now_ns = self.emulator.now_ns();
+            for byte in self.emulator.take_sent() {
                 events.extend(self.decoder.push(byte).map(|packet| (now_ns, packet.event)));
             }
         }
@@ -48,8 +48,8 @@ impl Run {
 
     /// Runs until an event.
     fn run_to(&mut self, what: &str, limit_s: f64, is_it: impl Fn(&Event) -> bool) -> Result<()> {
-        let end_ns = self.rig.now_ns() + (limit_s * 1e9) as u64;
-        while self.rig.now_ns() < end_ns {
+        let end_ns = self.emulator.now_ns() + (limit_s * 1e9) as u64;
+        while self.emulator.now_ns() < end_ns {
             if self.run_s(1e-3)?.iter().any(|(_, event)| is_it(event)) {
                 return Ok(());
             }
@@ -68,25 +68,25 @@ pub fn measure(image: &Image, choice: Choice) -> Result<OnBoard> {
         hold_before_s: 1.0,
         ..scene(&choice.plan, tone_hz, slide_s, 1)
     };
-    let rig = Rig::new(
+    let emulator = Emulator::new(
         Board::FeatherF405,
         image,
         SlidingScene::new(scene)?,
         Start::default(),
     )?;
     let mut run = Run {
-        rig,
+        emulator,
         decoder: Decoder::new(),
     };
     run.run_to("greeting", 1.0, |event| matches!(event, Event::Hello(_)))?;
     // The first reading is zero of the device's time, which goes on with another plan.
     let zero_ns = run
-        .rig
+        .emulator
         .readings()
         .first()
         .context("no conversion is read")?
         .edge_ns;
-    run.rig.send(&request(
+    run.emulator.send(&request(
         1,
         Command::Set {
             settings,
@@ -103,10 +103,13 @@ pub fn measure(image: &Image, choice: Choice) -> Result<OnBoard> {
         .with_context(of)?;
     run.run_s(choice.window_s + SETTLED_S)?;
 
-    let (before, lost_before) = (run.rig.cycles(), run.rig.adc().counters().lost);
-    run.rig.forget_served();
+    let (before, lost_before) = (run.emulator.cycles(), run.emulator.adc().counters().lost);
+    run.emulator.forget_served();
     let events = run.run_s(WATCHED_S)?;
-    let (cycles, asleep) = (run.rig.cycles().0 - before.0, run.rig.cycles().1 - before.1);
+    let (cycles, asleep) = (
+        run.emulator.cycles().0 - before.0,
+        run.emulator.cycles().1 - before.1,
+    );
     let late_s: Vec<f64> = events
         .iter()
         .filter_map(|(at_ns, event)| match event {
@@ -125,19 +128,19 @@ pub fn measure(image: &Image, choice: Choice) -> Result<OnBoard> {
         late_s.len()
     );
     ensure!(
-        run.rig.adc().counters().lost == lost_before,
+        run.emulator.adc().counters().lost == lost_before,
         "{}: conversions are lost",
         of()
     );
     ensure!(
-        run.rig.findings().is_empty(),
+        run.emulator.findings().is_empty(),
         "{}: {:?}",
         of(),
-        run.rig.findings()
+        run.emulator.findings()
     );
     Ok(OnBoard {
         load: rounded((cycles - asleep) as f64 / cycles as f64),
-        fit_s: rounded(run.rig.served(FIT_IRQ).longest_run_cycles as f64 / CLOCK_HZ),
+        fit_s: rounded(run.emulator.served(FIT_IRQ).longest_run_cycles as f64 / CLOCK_HZ),
         late_s: rounded(
             late_s
                 .iter()

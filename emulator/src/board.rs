@@ -1,0 +1,231 @@
+//! The boards: what is wired to which pin. Written from the guide's wiring, not from the
+//! firmware.
+
+/// A pin by its port (0 is A) and number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pin(pub(crate) u8, pub(crate) u8);
+
+impl Pin {
+    /// A pin of port A, B or C, as `PC5`; none for other names.
+    pub fn named(name: &str) -> Option<Self> {
+        let (port, number) = name.strip_prefix('P')?.split_at_checked(1)?;
+        let port = match port {
+            "A" => 0,
+            "B" => 1,
+            "C" => 2,
+            _ => return None,
+        };
+        let number = number.parse().ok().filter(|number| *number < 16)?;
+        Some(Self(port, number))
+    }
+
+    pub(crate) const fn number(self) -> u8 {
+        self.1
+    }
+}
+
+/// A board that has an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Board {
+    /// Adafruit Feather STM32F405 Express.
+    FeatherF405,
+    /// ST Nucleo-F446RE.
+    NucleoF446re,
+    /// The Feather without another chip: sensors at the processor's own ADC.
+    FeatherF405Adc,
+    /// The Nucleo without another chip.
+    NucleoF446reAdc,
+    /// The Feather with an encoder and an actuator in place of the ADC: a stylus.
+    StylusF405,
+}
+
+/// Where the ADS1258 is wired.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AdcPins {
+    pub sck: Pin,
+    pub miso: Pin,
+    pub mosi: Pin,
+    pub cs: Pin,
+    pub start: Pin,
+    pub reset: Pin,
+    pub drdy: Pin,
+}
+
+/// Where an encoder's two channels and an actuator's amplifier are wired.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StylusPins {
+    pub channels: [Pin; 2],
+    pub output: Pin,
+}
+
+/// Wiring and limits of a board.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wiring {
+    /// An ADS1258's.
+    pub adc: Option<AdcPins>,
+    /// Where sensors are wired to the processor itself, input by input.
+    pub inputs: &'static [Pin],
+    /// A stylus's.
+    pub stylus: Option<StylusPins>,
+    /// A clock for the ADC: TIM10's output.
+    pub clock: Pin,
+    pub tx: Pin,
+    pub rx: Pin,
+    /// The serial line's USART: 2 or 3.
+    pub usart: u8,
+    /// The crystal, or the clock that is fed in, hertz.
+    pub hse_hz: u64,
+    /// HSE is a clock, not a crystal.
+    pub is_bypassed: bool,
+    pub flash_bytes: usize,
+    pub ccm_bytes: usize,
+    /// RCC has DCKCFGR.
+    pub has_dckcfgr: bool,
+    /// Highest clocks of the processor, APB1 and APB2, hertz (DS8626 and DS10693, general operating
+    /// conditions).
+    pub limits_hz: [u64; 3],
+    /// DBGMCU_IDCODE: device and revision (RM0090 38.6.1, RM0390 33.6.1).
+    pub id_code: u32,
+}
+
+const PORT_A: u8 = 0;
+const PORT_B: u8 = 1;
+const PORT_C: u8 = 2;
+
+/// A0 to A5, D12, D11.
+const FEATHER_INPUTS: [Pin; 8] = [
+    Pin(PORT_A, 4),
+    Pin(PORT_A, 5),
+    Pin(PORT_A, 6),
+    Pin(PORT_A, 7),
+    Pin(PORT_C, 4),
+    Pin(PORT_C, 5),
+    Pin(PORT_C, 2),
+    Pin(PORT_C, 3),
+];
+
+/// PA0, PA1, PA4 to PA7, PB0, PB1, PC0 to PC5.
+const NUCLEO_INPUTS: [Pin; 14] = [
+    Pin(PORT_A, 0),
+    Pin(PORT_A, 1),
+    Pin(PORT_A, 4),
+    Pin(PORT_A, 5),
+    Pin(PORT_A, 6),
+    Pin(PORT_A, 7),
+    Pin(PORT_B, 0),
+    Pin(PORT_B, 1),
+    Pin(PORT_C, 0),
+    Pin(PORT_C, 1),
+    Pin(PORT_C, 2),
+    Pin(PORT_C, 3),
+    Pin(PORT_C, 4),
+    Pin(PORT_C, 5),
+];
+
+impl Board {
+    /// Those of a finger with an ADS1258.
+    pub const ALL: [Self; 2] = [Self::FeatherF405, Self::NucleoF446re];
+
+    /// Those of a finger without another chip.
+    pub const OWN_ADC: [Self; 2] = [Self::FeatherF405Adc, Self::NucleoF446reAdc];
+
+    /// The board of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .chain(Self::OWN_ADC)
+            .chain([Self::StylusF405])
+            .find(|board| board.name() == name)
+    }
+
+    /// The name of its image's file.
+    pub(crate) const fn file(self) -> &'static str {
+        match self {
+            Self::StylusF405 => "ridgetone-stylus-firmware.elf",
+            _ => "ridgetone-firmware.elf",
+        }
+    }
+
+    /// Its name, and that of its image's folder.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::FeatherF405 => "feather-f405",
+            Self::NucleoF446re => "nucleo-f446re",
+            Self::FeatherF405Adc => "feather-f405-adc",
+            Self::NucleoF446reAdc => "nucleo-f446re-adc",
+            Self::StylusF405 => "stylus-f405",
+        }
+    }
+
+    pub(crate) const fn wiring(self) -> Wiring {
+        let spi1 = [Pin(PORT_A, 5), Pin(PORT_A, 6), Pin(PORT_A, 7)];
+        match self {
+            Self::FeatherF405 => Wiring {
+                adc: Some(AdcPins {
+                    sck: spi1[0],
+                    miso: spi1[1],
+                    mosi: spi1[2],
+                    cs: Pin(PORT_A, 4),
+                    start: Pin(PORT_C, 5),
+                    reset: Pin(PORT_C, 6),
+                    drdy: Pin(PORT_C, 4),
+                }),
+                inputs: &[],
+                stylus: None,
+                clock: Pin(PORT_B, 8),
+                tx: Pin(PORT_B, 10),
+                rx: Pin(PORT_B, 11),
+                usart: 3,
+                hse_hz: 12_000_000,
+                is_bypassed: false,
+                flash_bytes: 1 << 20,
+                ccm_bytes: 64 << 10,
+                has_dckcfgr: false,
+                limits_hz: [168_000_000, 42_000_000, 84_000_000],
+                id_code: 0x1007_6413,
+            },
+            Self::FeatherF405Adc => Wiring {
+                adc: None,
+                inputs: &FEATHER_INPUTS,
+                ..Self::FeatherF405.wiring()
+            },
+            Self::NucleoF446reAdc => Wiring {
+                adc: None,
+                inputs: &NUCLEO_INPUTS,
+                ..Self::NucleoF446re.wiring()
+            },
+            Self::StylusF405 => Wiring {
+                adc: None,
+                stylus: Some(StylusPins {
+                    channels: [Pin(PORT_C, 6), Pin(PORT_C, 7)],
+                    output: Pin(PORT_A, 4),
+                }),
+                ..Self::FeatherF405.wiring()
+            },
+            Self::NucleoF446re => Wiring {
+                adc: Some(AdcPins {
+                    sck: spi1[0],
+                    miso: spi1[1],
+                    mosi: spi1[2],
+                    cs: Pin(PORT_B, 6),
+                    start: Pin(PORT_C, 7),
+                    reset: Pin(PORT_A, 9),
+                    drdy: Pin(PORT_A, 4),
+                }),
+                inputs: &[],
+                stylus: None,
+                clock: Pin(PORT_B, 8),
+                tx: Pin(PORT_A, 2),
+                rx: Pin(PORT_A, 3),
+                usart: 2,
+                hse_hz: 8_000_000,
+                is_bypassed: true,
+                flash_bytes: 512 << 10,
+                ccm_bytes: 0,
+                has_dckcfgr: true,
+                limits_hz: [180_000_000, 45_000_000, 90_000_000],
+                id_code: 0x1000_6421,
+            },
+        }
+    }
+}

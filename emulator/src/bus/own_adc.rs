@@ -1,0 +1,87 @@
+//! The sensors at the processor's own converter, and the way of its samples through the DMA into
+//! memory.
+
+use super::state::Bus;
+use crate::board::Pin;
+use crate::findings::Rule;
+use crate::peripherals::own_adc::{Converted, Now};
+
+/// Pins by channel: PA0 to PA7, PB0 and PB1, PC0 to PC5 (DS8626, table 7; DS10693, table 10).
+const fn pin_of(channel: u8) -> Pin {
+    match channel {
+        0..=7 => Pin(0, channel),
+        8 | 9 => Pin(1, channel - 8),
+        _ => Pin(2, channel - 10),
+    }
+}
+
+impl Bus {
+    /// Processor cycles in a period of the converter's clock.
+    fn adc_tick(&self) -> u64 {
+        self.own_adc.divider() * self.apb_ratio(1)
+    }
+
+    /// The moment of a write to the converter.
+    pub fn adc_now(&self) -> Now {
+        Now {
+            cycles: self.time.cycles,
+            ns: self.time.ns(),
+            apb_hz: self.clocks.pclk[1],
+        }
+    }
+
+    /// When the DMA's next interrupt is due, cycles.
+    pub fn next_transfer(&self) -> Option<u64> {
+        let transfers = self.dma.transfers_to_event()?;
+        self.own_adc.ready_after(transfers, self.adc_tick())
+    }
+
+    /// Ends all conversions that are due. The DMA fetches each.
+    pub fn convert(&mut self) {
+        let tick = self.adc_tick();
+        while let Some(converted) = self.own_adc.advance(self.time.cycles, tick) {
+            let data = self.sample(&converted);
+            let had_overrun = self.own_adc.has_overrun();
+            if self.own_adc.finish(data)
+                && let Some((address, is_last)) = self.dma.transfer()
+            {
+                let value = self.own_adc.transfer(is_last);
+                let at = address.wrapping_sub(0x2000_0000) as usize;
+                if let Some(place) = self.ram.get_mut(at..at + 2) {
+                    place.copy_from_slice(&value.to_le_bytes());
+                }
+            }
+            if self.own_adc.has_overrun() && !had_overrun {
+                self.broke(
+                    Rule::AdcOverrun,
+                    "a conversion ends before the one before is fetched",
+                );
+            }
+        }
+    }
+
+    fn sample(&mut self, converted: &Converted) -> u16 {
+        let pin = pin_of(converted.channel);
+        let Some(input) = self.wiring.inputs.iter().position(|wired| *wired == pin) else {
+            return 0;
+        };
+        let at_ns = self.time.ns_at(converted.sampled);
+        let zero_ns = *self.scene_zero_ns.get_or_insert(at_ns);
+        let t_s = at_ns.saturating_sub(zero_ns) as f64 * 1e-9;
+        self.sensors.sample(input as u8, t_s)
+    }
+
+    /// The rules for the pins, as the conversions start: each is a sensor's, and analogue (RM0090,
+    /// 8.3.12).
+    pub fn check_inputs(&mut self) {
+        for place in 0..self.own_adc.sequence_length() {
+            let channel = self.own_adc.channel(place);
+            let pin = pin_of(channel);
+            let is_analogue = self.gpio[usize::from(pin.0)].mode(pin.1) == 3;
+            if !is_analogue || !self.wiring.inputs.contains(&pin) {
+                let detail = format!("channel {channel}: {pin:?} is no analogue input");
+                self.broke(Rule::PinFunction, detail);
+            }
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! The parts.
+
+use crate::board::Wiring;
+use crate::findings::{Findings, Rule};
+use crate::peripherals::adc::Adc;
+use crate::peripherals::dac::Dac;
+use crate::peripherals::dma::Stream;
+use crate::peripherals::encoder::Encoder;
+use crate::peripherals::exti::{Exti, Syscfg};
+use crate::peripherals::flash::Flash;
+use crate::peripherals::gpio::Gpio;
+use crate::peripherals::iwdg::Iwdg;
+use crate::peripherals::own_adc::OwnAdc;
+use crate::peripherals::pwm::Pwm;
+use crate::peripherals::rcc::{Clocks, HSI_HZ, Rcc, ResetCause};
+use crate::peripherals::small::{Dbgmcu, Pwr};
+use crate::peripherals::spi::Spi;
+use crate::peripherals::timer::Timer;
+use crate::peripherals::usart::Usart;
+use crate::scs::Scs;
+use crate::stop::{Failure, Stop};
+use crate::time::Time;
+use hal_mock::{Amplifier, Constant, Stm32Adc};
+
+/// Bytes of main RAM, of both chips (DS8626, DS10693).
+const RAM_BYTES: usize = 128 << 10;
+
+/// Memory, peripherals and time.
+pub(crate) struct Bus {
+    pub time: Time,
+    /// From this cycle on peripherals and interrupts must be looked at.
+    pub deadline: u64,
+    /// Address of the instruction that runs.
+    pub pc: u32,
+    pub ram: Vec<u8>,
+    pub ccm: Vec<u8>,
+    pub flash: Flash,
+    pub scs: Scs,
+    pub wiring: Wiring,
+    pub clocks: Clocks,
+    pub rcc: Rcc,
+    pub gpio: [Gpio; 3],
+    pub exti: Exti,
+    pub syscfg: Syscfg,
+    pub spi: Spi,
+    pub usart: Usart,
+    pub tim2: Timer,
+    pub tim4: Timer,
+    pub tim6: Timer,
+    pub tim10: Pwm,
+    pub encoder: Encoder,
+    pub dac: Dac,
+    pub iwdg: Iwdg,
+    pub pwr: Pwr,
+    pub dbgmcu: Dbgmcu,
+    pub adc: Adc,
+    /// CLKIO is wired to [`Wiring::clock`].
+    pub clkio_is_wired: bool,
+    /// What the pin puts out, hertz, as far as the rules have seen it.
+    pub clock_output_hz: u32,
+    pub own_adc: OwnAdc,
+    pub dma: Stream,
+    /// What the own converter's pins are wired to.
+    pub sensors: Stm32Adc,
+    /// The first sample of them, nanoseconds since power-up.
+    pub scene_zero_ns: Option<u64>,
+    pub findings: Findings,
+    /// The watchdog has run out.
+    pub has_bitten: bool,
+    /// The processor's clock has stopped: its oscillator has, and nothing watches it.
+    pub has_stopped: bool,
+    /// The flash has changed: what is decoded of it is out of date.
+    pub flash_changed: bool,
+    /// The serial line's pins were looked at since it was switched on.
+    pub is_line_checked: bool,
+    /// USB requests its interrupt from this cycle on.
+    pub usb_rises: Option<u64>,
+    /// The next falling edge of DRDY, cycles.
+    pub drdy_falls: Option<u64>,
+    /// The next read of the microsecond counter dates an edge of DRDY.
+    pub dates_edge: bool,
+}
+
+impl Bus {
+    pub fn new(wiring: Wiring, adc: Adc, option_bytes: u32) -> Self {
+        Self {
+            time: Time::new(HSI_HZ),
+            deadline: 0,
+            pc: 0,
+            // After power-up RAM holds anything.
+            ram: (0..RAM_BYTES)
+                .map(|at| (at as u32).wrapping_mul(0x9E37_79B9).to_be_bytes()[0])
+                .collect(),
+            ccm: vec![0x55; wiring.ccm_bytes],
+            flash: Flash::new(wiring.flash_bytes, option_bytes),
+            scs: Scs::new(),
+            wiring,
+            clocks: Clocks {
+                hclk: HSI_HZ,
+                pclk: [HSI_HZ; 2],
+            },
+            rcc: Rcc::new(ResetCause::Power, wiring.has_dckcfgr),
+            gpio: [Gpio::new(0), Gpio::new(1), Gpio::new(2)],
+            exti: Exti::default(),
+            syscfg: Syscfg::default(),
+            spi: Spi::default(),
+            usart: Usart::new(),
+            tim2: Timer::new(u32::MAX),
+            tim4: Timer::new(u16::MAX as u32),
+            tim6: Timer::new(u16::MAX as u32),
+            tim10: Pwm::default(),
+            encoder: Encoder::new(),
+            dac: Dac::default(),
+            iwdg: Iwdg::new(),
+            pwr: Pwr::new(),
+            dbgmcu: Dbgmcu::new(wiring.id_code),
+            adc,
+            clkio_is_wired: false,
+            clock_output_hz: 0,
+            own_adc: OwnAdc::default(),
+            dma: Stream::new(),
+            sensors: Stm32Adc::new(Box::new(Constant::default()), Amplifier::Bare, 1),
+            scene_zero_ns: None,
+            findings: Findings::default(),
+            has_bitten: false,
+            has_stopped: false,
+            flash_changed: false,
+            is_line_checked: false,
+            usb_rises: None,
+            drdy_falls: None,
+            dates_edge: false,
+        }
+    }
+
+    /// As a reset leaves it. Memory, the ADC, the cable and the time go on.
+    pub fn reset(&mut self, cause: ResetCause) {
+        self.rcc.reset(cause);
+        self.scs.reset();
+        self.flash.reset();
+        self.gpio.iter_mut().for_each(Gpio::reset);
+        self.exti = Exti::default();
+        self.syscfg = Syscfg::default();
+        self.spi.reset();
+        self.usart.reset();
+        self.tim2.reset();
+        self.tim4.reset();
+        self.tim6.reset();
+        self.tim10 = Pwm::default();
+        self.encoder.reset();
+        self.dac.reset(self.time.ns());
+        self.own_adc.reset();
+        self.dma = Stream::new();
+        self.iwdg.reset();
+        self.pwr = Pwr::new();
+        (self.has_bitten, self.has_stopped) = (false, false);
+        (self.dates_edge, self.is_line_checked) = (false, false);
+        self.change_clocks();
+        self.pins_changed();
+        self.attend();
+    }
+
+    /// Peripherals and interrupts are looked at before the next instruction.
+    pub fn attend(&mut self) {
+        self.deadline = 0;
+    }
+
+    /// Ends the run: this is not modelled.
+    pub fn unmodelled(&self, what: &str, address: u32) -> Stop {
+        let what = format!("{what} that is not modelled");
+        Stop::Failed(Box::new(Failure {
+            what,
+            address,
+            pc: self.pc,
+            at_ns: self.time.ns(),
+        }))
+    }
+
+    /// Notes a broken rule, if one is.
+    pub fn note(&mut self, broken: Option<(Rule, String)>) {
+        if let Some((rule, detail)) = broken {
+            self.broke(rule, detail);
+        }
+    }
+
+    /// Notes a broken rule.
+    pub fn broke(&mut self, rule: Rule, detail: impl Into<String>) {
+        let (pc, at_ns) = (self.pc, self.time.ns());
+        self.findings.add(rule, detail.into(), pc, at_ns);
+        // `Emulator::run_to` looks at findings before the next instruction.
+        self.attend();
+    }
+}

@@ -1,0 +1,13 @@
+//! The board under test: the processor with everything connected to it, and the ends of its cables.
+
+mod ends;
+mod event;
+mod functions;
+mod run;
+mod start;
+
+pub use ends::OwnAdcFault;
+pub use event::Until;
+pub use functions::FunctionCounts;
+pub use run::{Emulator, Reset};
+pub use start::Start;

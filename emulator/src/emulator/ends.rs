@@ -1,0 +1,308 @@
+//! What a test does to the board, and what it sees of it.
+
+use super::run::{Emulator, Reset};
+use crate::board::Pin;
+use crate::findings::Finding;
+use crate::peripherals::adc::Reading;
+use crate::peripherals::dac::Output;
+use crate::peripherals::rcc::ResetCause;
+use crate::processor_fault::ProcessorFault;
+use crate::scs::{FIRST_IRQ, Served};
+use crate::stop::Failure;
+use hal_mock::{Ads1258, Fault};
+
+/// A fault of the processor's own ADC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OwnAdcFault {
+    /// A sample is not fetched in time.
+    Overrun,
+    /// A transfer of its DMA fails on the bus.
+    Transfer,
+}
+
+/// Offset of DBGMCU_CR.
+const DBGMCU_CR: u32 = 4;
+
+/// Bits per second of the PC's end of the serial line.
+const BAUD: u64 = 921_600;
+
+/// A memory's bytes from an address on; none outside.
+fn from(memory: &[u8], address: u32, first: u32) -> &[u8] {
+    let at = address.wrapping_sub(first) as usize;
+    memory.get(at..).unwrap_or(&[])
+}
+
+impl Emulator {
+    /// Presses the reset button.
+    pub fn press_reset(&mut self) -> Result<(), Box<Failure>> {
+        self.reset(ResetCause::Pin)
+    }
+
+    /// Does this to the processor now.
+    pub fn inject(&mut self, fault: ProcessorFault) {
+        match fault {
+            ProcessorFault::JumpTo(address) => self.cpu.pc = address & !1,
+            ProcessorFault::StackPointer(address) => self.cpu.r[13] = address & !3,
+            ProcessorFault::Microseconds(value) => {
+                self.bus.tim2.restart(value, self.bus.time.cycles)
+            }
+            ProcessorFault::Mask(irq) => self.bus.scs.mask(irq),
+            ProcessorFault::Unmask(irq) => self.bus.scs.unmask(irq),
+            ProcessorFault::Debugger(value) => {
+                let _ = self.bus.dbgmcu.write(DBGMCU_CR, value);
+            }
+            ProcessorFault::OscillatorDies => self.bus.rcc.hse_dies = true,
+            ProcessorFault::OscillatorStops => self.bus.stop_oscillator(),
+        }
+        // Asleep it would only notice at the next interrupt.
+        self.cpu.is_asleep = false;
+        self.bus.attend();
+    }
+
+    /// Cuts the power of the flash after `words` more words: later words are lost, and so is an
+    /// erase.
+    pub fn cut_flash_after(&mut self, words: u64) {
+        self.bus.flash.words_left = Some(words);
+    }
+
+    /// Cuts the power of the flash within the next erase. A byte of the sector is then what this
+    /// makes of its place in the sector and its content: what an erase leaves that does not end is
+    /// not defined (RM0090, 3.6).
+    pub fn cut_erase(&mut self, remains: fn(usize, u8) -> u8) {
+        self.bus.flash.erase_remains = Some(remains);
+    }
+
+    /// Switches the power off and on: RAM forgets, the flash and the cable do not.
+    pub fn cycle_power(&mut self) -> Result<(), Box<Failure>> {
+        self.bus.ram.fill(0xA5);
+        (self.bus.flash.words_left, self.bus.flash.erase_remains) = (None, None);
+        self.reset(ResetCause::Power)
+    }
+
+    /// The flash from an address on, as a programmer reads it.
+    pub fn flash(&self, address: u32) -> &[u8] {
+        from(&self.bus.flash.bytes, address, 0x0800_0000)
+    }
+
+    /// The main RAM from an address on, as a debugger reads it.
+    pub fn ram(&self, address: u32) -> &[u8] {
+        from(&self.bus.ram, address, 0x2000_0000)
+    }
+
+    /// Overwrites flash, as a programmer does.
+    pub fn overwrite_flash(&mut self, address: u32, bytes: &[u8]) {
+        let at = address.wrapping_sub(0x0800_0000) as usize;
+        if let Some(place) = self.bus.flash.bytes.get_mut(at..at + bytes.len()) {
+            place.copy_from_slice(bytes);
+            self.cpu.forget();
+        }
+    }
+
+    /// Words that the flash has programmed, and sectors that it has erased.
+    pub fn flash_counts(&self) -> (u64, u64) {
+        (self.bus.flash.programmed, self.bus.flash.erased)
+    }
+
+    /// Puts bytes on the cable to the board, one after the other, from now on or after those
+    /// already on it.
+    pub fn send(&mut self, bytes: &[u8]) {
+        if self.bus.has_stopped {
+            self.bus.usart.unheard += bytes.len() as u64;
+            return;
+        }
+        let now = self.bus.time.cycles;
+        let mut end = self.bus.usart.last_arrival().unwrap_or(now).max(now);
+        for byte in bytes {
+            // Ten bits; rounded up, so that no byte is too early.
+            end += (10 * self.bus.time.hz()).div_ceil(BAUD);
+            self.bus.usart.arrive(*byte, end);
+        }
+        self.bus.attend();
+    }
+
+    /// Takes the bytes that the board has sent.
+    pub fn take_sent(&mut self) -> Vec<u8> {
+        self.bus
+            .usart
+            .sent
+            .drain(..)
+            .map(|(byte, _)| byte)
+            .collect()
+    }
+
+    /// Virtual time, nanoseconds since power-up.
+    pub fn now_ns(&self) -> u64 {
+        self.bus.time.ns()
+    }
+
+    /// Rules that were broken.
+    pub fn findings(&self) -> &[Finding] {
+        &self.bus.findings.0
+    }
+
+    /// Resets since power-up.
+    pub fn resets(&self) -> &[Reset] {
+        &self.resets
+    }
+
+    /// Results that the firmware has read from the ADC.
+    pub fn readings(&self) -> &[Reading] {
+        &self.bus.adc.readings
+    }
+
+    /// Results that the firmware has read a single time, the latest one left out: the next one was
+    /// ready before a second read.
+    pub fn read_once(&self) -> u64 {
+        self.bus.adc.read_once
+    }
+
+    /// Takes those that were read since the last call.
+    pub fn take_readings(&mut self) -> Vec<Reading> {
+        std::mem::take(&mut self.bus.adc.readings)
+    }
+
+    /// When START rose first, nanoseconds since power-up.
+    pub fn started_ns(&self) -> Option<u64> {
+        self.bus.adc.started_ns
+    }
+
+    /// The simulated ADC.
+    pub fn adc(&mut self) -> &mut Ads1258 {
+        &mut self.bus.adc.chip
+    }
+
+    /// The clock that the board makes for the ADC, hertz; 0: none.
+    pub fn adc_clock_hz(&self) -> u32 {
+        self.bus.clock_output_hz
+    }
+
+    /// Begins or ends a fault of the ADC now.
+    pub fn adc_fault(&mut self, fault: Fault, begins: bool) {
+        let chip = &mut self.bus.adc.chip;
+        chip.advance_to(self.bus.time.ns());
+        if begins {
+            chip.begin_fault(fault)
+        } else {
+            chip.end_fault(fault)
+        }
+        self.bus.expect_drdy();
+        self.bus.attend();
+    }
+
+    /// Does this to the processor's own ADC now.
+    pub fn own_adc_fault(&mut self, fault: OwnAdcFault) {
+        match fault {
+            OwnAdcFault::Overrun => self.bus.own_adc.overrun(),
+            OwnAdcFault::Transfer => self.bus.dma.fail(),
+        }
+        self.bus.attend();
+    }
+
+    /// When the sensors at the processor's own ADC were sampled first, nanoseconds since power-up.
+    pub fn sensors_zero_ns(&self) -> Option<u64> {
+        self.bus.scene_zero_ns
+    }
+
+    /// From now on a hand moves the encoder: its place in counts at a time, nanoseconds since
+    /// power-up.
+    pub fn move_hand(&mut self, place: impl Fn(u64) -> i64 + 'static) {
+        let now_ns = self.bus.time.ns();
+        let jump = place(now_ns) - (self.bus.encoder.hand)(now_ns);
+        self.bus.encoder.hand = Box::new(move |ns| place(ns) - jump);
+    }
+
+    /// When the firmware has read the encoder, nanoseconds since power-up.
+    pub fn encoder_reads_ns(&self) -> &[u64] {
+        &self.bus.encoder.reads_ns
+    }
+
+    /// What the converter's pin has done.
+    pub fn outputs(&self) -> &[Output] {
+        &self.bus.dac.outputs
+    }
+
+    /// Instructions executed.
+    pub fn instructions(&self) -> u64 {
+        self.cpu.instructions
+    }
+
+    /// Processor cycles since power-up, and those of them asleep.
+    pub fn cycles(&self) -> (u64, u64) {
+        (self.bus.time.cycles, self.asleep_cycles)
+    }
+
+    /// DBGMCU_CR: what goes on while the processor sleeps, for a debugger.
+    pub fn debug_control(&self) -> Option<u32> {
+        self.bus.dbgmcu.read(DBGMCU_CR)
+    }
+
+    /// The core's registers R0 to R15; R15 is the address of the next instruction.
+    pub fn registers(&self) -> [u32; 16] {
+        let mut registers = [0; 16];
+        registers.copy_from_slice(&self.cpu.r[..16]);
+        registers[15] = self.cpu.pc;
+        registers
+    }
+
+    /// Counts of an interrupt, up to now.
+    pub fn served(&self, irq: u16) -> Served {
+        self.counts_of(FIRST_IRQ + irq)
+    }
+
+    /// Counts of the code that no interrupt runs, up to now; of them only `instructions` and
+    /// `own_cycles` have a meaning. Sleep is left out.
+    pub fn thread(&self) -> Served {
+        self.counts_of(0)
+    }
+
+    fn counts_of(&self, number: u16) -> Served {
+        let scs = &self.bus.scs;
+        let mut served = scs.served[usize::from(number)];
+        if self.cpu.ipsr == number {
+            let [cycles, instructions] = scs.since_charged(self.now_counts());
+            served.own_cycles += cycles;
+            served.instructions += instructions;
+        }
+        served
+    }
+
+    fn now_counts(&self) -> [u64; 2] {
+        [self.bus.time.cycles, self.cpu.instructions]
+    }
+
+    /// Forgets how interrupts were served.
+    pub fn forget_served(&mut self) {
+        self.bus.scs.charge(self.cpu.ipsr, self.now_counts());
+        self.bus.scs.served.fill(Served::default());
+    }
+
+    /// Forgets readings of the ADC, reads of the encoder and changes of the converter's output: a
+    /// run of days would fill the memory with them.
+    pub fn forget_history(&mut self) {
+        self.bus.adc.readings.clear();
+        self.bus.encoder.reads_ns.clear();
+        self.bus.dac.outputs.clear();
+    }
+
+    /// Level that the firmware drives a pin to; none if the pin is no output.
+    pub fn pin(&self, pin: Pin) -> Option<bool> {
+        self.bus.port(pin).driven(pin.number())
+    }
+
+    /// Sets the level of a pin from outside. A falling edge reaches EXTI. DRDY's pin follows the
+    /// simulated ADC instead.
+    pub fn set_pin(&mut self, pin: Pin, high: bool) {
+        self.bus.set_outside(pin, high);
+        self.bus.attend();
+    }
+
+    /// Bytes from the cable: lost to overruns, arrived while the receiver was off, and taken by the
+    /// firmware.
+    pub fn received(&self) -> [u64; 3] {
+        [
+            self.bus.usart.overruns,
+            self.bus.usart.unheard,
+            self.bus.usart.taken,
+        ]
+    }
+}

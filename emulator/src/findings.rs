@@ -1,0 +1,137 @@
+//! Rules that the image must keep, and where it broke them.
+
+use std::fmt;
+
+/// Declares the rules, with a list of all of them.
+macro_rules! rules {
+    ($($(#[$doc:meta])* $name:ident,)*) => {
+        /// A rule that is checked in every run.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Rule {
+            $($(#[$doc])* $name,)*
+        }
+
+        impl Rule {
+            /// All rules.
+            pub const ALL: &[Self] = &[$(Self::$name),*];
+        }
+    };
+}
+
+rules! {
+    /// A peripheral is used while its clock is on (RM0090, 7.3.10 to 7.3.14).
+    ClockOn,
+    /// PLLCFGR is written while the PLL is off (RM0090, 7.3.2).
+    PllOff,
+    /// HSEBYP is written while HSE is off (RM0090, 7.3.1).
+    HseOff,
+    /// The flash waits as long as the new clock needs (RM0090, table 10, 2.7 to 3.6 V).
+    WaitStates,
+    /// Clocks stay within their limits (datasheets; VCO: RM0090, 7.3.2).
+    ClockLimit,
+    /// Pads are fast enough: SCK's for the APB's clock (errata ES0182 and ES0298, delayed SCK
+    /// feedback), that of the ADC's clock for it.
+    PadSpeed,
+    /// Pins have the function of the board's table.
+    PinFunction,
+    /// SPI in mode 0, 8 bits, most significant first (SBAS297G).
+    SpiMode,
+    /// SCLK is at most half the ADC's clock (SBAS297G).
+    SpiClock,
+    /// CS is low 2.5 tCLK before SCLK and high 2 tCLK between transactions; it rises when SPI is
+    /// idle (SBAS297G).
+    ChipSelect,
+    /// ADC registers are written while START is low (SBAS297G).
+    AdcWrite,
+    /// A clock made for the ADC has at most 16 MHz, and is high for 40 to 60 % (SBAS297G).
+    AdcClock,
+    /// Sequence, sampling times and clock of the own ADC stay while it converts (RM0090, 13.13).
+    AdcSequence,
+    /// The own ADC settles before it converts: tSTAB (DS8626 and DS10693, ADC characteristics).
+    AdcSettling,
+    /// No sample of the own ADC is lost.
+    AdcOverrun,
+    /// A stream of the DMA is configured while it is off (RM0090, 9.5.5 to 9.5.10).
+    DmaEnabled,
+    /// A stream starts with its flags cleared (RM0090, 9.3.18).
+    DmaFlags,
+    /// A stream's direction, sizes, channel and memory fit ADC1 and its inputs (RM0090, 9.3.3).
+    DmaSetting,
+    /// A stream that was switched off is seen to have stopped before it starts again (RM0090,
+    /// 9.5.5).
+    DmaStop,
+    /// No byte is lost in SPI's receiver.
+    SpiOverrun,
+    /// No byte is lost in the USART's receiver.
+    UsartOverrun,
+    /// The flash is written after its keys, with PG or SER set, in the width of PSIZE (RM0090,
+    /// 3.6).
+    FlashSequence,
+    /// A word of flash is programmed once between erases.
+    FlashWordTwice,
+    /// The watchdog is fed.
+    Watchdog,
+    /// The stack stays above its end.
+    StackEnd,
+    /// An interrupt has a cause in its peripheral, unless software has pended it, or a run of the
+    /// same priority has served it.
+    SpuriousInterrupt,
+    /// TIM2's reload register is written: manuals disagree on its reset value.
+    TimerReload,
+}
+
+/// A rule broken, for the first time at this instruction.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// Which rule.
+    pub rule: Rule,
+    /// What was seen.
+    pub detail: String,
+    /// Address of the instruction after it.
+    pub pc: u32,
+    /// Virtual time of the first, nanoseconds since power-up.
+    pub at_ns: u64,
+    /// How often.
+    pub times: u64,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            rule,
+            detail,
+            pc,
+            at_ns,
+            times,
+        } = self;
+        write!(
+            f,
+            "{rule:?}: {detail} ({times} times, first {:.6} s, at {pc:#010x})",
+            *at_ns as f64 * 1e-9
+        )
+    }
+}
+
+/// All that was found.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Findings(pub Vec<Finding>);
+
+impl Findings {
+    /// Notes a broken rule; the same at the same instruction is counted.
+    pub fn add(&mut self, rule: Rule, detail: String, pc: u32, at_ns: u64) {
+        match self
+            .0
+            .iter_mut()
+            .find(|found| found.rule == rule && found.pc == pc)
+        {
+            Some(found) => found.times += 1,
+            None => self.0.push(Finding {
+                rule,
+                detail,
+                pc,
+                at_ns,
+                times: 1,
+            }),
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! USART2 or USART3: one data register each way, byte by byte in time (RM0090, 30.6).
+
+use std::collections::VecDeque;
+
+const RXNE: u32 = 1 << 5;
+const TC: u32 = 1 << 6;
+const TXE: u32 = 1 << 7;
+const ORE: u32 = 1 << 3;
+
+const UE: u32 = 1 << 13;
+const TE: u32 = 1 << 3;
+const RE: u32 = 1 << 2;
+
+pub struct Usart {
+    cr: [u32; 3],
+    brr: u32,
+    received: Option<u8>,
+    overrun: bool,
+    /// SR was read while it showed the overrun.
+    overrun_seen: bool,
+    waiting: Option<u8>,
+    /// The byte that leaves, and the cycle of its end.
+    leaving: Option<(u8, u64)>,
+    is_complete: bool,
+    /// Bytes that arrive: the cycle of their end.
+    arriving: VecDeque<(u8, u64)>,
+    /// Bytes that have left, with the cycle of their end.
+    pub sent: VecDeque<(u8, u64)>,
+    /// Bytes that the receiver lost.
+    pub overruns: u64,
+    /// Bytes that arrived while the receiver was off.
+    pub unheard: u64,
+    /// Bytes that software has taken.
+    pub taken: u64,
+}
+
+impl Usart {
+    pub const fn new() -> Self {
+        Self {
+            cr: [0; 3],
+            brr: 0,
+            received: None,
+            overrun: false,
+            overrun_seen: false,
+            waiting: None,
+            leaving: None,
+            is_complete: true,
+            arriving: VecDeque::new(),
+            sent: VecDeque::new(),
+            overruns: 0,
+            unheard: 0,
+            taken: 0,
+        }
+    }
+
+    /// As after a reset. What is on the cable stays there.
+    pub fn reset(&mut self) {
+        let (arriving, sent) = (
+            std::mem::take(&mut self.arriving),
+            std::mem::take(&mut self.sent),
+        );
+        let (overruns, unheard, taken) = (self.overruns, self.unheard, self.taken);
+        *self = Self {
+            arriving,
+            sent,
+            overruns,
+            unheard,
+            taken,
+            ..Self::new()
+        };
+    }
+
+    pub fn is_on(&self) -> bool {
+        self.cr[0] & UE != 0
+    }
+
+    /// The APB's clock cycles in ten bits.
+    pub fn byte_clocks(&self) -> u64 {
+        // OVER8 is refused, so BRR is the divider itself.
+        u64::from(self.brr) * 10
+    }
+
+    /// A byte is on its way and has arrived whole at this cycle.
+    pub fn arrive(&mut self, byte: u8, end: u64) {
+        self.arriving.push_back((byte, end));
+    }
+
+    /// Bytes on their way find a receiver without a clock.
+    pub fn lose_arriving(&mut self) {
+        self.unheard += self.arriving.drain(..).len() as u64;
+    }
+
+    /// When the last byte on its way arrives.
+    pub fn last_arrival(&self) -> Option<u64> {
+        self.arriving.back().map(|(_, end)| *end)
+    }
+
+    pub fn next_event(&self) -> Option<u64> {
+        [
+            self.leaving.map(|(_, end)| end),
+            self.arriving.front().map(|(_, end)| *end),
+        ]
+        .into_iter()
+        .flatten()
+        .min()
+    }
+
+    /// Lets bytes arrive and leave until now; `byte_cycles` is how long one takes.
+    pub fn advance(&mut self, now: u64, byte_cycles: u64) {
+        while let Some((byte, _)) = self
+            .arriving
+            .front()
+            .copied()
+            .filter(|(_, end)| *end <= now)
+        {
+            self.arriving.pop_front();
+            if self.cr[0] & (UE | RE) != UE | RE {
+                self.unheard += 1;
+            } else if self.received.is_some() {
+                self.overrun = true;
+                self.overruns += 1;
+            } else {
+                self.received = Some(byte);
+            }
+        }
+        while let Some((byte, end)) = self.leaving.take_if(|(_, end)| *end <= now) {
+            self.sent.push_back((byte, end));
+            self.leaving = self.waiting.take().map(|byte| (byte, end + byte_cycles));
+            self.is_complete = self.leaving.is_none();
+        }
+        if self.leaving.is_none() && self.cr[0] & (UE | TE) == UE | TE {
+            self.leaving = self.waiting.take().map(|byte| (byte, now + byte_cycles));
+        }
+    }
+
+    fn status(&self) -> u32 {
+        let flag = |is: bool, bit: u32| if is { bit } else { 0 };
+        flag(self.received.is_some(), RXNE)
+            | flag(self.overrun, ORE)
+            | flag(self.waiting.is_none(), TXE)
+            | flag(self.is_complete, TC)
+    }
+
+    /// Whether its interrupt is requested: TXE, TC, or RXNE and ORE, as CR1 enables them.
+    pub fn is_requested(&self) -> bool {
+        let status = self.status();
+        let enabled = self.cr[0] & (TXE | TC | RXNE);
+        self.is_on() && (status & enabled != 0 || status & ORE != 0 && enabled & RXNE != 0)
+    }
+
+    pub fn read(&mut self, offset: u32) -> Option<u32> {
+        Some(match offset {
+            0x00 => {
+                self.overrun_seen = self.overrun;
+                self.status()
+            }
+            0x04 => {
+                // Reading SR and then DR clears ORE.
+                if std::mem::take(&mut self.overrun_seen) {
+                    self.overrun = false;
+                }
+                self.taken += u64::from(self.received.is_some());
+                self.received.take().unwrap_or(0).into()
+            }
+            0x08 => self.brr,
+            0x0C..=0x14 => self.cr[(offset as usize - 0x0C) / 4],
+            0x18 => 0,
+            _ => return None,
+        })
+    }
+
+    pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
+        match offset {
+            // Only TC and RXNE can be cleared so.
+            0x00 => {
+                self.is_complete &= value & TC != 0;
+                if value & RXNE == 0 {
+                    self.received = None;
+                }
+            }
+            0x04 => {
+                self.waiting = Some(value as u8);
+                self.is_complete = false;
+            }
+            0x08 => self.brr = value & 0xFFFF,
+            // 8 bits, no parity, no IDLE interrupt, oversampling by 16.
+            0x0C if value & 0x9710 == 0 => self.cr[0] = value,
+            // One stop bit; neither DMA nor flow control.
+            0x10 if value == 0 => self.cr[1] = value,
+            0x14 if value == 0 => self.cr[2] = value,
+            _ => return None,
+        }
+        Some(())
+    }
+}

@@ -1,0 +1,176 @@
+//! How a start goes when something is not as it should be.
+
+mod common;
+
+use common::{BOARDS, Run, converter, health, hello};
+use hal_mock::Constant;
+use ridgetone_emulator::{ProcessorFault, Start};
+use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause};
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn the_image_copes_with_what_the_rom_loader_leaves() {
+    for board in BOARDS {
+        let start = Start {
+            after_rom_loader: true,
+            ..Start::default()
+        };
+        let mut run = Run::new(board, Constant::default(), start);
+        assert_eq!(
+            run.run_to(1.0, hello).boot.oscillator,
+            Oscillator::External,
+            "{board:?}"
+        );
+        run.run_s(0.5);
+        run.assert_rules();
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn the_board_greets_without_its_crystal_and_says_so() {
+    for board in BOARDS {
+        let start = Start {
+            hse_is_dead: true,
+            ..Start::default()
+        };
+        let mut run = Run::new(board, Constant::default(), start);
+        assert_eq!(
+            run.run_to(1.0, hello).boot.oscillator,
+            Oscillator::Internal,
+            "{board:?}"
+        );
+        run.run_s(0.5);
+        run.assert_rules();
+        assert!(run.emulator.readings().len() > 2000, "{board:?}: it scans");
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn a_crystal_that_dies_before_a_warm_start_is_reported() {
+    for board in BOARDS {
+        let mut run = Run::new(board, Constant::default(), Start::default());
+        assert_eq!(
+            run.run_to(1.0, hello).boot.oscillator,
+            Oscillator::External,
+            "{board:?}"
+        );
+        run.emulator.inject(ProcessorFault::OscillatorDies);
+        run.emulator.press_reset().expect("a reset");
+        let boot = run.run_to(1.0, hello).boot;
+        assert_eq!(
+            (boot.cause, boot.oscillator),
+            (ResetCause::Pin, Oscillator::Internal),
+            "{board:?}"
+        );
+        run.assert_rules();
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn the_brown_out_level_is_that_of_the_option_bytes() {
+    // BOR_LEV, bits 3 and 2: 00 is level 3, 11 is off (RM0090, 3.9.10).
+    let levels = [
+        (0x0FFF_AAED, BrownOut::Off),
+        (0x0FFF_AAE9, BrownOut::Level1),
+        (0x0FFF_AAE5, BrownOut::Level2),
+        (0x0FFF_AAE1, BrownOut::Level3),
+    ];
+    for board in BOARDS {
+        for (option_bytes, level) in levels {
+            let start = Start {
+                option_bytes,
+                ..Start::default()
+            };
+            let greeting = Run::new(board, Constant::default(), start).run_to(1.0, hello);
+            assert_eq!(
+                greeting.boot.brown_out, level,
+                "{board:?}: {option_bytes:#x}"
+            );
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn the_converter_is_reported_with_the_id_of_another_chip() {
+    // Bit 4 is zero on an ADS1258 (SBAS297G, ID register).
+    const OTHER: u8 = 0x9B;
+    for board in BOARDS {
+        let mut start = Start::default();
+        start.adc.id = OTHER;
+        let mut run = Run::new(board, Constant::default(), start);
+        run.run_to(1.0, hello);
+        let report = run.run_to(1.0, converter);
+        assert_eq!(
+            (report.answers, report.registers[9]),
+            (true, OTHER),
+            "{board:?}"
+        );
+        run.assert_rules();
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn chip_select_waits_for_the_last_bit_where_bsy_clears_early() {
+    for board in BOARDS {
+        let start = Start {
+            bsy_is_early: true,
+            ..Start::default()
+        };
+        let mut run = Run::new(board, Constant::default(), start);
+        let found = run.run_to(2.0, health);
+        assert_eq!(found.conversions_lost, 0, "{board:?}: {found:?}");
+        run.assert_rules();
+    }
+}
+
+/// The processor measures time with an oscillator that is off: its time stamps are, by the same part.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn an_internal_oscillator_that_is_off_stretches_the_time_stamps() {
+    for (board, hsi_ppm) in BOARDS.into_iter().zip([4_000, -10_000]) {
+        let start = Start {
+            hse_is_dead: true,
+            hsi_ppm,
+            ..Start::default()
+        };
+        let mut run = Run::new(board, Constant::default(), start);
+        run.run_s(1.5);
+        let [first, .., last] = run.emulator.readings() else {
+            panic!("{board:?}: it scans");
+        };
+        let passed_us = (last.edge_ns - first.edge_ns) as f64 * 1e-3;
+        let off_ppm = (f64::from(last.t_us - first.t_us) / passed_us - 1.0) * 1e6;
+        assert!(
+            (off_ppm - f64::from(hsi_ppm)).abs() < 10.0,
+            "{board:?}: {off_ppm} ppm"
+        );
+        run.assert_rules();
+    }
+}
+
+/// Nothing watches the crystal, so the board hangs until the watchdog bites; then it starts without.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn a_crystal_that_stops_while_the_board_runs_costs_a_reset_by_the_watchdog() {
+    for board in BOARDS {
+        let mut run = Run::at_rest(board);
+        let stopped_ns = run.emulator.now_ns();
+        run.emulator.inject(ProcessorFault::OscillatorStops);
+        let boot = run.run_to(12.0, hello).boot;
+        assert_eq!(
+            (boot.cause, boot.oscillator),
+            (ResetCause::Watchdog, Oscillator::Internal),
+            "{board:?}"
+        );
+        let [reset] = run.emulator.resets() else {
+            panic!("{board:?}: {:?}", run.emulator.resets());
+        };
+        let hung_s = (reset.at_ns - stopped_ns) as f64 * 1e-9;
+        assert!((5.0..9.0).contains(&hung_s), "{board:?}: {hung_s} s");
+    }
+}

@@ -1,0 +1,132 @@
+//! The bench image: fits the windows that it holds, and leaves the results in memory. It counts
+//! nothing itself: the emulator counts the instructions between two calls of [`mark`].
+#![no_std]
+#![no_main]
+
+mod layout;
+mod rivals;
+
+use core::hint::black_box;
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use layout::{FRAMES, ROWS, SCENES, WORDS};
+use ridgetone_proto::settings::Declared;
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Table, Values};
+use rivals::Scratch;
+
+const LONGEST: usize = FRAMES[FRAMES.len() - 1];
+
+/// A pure tone, and one with overtones; see `windows.py`.
+// SAFETY: both have the same size, which `transmute` checks, and each pattern of bits is valid.
+#[allow(unsafe_code, reason = "bytes of a file as numbers")]
+static WINDOWS: [[Values; LONGEST]; 2] =
+    unsafe { core::mem::transmute(*include_bytes!("../windows.bin")) };
+
+static VALID: [u16; LONGEST] = [u16::MAX; LONGEST];
+
+/// Results, row by row.
+static RESULTS: [AtomicU32; ROWS * WORDS] = [const { AtomicU32::new(0) }; ROWS * WORDS];
+
+/// Rows that are done.
+static DONE: AtomicU32 = AtomicU32::new(0);
+
+/// Called before and after each row.
+#[inline(never)]
+fn mark() {
+    DONE.store(black_box(DONE.load(Relaxed)), Relaxed);
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    static mut FITTER: Fitter = Fitter::new();
+    static mut SCRATCH: Scratch = Scratch::EMPTY;
+
+    for (_, differs) in SCENES {
+        for frames in FRAMES {
+            fits(FITTER, differs, frames);
+        }
+    }
+    for method in [rivals::hann, rivals::ieee1057] {
+        for frames in FRAMES {
+            let window = &WINDOWS[1][..frames];
+            mark();
+            let frequency = method(black_box(window), SCRATCH);
+            mark();
+            keep([0, frequency.unwrap_or(f32::NAN).to_bits(), 0]);
+        }
+    }
+    // Whoever runs the image reads them.
+    black_box(&RESULTS);
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+/// A window without an expected frequency, and with the one that was found.
+fn fits(fitter: &mut Fitter, differs: u8, frames: usize) {
+    let (scene, overtones) = scene_of(differs);
+    let window = &WINDOWS[usize::from(overtones)][..frames];
+    let mut expected = None;
+    for _ in 0..2 {
+        mark();
+        let fit = fit(fitter, &scene, window, expected);
+        mark();
+        match fit {
+            Some(fit) => {
+                expected = Some(fit.frequency);
+                keep([
+                    fit.status as u32,
+                    fit.frequency.to_bits(),
+                    fit.sigma.to_bits(),
+                ]);
+            }
+            None => keep([u32::MAX, 0, 0]),
+        }
+    }
+}
+
+#[inline(never)]
+fn fit(
+    fitter: &mut Fitter,
+    scene: &Scene,
+    values: &[Values],
+    expected: Option<f32>,
+) -> Option<Fit> {
+    let valid = &VALID[..values.len()];
+    let source = &mut Table { values, valid };
+    let span = FrameSpan::new(source, 0, values.len() as u32).with_quantization(1.0);
+    let mut span = match expected {
+        Some(frequency) => span.expecting(frequency),
+        None => span,
+    };
+    fitter.fit(&mut span, scene).ok()
+}
+
+/// A scene by the parts that differ from the default, and whether its tone has overtones.
+fn scene_of(differs: u8) -> (Scene, bool) {
+    let default = Declared::DEFAULT;
+    let has = |bit: u8, usual: bool| usual != (differs & bit != 0);
+    let declared = Declared {
+        curved_baseline: has(1, default.curved_baseline),
+        coloured_noise: has(2, default.coloured_noise),
+        shared_noise: has(4, default.shared_noise),
+        impulses: has(8, default.impulses),
+        moving_speed: has(16, default.moving_speed),
+    };
+    let overtones = has(32, true);
+    let harmonics = if overtones { 4 } else { 1 };
+    (ridgetone_finger::scene(&declared, harmonics), overtones)
+}
+
+fn keep(words: [u32; WORDS]) {
+    let done = DONE.load(Relaxed);
+    let place = &RESULTS[done as usize * WORDS..];
+    for (place, word) in place.iter().zip(words) {
+        place.store(word, Relaxed);
+    }
+    DONE.store(done + 1, Relaxed);
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    cortex_m::asm::udf()
+}

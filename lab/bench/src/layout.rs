@@ -1,0 +1,23 @@
+//! The rows of the image and their order, as the image and its reader know them.
+
+/// Scenes that are fitted: the setting, and the parts that differ from the default: 1 the baseline,
+/// 2 the noise's colour, 4 its correlation, 8 impulses, 16 the moving speed, 32 the overtones.
+pub const SCENES: [(&str, u8); 8] = [
+    ("default: four harmonics", 0),
+    ("harmonics = 1", 32),
+    ("scene.curved_baseline = false", 1),
+    ("scene.coloured_noise = false", 2),
+    ("scene.shared_noise = false", 4),
+    ("scene.impulses = false", 8),
+    ("scene.moving_speed = true", 16),
+    ("lean: one harmonic, all four false", 1 | 2 | 4 | 8 | 32),
+];
+
+/// Frames of the windows: 0.2, 0.4, 1 and 3.9 s.
+pub const FRAMES: [usize; 4] = [48, 96, 241, 940];
+
+/// Rows: each scene untracked and tracked, the Hann FFT, IEEE 1057; each in all windows.
+pub const ROWS: usize = (2 * SCENES.len() + 2) * FRAMES.len();
+
+/// Words of a row: status, bits of the frequency in cycles per frame, bits of its sigma.
+pub const WORDS: usize = 3;

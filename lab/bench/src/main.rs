@@ -1,0 +1,154 @@
+//! Runs the bench image on the emulator and prints its table: `ridgetone-bench bench-image.elf`. With
+//! the Feather's image behind it, it compares the default scene with what is flashed, over the demo's
+//! touch. With `--words` it prints the bits of the results instead, for `qemu.py`.
+
+mod layout;
+
+use hal_mock::{Constant, Sliding, SlidingScene};
+use layout::{FRAMES, ROWS, SCENES, WORDS};
+use ridgetone_emulator::{Board, Emulator, Image, Start, Until};
+use std::error::Error;
+use std::path::Path;
+
+/// Board time without the next row after which the image hangs.
+const ROW_NS: u64 = 60_000_000_000;
+
+/// The interrupt of the task `fit`: OTG_HS_WKUP.
+const FIT_IRQ: u16 = 76;
+
+/// Frequency of the windows, cycles per frame.
+const TRUTH: f64 = 30.0 / 3.6 / 241.14;
+
+struct Row {
+    instructions: u64,
+    status: u32,
+    frequency: f32,
+    sigma: f32,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [bench, option] = &*arguments
+        && option == "--words"
+    {
+        for row in run(Path::new(bench))? {
+            let bits = [row.status, row.frequency.to_bits(), row.sigma.to_bits()];
+            println!("{}", bits.map(|word| format!("{word:08x}")).join(" "));
+        }
+        return Ok(());
+    }
+    let (bench, flashed) = match &*arguments {
+        [bench] => (bench, None),
+        [bench, flashed] => (bench, Some(flashed)),
+        _ => return Err("ridgetone-bench BENCH.elf [FEATHER.elf | --words]".into()),
+    };
+    let rows = run(Path::new(bench))?;
+    println!("instructions, thousands: untracked / tracked; error of the untracked one, sigma");
+    println!(
+        "{:<36}{:>22}{:>22}{:>22}{:>22}",
+        "", "0.2 s", "0.4 s", "1 s", "3.9 s"
+    );
+    for ((scene, _), own) in SCENES.iter().zip(rows.chunks(2 * FRAMES.len())) {
+        let cells = own.chunks(2).map(|pair| {
+            let off = (f64::from(pair[0].frequency) - TRUTH) / f64::from(pair[0].sigma);
+            let [first, then] = [&pair[0], &pair[1]].map(|row| row.instructions / 1000);
+            format!(
+                "{first} / {then}; {}{off:.1}",
+                if pair[0].status == 0 { "" } else { "?" }
+            )
+        });
+        println!(
+            "{scene:<36}{}",
+            cells.map(|cell| format!("{cell:>22}")).collect::<String>()
+        );
+    }
+    let rivals = rows
+        .get(2 * FRAMES.len() * SCENES.len()..)
+        .unwrap_or_default();
+    for (name, own) in ["Hann FFT; error, %", "IEEE 1057; error, %"]
+        .iter()
+        .zip(rivals.chunks(FRAMES.len()))
+    {
+        let cells = own.iter().map(|row| {
+            let off = 100.0 * (f64::from(row.frequency) / TRUTH - 1.0);
+            format!("{}; {off:.4}", row.instructions / 1000)
+        });
+        println!(
+            "{name:<36}{}",
+            cells.map(|cell| format!("{cell:>22}")).collect::<String>()
+        );
+    }
+    if let Some(flashed) = flashed {
+        let fits = flashed_fits(Path::new(flashed))?;
+        println!("flashed image, 1 s windows of the demo in order, thousands: {fits:?}");
+        let whole = |row: usize| rows.get(row).map_or(0, |row| row.instructions / 1000);
+        println!("here: {} untracked, {} tracked", whole(4), whole(5));
+    }
+    Ok(())
+}
+
+/// All rows of the image.
+fn run(path: &Path) -> Result<Vec<Row>, Box<dyn Error>> {
+    let image = Image::read(path)?;
+    let place = |name: &str| {
+        image
+            .function(name)
+            .ok_or(format!("{}: no {name}", path.display()))
+    };
+    let (mark, results) = (place("bench_image4mark")?, place("bench_image7RESULTS")?);
+    let mut board = Emulator::new(
+        Board::FeatherF405,
+        &image,
+        Constant::default(),
+        Start::default(),
+    )?;
+    let mut counts = Vec::new();
+    for row in 0..ROWS {
+        let mut at = || -> Result<u64, Box<dyn Error>> {
+            if !board.run_to(Until::Address(mark), ROW_NS)? {
+                let pc = board.registers()[15];
+                return Err(format!("the image stands still in row {row}, at {pc:#010x}").into());
+            }
+            Ok(board.instructions())
+        };
+        let from = at()?;
+        counts.push(at()? - from);
+    }
+    board.run_ns(1_000_000)?;
+    let mut words = board
+        .ram(results)
+        .chunks(4)
+        .map(|word| word.try_into().map(u32::from_le_bytes).unwrap_or_default());
+    let mut row = |instructions| {
+        let [status, frequency, sigma] = [(); WORDS].map(|()| words.next().unwrap_or_default());
+        Row {
+            instructions,
+            status,
+            frequency: f32::from_bits(frequency),
+            sigma: f32::from_bits(sigma),
+        }
+    };
+    Ok(counts.into_iter().map(&mut row).collect())
+}
+
+/// Instructions of the task `fit`, thousands, run by run, over the demo's touch.
+fn flashed_fits(path: &Path) -> Result<Vec<u64>, Box<dyn Error>> {
+    let scene = SlidingScene::new(Sliding::default())?;
+    let mut board = Emulator::new(
+        Board::FeatherF405,
+        &Image::read(path)?,
+        scene,
+        Start::default(),
+    )?;
+    let mut fits = Vec::new();
+    let mut before = board.served(FIT_IRQ);
+    while board.now_ns() < 6_000_000_000 {
+        board.run_ns(1_000_000)?;
+        let now = board.served(FIT_IRQ);
+        if now.run_cycles > before.run_cycles {
+            fits.push((now.instructions - before.instructions) / 1000);
+            before = now;
+        }
+    }
+    Ok(fits)
+}
