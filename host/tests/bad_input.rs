@@ -225,7 +225,6 @@ fn inputs_that_would_play_for_ever() {
 #[cfg(target_os = "linux")]
 #[test]
 fn devices_that_never_end_are_refused() {
-    let folder = directory();
     for device in ["/dev/zero", "/dev/urandom"] {
         for arguments in [
             &["fit", device][..],

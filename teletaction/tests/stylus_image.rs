@@ -2,6 +2,7 @@
 //! the converter is compared with the surface in f64.
 
 use hal_mock::Constant;
+use ridgetone_emulator::{Board, Emulator, Image, ProcessorFault, Start};
 use ridgetone_proto::boot::ResetCause;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
@@ -11,7 +12,6 @@ use ridgetone_teletaction::stylus::message::{
     Command, Decoder, Event, Health, Mark, Outcome, Request,
 };
 use ridgetone_teletaction::stylus::parameters::Parameters;
-use ridgetone_emulator::{Board, Image, ProcessorFault, Emulator, Start};
 use std::f64::consts::TAU;
 
 /// One count, millimetres, and volts of the largest code, of the default parameters.
@@ -46,7 +46,8 @@ impl Stylus {
     fn ready() -> Self {
         let image = Image::built(Board::StylusF405).unwrap_or_else(|error| panic!("{error}"));
         let scene = Constant::default();
-        let emulator = Emulator::new(Board::StylusF405, &image, scene, Start::default()).expect("vectors");
+        let emulator =
+            Emulator::new(Board::StylusF405, &image, scene, Start::default()).expect("vectors");
         let mut stylus = Self {
             emulator,
             decoder: Decoder::new(),
@@ -118,9 +119,17 @@ impl Stylus {
     /// slew allows.
     #[track_caller]
     fn assert_limits(&self) {
-        assert!(self.emulator.findings().is_empty(), "{:#?}", self.emulator.findings());
+        assert!(
+            self.emulator.findings().is_empty(),
+            "{:#?}",
+            self.emulator.findings()
+        );
         let slew = f64::from(Actuator::PIEZO.slew_v_s) / 10_000.0 / VOLTS * 4095.0;
-        let codes = self.emulator.outputs().iter().filter_map(|output| output.code);
+        let codes = self
+            .emulator
+            .outputs()
+            .iter()
+            .filter_map(|output| output.code);
         let codes: Vec<u16> = codes.collect();
         let step = codes.windows(2).map(|pair| pair[0].abs_diff(pair[1])).max();
         assert!(
@@ -285,7 +294,10 @@ fn every_sample_is_in_time() {
         stylus.run_s(0.2);
     }
     assert_eq!(stylus.state(), Some(State::Vibrating));
-    let (served, line) = (stylus.emulator.served(IRQ_TIM6), stylus.emulator.served(IRQ_USART3));
+    let (served, line) = (
+        stylus.emulator.served(IRQ_TIM6),
+        stylus.emulator.served(IRQ_USART3),
+    );
     println!("the interrupt of a sample: {served:?}; the line's: {line:?}");
     // 10 us at 168 MHz.
     assert!(
