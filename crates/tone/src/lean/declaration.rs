@@ -26,9 +26,14 @@ pub struct Declared {
 }
 
 impl Declared {
+    /// The largest of the three.
+    pub fn worst(&self) -> f32 {
+        self.levels.max(self.lines).max(self.shared)
+    }
+
     /// True if the window is what the scene declares.
-    pub fn holds(&self) -> bool {
-        self.levels <= Z && self.lines <= Z && self.shared <= Z
+    pub fn is_met(&self) -> bool {
+        self.worst() <= Z
     }
 }
 

@@ -69,10 +69,7 @@ impl Verdict<'_> {
         let other = 0.5 * (cosines + sines) - libm::hypotf(half, both);
         let tests = Tests {
             line: deviate(ratio, 2.0 * width, width * freedom),
-            beside: self.declared.lines,
-            beside_share: self.declared.levels,
-            margin: if self.second.is_some() { 1.0 } else { 0.0 },
-            other: self.declared.shared,
+            beside: self.declared.worst(),
             cycles: self.cycles,
             one_shape: width <= 2.0 || other < width + Z_SHAPE * libm::sqrtf(2.0 * width),
             steady: 1.0,
@@ -110,7 +107,7 @@ impl Verdict<'_> {
             Status::NoTone
         } else if self.cycles.min(nyquist - self.cycles) < min
             || self.second.is_some()
-            || !self.declared.holds()
+            || !self.declared.is_met()
         {
             Status::Ambiguous
         } else if sigma > SIGMA_MAX * self.cycles {
