@@ -27,10 +27,10 @@ use core::f32::consts::PI;
 /// Logarithm of a thousand: odds against another frequency.
 const ODDS: f32 = 6.9;
 /// Fewer cycles are no period.
-const CYCLES: f32 = 1.15;
+pub const CYCLES: f32 = 1.15;
 /// Fewest cycles of a period where all channels have one shape in time, or are no more than two: any
 /// bump looks like it.
-const CYCLES_ONE: f32 = 2.0;
+pub const CYCLES_ONE: f32 = 2.0;
 /// Phase beyond the fitted degrees, radians: past it a cycle may be lost.
 const FOLLOWED: f32 = 0.2;
 /// Power beside the line, as a share of the tone's, that is a second tone.
@@ -38,7 +38,7 @@ const BESIDE: f32 = 0.125;
 /// How far an amplitude may go, root mean square, as a share of it.
 const FADING: f32 = 0.7;
 /// Largest relative sigma of a frequency.
-const SIGMA_MAX: f32 = 0.1;
+pub const SIGMA_MAX: f32 = 0.1;
 /// Sigma of a variance from few samples.
 const FEW_SAMPLES: f32 = 1.2;
 

@@ -9,6 +9,7 @@ use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::{self, Impulses};
 use crate::late::Late;
+use crate::lean::{Lean, Search};
 use crate::legendre::legendre;
 use crate::limits::FRAMES_MIN;
 use crate::lines::Lines;
@@ -42,6 +43,7 @@ pub struct Fitter {
     impulses: Impulses,
     blocks: Blocks,
     work: Work,
+    lean: Lean,
 }
 
 impl Default for Fitter {
@@ -57,6 +59,7 @@ impl Fitter {
             impulses: Impulses::new(),
             blocks: Blocks::new(),
             work: Work::new(),
+            lean: Lean::new(),
         }
     }
 
@@ -66,6 +69,10 @@ impl Fitter {
     /// If its frames were overwritten meanwhile.
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
+        if Lean::takes(span, scene) {
+            let search = Search::new(self.blocks.scratch(), self.work.memory.as_flattened_mut());
+            return self.lean.fit(span, scene, search);
+        }
         let statistics = Statistics::collect(span)?;
         let mut fit = Fit::without_tone(Status::Nothing, statistics.frames);
         if statistics.width == 0 {
@@ -80,6 +87,7 @@ impl Fitter {
             impulses,
             blocks,
             work,
+            ..
         } = self;
         impulses.clear();
         let mut data = Data {
@@ -570,7 +578,7 @@ mod tests {
     use std::format;
 
     /// Most bytes of a fitter on the chip.
-    const BUDGET: usize = 23_000;
+    const BUDGET: usize = 27_500;
 
     #[test]
     fn on_the_chip_it_takes_no_more_than_its_budget() {

@@ -3,6 +3,7 @@
 use crate::domain::Domain;
 use crate::limits::CHANNELS_MAX;
 use crate::source::{FrameSource, Overwritten, Values};
+use core::ops::Range;
 
 /// Frames that are read at a time: as long a source is locked.
 pub const READ_FRAMES: usize = 8;
@@ -134,9 +135,39 @@ impl<'a> FrameSpan<'a> {
         channels: u16,
         visit: &mut dyn FnMut(u32, &Values),
     ) -> Result<(), Overwritten> {
+        self.visit_range(0..self.frames, channels, visit)
+    }
+
+    /// Visits every `every`th frame, if its `channels` are all valid.
+    pub(crate) fn visit_some(
+        &mut self,
+        every: u32,
+        channels: u16,
+        visit: &mut dyn FnMut(u32, &Values),
+    ) -> Result<(), Overwritten> {
         let mut frame = 0;
-        while frame < self.frames {
-            let most = READ_FRAMES.min((self.frames - frame) as usize);
+        while every > 1 && frame < self.frames {
+            self.visit_range(frame..frame + 1, channels, visit)?;
+            frame += every;
+        }
+        if every <= 1 {
+            self.visit(channels, visit)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Visits the frames of a part of the span whose `channels` are all valid.
+    pub(crate) fn visit_range(
+        &mut self,
+        part: Range<u32>,
+        channels: u16,
+        visit: &mut dyn FnMut(u32, &Values),
+    ) -> Result<(), Overwritten> {
+        let mut frame = part.start;
+        let end = part.end.min(self.frames);
+        while frame < end {
+            let most = READ_FRAMES.min((end - frame) as usize);
             let mut read = 0;
             self.source.read(
                 self.first.wrapping_add(frame),

@@ -28,6 +28,7 @@ mod frame_span;
 mod hum;
 mod impulses;
 mod late;
+mod lean;
 mod legendre;
 mod limits;
 mod lines;

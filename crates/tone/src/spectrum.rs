@@ -240,7 +240,7 @@ impl Geometry {
 
 /// The transform of a real signal in its place, as real and imaginary parts; the first two are bin
 /// 0 and the Nyquist bin. Nothing is done if the length is none of the transform's own.
-fn transform(signal: &mut [f32]) {
+pub fn transform(signal: &mut [f32]) {
     macro_rules! transform {
         ($($points:literal $name:ident),*) => {
             match signal.len() {

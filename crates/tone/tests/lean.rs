@@ -1,0 +1,269 @@
+//! The lean scene: as accurate as the Cramer-Rao bound allows, as sensitive as its channels, and
+//! never good where the window is not what the scene declares.
+
+mod common;
+
+use common::{even, normal};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Scene, Status};
+use std::f64::consts::TAU;
+
+/// What is in a window besides level, slope, tone and white noise of variance 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Extra {
+    Nothing,
+    /// The level creeps with the logarithm of time.
+    Creep,
+    /// The noise is an autoregression of this coefficient.
+    Coloured(f64),
+    /// Half of the noise is the same in all channels.
+    Shared,
+    /// Another tone, as loud, so many cycles above.
+    Tone(f64),
+    /// The tone begins in the window.
+    Begins,
+    /// The frequency rises by a tenth over the window.
+    Chirp,
+    /// A second harmonic of a third of the amplitude.
+    Overtone,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    frames: usize,
+    channels: usize,
+    snr_db: f64,
+    extra: Extra,
+}
+
+/// A window, its cycles, and the Cramer-Rao bound of these.
+struct Window {
+    values: Vec<f32>,
+    cycles: f64,
+    bound: f64,
+}
+
+impl Case {
+    fn window(&self, seed: u64) -> Window {
+        let mut even = even(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) + self.frames as u64);
+        let mut normal = normal(seed * 104_729 + 17);
+        let n = self.frames as f64;
+        for _ in 0..4 {
+            even();
+        }
+        let most = if self.extra == Extra::Overtone {
+            0.2
+        } else {
+            0.42
+        } * n;
+        let cycles = 2.0 * (most / 2.0).powf(even());
+        let amplitude = 2f64.sqrt() * 10f64.powf(self.snr_db / 20.0);
+        let shared: Vec<f64> = (0..self.frames).map(|_| normal()).collect();
+        let mut values = vec![0.0; self.frames * self.channels];
+        for channel in 0..self.channels {
+            let (gain, start) = (0.3 + 2.0 * even(), even());
+            let (level, slope, creep) = (300.0 * normal(), normal(), 10.0 * normal());
+            let other = even();
+            let mut coloured = normal();
+            for frame in 0..self.frames {
+                let t = (frame as f64 + 0.5) / n;
+                let phase = match self.extra {
+                    Extra::Chirp => cycles * (t + 0.05 * (t * t - t)),
+                    _ => cycles * t,
+                };
+                let wave = |turns: f64| amplitude * (TAU * turns).cos();
+                let mut value = wave(phase + start);
+                let mut noise = normal();
+                match self.extra {
+                    Extra::Creep => value += creep * (1.0 + 20.0 * t).ln(),
+                    Extra::Coloured(a) => {
+                        coloured = a * coloured + (1.0 - a * a).sqrt() * noise;
+                        noise = coloured;
+                    }
+                    Extra::Shared => noise = 0.5f64.sqrt() * (noise + shared[frame]),
+                    Extra::Tone(distance) => value += wave((cycles + distance) * t + other),
+                    Extra::Begins if t < 0.4 => value = 0.0,
+                    Extra::Overtone => value += wave(2.0 * phase + other) / 3.0,
+                    _ => {}
+                }
+                values[frame * self.channels + channel] =
+                    (gain * (value + noise) + level + slope * t) as f32;
+            }
+        }
+        // D. C. Rife and R. R. Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591: radians a frame.
+        let information = self.channels as f64 * amplitude * amplitude;
+        let bound = (24.0 / (information * n * n * n)).sqrt() * n / TAU;
+        Window {
+            values,
+            cycles,
+            bound,
+        }
+    }
+
+    /// The fit in cycles a window.
+    fn fit(&self, window: &Window, fitter: &mut Fitter, expected: Option<f32>) -> Fit {
+        let mut frames = Frames::new(&window.values, self.channels).expect("1 to 16 channels");
+        let span = FrameSpan::new(&mut frames, 0, self.frames as u32);
+        let mut span = span.with_frame_rate(self.frames as f32);
+        if let Some(expected) = expected {
+            span = span.expecting(expected);
+        }
+        fitter
+            .fit(&mut span, &Scene::LEAN)
+            .expect("its frames are there")
+    }
+}
+
+/// Counts over windows.
+#[derive(Debug, Default)]
+struct Counts {
+    good: u64,
+    covered: u64,
+    /// Good, and off by more than five sigma.
+    outliers: u64,
+    /// Mean square of the error over the bound's.
+    ratio: f64,
+}
+
+fn count(case: Case, windows: u64) -> Counts {
+    let (mut counts, mut fitter) = (Counts::default(), Box::new(Fitter::new()));
+    for seed in 0..windows {
+        let window = case.window(seed);
+        let fit = case.fit(&window, &mut fitter, None);
+        if fit.status == Status::Good {
+            let error = f64::from(fit.frequency) - window.cycles;
+            let sigmas = error.abs() / f64::from(fit.sigma);
+            counts.good += 1;
+            counts.covered += u64::from(sigmas < 1.96);
+            counts.outliers += u64::from(sigmas > 5.0);
+            counts.ratio += (error / window.bound).powi(2);
+        }
+    }
+    counts.ratio /= counts.good.max(1) as f64;
+    counts
+}
+
+/// With 300 windows the mean square error over the bound has a standard deviation of 0.08, and 285
+/// of 300 intervals are expected to cover, give or take 3.8.
+#[test]
+fn white_noise_is_fitted_as_well_as_the_bound_allows() {
+    const WINDOWS: u64 = 300;
+    let white = |frames, channels, snr_db| Case {
+        frames,
+        channels,
+        snr_db,
+        extra: Extra::Nothing,
+    };
+    for (case, ratio_max) in [
+        (white(48, 16, 20.0), 1.5),
+        (white(96, 16, 20.0), 1.35),
+        (white(241, 16, 20.0), 1.3),
+        (white(940, 16, 20.0), 1.3),
+        (white(241, 4, 20.0), 1.3),
+        (white(241, 16, 0.0), 1.3),
+        (white(241, 16, 60.0), 1.6),
+    ] {
+        let counts = count(case, WINDOWS);
+        assert!(
+            counts.good >= 294
+                && (273..=299).contains(&counts.covered)
+                && counts.outliers == 0
+                && counts.ratio < ratio_max,
+            "{case:?}: {counts:?}"
+        );
+    }
+}
+
+#[test]
+fn more_channels_find_fainter_tones() {
+    for (channels, snr_db, good_min) in [(1, -4.0, 160), (4, -10.0, 180), (16, -13.0, 180)] {
+        let case = Case {
+            frames: 241,
+            channels,
+            snr_db,
+            extra: Extra::Nothing,
+        };
+        let counts = count(case, 200);
+        assert!(
+            counts.good >= good_min && counts.outliers == 0,
+            "{case:?}: {counts:?}"
+        );
+    }
+}
+
+#[test]
+fn what_the_scene_does_not_declare_is_not_good() {
+    const WINDOWS: u64 = 100;
+    for (extra, good_max) in [
+        (Extra::Creep, 0),
+        (Extra::Coloured(0.9), 0),
+        (Extra::Coloured(0.5), 3),
+        (Extra::Shared, 10),
+        (Extra::Tone(0.6), 0),
+        (Extra::Tone(7.0), 0),
+        (Extra::Begins, 0),
+        (Extra::Chirp, 12),
+        (Extra::Overtone, 0),
+    ] {
+        for frames in [96, 241, 940] {
+            let case = Case {
+                frames,
+                channels: 16,
+                snr_db: 20.0,
+                extra,
+            };
+            let counts = count(case, WINDOWS);
+            assert!(
+                counts.good <= good_max && counts.outliers == 0,
+                "{case:?}: {counts:?}"
+            );
+        }
+    }
+}
+
+/// Where a loud tone is known from the window before, the answer is the same to a part of sigma.
+#[test]
+fn a_tracked_tone_has_the_same_answer() {
+    let case = Case {
+        frames: 241,
+        channels: 16,
+        snr_db: 20.0,
+        extra: Extra::Nothing,
+    };
+    let mut fitter = Box::new(Fitter::new());
+    for seed in 0..40 {
+        let window = case.window(seed);
+        let searched = case.fit(&window, &mut fitter, None);
+        for off in [0.05, 0.3, 3.0] {
+            let expected = window.cycles as f32 + off;
+            let tracked = case.fit(&window, &mut fitter, Some(expected));
+            assert_eq!(tracked.status, searched.status, "{seed} {off}");
+            let moved = (tracked.frequency - searched.frequency).abs();
+            assert!(moved < 0.1 * searched.sigma, "{seed} {off}: {tracked:?}");
+        }
+    }
+}
+
+/// Rescaling all values is no news.
+#[test]
+fn a_scale_changes_no_status() {
+    let mut fitter = Box::new(Fitter::new());
+    for snr_db in [-12.0, -6.0, 20.0] {
+        let case = Case {
+            frames: 96,
+            channels: 16,
+            snr_db,
+            extra: Extra::Nothing,
+        };
+        for seed in 0..100 {
+            let mut window = case.window(seed);
+            let status = case.fit(&window, &mut fitter, None).status;
+            for scale in [1.0 + 3e-6, 1e-12, 1e12] {
+                let scaled = window.values.iter().map(|value| value * scale).collect();
+                let before = std::mem::replace(&mut window.values, scaled);
+                let after = case.fit(&window, &mut fitter, None).status;
+                assert_eq!(after, status, "{snr_db} {seed} {scale}");
+                window.values = before;
+            }
+        }
+    }
+}
