@@ -11,7 +11,7 @@ mod search;
 mod solve;
 mod verdict;
 
-use crate::abscissa::Abscissa;
+use crate::domain::Domain;
 use crate::fit::{Fit, Status};
 use crate::frame_span::FrameSpan;
 use crate::limits::FRAMES_MIN;
@@ -68,9 +68,7 @@ impl Lean {
 
     /// True if the path can fit this span: evenly spaced in time, without an interferer.
     pub fn takes(span: &FrameSpan, scene: &Scene) -> bool {
-        scene.is_lean()
-            && span.interferer.is_none()
-            && matches!(span.abscissa(), Abscissa::Time { .. })
+        scene.is_lean() && span.interferer.is_none() && matches!(span.domain(), Domain::Time { .. })
     }
 
     /// Fits all usable channels of a span.

@@ -115,7 +115,7 @@ impl Blocks {
         self.levels = [[0.0; CHANNELS_MAX]; 2];
         self.squares = [0.0; CHANNELS_MAX];
         self.powers = [0.0; 3];
-        let place = *span.abscissa();
+        let place = *span.domain();
         // Phases are exact: a fraction of a turn for each frame, about the window's centre.
         let step = from_turns(cycles / frames as f32);
         let centre = from_turns(0.5 * cycles * (frames as f32 - 1.0) / frames as f32);

@@ -60,7 +60,7 @@ impl Reference {
     /// The reference of a span.
     pub fn new(span: &mut FrameSpan) -> Result<Self, Overwritten> {
         let wanted = span.channels()?;
-        let place = *span.abscissa();
+        let place = *span.domain();
         let mut sums = Sums::default();
         let every = (span.frames / FRAMES).max(1);
         for every in [every, 1] {
