@@ -4,6 +4,7 @@
 //! Within a block what modulates a line is taken to be constant, and baselines to be straight.
 
 use crate::data::Data;
+use crate::lean::LEAN_ROWS;
 use crate::legendre::baselines;
 use crate::limits::{BLOCK_LINES, BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX};
 use crate::lines::Lines;
@@ -23,7 +24,7 @@ const ROWS: usize = rows(BLOCK_LINES, POINTS_MAX);
 
 /// Rows of memory: cosine and sine of all blocks' lines, or a transform.
 pub const fn rows(lines: usize, points: usize) -> usize {
-    let transform = points.div_ceil(CHANNELS_MAX);
+    let transform = points.div_ceil(CHANNELS_MAX) + LEAN_ROWS;
     if 2 * lines > transform {
         2 * lines
     } else {
@@ -89,7 +90,12 @@ impl Blocks {
 
     /// Memory that holds nothing between passes.
     pub fn scratch(&mut self) -> &mut [f32] {
-        self.rows.as_flattened_mut()
+        self.rows().as_flattened_mut()
+    }
+
+    /// The same memory, in rows.
+    pub fn rows(&mut self) -> &mut [Values] {
+        &mut self.rows
     }
 
     /// Divides a window for passes of up to so many lines, and passes over it for what baselines

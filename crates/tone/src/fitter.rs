@@ -9,7 +9,7 @@ use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::{self, Impulses};
 use crate::late::Late;
-use crate::lean::{Lean, Search};
+use crate::lean::Lean;
 use crate::legendre::legendre;
 use crate::limits::FRAMES_MIN;
 use crate::lines::Lines;
@@ -43,7 +43,6 @@ pub struct Fitter {
     impulses: Impulses,
     blocks: Blocks,
     work: Work,
-    lean: Lean,
 }
 
 impl Default for Fitter {
@@ -59,7 +58,6 @@ impl Fitter {
             impulses: Impulses::new(),
             blocks: Blocks::new(),
             work: Work::new(),
-            lean: Lean::new(),
         }
     }
 
@@ -70,8 +68,8 @@ impl Fitter {
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
         if Lean::takes(span, scene) {
-            let search = Search::new(self.blocks.scratch(), self.work.memory.as_flattened_mut());
-            return self.lean.fit(span, scene, search);
+            let power = self.work.memory.as_flattened_mut();
+            return Lean::new(self.blocks.rows(), power).fit(span, scene);
         }
         let statistics = Statistics::collect(span)?;
         let mut fit = Fit::without_tone(Status::Nothing, statistics.frames);
@@ -87,7 +85,6 @@ impl Fitter {
             impulses,
             blocks,
             work,
-            ..
         } = self;
         impulses.clear();
         let mut data = Data {
@@ -578,7 +575,7 @@ mod tests {
     use std::format;
 
     /// Most bytes of a fitter on the chip.
-    const BUDGET: usize = 27_500;
+    const BUDGET: usize = 23_000;
 
     #[test]
     fn on_the_chip_it_takes_no_more_than_its_budget() {

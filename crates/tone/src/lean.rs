@@ -16,11 +16,11 @@ use crate::fit::{Fit, Status};
 use crate::frame_span::FrameSpan;
 use crate::limits::FRAMES_MIN;
 use crate::scene::{Baseline, Channels, Noise, Scene, Speed};
-use crate::source::Overwritten;
+use crate::source::{Overwritten, Values};
 use blocks::Blocks;
+pub use blocks::LEAN_ROWS;
 use reference::Reference;
-use search::Peak;
-pub use search::Search;
+use search::{Peak, Search};
 use solve::Solution;
 use verdict::Verdict;
 
@@ -39,10 +39,10 @@ const STARTS: [f32; 3] = [0.0, -0.5, 0.5];
 /// Farther than this from the frequency of the window before, in cycles, is another tone.
 const EXPECTED_NEAR: f32 = 0.45;
 
-/// Memory of the lean path.
-#[derive(Debug)]
-pub struct Lean {
-    blocks: Blocks,
+/// The lean path, in memory that holds nothing between fits.
+pub struct Lean<'m> {
+    search: Search<'m>,
+    blocks: Blocks<'m>,
 }
 
 impl Scene {
@@ -58,11 +58,14 @@ impl Scene {
     }
 }
 
-impl Lean {
-    /// All zeros, so that a static takes no flash.
-    pub const fn new() -> Self {
+impl<'m> Lean<'m> {
+    /// The path in rows for [`POINTS_MAX`](crate::limits::POINTS_MAX) points and [`LEAN_ROWS`]
+    /// more, and in memory for half as many powers.
+    pub fn new(rows: &'m mut [Values], power: &'m mut [f32]) -> Self {
+        let (points, blocks) = rows.split_at_mut(rows.len().saturating_sub(LEAN_ROWS));
         Self {
-            blocks: Blocks::new(),
+            search: Search::new(points.as_flattened_mut(), power),
+            blocks: Blocks::new(blocks),
         }
     }
 
@@ -73,12 +76,7 @@ impl Lean {
 
     /// Fits all usable channels of a span.
     #[inline(never)]
-    pub fn fit(
-        &mut self,
-        span: &mut FrameSpan,
-        scene: &Scene,
-        mut search: Search,
-    ) -> Result<Fit, Overwritten> {
+    pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
         if span.frames < FRAMES_MIN {
             return Ok(Fit::without_tone(Status::TooShort, span.frames));
         }
@@ -89,14 +87,15 @@ impl Lean {
         let per_cycle = span.frequency(1.0);
         if let Some(expected) = span.expected {
             let peak = Peak::expected(expected / per_cycle);
-            let fit = self.fit_at(span, &reference, &peak, &search)?;
+            let fit = self.fit_at(span, &reference, &peak)?;
             let moved = f32::abs(fit.frequency / per_cycle - peak.cycles);
             if fit.status == Status::Good && moved < EXPECTED_NEAR {
                 return Ok(fit);
             }
         }
-        let peak = search.peak(span, &reference, scene.band.over(per_cycle))?;
-        self.fit_at(span, &reference, &peak, &search)
+        let band = scene.band.over(per_cycle);
+        let peak = self.search.peak(span, &reference, band)?;
+        self.fit_at(span, &reference, &peak)
     }
 
     /// The fit of the line at a peak.
@@ -105,7 +104,6 @@ impl Lean {
         span: &mut FrameSpan,
         reference: &Reference,
         peak: &Peak,
-        search: &Search,
     ) -> Result<Fit, Overwritten> {
         let blocks = &mut self.blocks;
         let mut solution = Solution::default();
@@ -134,7 +132,7 @@ impl Lean {
             }
         }
         let declared = declaration::test(blocks, reference, &solution);
-        let second = search.second(span, peak, cycles, blocks);
+        let second = self.search.second(span, peak, cycles, blocks);
         let verdict = Verdict {
             cycles,
             reference,

@@ -32,11 +32,13 @@ pub struct Block {
     pub double: Wave,
     /// Cosine and sine of the phase, times `d`.
     pub moment: Wave,
-    /// Values.
-    pub level: Values,
-    /// Values times cosine and sine.
-    pub line: [Values; 2],
 }
+
+/// Sums of the channels over a block: of the values, and of the values times cosine and sine.
+pub type Rows = [Values; 3];
+
+/// Rows of memory for all blocks.
+pub const LEAN_ROWS: usize = 3 * BLOCKS;
 
 impl Block {
     const NONE: Self = Self {
@@ -46,43 +48,39 @@ impl Block {
         wave: [0.0; 2],
         double: [0.0; 2],
         moment: [0.0; 2],
-        level: [0.0; CHANNELS_MAX],
-        line: [[0.0; CHANNELS_MAX]; 2],
     };
 }
 
 /// Sums over all blocks of a window, of values less the reference, over its scale.
-#[derive(Debug)]
-pub struct Blocks {
+pub struct Blocks<'m> {
     blocks: [Block; BLOCKS],
+    rows: &'m mut [Rows],
     count: usize,
     /// Number of frames, and sums of `u` and of its square.
     pub powers: [f32; 3],
-    /// Sums of the values, and of the values times `u`.
-    pub levels: [Values; 2],
-    /// Sums of the squares.
-    pub squares: Values,
+    /// Sums of the values, of the values times `u`, and of their squares.
+    pub sums: Rows,
     /// Cycles a window of the line.
     pub cycles: f32,
 }
 
-impl Blocks {
-    /// All zeros.
-    pub const fn new() -> Self {
+impl<'m> Blocks<'m> {
+    /// Empty ones, with [`LEAN_ROWS`] rows of memory.
+    pub fn new(memory: &'m mut [Values]) -> Self {
         Self {
             blocks: [Block::NONE; BLOCKS],
+            rows: memory.as_chunks_mut().0,
             count: 0,
             powers: [0.0; 3],
-            levels: [[0.0; CHANNELS_MAX]; 2],
-            squares: [0.0; CHANNELS_MAX],
+            sums: [[0.0; CHANNELS_MAX]; 3],
             cycles: 0.0,
         }
     }
 
     /// Blocks with frames.
-    pub fn iter(&self) -> impl Iterator<Item = &Block> {
-        let used = self.blocks.iter().take(self.count);
-        used.filter(|block| block.frames > 0.0)
+    pub fn iter(&self) -> impl Iterator<Item = (&Block, &Rows)> {
+        let used = self.blocks.iter().zip(&*self.rows).take(self.count);
+        used.filter(|(block, _)| block.frames > 0.0)
     }
 
     /// Number of frames.
@@ -112,8 +110,7 @@ impl Blocks {
         let frames = span.frames as usize;
         self.count = (frames / FRAMES_OF_BLOCK).clamp(1, BLOCKS);
         self.cycles = cycles;
-        self.levels = [[0.0; CHANNELS_MAX]; 2];
-        self.squares = [0.0; CHANNELS_MAX];
+        self.sums = [[0.0; CHANNELS_MAX]; 3];
         self.powers = [0.0; 3];
         let place = *span.domain();
         // Phases are exact: a fraction of a turn for each frame, about the window's centre.
@@ -121,8 +118,10 @@ impl Blocks {
         let centre = from_turns(0.5 * cycles * (frames as f32 - 1.0) / frames as f32);
         let (cos, sin) = cos_sin(step);
         let mut from = 0;
-        for (b, block) in self.blocks.iter_mut().enumerate().take(self.count) {
-            let end = (b + 1) * frames / self.count;
+        let blocks = self.blocks.iter_mut().zip(&mut *self.rows);
+        for (b, (block, rows)) in blocks.enumerate().take(self.count) {
+            *rows = [[0.0; CHANNELS_MAX]; 3];
+            let end = (b + 1) * frames / self.count.max(1);
             *block = Block::NONE;
             let last = end.max(from + 1) - 1;
             block.middle = 0.5 * (place.u(from as u32) + place.u(last as u32));
@@ -139,11 +138,11 @@ impl Blocks {
                     chunk.add(reference, u, values);
                     chunk.turn(n, [cos, sin]);
                     if chunk.count == READ_FRAMES {
-                        chunk.flush(block, &mut self.levels, &mut self.squares);
+                        chunk.flush(block, rows, &mut self.sums);
                     }
                 },
             )?;
-            chunk.flush(block, &mut self.levels, &mut self.squares);
+            chunk.flush(block, rows, &mut self.sums);
             let (n, middle) = (block.frames, block.middle);
             self.powers[0] += n;
             self.powers[1] += n * middle + block.d;
@@ -211,7 +210,7 @@ impl Chunk {
     }
 
     /// Adds what is there to the sums, and starts anew.
-    fn flush(&mut self, block: &mut Block, levels: &mut [Values; 2], squares: &mut Values) {
+    fn flush(&mut self, block: &mut Block, rows: &mut Rows, sums: &mut Rows) {
         let count = self.count.min(READ_FRAMES);
         self.count = 0;
         let (frames, waves, places) = (
@@ -231,7 +230,8 @@ impl Chunk {
                 block.double[1] + 2.0 * c * s,
             ];
         }
-        let [sums, moments] = levels;
+        let [level, cosines, sines] = rows;
+        let [values_sum, moments, squares] = sums;
         for group in 0..CHANNELS_MAX / 4 {
             // Sums of a few values first: rounding then grows with the number of sums.
             let (mut sum, mut moment, mut square) = ([0.0; 4], [0.0; 4], [0.0; 4]);
@@ -247,12 +247,11 @@ impl Chunk {
                 let to = &mut to.as_chunks_mut::<4>().0[group];
                 to.iter_mut().zip(from).for_each(|(to, x)| *to += x);
             };
-            add(&mut block.level, sum);
-            add(sums, sum);
+            add(level, sum);
+            add(values_sum, sum);
             add(moments, moment);
             add(squares, square);
         }
-        let [cosines, sines] = &mut block.line;
         for half in 0..2 {
             let eight = |values: &Values| values.as_chunks::<8>().0[half];
             let (mut cos, mut sin) = (eight(cosines), eight(sines));

@@ -4,7 +4,7 @@
 //! frequencies; cosine and sine in each block tell a tone that changes, and another one next to it;
 //! correlations of the levels between channels tell noise that channels share.
 
-use super::blocks::{Block, Blocks};
+use super::blocks::{Block, Blocks, Rows};
 use super::reference::Reference;
 use super::solve::{FUNCTIONS, Solution, Turned};
 use crate::limits::CHANNELS_MAX;
@@ -42,9 +42,9 @@ impl Declared {
 pub fn test(blocks: &Blocks, reference: &Reference, solution: &Solution) -> Declared {
     let (mut levels, mut lines, mut explained, mut count) = (0.0, 0.0, 0.0, 0.0f32);
     let mut products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-    for block in blocks.iter() {
+    for (block, sums) in blocks.iter() {
         let turned = Turned::new(block, solution.turn);
-        let [level, cos, sin] = residuals(block, &turned, solution);
+        let [level, cos, sin] = residuals(block, sums, &turned, solution);
         let inverse = 1.0 / block.frames;
         levels += inverse * power(&level, &solution.weights);
         lines += inverse * (power(&cos, &solution.weights) + power(&sin, &solution.weights));
@@ -72,7 +72,7 @@ pub fn test(blocks: &Blocks, reference: &Reference, solution: &Solution) -> Decl
 }
 
 /// What the fit leaves of a block's sums: of the values, and of their products with cosine and sine.
-fn residuals(block: &Block, turned: &Turned, solution: &Solution) -> [Values; 3] {
+fn residuals(block: &Block, sums: &Rows, turned: &Turned, solution: &Solution) -> Rows {
     let (n, u) = (block.frames, block.middle);
     let [c, s] = turned.wave;
     let [x, y] = turned.turn;
@@ -80,13 +80,13 @@ fn residuals(block: &Block, turned: &Turned, solution: &Solution) -> [Values; 3]
     let cs = 0.5 * turned.double[1];
     let along = [u * c + turned.moment[0], u * s + turned.moment[1]];
     let [level, slope, a, b] = &solution.coefficients;
-    let [cosines, sines] = &block.line;
+    let [levels, cosines, sines] = sums;
     let mut left = [[0.0; CHANNELS_MAX]; 3];
     for k in 0..CHANNELS_MAX {
         let (l, t, a, b) = (level[k], slope[k], a[k], b[k]);
         let cos = cosines[k] * x - sines[k] * y;
         let sin = sines[k] * x + cosines[k] * y;
-        left[0][k] = block.level[k] - (l * n + t * (u * n + block.d) + a * c + b * s);
+        left[0][k] = levels[k] - (l * n + t * (u * n + block.d) + a * c + b * s);
         left[1][k] = cos - (l * c + t * along[0] + a * cc + b * cs);
         left[2][k] = sin - (l * s + t * along[1] + a * cs + b * ss);
     }

@@ -179,8 +179,7 @@ impl<'m> Search<'m> {
         let halves = reference.inverse.as_chunks::<MIXED>().0;
         let used = [0, 1].map(|half| halves[half].iter().any(|inverse| *inverse > 0.0));
         let both = used[0] && used[1] && 2 * points <= self.points.len();
-        let (first, second) = self.points.split_at_mut(if both { points } else { 0 });
-        if both {
+        if both && let Some((first, second)) = self.points.split_at_mut_checked(points) {
             let signals = [first, second.get_mut(..points).unwrap_or_default()];
             mix_both(span, reference, &self.grid, number, signals)?;
         }
@@ -317,7 +316,7 @@ fn offset(before: f32, after: f32, step: f32) -> f32 {
     let linear = 4.0 * SQUARE * step + 8.0 * QUARTIC * step * step * step;
     let mut x = difference / linear;
     x = (difference - 8.0 * QUARTIC * step * x * x * x) / linear;
-    x.clamp(-0.5 * step, 0.5 * step)
+    x.max(-0.5 * step).min(0.5 * step)
 }
 
 /// Mixes both halves of the channels in one pass.

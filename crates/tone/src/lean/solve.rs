@@ -5,7 +5,7 @@
 //! block: what they have beside the first four gives the step of all channels at once (variable
 //! projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 
-use super::blocks::{Block, Blocks, Wave};
+use super::blocks::{Block, Blocks, Rows, Wave};
 use super::reference::Reference;
 use crate::limits::CHANNELS_MAX;
 use crate::phase::{cos_sin, from_turns};
@@ -99,14 +99,14 @@ impl Solution {
             ..Self::default()
         };
         let mut rows = [[0.0; CHANNELS_MAX]; ALL];
-        [rows[0], rows[1]] = blocks.levels;
+        [rows[0], rows[1], _] = blocks.sums;
         let mut gram = [[0.0; ALL]; ALL];
         let [n, u, uu] = blocks.powers;
         (gram[0][0], gram[1][0], gram[1][1]) = (n, u, uu);
-        for block in blocks.iter() {
+        for (block, sums) in blocks.iter() {
             let turned = Turned::new(block, turn);
             add_products(&mut gram, block, &turned);
-            add_rows(&mut rows, block, turned.turn);
+            add_rows(&mut rows, sums, block.middle, turned.turn);
         }
         solution.lower = factor(gram);
         solution.solve(&mut rows, blocks, reference);
@@ -140,12 +140,12 @@ impl Solution {
             if reference.inverse[c] <= 0.0 {
                 continue;
             }
-            let mut left = blocks.squares[c];
+            let mut left = blocks.sums[2][c];
             for row in &self.projections {
                 left -= row[c] * row[c];
             }
             let quantized = reference.rounding[c] * frames;
-            let rounding = ROUNDING * blocks.squares[c];
+            let rounding = ROUNDING * blocks.sums[2][c];
             self.rounding[c] = rounding / self.freedom;
             let left = left.max(quantized) + rounding;
             let left = left.max(f32::MIN_POSITIVE);
@@ -227,9 +227,8 @@ fn add_products(gram: &mut [[f32; ALL]; ALL], block: &Block, turned: &Turned) {
 
 /// Adds a block's products of the channels with cosine and sine, turned, and the same times `u`.
 #[inline(never)]
-fn add_rows(rows: &mut [Values; ALL], block: &Block, [x, y]: Wave) {
-    let u = block.middle;
-    let [cosines, sines] = &block.line;
+fn add_rows(rows: &mut [Values; ALL], sums: &Rows, u: f32, [x, y]: Wave) {
+    let [_, cosines, sines] = sums;
     let [_, _, first, second, third, fourth] = rows;
     for c in 0..CHANNELS_MAX {
         let cos = cosines[c] * x - sines[c] * y;
