@@ -51,16 +51,10 @@ fn a_clock_100_ppm_fast_scans_100_ppm_faster() {
     let mut chip = chip(|o| o.clock_error_ppm = 100.0);
     scan_setup(&mut chip);
     chip.set_start(0, true);
-    let rate = |chip: &mut Ads1258| {
-        let first = next(chip).0;
-        let last = (0..21_000).map(|_| next(chip).0).last().unwrap();
-        1000.0 / ((last - first) as f64 * 1e-9)
-    };
-    let fast = rate(&mut chip);
-    assert!(
-        (fast / (15_728_640.0 / 3106.0 / 21.0) - 1.0001).abs() < 1e-9,
-        "{fast}"
-    );
+    let first_ns = next(&mut chip).0;
+    let last_ns = (0..21_000).map(|_| next(&mut chip).0).last().unwrap();
+    let fast = 1000.0 / ((last_ns - first_ns) as f64 * 1e-9) / (15_728_640.0 / 3106.0 / 21.0);
+    assert!((fast - 1.0001).abs() < 1e-9, "{fast}");
 }
 
 #[test]
@@ -122,18 +116,17 @@ fn internal_readings_have_the_datasheets_scalings() {
 
 #[test]
 fn codes_clip_and_ovf_sets_beyond_1_06_vref() {
-    let reference_v = 4.096;
-    let mut volts = [0.0; 16];
-    volts[..8].copy_from_slice(&[
-        reference_v,
-        1.0599 * reference_v,
-        1.0601 * reference_v,
-        1.2 * reference_v,
-        -reference_v,
-        -1.0601 * reference_v,
-        -1.2 * reference_v,
-        reference_v / 7864320.0,
-    ]);
+    let of_reference = [
+        1.0,
+        1.0599,
+        1.0601,
+        1.2,
+        -1.0,
+        -1.0601,
+        -1.2,
+        1.0 / 7864320.0,
+    ];
+    let volts = std::array::from_fn(|n| 4.096 * of_reference.get(n).unwrap_or(&0.0));
     let options = Options {
         noise: false,
         ..Options::default()

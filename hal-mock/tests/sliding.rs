@@ -189,33 +189,20 @@ fn a_seed_is_a_finger_and_a_noise() {
 
 #[test]
 fn impossible_parameters_are_named() {
-    let error = |p: Sliding| SlidingScene::new(p).unwrap_err().to_string();
-    let speed = error(Sliding {
-        speed_mm_s: 0.0,
-        ..Sliding::default()
-    });
-    assert_eq!(speed, "speed_mm_s = 0: must be finite and greater than 0");
-    assert!(
-        error(Sliding {
-            period_mm: f64::NAN,
-            ..Sliding::default()
-        })
-        .starts_with("period_mm = NaN")
-    );
-    assert!(
-        error(Sliding {
-            idle_s: -1.0,
-            ..Sliding::default()
-        })
-        .starts_with("idle_s = -1")
-    );
-    assert!(
-        error(Sliding {
-            snr_db: Some(f64::INFINITY),
-            ..Sliding::default()
-        })
-        .starts_with("snr_db = inf")
-    );
+    let cases: [(&str, fn(&mut Sliding)); 4] = [
+        ("speed_mm_s = 0: must be finite and greater than 0", |p| {
+            p.speed_mm_s = 0.0
+        }),
+        ("period_mm = NaN", |p| p.period_mm = f64::NAN),
+        ("idle_s = -1", |p| p.idle_s = -1.0),
+        ("snr_db = inf", |p| p.snr_db = Some(f64::INFINITY)),
+    ];
+    for (expected, change) in cases {
+        let mut parameters = Sliding::default();
+        change(&mut parameters);
+        let error = SlidingScene::new(parameters).unwrap_err().to_string();
+        assert!(error.starts_with(expected), "{error}");
+    }
 }
 
 #[test]
