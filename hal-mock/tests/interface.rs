@@ -1,6 +1,6 @@
 //! SPI bytes against the datasheet.
 mod common;
-use common::{chip, code, next, read, write};
+use common::{chip, code, next, read, started, write};
 use hal_mock::{Ads1258, Constant, Fault, Options};
 
 /// 6 us per conversion at DRATE 3 is 663 cycles or more: late enough for one, too early for two.
@@ -124,8 +124,7 @@ fn read_by_command_has_the_status_byte_whatever_stat_says() {
 
 #[test]
 fn read_by_command_needs_mul() {
-    let mut chip = chip(|_| ());
-    chip.set_start(0, true);
+    let mut chip = started();
     assert_eq!(transfer(&mut chip, ONE, [0x20, 0, 0, 0, 0]), [0xA5; 5]);
     assert_eq!(chip.counters().odd_commands, 1);
 }
@@ -147,8 +146,7 @@ fn direct_read_has_three_or_four_bytes_then_zeros() {
 
 #[test]
 fn a_direct_read_behind_a_command_reads_nothing() {
-    let mut chip = chip(|_| ());
-    chip.set_start(0, true);
+    let mut chip = started();
     let bytes = transfer(&mut chip, ONE, [0x49, 0, 0, 0, 0, 0]);
     assert_eq!(bytes, [0xA5, 0x8B, 0xA5, 0xA5, 0xA5, 0xA5]);
     assert_eq!(read(&mut chip, ONE).0 & 0x80, 0x80, "still new");

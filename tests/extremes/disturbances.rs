@@ -24,10 +24,7 @@ fn missing_frames() {
     let mut fits = GoodFits::default();
     for (what, gone) in gaps {
         for seed in 0..5 {
-            let tone = Tone {
-                seed,
-                ..Tone::default()
-            };
+            let tone = Tone::new(FREQUENCY, FRAMES, 100.0, seed);
             let mut case = Case::new(tone.values());
             for n in (0..FRAMES).filter(|n| gone(*n)) {
                 (case.valid[n], case.values[n]) = (0, [f32::NAN; 16]);
@@ -67,11 +64,7 @@ fn partly(
         for cycles in cycles {
             for seed in seeds.clone() {
                 let frequency = cycles / FRAMES as f64;
-                let tone = Tone {
-                    frequency,
-                    seed,
-                    ..Tone::default()
-                };
+                let tone = Tone::new(frequency, FRAMES, 100.0, seed);
                 let silence = Tone {
                     amplitude: 0.0,
                     ..tone.clone()
@@ -309,11 +302,7 @@ fn mains_folded_onto_half_the_frame_rate() {
 
 /// A tone in its noise beside mains, cycles per frame.
 fn beside_mains(frequency: f64, cycles_per_frame: f64, seed: u64) -> Case {
-    let tone = Tone {
-        frequency,
-        seed,
-        ..Tone::default()
-    };
+    let tone = Tone::new(frequency, FRAMES, 100.0, seed);
     let mut case = Case::new(tone.values());
     add_mains(&mut case, cycles_per_frame);
     case

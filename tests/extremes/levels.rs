@@ -98,11 +98,7 @@ fn all_zero_is_nothing() {
 #[test]
 fn stuck_clipped_at_the_rail() {
     for seed in 0..5 {
-        let tone = Tone {
-            seed,
-            noise: 50.0,
-            ..Tone::default()
-        };
+        let tone = Tone::new(0.0346, 241, 50.0, seed);
         let mut case = Case::new(tone.values());
         let offset = tone.channel(7).offset as f32;
         let held = case.values[100][11];
