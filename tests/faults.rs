@@ -4,12 +4,9 @@
 mod touch;
 
 use ads1258::Status as StatusByte;
-use ridgetone_finger::CONVERSION_NS;
-use ridgetone_finger::Diagnostics;
-use ridgetone_finger::Pipeline;
-use ridgetone_finger::Ring;
-use ridgetone_finger::TimedConversion;
-use ridgetone_finger::{Detector, Outputs};
+use ridgetone_finger::{
+    CONVERSION_NS, Detector, Diagnostics, Outputs, Pipeline, Ring, TimedConversion,
+};
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status, Travel, TravelStatus};

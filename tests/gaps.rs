@@ -4,8 +4,7 @@
 mod reference;
 
 use reference::Tone;
-use ridgetone_finger::Window;
-use ridgetone_finger::{Estimator, WindowFit};
+use ridgetone_finger::{Estimator, Window, WindowFit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Status};

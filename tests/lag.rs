@@ -6,12 +6,9 @@ mod reference;
 
 use reference::{Noise, codes};
 use ridgetone_finger::Window;
-use ridgetone_finger::internals::by_phases;
-use ridgetone_finger::internals::lag;
-use ridgetone_finger::internals::{Fitted, Tracker, fit};
+use ridgetone_finger::internals::{Fitted, Tracker, by_phases, fit, lag};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::Settings;
-use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
+use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Direction, Travel, TravelStatus};
 use ridgetone_tone::{Status, Table};
 use std::f64::consts::TAU;

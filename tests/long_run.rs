@@ -13,11 +13,9 @@ mod touch;
 
 use ads1258::Status as StatusByte;
 use memory::resident_bytes;
-use ridgetone_finger::Pipeline;
-use ridgetone_finger::TimedConversion;
 use ridgetone_finger::internals::Assembler;
 use ridgetone_finger::tasks::{Outbox, Posted};
-use ridgetone_finger::{CONVERSION_NS, SLOTS};
+use ridgetone_finger::{CONVERSION_NS, Pipeline, SLOTS, TimedConversion};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};

@@ -5,11 +5,9 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone_finger::Diagnostics;
-use ridgetone_finger::Ring;
-use ridgetone_finger::TimedConversion;
-use ridgetone_finger::{Detector, Outputs};
-use ridgetone_finger::{Estimator, WindowFit};
+use ridgetone_finger::{
+    Detector, Diagnostics, Estimator, Outputs, Ring, TimedConversion, WindowFit,
+};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status};

@@ -2,8 +2,7 @@
 //! days.
 
 use crate::any_settings::touch::{SCANS, scan};
-use ridgetone_finger::Pipeline;
-use ridgetone_finger::TimedConversion;
+use ridgetone_finger::{Pipeline, TimedConversion};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Event, Status};
 

@@ -2,9 +2,8 @@
 //! telemetry.
 
 use hal_mock::{Options, Scene, SimulatedBoard, Truth};
-use ridgetone_finger::Pipeline;
-use ridgetone_finger::TimedConversion;
 use ridgetone_finger::converter::Ads1258Plan;
+use ridgetone_finger::{Pipeline, TimedConversion};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{
     Decoder, Estimate, Event, Health, Image, Packet, Span, Status, Texture, WIRE_MAX, encode,
