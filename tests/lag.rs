@@ -100,10 +100,12 @@ fn travel(fitted: &Fitted, array: &Array) -> Travel {
     )
 }
 
+type Change<T> = fn(&mut T);
+
 #[test]
 fn uncertainties_are_the_spread_of_a_thousand_windows() {
     let mut tracker = Box::new(Tracker::new());
-    let waves: [(&str, fn(&mut Wave)); 6] = [
+    let waves: [(&str, Change<Wave>); 6] = [
         ("20 dB", |_| ()),
         ("6 dB, backward", |wave| {
             (wave.noise, wave.backward) = (354.0, true)

@@ -171,9 +171,11 @@ fn a_seed_is_a_finger_and_a_noise() {
     );
 }
 
+type Change<T> = fn(&mut T);
+
 #[test]
 fn impossible_parameters_are_named() {
-    let cases: [(&str, fn(&mut Sliding)); 4] = [
+    let cases: [(&str, Change<Sliding>); 4] = [
         ("speed_mm_s = 0: must be finite and greater than 0", |p| {
             p.speed_mm_s = 0.0
         }),

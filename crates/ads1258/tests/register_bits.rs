@@ -30,6 +30,8 @@ fn registers_have_addresses_names_and_reset_values() {
     }
 }
 
+type Change<T> = fn(&mut T);
+
 #[test]
 fn every_bit_has_its_place() {
     let registers = |change: fn(&mut Config)| {
@@ -43,7 +45,7 @@ fn every_bit_has_its_place() {
         change(&mut config);
         config.registers().unwrap()
     };
-    let config0: [(u8, fn(&mut Config)); 6] = [
+    let config0: [(u8, Change<Config>); 6] = [
         (0x02, |_| ()), // STAT is always set
         (0x42, |config| config.short_spi_timeout = true),
         (0x22, |config| config.mux = Mux::Fixed { ainp: 0, ainn: 1 }),
@@ -65,7 +67,7 @@ fn every_bit_has_its_place() {
         0b1000_0000
     );
 
-    let sysred: [(u8, fn(&mut Sysred)); 5] = [
+    let sysred: [(u8, Change<Sysred>); 5] = [
         (0x20, |internal| internal.reference = true),
         (0x10, |internal| internal.gain = true),
         (0x08, |internal| internal.temp = true),

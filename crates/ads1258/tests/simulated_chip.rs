@@ -398,10 +398,7 @@ fn the_chip_takes_the_time_that_the_rates_say() {
     for config in configs {
         let (board, _adc) = scanning(&config, options());
         let first_ns = board.wait_for_drdy().unwrap();
-        let last_ns = (0..32)
-            .map(|_| board.wait_for_drdy().unwrap())
-            .last()
-            .unwrap();
+        let last_ns = (0..32).fold(first_ns, |_, _| board.wait_for_drdy().unwrap());
         let expected_ns = f64::from(config.conversion_ticks()) / f64::from(config.clock_hz) * 1e9;
         let found_ns = (last_ns - first_ns) as f64 / 32.0;
         assert!(
@@ -426,9 +423,11 @@ fn a_garbled_channel_id_is_no_channel() {
     assert_eq!(conversion.code, ideal_code(0));
 }
 
+type Change<T> = fn(&mut T);
+
 #[test]
 fn nothing_relies_on_what_the_datasheet_leaves_open() {
-    let variants: [fn(&mut Options); 7] = [
+    let variants: [Change<Options>; 7] = [
         |options| options.poison = Some(0x00),
         |options| options.poison = Some(0xFF),
         |options| options.poison = Some(0x88),

@@ -200,6 +200,8 @@ mod tests {
         assert_eq!(registers(slow), registers(PAPER));
     }
 
+    type Change<T> = fn(&mut T);
+
     #[test]
     fn registers_that_cannot_work_are_refused_by_what_is_wrong() {
         let with = |change: fn(&mut Ads1258Plan)| {
@@ -207,7 +209,7 @@ mod tests {
             change(&mut own);
             own
         };
-        let refused: [(&str, fn(&mut Ads1258Plan)); 9] = [
+        let refused: [(&str, Change<Ads1258Plan>); 9] = [
             ("plan.inputs", |own| own.inputs = 0),
             ("plan.data_rate", |own| own.data_rate = 4),
             ("plan.delay", |own| own.delay = 8),
@@ -239,7 +241,7 @@ mod tests {
 
     #[test]
     fn a_plan_of_another_converter_or_with_a_false_rate_is_refused() {
-        let refused: [(&str, fn(&mut Plan)); 4] = [
+        let refused: [(&str, Change<Plan>); 4] = [
             ("plan.converter", |plan| {
                 plan.own.converter = Converters::ONBOARD
             }),
