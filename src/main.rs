@@ -72,7 +72,7 @@ mod app {
     use ridgetone_finger::tasks::Report;
     use ridgetone_finger::tasks::Requests;
     use ridgetone_finger::tasks::WatchdogPolicy;
-    use ridgetone_finger::tasks::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
+    use ridgetone_finger::tasks::{BYTES, Platform, SAMPLES, Shared, Task, WINDOWS};
     use ridgetone_finger::tasks::{Idle, Next, Slept, Stack};
     use ridgetone_finger::tasks::{Mail, Outbox};
     use ridgetone_finger::tasks::{RequestInbox, SerialLine};
@@ -112,7 +112,7 @@ mod app {
         ring: &'static mut Ring,
         detector: &'static mut Detector,
         inbox: RequestInbox,
-        outbox: Outbox<PACKETS>,
+        outbox: Outbox,
         shared: Shared<Rtic>,
     }
 

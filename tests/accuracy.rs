@@ -48,11 +48,11 @@ fn mean_sigma(window_s: f64, snr_db: f64) -> f64 {
             ..Settings::DEFAULT
         };
         let (out, _) = touch(settings, snr_db, seed);
-        for fit in out
+        let good = out
             .window_fits
             .iter()
-            .filter(|fit| fit.status == Status::Good)
-        {
+            .filter(|fit| fit.status == Status::Good);
+        for fit in good {
             (sum, count) = (sum + f64::from(relative_sigma(fit)), count + 1);
         }
     }

@@ -21,6 +21,18 @@ fn fit_whole(values: &[[f32; 16]], harmonics: u8) -> Fit {
     fit(values, &vec![u16::MAX; values.len()], harmonics)
 }
 
+/// Distance of a fit's frequency from the truth, in its own standard deviations.
+fn off(fit: &Fit, truth: f64) -> f64 {
+    (f64::from(fit.frequency) - truth) / f64::from(fit.sigma)
+}
+
+/// Asserts that a fit is good, and right within so many of its own standard deviations.
+#[track_caller]
+fn assert_good(fit: &Fit, truth: f64, sigmas: f64) {
+    assert_eq!(fit.status, Status::Good, "{truth}: {fit:?}");
+    assert!(off(fit, truth).abs() < sigmas, "{truth}: {fit:?}");
+}
+
 #[test]
 fn the_estimate_is_right() {
     // Cycles per frame, frames, harmonics: from one cycle in the window to 0.45 of the frame rate.
@@ -34,26 +46,20 @@ fn the_estimate_is_right() {
         (0.45, 241, 1),
     ] {
         for seed in 0..5 {
-            let tone = Tone {
-                frequency,
-                frames,
-                harmonics,
-                noise: 100.0,
-                seed,
-                ..Tone::default()
-            };
-            let values = tone.values();
-            let fit = fit_whole(&values, harmonics as u8);
+            let mut tone = Tone::new(frequency, frames, 100.0, seed);
+            tone.harmonics = harmonics;
+            let fit = fit_whole(&tone.values(), harmonics as u8);
             // One cycle may be a single bump.
-            let expected = if frequency * frames as f64 > 1.4 {
-                Status::Good
-            } else {
+            let is_bump = frequency * frames as f64 <= 1.4;
+            let expected = if is_bump {
                 Status::Ambiguous
+            } else {
+                Status::Good
             };
             assert_eq!(fit.status, expected, "{tone:?} {fit:?}");
             assert_eq!(fit.harmonics as usize, harmonics, "{tone:?}");
-            let off = (fit.frequency as f64 - frequency).abs() / fit.sigma as f64;
-            assert!(off < 4.5, "{tone:?}: {off} sigma from the truth");
+            let off = off(&fit, frequency);
+            assert!(off.abs() < 4.5, "{tone:?}: {off} sigma from the truth");
         }
     }
 }
@@ -68,24 +74,14 @@ fn sigma_is_the_spread_of_the_estimates() {
         let mut sum = 0.0;
         let runs = 300;
         for seed in 0..runs {
-            let tone = Tone {
-                frequency,
-                frames,
-                noise,
-                harmonics: 3,
-                seed,
-                ..Tone::default()
-            };
-            let fit = fit_whole(&tone.values(), 3);
-            let off = (fit.frequency as f64 - frequency) / fit.sigma as f64;
-            sum += off * off;
+            let mut tone = Tone::new(frequency, frames, noise, seed);
+            tone.harmonics = 3;
+            sum += off(&fit_whole(&tone.values(), 3), frequency).powi(2);
         }
         // The root of a chi-square of 300 stays within 12 % (three of its own standard deviations).
         let spread = (sum / runs as f64).sqrt();
-        assert!(
-            (0.88..1.12).contains(&spread),
-            "{frequency} {frames}: {spread}"
-        );
+        let is_one = (0.88..1.12).contains(&spread);
+        assert!(is_one, "{frequency} {frames}: {spread}");
     }
 }
 
@@ -99,20 +95,15 @@ fn amplitudes_offsets_and_phases_are_those_of_the_scene() {
     let fit = fit_whole(&tone.values(), 3);
     for (c, channel) in fit.channels.iter().enumerate() {
         let truth = tone.channel(c);
+        let what = format!("{c}: {channel:?} {truth:?}");
         assert!(
             (channel.amplitude as f64 - truth.amplitude).abs() < 1.0,
-            "{c}: {channel:?} {truth:?}"
+            "{what}"
         );
-        assert!(
-            (channel.offset as f64 - truth.offset).abs() < 1.0,
-            "{c}: {channel:?} {truth:?}"
-        );
+        assert!((channel.offset as f64 - truth.offset).abs() < 1.0, "{what}");
         let apart = (channel.phase_rad as f64 - truth.phase_rad) / std::f64::consts::TAU;
-        assert!(
-            (apart - apart.round()).abs() < 1e-3,
-            "{c}: {channel:?} {truth:?}"
-        );
-        assert!((0.8..1.2).contains(&channel.residual), "{c}: {channel:?}");
+        assert!((apart - apart.round()).abs() < 1e-3, "{what}");
+        assert!((0.8..1.2).contains(&channel.residual), "{what}");
     }
 }
 
@@ -121,13 +112,8 @@ fn noise_alone_is_no_tone() {
     for frames in [48, 241, 965] {
         let found = (0..200)
             .filter(|seed| {
-                let noise = Tone {
-                    frames,
-                    amplitude: 0.0,
-                    noise: 50.0,
-                    seed: *seed,
-                    ..Tone::default()
-                };
+                let mut noise = Tone::new(0.0346, frames, 50.0, *seed);
+                noise.amplitude = 0.0;
                 fit_whole(&noise.values(), 4).status != Status::NoTone
             })
             .count();
@@ -141,13 +127,7 @@ fn a_tone_at_10_db_and_two_cycles_is_found() {
     // 10 dB: A^2 / 2 = 10 sigma^2.
     let missed = (0..200)
         .filter(|seed| {
-            let tone = Tone {
-                frequency: 2.0 / 60.0,
-                frames: 60,
-                noise: 1000.0 / 20f64.sqrt(),
-                seed: *seed,
-                ..Tone::default()
-            };
+            let tone = Tone::new(2.0 / 60.0, 60, 1000.0 / 20f64.sqrt(), *seed);
             fit_whole(&tone.values(), 4).status != Status::Good
         })
         .count();
@@ -166,20 +146,9 @@ fn nothing_to_fit_says_so() {
 #[test]
 fn too_little_of_a_cycle_says_so() {
     for seed in 0..20 {
-        let tone = Tone {
-            frequency: 0.3 / 241.0,
-            noise: 10.0,
-            seed,
-            ..Tone::default()
-        };
-        let fit = fit_whole(&tone.values(), 1);
-        assert!(
-            matches!(
-                fit.status,
-                Status::TooShort | Status::NoTone | Status::Ambiguous
-            ),
-            "{fit:?}"
-        );
+        let fit = fit_whole(&Tone::new(0.3 / 241.0, 241, 10.0, seed).values(), 1);
+        let unsure = [Status::TooShort, Status::NoTone, Status::Ambiguous];
+        assert!(unsure.contains(&fit.status), "{fit:?}");
     }
 }
 
@@ -199,31 +168,19 @@ fn the_fundamental_is_found_below_a_stronger_harmonic() {
                 ..Tone::default()
             };
             let fit = fit_whole(&tone.values(), 5);
-            assert_eq!(fit.status, Status::Good, "{tone:?} {fit:?}");
-            assert!(
-                (fit.frequency as f64 - tone.frequency).abs() < 5.0 * fit.sigma as f64,
-                "{tone:?} {fit:?}"
-            );
+            assert_good(&fit, tone.frequency, 5.0);
         }
     }
 }
 
 #[test]
 fn bad_channels_do_not_hurt() {
-    let tone = Tone {
-        noise: 100.0,
-        ..Tone::default()
-    };
+    let tone = Tone::default();
     let clean = fit_whole(&tone.values(), 1);
     let mut values = tone.values();
-    let loud = Tone {
-        amplitude: 0.0,
-        noise: 1e6,
-        seed: 77,
-        ..Tone::default()
-    }
-    .values();
-    for (frame, loud) in values.iter_mut().zip(&loud) {
+    let mut loud = Tone::new(tone.frequency, tone.frames, 1e6, 77);
+    loud.amplitude = 0.0;
+    for (frame, loud) in values.iter_mut().zip(loud.values()) {
         frame[3] = loud[3];
         frame[9] = 8_388_607.0;
     }
@@ -232,28 +189,18 @@ fn bad_channels_do_not_hurt() {
     valid[40..70].fill(!(1 << 12));
     valid[90..93].fill(!(1 << 13));
     let fit = fit(&values, &valid, 1);
-    assert_eq!(fit.status, Status::Good);
+    assert_good(&fit, tone.frequency, 4.0);
     assert_eq!(fit.usable, !(1 << 9 | 1 << 12));
     assert_eq!(fit.frames, 238);
     // Thirteen channels instead of sixteen.
-    let expected = (16f32 / 13.0).sqrt();
-    assert!(
-        (fit.sigma / clean.sigma / expected - 1.0).abs() < 0.1,
-        "{} {}",
-        fit.sigma,
-        clean.sigma
-    );
-    assert!((fit.frequency as f64 - tone.frequency).abs() < 4.0 * fit.sigma as f64);
+    let ratio = fit.sigma / clean.sigma / (16f32 / 13.0).sqrt();
+    assert!((ratio - 1.0).abs() < 0.1, "{fit:?} {clean:?}");
 }
 
 #[test]
 fn missing_frames_and_drift_do_not_bias() {
     for seed in 0..20 {
-        let tone = Tone {
-            noise: 50.0,
-            seed,
-            ..Tone::default()
-        };
+        let tone = Tone::new(0.0346, 241, 50.0, seed);
         let mut values = tone.values();
         let mut valid = vec![u16::MAX; values.len()];
         for (n, frame) in values.iter_mut().enumerate() {
@@ -266,15 +213,9 @@ fn missing_frames_and_drift_do_not_bias() {
             }
         }
         let fit = fit(&values, &valid, 1);
-        assert_eq!(fit.status, Status::Good, "{fit:?}");
-        assert_eq!(
-            fit.frames as usize,
-            valid.iter().filter(|v| **v != 0).count()
-        );
-        assert!(
-            (fit.frequency as f64 - tone.frequency).abs() < 4.0 * fit.sigma as f64,
-            "{fit:?}"
-        );
+        assert_good(&fit, tone.frequency, 4.0);
+        let there = valid.iter().filter(|v| **v != 0).count();
+        assert_eq!(fit.frames as usize, there);
     }
 }
 
@@ -288,21 +229,12 @@ fn a_gap_makes_no_subharmonic() {
         (3.3 / 241.0, 241, 80..170),
     ] {
         for seed in 0..20 {
-            let tone = Tone {
-                frequency,
-                frames,
-                noise: 100.0,
-                seed,
-                ..Tone::default()
-            };
+            let tone = Tone::new(frequency, frames, 100.0, seed);
             let mut valid = vec![u16::MAX; frames];
             valid[gap.clone()].fill(0);
             let fit = fit(&tone.values(), &valid, 4);
-            let off = (fit.frequency as f64 - frequency).abs();
-            assert!(
-                fit.status != Status::Good || off < 6.0 * fit.sigma as f64,
-                "{tone:?} {fit:?}"
-            );
+            let is_right = off(&fit, frequency).abs() < 6.0;
+            assert!(fit.status != Status::Good || is_right, "{tone:?} {fit:?}");
         }
     }
 }
@@ -315,22 +247,15 @@ fn half_a_frame_is_left_out() {
     valid[50] = 0x00ff;
     valid[60] = 0xff00;
     let fit = fit(&tone.values(), &valid, 1);
-    assert_eq!(
-        (fit.status, fit.usable, fit.frames),
-        (Status::Good, u16::MAX, 239)
-    );
+    let found = (fit.status, fit.usable, fit.frames);
+    assert_eq!(found, (Status::Good, u16::MAX, 239));
 }
 
 /// A drift that outweighs a fast tone hides it from the search on means, not from the frames'.
 #[test]
 fn a_fast_tone_on_a_drift_is_found() {
-    let tone = Tone {
-        frequency: 35.0 / 241.14,
-        frames: 241,
-        amplitude: 300.0,
-        noise: 20.0,
-        ..Tone::default()
-    };
+    let mut tone = Tone::new(35.0 / 241.14, 241, 20.0, 1);
+    tone.amplitude = 300.0;
     let mut values = tone.values();
     for (n, frame) in values.iter_mut().enumerate() {
         let drift = 1400.0 * (-(n as f32) / 80.0).exp();
@@ -338,8 +263,6 @@ fn a_fast_tone_on_a_drift_is_found() {
     }
     let fit = fit_whole(&values, 4);
     assert_eq!(fit.status, Status::Good, "{fit:?}");
-    assert!(
-        (fit.frequency as f64 / tone.frequency - 1.0).abs() < 1e-3,
-        "{fit:?}"
-    );
+    let off = fit.frequency as f64 / tone.frequency - 1.0;
+    assert!(off.abs() < 1e-3, "{fit:?}");
 }

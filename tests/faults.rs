@@ -4,12 +4,9 @@
 mod touch;
 
 use ads1258::Status as StatusByte;
-use ridgetone_finger::CONVERSION_NS;
-use ridgetone_finger::Diagnostics;
-use ridgetone_finger::Pipeline;
-use ridgetone_finger::Ring;
-use ridgetone_finger::TimedConversion;
-use ridgetone_finger::{Detector, Outputs};
+use ridgetone_finger::{
+    CONVERSION_NS, Detector, Diagnostics, Outputs, Pipeline, Ring, TimedConversion,
+};
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status, Travel, TravelStatus};
@@ -80,13 +77,28 @@ fn number_us(number: u64) -> u64 {
     number * CONVERSION_NS / 1000
 }
 
+/// True if the conversion with this number belongs to these scans.
+fn is_in(scans: &std::ops::Range<u64>, number: u64) -> bool {
+    scans.contains(&(number / SLOTS))
+}
+
+fn has(events: &[Event], kind: FaultKind) -> bool {
+    faults(events).iter().any(|fault| fault.kind == kind)
+}
+
+fn count_of(events: &[Event], status: Status) -> usize {
+    estimates(events)
+        .iter()
+        .filter(|fit| fit.status == status)
+        .count()
+}
+
 #[test]
 fn nothing_is_reported_of_a_flawless_touch() {
     let events = events(|_, conversion| Some(conversion));
     assert_eq!(faults(&events), []);
-    assert!(
-        estimates(&events).len() > 10 && estimates(&events).iter().all(|fit| fit.faults.is_none())
-    );
+    let fits = estimates(&events);
+    assert!(fits.len() > 10 && fits.iter().all(|fit| fit.faults.is_none()));
     assert_good_ones_are_right(&events);
 }
 
@@ -101,13 +113,8 @@ fn losses_are_reported_with_their_times_and_leave_estimates_good() {
     // Noticed in the scan that lacks them, reported with the next frames.
     assert!((begin.kind, begin.count, begin.until_us) == (FaultKind::Lost, 3, None));
     assert!(begin.from_us.abs_diff(number_us(lost)) < 5_000, "{begin:?}");
-    assert_eq!(
-        end,
-        Fault {
-            until_us: Some(begin.from_us),
-            ..begin
-        }
-    );
+    let until_us = Some(begin.from_us);
+    assert_eq!(end, Fault { until_us, ..begin });
     let fits = estimates(&events);
     let touched = fits
         .iter()
@@ -116,10 +123,10 @@ fn losses_are_reported_with_their_times_and_leave_estimates_good() {
     assert!((5..11).contains(&touched), "{touched}");
     for fit in fits {
         assert_eq!(fit.status, Status::Good);
-        let is_doubtful = fit.faults.has(FaultKind::Lost);
+        let is_lost = fit.faults.has(FaultKind::Lost);
         assert_eq!(
-            is_doubtful,
-            holds(fit, begin.from_us).unwrap_or(is_doubtful),
+            is_lost,
+            holds(fit, begin.from_us).unwrap_or(is_lost),
             "{fit:?}"
         );
     }
@@ -136,13 +143,7 @@ fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
             conversion.t_us += if number >= from { still_us } else { 0 };
             Some(conversion)
         });
-        let reported = faults(&events);
-        assert!(
-            reported
-                .iter()
-                .any(|fault| matches!(fault.kind, FaultKind::Clock | FaultKind::Channel)),
-            "{reported:?}"
-        );
+        assert!(has(&events, FaultKind::Clock) || has(&events, FaultKind::Channel));
         let moment_us = number_us(from);
         for fit in estimates(&events) {
             // A tone that is out of step with itself may be ambiguous, which says as much.
@@ -182,17 +183,10 @@ fn a_chip_that_reset_itself_is_never_believed() {
         }
         Some(conversion)
     });
-    assert!(
-        faults(&events)
-            .iter()
-            .any(|fault| fault.kind == FaultKind::Channel)
-    );
-    assert!(
-        estimates(&events)
-            .iter()
-            .any(|fit| fit.status != Status::Good)
-    );
-    for fit in estimates(&events) {
+    assert!(has(&events, FaultKind::Channel));
+    let fits = estimates(&events);
+    assert!(fits.iter().any(|fit| fit.status != Status::Good));
+    for fit in fits {
         assert!(
             fit.status != Status::Good || fit.t_us < number_us(from),
             "{fit:?}"
@@ -213,7 +207,7 @@ fn supply_and_reference_out_of_range_are_reported() {
     ] {
         let scans = MIDDLE..MIDDLE + 20;
         let events = events(|number, mut conversion| {
-            if scans.contains(&(number / SLOTS)) && conversion.status().chid() == id {
+            if is_in(&scans, number) && conversion.status().chid() == id {
                 conversion = conversion.with_code(code);
             }
             Some(conversion)
@@ -224,49 +218,39 @@ fn supply_and_reference_out_of_range_are_reported() {
             kind,
             "{id:#x} {code}"
         );
-        let doubtful = estimates(&events)
-            .iter()
-            .filter(|fit| fit.status == Status::Doubtful)
-            .count();
-        assert_eq!(doubtful > 0, kind.is_some());
+        assert_eq!(count_of(&events, Status::Doubtful) > 0, kind.is_some());
         if let [begin, end] = reported[..] {
-            assert!(
-                begin.from_us.abs_diff(number_us(MIDDLE * SLOTS + 20)) < 20_000,
-                "{begin:?}"
-            );
-            let until_us = end.until_us.unwrap();
-            assert!(
-                until_us.abs_diff(number_us((MIDDLE + 19) * SLOTS + 20)) < 20_000,
-                "{end:?}"
-            );
+            for (found_us, scan) in [
+                (begin.from_us, MIDDLE),
+                (end.until_us.unwrap(), MIDDLE + 19),
+            ] {
+                let off_us = found_us.abs_diff(number_us(scan * SLOTS + 20));
+                assert!(off_us < 20_000, "{begin:?} {end:?}");
+            }
         }
     }
 }
 
 #[test]
 fn a_clock_off_by_a_percent_is_reported_and_one_off_by_a_quarter_is_not() {
-    for (percent, is_off) in [
-        (1.0, true),
-        (-1.0, true),
-        (3.0, true),
-        (0.25, false),
-        (-0.25, false),
+    for (percent, status) in [
+        (1.0, Status::Doubtful),
+        (-1.0, Status::Doubtful),
+        (3.0, Status::Doubtful),
+        (0.25, Status::Good),
+        (-0.25, Status::Good),
     ] {
         let events = events(|_, mut conversion| {
             conversion.t_us = (f64::from(conversion.t_us) * (1.0 + percent / 100.0)) as u32;
             Some(conversion)
         });
-        let reported = faults(&events);
+        let is_off = has(&events, FaultKind::Clock);
         assert_eq!(
-            reported.iter().any(|fault| fault.kind == FaultKind::Clock),
             is_off,
-            "{percent} %: {reported:?}"
+            status == Status::Doubtful,
+            "{percent} %: {:?}",
+            faults(&events)
         );
-        let status = if is_off {
-            Status::Doubtful
-        } else {
-            Status::Good
-        };
         for fit in estimates(&events) {
             assert_eq!(fit.status, status, "{percent} %: {fit:?}");
         }
@@ -276,59 +260,42 @@ fn a_clock_off_by_a_percent_is_reported_and_one_off_by_a_quarter_is_not() {
 #[test]
 fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
     let scans = MIDDLE..MIDDLE + 3;
-    let events = events(|number, mut conversion| {
-        if scans.contains(&(number / SLOTS)) && number % SLOTS == 3 {
-            conversion = conversion.with_code(0x7f_ffff);
-        }
-        Some(conversion)
+    let events = events(|number, conversion| {
+        let is_clipped = is_in(&scans, number) && number % SLOTS == 3;
+        Some(if is_clipped {
+            conversion.with_code(0x7f_ffff)
+        } else {
+            conversion
+        })
     });
-    assert!(
-        faults(&events)
-            .iter()
-            .all(|fault| fault.kind == FaultKind::Overload)
-    );
+    let reported: Vec<_> = faults(&events)
+        .into_iter()
+        .map(|fault| (fault.kind, fault.count))
+        .collect();
     assert_eq!(
-        faults(&events)
-            .iter()
-            .map(|fault| fault.count)
-            .collect::<Vec<_>>(),
-        [1, 3]
+        reported,
+        [(FaultKind::Overload, 1), (FaultKind::Overload, 3)]
     );
     // Coming back it looks like motion for the 22 blocks of four frames that it takes to know a
     // hold: an estimate whose window ends then may hold a standstill.
-    let (clipped_us, back_us) = (
-        number_us(MIDDLE * SLOTS + 3),
-        number_us((MIDDLE + 2) * SLOTS + 3),
-    );
-    let statuses: Vec<_> = estimates(&events)
-        .iter()
-        .map(|fit| (fit.t_us, fit.status))
-        .collect();
-    assert!(
-        statuses.iter().any(|(_, status)| *status == Status::Good),
-        "{statuses:?}"
-    );
-    assert!(
-        statuses
-            .iter()
-            .any(|(_, status)| *status == Status::Doubtful),
-        "{statuses:?}"
-    );
-    // An estimate that ended just before may have been reported after the fault.
-    for (t_us, status) in statuses
-        .into_iter()
-        .filter(|(t_us, _)| !(clipped_us - 13_000..clipped_us).contains(t_us))
-    {
-        let is_unsure = (clipped_us..back_us + 365_000).contains(&t_us);
-        assert_eq!(
-            status,
-            if is_unsure {
+    let clipped_us = number_us(MIDDLE * SLOTS + 3);
+    let back_us = number_us((MIDDLE + 2) * SLOTS + 3);
+    assert!(count_of(&events, Status::Good) > 0 && count_of(&events, Status::Doubtful) > 0);
+    for fit in estimates(&events) {
+        // An estimate that ended just before may have been reported after the fault.
+        if !(clipped_us - 13_000..clipped_us).contains(&fit.t_us) {
+            let is_unsure = (clipped_us..back_us + 365_000).contains(&fit.t_us);
+            let expected = if is_unsure {
                 Status::Doubtful
             } else {
                 Status::Good
-            },
-            "{t_us} us, back at {back_us} us"
-        );
+            };
+            assert_eq!(
+                fit.status, expected,
+                "{} us, back at {back_us} us",
+                fit.t_us
+            );
+        }
     }
 }
 
@@ -339,31 +306,27 @@ fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
 fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     let comes_and_goes = MIDDLE..MIDDLE + 3;
     for also in [false, true] {
-        let events = events(|number, mut conversion| {
-            let slot = number % SLOTS;
-            if slot == 3 || also && slot == 7 && comes_and_goes.contains(&(number / SLOTS)) {
-                conversion = conversion.with_code(0x7f_ffff);
-            }
-            Some(conversion)
+        let events = events(|number, conversion| {
+            let is_clipped = match number % SLOTS {
+                3 => true,
+                7 => also && is_in(&comes_and_goes, number),
+                _ => false,
+            };
+            Some(if is_clipped {
+                conversion.with_code(0x7f_ffff)
+            } else {
+                conversion
+            })
         });
-        let estimates = estimates(&events);
-        assert!(
-            estimates.len() > 4
-                && estimates
-                    .iter()
-                    .all(|fit| fit.faults.has(FaultKind::Overload))
+        let fits = estimates(&events);
+        assert!(fits.len() > 4 && fits.iter().all(|fit| fit.faults.has(FaultKind::Overload)));
+        let doubtful = count_of(&events, Status::Doubtful);
+        assert_eq!(
+            count_of(&events, Status::Good) + doubtful,
+            fits.len(),
+            "{fits:?}"
         );
-        let doubtful = estimates
-            .iter()
-            .filter(|fit| fit.status == Status::Doubtful)
-            .count();
-        assert!(
-            estimates
-                .iter()
-                .all(|fit| matches!(fit.status, Status::Good | Status::Doubtful)),
-            "{estimates:?}"
-        );
-        assert_eq!(doubtful > 0, also, "{doubtful} of {}", estimates.len());
+        assert_eq!(doubtful > 0, also, "{doubtful} of {}", fits.len());
     }
 }
 
@@ -424,15 +387,11 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
     let mut detector = Box::new(Detector::new(Settings::DEFAULT));
     for conversion in (0..100).flat_map(|n| touch::scan(n, n, 7)) {
-        detector.push(
-            conversion,
-            &mut ring,
-            &diagnostics,
-            &mut Outputs {
-                emit: &mut |_| {},
-                due: &mut |_| {},
-            },
-        );
+        let outputs = &mut Outputs {
+            emit: &mut |_| {},
+            due: &mut |_| {},
+        };
+        detector.push(conversion, &mut ring, &diagnostics, outputs);
     }
     let (mut healths, mut greetings, mut reported) = (Vec::new(), 0, Vec::new());
     for half in 1..=60u32 {
@@ -458,31 +417,24 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
             .windows(2)
             .all(|two| two[1].t_us - two[0].t_us == 1_000_000)
     );
-    assert_eq!(
-        healths
-            .last()
-            .map(|health| health.faults[FaultKind::Silent as usize]),
-        Some(39)
-    );
+    let silent = healths
+        .last()
+        .map(|health| health.faults[FaultKind::Silent as usize]);
+    assert_eq!(silent, Some(39));
     let [begin, end] = reported[..] else {
         panic!("{reported:?}")
     };
-    assert_eq!(
-        (begin.from_us, end.until_us, end.count),
-        (499_993, Some(19_499_993), 39)
-    );
+    let episode = (begin.from_us, end.until_us, end.count);
+    assert_eq!(episode, (499_993, Some(19_499_993), 39));
     // Lost conversions never become fewer, though there are more of them than can be counted.
     let mut latest = 0;
     for half in 61..=72 {
         diagnostics.unseen.add(u32::MAX / 4);
         detector.look(500_000 * half, &diagnostics, &mut |event| {
             if let Event::Health(health) = event {
-                assert!(
-                    health.conversions_lost >= latest,
-                    "{latest} and then {}",
-                    health.conversions_lost
-                );
-                latest = health.conversions_lost;
+                let lost = health.conversions_lost;
+                assert!(lost >= latest, "{latest} and then {lost}");
+                latest = lost;
             }
         });
     }
@@ -507,48 +459,34 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
     for kind in FaultKind::ALL {
         for (ago_us, counts) in [(100_000, true), (fit.t_us as u32 - 100, false)] {
             for status in [Status::Good, Status::Unsteady] {
-                let (diagnostics, mut fit) = (
-                    Diagnostics::new(),
-                    Estimate {
-                        status,
-                        travel,
-                        ..fit.clone()
-                    },
-                );
+                let diagnostics = Diagnostics::new();
+                let mut fit = Estimate {
+                    status,
+                    travel,
+                    ..fit.clone()
+                };
                 diagnostics.fault(kind, fit.t_us as u32 - ago_us);
                 diagnostics.qualify(&mut fit, &window);
                 assert_eq!(fit.faults.has(kind), counts, "{kind:?}");
                 // An input that comes back so late hides that the slide is over.
                 let changes = kind.changes_frequency() || kind == FaultKind::Overload;
-                let (doubtful, travels) = (fit.status == Status::Doubtful, fit.travel.is_known());
-                assert_eq!(
-                    (doubtful, travels),
-                    (counts && changes, !(counts && changes)),
-                    "{kind:?}"
-                );
+                let found = (fit.status == Status::Doubtful, !fit.travel.is_known());
+                assert_eq!(found, (counts && changes, counts && changes), "{kind:?}");
             }
         }
     }
     // After enough time to find a hold, the channel is only left out. For a window shorter than
     // that time, faults before the window count too.
-    for (ago_us, window_s, doubtful) in [
-        (500_000, 1.0, false),
-        (300_000, 1.0, true),
-        (300_000, 0.2, true),
+    for (ago_us, window_s, status) in [
+        (500_000, 1.0, Status::Good),
+        (300_000, 1.0, Status::Doubtful),
+        (300_000, 0.2, Status::Doubtful),
     ] {
         let (diagnostics, mut fit) = (Diagnostics::new(), fit.clone());
         fit.window_s = window_s;
         diagnostics.fault(FaultKind::Overload, fit.t_us as u32 - ago_us);
         diagnostics.qualify(&mut fit, &window);
         assert!(fit.faults.has(FaultKind::Overload));
-        assert_eq!(
-            fit.status,
-            if doubtful {
-                Status::Doubtful
-            } else {
-                Status::Good
-            },
-            "{ago_us} us, {window_s} s"
-        );
+        assert_eq!(fit.status, status, "{ago_us} us, {window_s} s");
     }
 }

@@ -4,14 +4,12 @@
 mod support;
 
 use ads1258::Status;
-use hal_mock::{
-    Constant, Finger, Noisy, Options, Scene, SimulatedBoard, Sliding, SlidingScene, load_scene,
-};
+use hal_mock::{Finger, Options, Scene, SimulatedBoard, Sliding, SlidingScene, load_scene};
 use ridgetone_finger::TimedConversion;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Hold, Image};
 use std::f64::consts::TAU;
-use support::{all, outcome, run, run_on};
+use support::{all, in_the_air, outcome, run, run_on};
 
 /// Images of a scene, read by a converter with noise of this `seed`.
 fn images(scene: impl Scene + 'static, seed: u64) -> Vec<Image> {
@@ -23,6 +21,10 @@ fn images(scene: impl Scene + 'static, seed: u64) -> Vec<Image> {
         },
     );
     outcome(&run_on(board, Settings::default(), all)).images
+}
+
+fn holds(images: &[Image]) -> Vec<Hold> {
+    images.iter().map(|image| image.hold).collect()
 }
 
 /// The mean of the same scene without noise over an image's frames, less its value at the
@@ -64,29 +66,30 @@ fn without_noise(sliding: &Sliding) -> SlidingScene {
 #[test]
 fn both_holds_are_imaged_with_their_standard_error() {
     let file = |number: usize| {
-        load_scene(
-            format!("hal-mock/scenes/c{number}.toml"),
-            FRAME_RATE_HZ as f64,
-        )
-        .unwrap()
+        let name = format!("hal-mock/scenes/c{number}.toml");
+        load_scene(name, FRAME_RATE_HZ as f64).unwrap()
     };
-    let mut scenes: Vec<Sliding> = (1..=10).map(file).collect();
-    scenes.extend((1..=10).map(|number| Sliding {
-        snr_db: Some(20.0),
+    let snr_db = Some(20.0);
+    let clean = (1..=10).map(file);
+    let noisy = (1..=10).map(|number| Sliding {
+        snr_db,
         ..file(number)
-    }));
-    scenes.extend((1..=10).map(|seed| Sliding {
-        snr_db: Some(20.0),
+    });
+    let papers = (1..=10).map(|seed| Sliding {
+        snr_db,
         seed,
         ..Sliding::default()
-    }));
+    });
     let (mut squares, mut count) = (0.0, 0);
-    for (number, sliding) in scenes.into_iter().enumerate() {
+    for (number, sliding) in clean.chain(noisy).chain(papers).enumerate() {
         let scene = SlidingScene::new(sliding.clone()).unwrap();
         let truth = scene.truth();
         let images = images(scene, number as u64);
-        let holds: Vec<Hold> = images.iter().map(|image| image.hold).collect();
-        assert_eq!(holds, [Hold::BeforeSlide, Hold::AfterSlide], "{sliding:?}");
+        assert_eq!(
+            holds(&images),
+            [Hold::BeforeSlide, Hold::AfterSlide],
+            "{sliding:?}"
+        );
         let within = [
             (truth.contact_s, truth.slide_start_s),
             (truth.slide_end_s, truth.release_s),
@@ -158,46 +161,32 @@ fn assert_steps(image: &Image) {
     }
 }
 
+/// A hold is imaged whether slides are before it, behind it or not there, and where the record ends
+/// in it.
 #[test]
-fn a_touch_without_a_slide_is_one_image_and_one_with_two_slides_three() {
-    for (slides_s, holds) in [
-        (&[][..], &[Hold::BeforeSlide][..]),
+fn each_hold_of_a_touch_is_imaged() {
+    use Hold::{AfterSlide, BeforeSlide};
+    for (slides_s, lifted_s, end_s, expected) in [
+        (&[][..], 6.0, 7.0, &[BeforeSlide][..]),
         (
             &[(2.0, 3.0), (4.0, 5.0)],
-            &[Hold::BeforeSlide, Hold::AfterSlide, Hold::AfterSlide],
+            6.0,
+            7.0,
+            &[BeforeSlide, AfterSlide, AfterSlide],
         ),
+        (&[(2.0, 3.0)], 9.0, 4.0, &[BeforeSlide, AfterSlide]),
     ] {
         let images = images(
             Steps {
-                touched_s: (1.0, 6.0),
+                touched_s: (1.0, lifted_s),
                 slides_s,
-                end_s: 7.0,
+                end_s,
             },
             1,
         );
-        assert_eq!(
-            images.iter().map(|image| image.hold).collect::<Vec<_>>(),
-            holds
-        );
+        assert_eq!(holds(&images), expected);
         images.iter().for_each(assert_steps);
     }
-}
-
-#[test]
-fn a_record_that_ends_in_a_hold_reports_its_image() {
-    let images = images(
-        Steps {
-            touched_s: (1.0, 9.0),
-            slides_s: &[(2.0, 3.0)],
-            end_s: 4.0,
-        },
-        1,
-    );
-    assert_eq!(
-        images.iter().map(|image| image.hold).collect::<Vec<_>>(),
-        [Hold::BeforeSlide, Hold::AfterSlide]
-    );
-    images.iter().for_each(assert_steps);
 }
 
 #[test]
@@ -210,9 +199,8 @@ fn a_hold_that_is_too_short_has_no_image() {
             ..Sliding::default()
         })
         .unwrap();
-        let images = images(scene, 1);
         assert_eq!(
-            images.iter().map(|image| image.hold).collect::<Vec<_>>(),
+            holds(&images(scene, 1)),
             [Hold::AfterSlide],
             "{hold_before_s} s"
         );
@@ -221,20 +209,7 @@ fn a_hold_that_is_too_short_has_no_image() {
 
 #[test]
 fn a_finger_in_the_air_has_no_image() {
-    assert_eq!(
-        images(
-            Noisy::new(
-                Constant {
-                    volts: [2.5; 16],
-                    end_s: 5.0
-                },
-                20e-6,
-                5
-            ),
-            1
-        ),
-        []
-    );
+    assert_eq!(images(in_the_air(5.0), 1), []);
 }
 
 #[test]

@@ -6,12 +6,9 @@ mod reference;
 
 use reference::{Noise, codes};
 use ridgetone_finger::Window;
-use ridgetone_finger::internals::by_phases;
-use ridgetone_finger::internals::lag;
-use ridgetone_finger::internals::{Fitted, Tracker, fit};
+use ridgetone_finger::internals::{Fitted, Tracker, by_phases, fit, lag};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::Settings;
-use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
+use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Direction, Travel, TravelStatus};
 use ridgetone_tone::{Status, Table};
 use std::f64::consts::TAU;
@@ -103,50 +100,28 @@ fn travel(fitted: &Fitted, array: &Array) -> Travel {
     )
 }
 
+type Change<T> = fn(&mut T);
+
 #[test]
 fn uncertainties_are_the_spread_of_a_thousand_windows() {
     let mut tracker = Box::new(Tracker::new());
-    let short = Wave {
-        frames: 97,
-        speed_mm_s: 48.0,
-        period_mm: 2.6,
-        ..WAVE
-    };
-    for (name, wave) in [
-        ("20 dB", WAVE),
-        (
-            "6 dB, backward",
-            Wave {
-                noise: 354.0,
-                backward: true,
-                ..WAVE
-            },
-        ),
-        ("0.4 s", short),
-        (
-            "C1",
-            Wave {
-                speed_mm_s: 15.0,
-                period_mm: 3.6,
-                ..WAVE
-            },
-        ),
-        (
-            "one and a half cycles",
-            Wave {
-                frames: 75,
-                speed_mm_s: 15.0,
-                ..WAVE
-            },
-        ),
-        (
-            "a dead and a noisy channel",
-            Wave {
-                damaged: true,
-                ..WAVE
-            },
-        ),
-    ] {
+    let waves: [(&str, Change<Wave>); 6] = [
+        ("20 dB", |_| ()),
+        ("6 dB, backward", |wave| {
+            (wave.noise, wave.backward) = (354.0, true)
+        }),
+        ("0.4 s", |wave| {
+            (wave.frames, wave.speed_mm_s, wave.period_mm) = (97, 48.0, 2.6)
+        }),
+        ("C1", |wave| (wave.speed_mm_s, wave.period_mm) = (15.0, 3.6)),
+        ("one and a half cycles", |wave| {
+            (wave.frames, wave.speed_mm_s) = (75, 15.0)
+        }),
+        ("a dead and a noisy channel", |wave| wave.damaged = true),
+    ];
+    for (name, change) in waves {
+        let mut wave = WAVE;
+        change(&mut wave);
         let (runs, mut covered, mut squares, mut others) = (1000, [0; 2], [0.0; 2], 0);
         for seed in 1..=runs {
             let wave = Wave { seed, ..wave };
@@ -157,23 +132,24 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
                 others += 1;
                 continue;
             }
-            let way = if wave.backward {
-                Direction::Backward
-            } else {
-                Direction::Forward
-            };
+            let way = [Direction::Forward, Direction::Backward][usize::from(wave.backward)];
+            let found = (travel.status, travel.direction);
             assert_eq!(
-                (travel.status, travel.direction),
+                found,
                 (TravelStatus::Unique, way),
                 "{name}, seed {seed}: {travel:?}"
             );
-            let period = (
-                travel.spatial_period_mm,
-                travel.spatial_period_sigma_mm,
-                wave.period_mm,
-            );
-            let speed = (travel.speed_mm_s, travel.speed_sigma_mm_s, wave.speed_mm_s);
-            for (which, (found, sigma, truth)) in [period, speed].into_iter().enumerate() {
+            for (which, (found, sigma, truth)) in [
+                (
+                    travel.spatial_period_mm,
+                    travel.spatial_period_sigma_mm,
+                    wave.period_mm,
+                ),
+                (travel.speed_mm_s, travel.speed_sigma_mm_s, wave.speed_mm_s),
+            ]
+            .into_iter()
+            .enumerate()
+            {
                 let off = (f64::from(found) - truth) / f64::from(sigma);
                 covered[which] += (off.abs() < 1.96) as u32;
                 squares[which] += off * off;
@@ -186,14 +162,11 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
             let spread = (squares[which] / good).sqrt();
             // The noise of a short window is known from few samples, so that some sigmas are too small:
             // 92 to 98 % of the intervals hold, and the spread is a little more than theirs.
+            let coverage = f64::from(covered[which]) / good;
+            assert!((0.93..1.12).contains(&spread), "{name}: spread {spread}");
             assert!(
-                (0.93..1.12).contains(&spread),
-                "{name}: spread {spread} of the uncertainties"
-            );
-            assert!(
-                (0.92..=0.98).contains(&(f64::from(covered[which]) / good)),
-                "{name}: {} of {good} within 95 %",
-                covered[which]
+                (0.92..=0.98).contains(&coverage),
+                "{name}: coverage {coverage}"
             );
         }
     }
@@ -212,10 +185,10 @@ fn dead_and_noisy_channels_do_not_hurt() {
     // a column. Without one of the first and one of the second that is 2 * 1 / (2 + 1) = 2/3 of
     // theirs.
     let expected = (2.06f64 / (0.81 + 0.09 + 2.0 / 3.0 * 1.16)).sqrt();
+    let ratio = damaged / whole;
     assert!(
-        (damaged / whole / expected - 1.0).abs() < 0.1,
-        "{} instead of {expected}",
-        damaged / whole
+        (ratio / expected - 1.0).abs() < 0.1,
+        "{ratio} instead of {expected}"
     );
 }
 
@@ -252,21 +225,12 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
             let off = |travel: &Travel| f64::from(travel.spatial_period_mm) / period_mm - 1.0;
             assert_eq!(right.status, TravelStatus::Unique);
             assert!(off(&right).abs() < 5e-3, "{right:?} instead of {period_mm}");
-            assert!(
-                (f64::from(right.speed_mm_s) / wave.speed_mm_s - 1.0).abs() < 5e-3,
-                "{right:?}"
-            );
-            let unskewed = travel(
-                &Fitted {
-                    per_slot: 0.0,
-                    ..fitted
-                },
-                &ARRAY,
-            );
-            assert!(
-                unskewed.status != TravelStatus::Unique || off(&unskewed).abs() > 0.05,
-                "{unskewed:?}"
-            );
+            let speed_off = f64::from(right.speed_mm_s) / wave.speed_mm_s - 1.0;
+            assert!(speed_off.abs() < 5e-3, "{right:?}");
+            let per_slot = 0.0;
+            let unskewed = travel(&Fitted { per_slot, ..fitted }, &ARRAY);
+            let is_wrong = unskewed.status != TravelStatus::Unique || off(&unskewed).abs() > 0.05;
+            assert!(is_wrong, "{unskewed:?}");
         }
     }
 }
@@ -275,28 +239,21 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
 #[test]
 fn without_two_columns_there_is_nothing() {
     let mut fitted = WAVE.fitted(&mut Tracker::new());
-    for front in [0, u16::MAX] {
-        assert_eq!(
-            travel(&fitted, &Array { front, ..ARRAY }).status,
-            TravelStatus::Nothing
-        );
+    let status = |fitted: &Fitted, array: &Array| travel(fitted, array).status;
+    let with_front = |front| Array { front, ..ARRAY };
+    let alike = [0; 4];
+    for array in [
+        with_front(0),
+        with_front(u16::MAX),
+        Array { alike, ..ARRAY },
+    ] {
+        assert_eq!(status(&fitted, &array), TravelStatus::Nothing);
     }
-    assert_eq!(
-        travel(
-            &fitted,
-            &Array {
-                alike: [0; 4],
-                ..ARRAY
-            }
-        )
-        .status,
-        TravelStatus::Nothing
-    );
     fitted.fit.usable = 0x0f0f;
-    assert_eq!(travel(&fitted, &ARRAY).status, TravelStatus::Nothing);
+    assert_eq!(status(&fitted, &ARRAY), TravelStatus::Nothing);
     // One of each column is enough, whatever its phases.
     fitted.fit.usable = 0x0011;
-    assert_eq!(travel(&fitted, &ARRAY).status, TravelStatus::Unique);
+    assert_eq!(status(&fitted, &ARRAY), TravelStatus::Unique);
     let sure = lag(&fitted, &ARRAY).expect("a lag").sigma;
     for _ in 0..100 {
         for taxel in [0, 4] {

@@ -13,11 +13,9 @@ mod touch;
 
 use ads1258::Status as StatusByte;
 use memory::resident_bytes;
-use ridgetone_finger::Pipeline;
-use ridgetone_finger::TimedConversion;
 use ridgetone_finger::internals::Assembler;
 use ridgetone_finger::tasks::{Outbox, Posted};
-use ridgetone_finger::{CONVERSION_NS, SLOTS};
+use ridgetone_finger::{CONVERSION_NS, Pipeline, SLOTS, TimedConversion};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
@@ -90,6 +88,13 @@ fn assert_same(fit: &Estimate, plain: &Estimate) {
     );
 }
 
+/// The rate is that of the scans, to a millionth.
+#[track_caller]
+fn assert_rate(health: &Health) {
+    let off = f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0;
+    assert!(off.abs() < 1e-6, "{health:?}");
+}
+
 #[test]
 fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
@@ -103,10 +108,8 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
     // The only faults are the scans left out, which are reported too.
     let is_no_fault = |event: &Event| match event {
         Event::Fault(fault) => {
-            assert!(
-                matches!(fault.kind, FaultKind::Lost | FaultKind::Silent),
-                "{fault:?}"
-            );
+            let is_expected = [FaultKind::Lost, FaultKind::Silent].contains(&fault.kind);
+            assert!(is_expected, "{fault:?}");
             false
         }
         Event::Health(_) | Event::Hello(_) => false,
@@ -154,10 +157,7 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
                 "{health:?}"
             );
             assert_eq!((health.conversions_doubtful, health.overruns), (0, 0));
-            assert!(
-                (f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6,
-                "{health:?}"
-            );
+            assert_rate(health);
         }
         events.retain(is_no_fault);
         assert_eq!(
@@ -296,10 +296,7 @@ fn assert_steady(played: &Played) {
         (0..=2 * FRAME_RATE_HZ as u64).contains(&(ended - begun)),
         "the last health is a second old at most"
     );
-    assert!(
-        (f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6,
-        "{health:?}"
-    );
+    assert_rate(health);
 }
 
 #[test]
@@ -324,7 +321,7 @@ fn touch_after_touch_for_thirty_days_is_the_same() {
 /// loses: the PC's count of what is missing is exact across all 39 wraps of the numbers.
 #[test]
 fn every_message_is_sent_dropped_or_lost_and_counted() {
-    let (mut outbox, mut decoder) = (Outbox::<8>::new(), Decoder::new());
+    let (mut outbox, mut decoder) = (Outbox::default(), Decoder::new());
     let (mut posted, mut dropped, mut lost, mut received) = (0u64, 0u64, 0u64, 0u64);
     let mut wire = [0; WIRE_MAX];
     while posted < 30 * DAY_S {
@@ -341,10 +338,8 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
                 continue;
             }
             let used = encode(&packet, &mut wire).unwrap();
-            let given = wire[..used]
-                .iter()
-                .filter_map(|byte| decoder.push(*byte))
-                .last();
+            let bytes = wire[..used].iter();
+            let given = bytes.filter_map(|byte| decoder.push(*byte)).last();
             assert_eq!(given.as_ref(), Some(&packet));
             received += 1;
         }
@@ -389,16 +384,8 @@ fn the_rate_is_right_before_and_after_the_frames_numbers_wrap() {
     let (mut healths, mut latest_us) = (0, 0);
     let mut emit = |event| {
         if let Event::Health(health) = event {
-            let Health {
-                t_us,
-                frame_rate_hz,
-                ..
-            } = health;
-            assert!(
-                (f64::from(frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6,
-                "{health:?}"
-            );
-            (healths, latest_us) = (healths + 1, t_us);
+            assert_rate(&health);
+            (healths, latest_us) = (healths + 1, health.t_us);
         }
     };
     let hour = scan_at(3_600_000_000);

@@ -9,8 +9,8 @@ use hal_mock::{
 };
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::{Settings, Slide, SlideRule};
-use ridgetone_proto::telemetry::{Event, Status};
-use support::{Outcome, Rate, all, outcome, run, run_on};
+use ridgetone_proto::telemetry::{Estimate, Event, Status};
+use support::{Outcome, Rate, all, count, in_the_air, off, outcome, run, run_on};
 
 fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScene {
     SlidingScene::new(Sliding {
@@ -26,63 +26,44 @@ fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScen
 /// Asserts the bars of the emulated run (host/tests/emulated.rs), here without an emulator. A test
 /// for another tone has false alarms: how many estimates are good is for [`Rate`].
 fn assert_within_bars(what: &str, out: &Outcome, truth: &Truth, rate: &mut Rate) {
+    out.assert_touch(what, truth, 0.020);
     let what = format!("{what}: {out:?} {truth:?}");
-    assert_eq!(out.contacts_s.len(), 1, "{what}");
-    assert!(
-        (out.contacts_s[0] - truth.contact_s).abs() < 0.010,
-        "{what}"
-    );
-    assert_eq!(out.slides_s.len(), 1, "{what}");
-    assert!(
-        (out.slides_s[0].0 - truth.slide_start_s).abs() < 0.020,
-        "{what}"
-    );
-    assert!(
-        (out.slides_s[0].1 - truth.slide_end_s).abs() < 0.020,
-        "{what}"
-    );
-    assert_eq!(out.releases_s.len(), 1, "{what}");
     assert!(
         (out.releases_s[0] - truth.release_s).abs() < 0.050,
         "{what}"
     );
-
     assert_eq!(out.slide_fits.len(), 1, "{what}");
-    let fit = &out.slide_fits[0];
-    let off = fit.frequency as f64 - truth.frequency_hz;
-    rate.add(fit);
-    assert!(off.abs() < 0.002 * truth.frequency_hz, "{what}");
-    assert!(off.abs() < 6.0 * fit.sigma as f64, "{what}");
-    assert_eq!(fit.channels.len(), 16, "{what}");
     assert!(!out.window_fits.is_empty(), "{what}");
-    for fit in &out.window_fits {
+    for fit in out.fits() {
         rate.add(fit);
-        assert!(
-            (fit.frequency as f64 - truth.frequency_hz).abs() < 6.0 * fit.sigma as f64,
-            "{what}"
-        );
+        assert!(off(fit, truth).abs() < 6.0, "{what}");
     }
+    let fit = &out.slide_fits[0];
+    assert_near(fit, truth);
+    assert_eq!(fit.channels.len(), 16, "{what}");
+    let health = &out.health;
     assert_eq!(
-        (out.health.conversions_lost, out.health.conversions_doubtful),
+        (health.conversions_lost, health.conversions_doubtful),
         (0, 0),
         "{what}"
     );
 }
 
+/// The frequency is right to two thousandths.
+#[track_caller]
+fn assert_near(fit: &Estimate, truth: &Truth) {
+    let off = f64::from(fit.frequency) / truth.frequency_hz - 1.0;
+    assert!(off.abs() < 0.002, "{fit:?} {truth:?}");
+}
+
 /// Every combination of Table 2 with four seeds.
 fn table_2() -> impl Iterator<Item = (String, SlidingScene)> {
-    TABLE_2
-        .into_iter()
-        .enumerate()
-        .flat_map(|(number, (speed_mm_s, period_mm))| {
-            (1..=4).map(move |seed| {
-                let what = format!("{speed_mm_s} mm/s, {period_mm} mm, seed {seed}");
-                (
-                    what,
-                    scene(speed_mm_s, period_mm, 20.0, 10 * number as u64 + seed),
-                )
-            })
-        })
+    (0..40).map(|number| {
+        let ((speed_mm_s, period_mm), seed) = (TABLE_2[number / 4], number % 4 + 1);
+        let what = format!("{speed_mm_s} mm/s, {period_mm} mm, seed {seed}");
+        let seed = (10 * (number / 4) + seed) as u64;
+        (what, scene(speed_mm_s, period_mm, 20.0, seed))
+    })
 }
 
 #[test]
@@ -90,12 +71,8 @@ fn all_of_table_2_within_its_bars() {
     let mut rate = Rate::default();
     for (what, scene) in table_2() {
         let truth = scene.truth();
-        assert_within_bars(
-            &what,
-            &outcome(&run(scene, Settings::default(), all)),
-            &truth,
-            &mut rate,
-        );
+        let out = outcome(&run(scene, Settings::default(), all));
+        assert_within_bars(&what, &out, &truth, &mut rate);
     }
     rate.assert_good();
 }
@@ -135,40 +112,38 @@ fn the_greeting_comes_first_and_health_once_a_second() {
     let end_s = scene.truth().end_s;
     let events = run(scene, Settings::default(), all);
     assert!(matches!(&events[0], Event::Hello(hello) if hello.settings == Settings::default()));
-    let health = events
-        .iter()
-        .filter(|event| matches!(event, Event::Health(_)))
-        .count();
-    assert_eq!(health, end_s as usize + 1);
+    assert_eq!(healths(&events), end_s as usize + 1);
     let last = outcome(&events).health;
-    // The simulated chip's own supply, reference and temperature.
-    assert!((last.supply_v - 5.0).abs() < 1e-3, "{last:?}");
-    assert!((last.reference_v - 4.096).abs() < 1e-3, "{last:?}");
-    assert!((last.temperature_c - 25.0).abs() < 0.5, "{last:?}");
-    assert!((last.gain - 1.0).abs() < 1e-4, "{last:?}");
-    // The datasheet's rate formula, by the board's clock.
-    assert!((last.frame_rate_hz - 241.14).abs() < 0.01, "{last:?}");
+    for (found, expected, within) in [
+        // The simulated chip's own supply, reference and temperature.
+        (last.supply_v, 5.0, 1e-3),
+        (last.reference_v, 4.096, 1e-3),
+        (last.temperature_c, 25.0, 0.5),
+        (last.gain, 1.0, 1e-4),
+        // The datasheet's rate formula, by the board's clock.
+        (last.frame_rate_hz, 241.14, 0.01),
+    ] {
+        assert!((found - expected).abs() < within, "{last:?}");
+    }
+}
+
+fn healths(events: &[Event]) -> usize {
+    count(events, |event| matches!(event, Event::Health(_)))
 }
 
 /// No frame is whole then, so nothing is detected; but the board is not silent.
 #[test]
 fn without_a_taxel_health_is_sent_once_a_second() {
-    let still = hal_mock::Noisy::new(
-        hal_mock::Constant {
-            volts: [2.5; 16],
-            end_s: 10.0,
-        },
-        20e-6,
-        5,
+    let events = run(
+        in_the_air(10.0),
+        Settings::default(),
+        |count, conversion| (count % 21 != 3).then_some(conversion),
     );
-    let events = run(still, Settings::default(), |count, conversion| {
-        (count % 21 != 3).then_some(conversion)
-    });
-    let health = events
-        .iter()
-        .filter(|event| matches!(event, Event::Health(_)))
-        .count();
-    assert!((10..=11).contains(&health), "{health}");
+    assert!(
+        (10..=11).contains(&healths(&events)),
+        "{}",
+        healths(&events)
+    );
 }
 
 #[test]
@@ -189,23 +164,15 @@ fn the_slide_by_protocol_follows_the_paper() {
     // Equations 4 and 5, to within a frame of the spike.
     assert!((start_s - (out.contacts_s[0] + 1.0)).abs() < 0.005);
     assert!((end_s - start_s - 55.0 / 30.0).abs() < 0.005);
-    assert_eq!(out.slides_s.len(), 1);
-    assert_eq!(out.releases_s.len(), 1);
-    let fit = &out.slide_fits[0];
-    assert!((fit.frequency as f64 - truth.frequency_hz).abs() < 0.002 * truth.frequency_hz);
+    out.assert_one_slide("by protocol");
+    assert_near(&out.slide_fits[0], &truth);
 }
 
 #[test]
-fn a_finger_in_the_air_says_nothing() {
-    let still = hal_mock::Noisy::new(
-        hal_mock::Constant {
-            volts: [2.5; 16],
-            end_s: 20.0,
-        },
-        20e-6,
-        5,
-    );
-    let out = outcome(&run(still, Settings::default(), all));
+fn a_finger_in_the_air_greets_again_and_says_nothing_else() {
+    let events = run(in_the_air(21.0), Settings::default(), all);
+    assert_eq!(count(&events, |event| matches!(event, Event::Hello(_))), 3);
+    let out = outcome(&events);
     assert!(
         out.contacts_s.is_empty() && out.slides_s.is_empty() && out.window_fits.is_empty(),
         "{out:?}"
@@ -233,14 +200,10 @@ fn lost_conversions_are_counted_and_their_frames_left_out() {
         assert_eq!(out.health.conversions_lost, lost);
         let fit = &out.slide_fits[0];
         assert_eq!(fit.status, status, "{fit:?}");
-        assert_eq!(
-            fit.faults.has(FaultKind::Silent),
-            status == Status::Doubtful,
-            "{fit:?}"
-        );
-        assert!(fit.frames_missing > 5, "{fit:?}");
+        let is_silent = fit.faults.has(FaultKind::Silent);
+        assert_eq!(is_silent, status == Status::Doubtful, "{fit:?}");
         assert!(
-            (fit.frequency as f64 - truth.frequency_hz).abs() < 5.0 * fit.sigma as f64,
+            fit.frames_missing > 5 && off(fit, &truth).abs() < 5.0,
             "{fit:?}"
         );
     }
@@ -278,33 +241,25 @@ fn phases_are_those_of_one_moment() {
 /// A taxel whose conversion was lost has no value; zero volts would be a touch of 2.5 V.
 #[test]
 fn a_conversion_lost_just_before_the_touch_changes_nothing() {
-    let clean = outcome(&run(scene(30.0, 3.6, 20.0, 1), Settings::default(), all));
-    for lost in 0..4 {
-        // The frames just before the contact, at 0.5 s.
-        let gone = (118 + lost) * 21 + 7;
-        let out = outcome(&run(
+    let without = |gone| {
+        let events = run(
             scene(30.0, 3.6, 20.0, 1),
             Settings::default(),
-            |count, conversion| (count != gone).then_some(conversion),
-        ));
+            |count, conversion| (Some(count) != gone).then_some(conversion),
+        );
+        outcome(&events)
+    };
+    let clean = without(None);
+    for lost in 0..4 {
+        // The frames just before the contact, at 0.5 s.
+        let out = without(Some((118 + lost) * 21 + 7));
         assert_eq!(out.health.conversions_lost, 1);
-        assert_eq!(
-            (
-                out.contacts_s.len(),
-                out.slides_s.len(),
-                out.releases_s.len()
-            ),
-            (1, 1, 1),
-            "{out:?}"
-        );
-        assert!(
-            (out.contacts_s[0] - clean.contacts_s[0]).abs() < 0.005,
-            "{out:?}"
-        );
-        assert!(
-            (out.slides_s[0].0 - clean.slides_s[0].0).abs() < 0.005,
-            "{out:?}"
-        );
+        out.assert_one_slide("one lost");
+        let off_s = [
+            out.contacts_s[0] - clean.contacts_s[0],
+            out.slides_s[0].0 - clean.slides_s[0].0,
+        ];
+        assert!(off_s.iter().all(|off_s| off_s.abs() < 0.005), "{out:?}");
     }
 }
 
@@ -312,25 +267,24 @@ fn a_conversion_lost_just_before_the_touch_changes_nothing() {
 /// reaches beyond the slide has a part in which nothing moves, and another mean.
 #[test]
 fn holes_do_not_bend_the_frequency() {
+    let settings = Settings {
+        window_s: 0.5,
+        stride_s: 0.05,
+        ..Settings::DEFAULT
+    };
     for scans in [1, 5, 30, 120] {
         for at_s in [2.0, 2.25, 2.5, 2.6, 2.75] {
             let first = (at_s * 241.14) as u32 * 21 + 4;
             let scene = scene(30.0, 3.6, 20.0, 2);
             let truth = scene.truth();
-            let settings = Settings {
-                window_s: 0.5,
-                stride_s: 0.05,
-                ..Settings::DEFAULT
-            };
             let out = outcome(&run(scene, settings, |count, conversion| {
                 (!(first..first + scans * 21).contains(&count)).then_some(conversion)
             }));
+            let is_within = |fit: &&Estimate| (fit.t_us as f64) < 1e6 * truth.slide_end_s;
             for fit in out
-                .window_fits
-                .iter()
-                .chain(&out.slide_fits)
+                .fits()
+                .filter(is_within)
                 .filter(|fit| fit.status == Status::Good)
-                .filter(|fit| (fit.t_us as f64) < 1e6 * truth.slide_end_s)
             {
                 let off = fit.frequency as f64 / truth.frequency_hz - 1.0;
                 assert!(off.abs() < 0.01, "{scans} scans lost at {at_s} s: {fit:?}");
@@ -342,46 +296,23 @@ fn holes_do_not_bend_the_frequency() {
 /// Codes that come with SUPPLY low are not trusted, and not used for touch either.
 #[test]
 fn a_dip_of_the_supply_is_not_a_touch() {
-    let still = hal_mock::Noisy::new(
-        hal_mock::Constant {
-            volts: [2.5; 16],
-            end_s: 4.0,
+    let events = run(
+        in_the_air(4.0),
+        Settings::default(),
+        |count, mut conversion| {
+            if (10_000..10_500).contains(&count) {
+                let supply_low = StatusByte(conversion.status().0 | 1 << 5);
+                conversion = conversion
+                    .with_status(supply_low)
+                    .with_code(conversion.code() / 3);
+            }
+            Some(conversion)
         },
-        20e-6,
-        5,
     );
-    let out = outcome(&run(still, Settings::default(), |count, mut conversion| {
-        if (10_000..10_500).contains(&count) {
-            let supply_low = StatusByte(conversion.status().0 | 1 << 5);
-            conversion = conversion
-                .with_status(supply_low)
-                .with_code(conversion.code() / 3);
-        }
-        Some(conversion)
-    }));
+    let out = outcome(&events);
     assert!(
         out.contacts_s.is_empty() && out.releases_s.is_empty(),
         "{out:?}"
     );
     assert_eq!(out.health.conversions_doubtful, 500);
-}
-
-#[test]
-fn the_greeting_is_repeated() {
-    let still = hal_mock::Noisy::new(
-        hal_mock::Constant {
-            volts: [2.5; 16],
-            end_s: 21.0,
-        },
-        20e-6,
-        5,
-    );
-    let events = run(still, Settings::default(), all);
-    assert_eq!(
-        events
-            .iter()
-            .filter(|event| matches!(event, Event::Hello(_)))
-            .count(),
-        3
-    );
 }

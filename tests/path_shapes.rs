@@ -73,16 +73,11 @@ fn along_any_path_it_is_right() {
             let overtones = &[0.5, 0.3][..harmonics - 1];
             let values = scan(&places, period_mm, overtones, 100.0, 3);
             let fit = fit(&values, &places, harmonics as u8);
-            assert_eq!(
-                (fit.status, fit.harmonics as usize),
-                (Status::Good, harmonics),
-                "{name}, {period_mm} mm: {fit:?}"
-            );
+            let what = format!("{name}, {period_mm} mm: {fit:?}");
+            let found = (fit.status, fit.harmonics as usize);
+            assert_eq!(found, (Status::Good, harmonics), "{what}");
             let off = (fit.frequency as f64 - 1.0 / period_mm) / fit.sigma as f64;
-            assert!(
-                off.abs() < 4.5,
-                "{name}, {period_mm} mm: {off} sigma from the truth"
-            );
+            assert!(off.abs() < 4.5, "{what}: {off} sigma from the truth");
         }
     }
 }
@@ -109,10 +104,8 @@ fn a_strong_overtone_is_no_octave_error() {
         for overtones in [[2.5, 0.4], [0.5, 2.5]] {
             let fit = fit(&scan(&places, 6.2, &overtones, 100.0, 5), &places, 4);
             let cycles = fit.frequency as f64 * 6.2;
-            assert!(
-                fit.status == Status::Good && (cycles - 1.0).abs() < 0.01,
-                "{name} {overtones:?}: {cycles} {fit:?}"
-            );
+            let is_right = fit.status == Status::Good && (cycles - 1.0).abs() < 0.01;
+            assert!(is_right, "{name} {overtones:?}: {cycles} {fit:?}");
         }
     }
 }
@@ -121,12 +114,9 @@ fn a_strong_overtone_is_no_octave_error() {
 fn noise_on_a_path_is_no_tone() {
     for (name, shape) in SHAPES {
         let places = places(shape);
-        let found = (0..200).filter(|seed| {
-            fit(&scan(&places, f64::INFINITY, &[], 100.0, *seed), &places, 4)
-                .status
-                .has_tone()
-        });
-        let found = found.count();
+        let noise = |seed| scan(&places, f64::INFINITY, &[], 100.0, seed);
+        let fits = (0..200).map(|seed| fit(&noise(seed), &places, 4));
+        let found = fits.filter(|fit| fit.status.has_tone()).count();
         // At most 1 %, with a margin for 200 trials.
         assert!(found <= 5, "{name}: {found} of 200");
     }
@@ -138,17 +128,13 @@ fn the_grains_of_an_encoder_do_no_harm() {
     let exact = places(|t| 30.0 * t * (0.5 + 0.5 * t));
     let values = scan(&exact, 3.1, &[0.4], 100.0, 3);
     for grain_mm in [0.01, 0.1, 0.3] {
-        let grains: Vec<f64> = exact
-            .iter()
-            .map(|place| (place / grain_mm).round() * grain_mm)
-            .collect();
+        let grain = |place: &f64| (place / grain_mm).round() * grain_mm;
+        let grains: Vec<f64> = exact.iter().map(grain).collect();
         let fit = fit(&values, &grains, 3);
         let off = fit.frequency as f64 * 3.1 - 1.0;
         // The grains move the tone.
-        assert!(
-            fit.status.has_tone() && off.abs() < 0.002,
-            "{grain_mm} mm: {off} {fit:?}"
-        );
+        let is_near = fit.status.has_tone() && off.abs() < 0.002;
+        assert!(is_near, "{grain_mm} mm: {off} {fit:?}");
     }
 }
 
@@ -166,10 +152,7 @@ fn a_path_that_is_none_is_refused() {
             values: &values,
             valid: &valid,
         };
-        assert!(
-            FrameSpan::new(&mut table, 0, FRAMES as u32)
-                .along(&place)
-                .is_none()
-        );
+        let span = FrameSpan::new(&mut table, 0, FRAMES as u32);
+        assert!(span.along(&place).is_none());
     }
 }

@@ -7,15 +7,12 @@ mod support;
 use hal_mock::{Finger, Options, SimulatedBoard, Sliding, SlidingScene, Truth, load_scene};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::Status;
-use support::{Outcome, all, outcome, run_on};
+use support::{Outcome, all, off, outcome, run_on};
 
 /// The paper's combination C1 to C10, as its scene file has it.
 fn combination(number: usize) -> Sliding {
-    load_scene(
-        format!("hal-mock/scenes/c{number}.toml"),
-        FRAME_RATE_HZ as f64,
-    )
-    .unwrap()
+    let file = format!("hal-mock/scenes/c{number}.toml");
+    load_scene(file, FRAME_RATE_HZ as f64).unwrap()
 }
 
 /// Result of a scene, read by a converter whose noise is `seed`'s.
@@ -32,29 +29,6 @@ fn touch(sliding: Sliding, seed: u64) -> (Outcome, Truth) {
     (outcome(&run_on(board, Settings::default(), all)), truth)
 }
 
-/// One contact, one slide, one release, and the slide's ends `within_s` of the truth.
-fn assert_phases(what: &str, out: &Outcome, truth: &Truth, within_s: f64) {
-    assert_eq!(
-        (
-            out.contacts_s.len(),
-            out.slides_s.len(),
-            out.releases_s.len()
-        ),
-        (1, 1, 1),
-        "{what}: {out:?}"
-    );
-    assert!(
-        (out.contacts_s[0] - truth.contact_s).abs() < 0.010,
-        "{what}: {out:?}"
-    );
-    let (start_s, end_s) = out.slides_s[0];
-    let off_s = (start_s - truth.slide_start_s, end_s - truth.slide_end_s);
-    assert!(
-        off_s.0.abs() < within_s && off_s.1.abs() < within_s,
-        "{what}: the slide's ends are off by {off_s:?} s"
-    );
-}
-
 /// With no noise but the chip's own the end of a slide stands out at once: it is known to one frame
 /// and its slots. If part of the standstill were fitted along, the tone would be off by more than
 /// its uncertainty.
@@ -63,13 +37,11 @@ fn a_slide_ends_where_it_ends_under_creep() {
     let mut squares = 0.0;
     for number in 1..=10 {
         for seed in 1..=4 {
-            let (what, (out, truth)) = (
-                format!("C{number}, seed {seed}"),
-                touch(combination(number), seed),
-            );
-            assert_phases(&what, &out, &truth, 0.005);
+            let what = format!("C{number}, seed {seed}");
+            let (out, truth) = touch(combination(number), seed);
+            out.assert_touch(&what, &truth, 0.005);
             let fit = &out.slide_fits[0];
-            let sigmas = (fit.frequency as f64 - truth.frequency_hz) / fit.sigma as f64;
+            let sigmas = off(fit, &truth);
             assert_eq!(fit.status, Status::Good, "{what}: {fit:?}");
             assert!(sigmas.abs() < 3.0, "{what}: {sigmas} sigma off: {fit:?}");
             squares += sigmas * sigmas;
@@ -84,19 +56,14 @@ fn a_slide_ends_where_it_ends_under_creep() {
 fn noise_of_20_db_costs_no_slide() {
     for number in 1..=10 {
         for seed in 1..=4 {
-            let (out, truth) = touch(
-                Sliding {
-                    snr_db: Some(20.0),
-                    ..combination(number)
-                },
-                seed,
-            );
-            assert_phases(&format!("C{number}, seed {seed}"), &out, &truth, 0.020);
-            assert_eq!(
-                out.slide_fits[0].status,
-                Status::Good,
-                "C{number}, seed {seed}: {out:?}"
-            );
+            let what = format!("C{number}, seed {seed}");
+            let noisy = Sliding {
+                snr_db: Some(20.0),
+                ..combination(number)
+            };
+            let (out, truth) = touch(noisy, seed);
+            out.assert_touch(&what, &truth, 0.020);
+            assert_eq!(out.slide_fits[0].status, Status::Good, "{what}: {out:?}");
         }
     }
 }
@@ -124,7 +91,7 @@ fn a_skin_that_creeps_much_or_fast_moves_no_end() {
                 },
                 1,
             );
-            assert_phases(&format!("C{number}, {creep_s} s"), &out, &truth, 0.020);
+            out.assert_touch(&format!("C{number}, {creep_s} s"), &truth, 0.020);
         }
     }
 }
@@ -142,12 +109,7 @@ fn a_slow_slide_is_not_cut_short() {
                 ..combination(1)
             };
             let (out, truth) = touch(slow, seed);
-            assert_phases(
-                &format!("{period_mm} mm, {snr_db:?} dB"),
-                &out,
-                &truth,
-                0.020,
-            );
+            out.assert_touch(&format!("{period_mm} mm, {snr_db:?} dB"), &truth, 0.020);
         }
     }
 }

@@ -8,7 +8,7 @@ use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_proto::plan::{HealthReadings, Plan};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Status};
-use support::{Outcome, Rate, all, outcome, run};
+use support::{Outcome, Rate, all, off, outcome, run};
 
 /// A touch of one slide, and what came of it.
 fn touch(plan: Plan, speed_mm_s: f64, period_mm: f64) -> (Vec<Event>, Outcome, hal_mock::Truth) {
@@ -30,62 +30,38 @@ fn finds(what: &str, plan: Plan, tones: &[(f64, f64)], rate: &mut Rate) {
     for (speed_mm_s, period_mm) in tones {
         let (events, out, truth) = touch(plan, *speed_mm_s, *period_mm);
         let rate_hz = f64::from(plan.frame_rate_hz());
-        let what =
-            format!("{what}, {rate_hz} Hz, {speed_mm_s} mm/s, {period_mm} mm: {out:?} {truth:?}");
+        // Ends are dated to a few blocks of four frames of touch detection.
+        let bar_s = 0.020_f64.max(8.0 * f64::from(plan.frames_averaged()) / rate_hz);
+        let what = format!("{what}, {rate_hz} Hz, {speed_mm_s} mm/s, {period_mm} mm");
+        out.assert_slide(&what, &truth, bar_s);
+        let what = format!("{what}: {out:?} {truth:?}");
         assert!(
             matches!(&events[0], Event::Hello(hello) if f64::from(hello.frame_rate_hz) == rate_hz),
             "{what}"
         );
+        let health = &out.health;
         assert!(
-            (f64::from(out.health.frame_rate_hz) / rate_hz - 1.0).abs() < 1e-4,
+            (f64::from(health.frame_rate_hz) / rate_hz - 1.0).abs() < 1e-4,
             "{what}"
         );
-        assert_eq!(
-            (
-                out.contacts_s.len(),
-                out.slides_s.len(),
-                out.slide_fits.len()
-            ),
-            (1, 1, 1),
-            "{what}"
+        let lost = (
+            health.conversions_lost,
+            health.conversions_doubtful,
+            health.overruns,
         );
-        // Ends are dated to a few blocks of four frames of touch detection.
-        let bar_s = 0.020_f64.max(8.0 * f64::from(plan.frames_averaged()) / rate_hz);
-        assert!(
-            (out.slides_s[0].0 - truth.slide_start_s).abs() < bar_s,
-            "{what}"
-        );
-        assert!(
-            (out.slides_s[0].1 - truth.slide_end_s).abs() < bar_s,
-            "{what}"
-        );
-        for fit in out.slide_fits.iter().chain(&out.window_fits) {
-            let off_hz = f64::from(fit.frequency) - truth.frequency_hz;
+        assert_eq!((lost, out.slide_fits.len()), ((0, 0, 0), 1), "{what}");
+        for fit in out.fits() {
             rate.add(fit);
             assert_eq!(fit.channels.len(), plan.channels(), "{what}");
+            let is_input = |taxel: u8| plan.inputs >> taxel & 1 == 1;
             assert!(
-                fit.channels
-                    .iter()
-                    .all(|channel| plan.inputs >> channel.taxel & 1 == 1),
+                fit.channels.iter().all(|channel| is_input(channel.taxel)),
                 "{what}"
             );
-            assert!(off_hz.abs() < 6.0 * f64::from(fit.sigma), "{what}");
+            assert!(off(fit, &truth).abs() < 6.0, "{what}");
         }
-        let slide = &out.slide_fits[0];
-        assert!(
-            (f64::from(slide.frequency) / truth.frequency_hz - 1.0).abs() < 0.002,
-            "{what}"
-        );
-        assert_eq!(
-            (out.health.conversions_lost, out.health.conversions_doubtful),
-            (0, 0),
-            "{what}"
-        );
-        assert_eq!(
-            (out.health.overruns, out.releases_s.len()),
-            (0, 1),
-            "{what}"
-        );
+        let off = f64::from(out.slide_fits[0].frequency) / truth.frequency_hz - 1.0;
+        assert!(off.abs() < 0.002, "{what}");
     }
 }
 
@@ -93,55 +69,27 @@ fn finds(what: &str, plan: Plan, tones: &[(f64, f64)], rate: &mut Rate) {
 fn the_papers_plan_and_others_as_slow_find_slides_and_their_frequencies() {
     let mut rate = Rate::default();
     let tones = &[(15.0, 2.6), (30.0, 3.1), (48.0, 3.6)];
-    let (paper, own) = (Plan::PAPER, Ads1258Plan::PAPER);
+    let own = |change: fn(&mut Ads1258Plan)| {
+        let mut own = Ads1258Plan::PAPER;
+        change(&mut own);
+        own.plan()
+    };
+    let chopped = |own: &mut Ads1258Plan| {
+        (own.data_rate, own.delay, own.chop) = (2, 4, true);
+        own.health = HealthReadings::BetweenTouches;
+    };
     for (what, plan) in [
-        ("the paper's", paper),
-        (
-            "eight inputs",
-            Ads1258Plan {
-                inputs: 0x00ff,
-                ..own
-            }
-            .plan(),
-        ),
-        ("an oscillator", paper.with_clock(16_000_000)),
-        ("168 MHz / 11", paper.with_clock(15_272_727)),
-        (
-            "others than the first",
-            Ads1258Plan {
-                inputs: 0xe0c1,
-                ..own
-            }
-            .plan(),
-        ),
-        (
-            "a higher data rate",
-            Ads1258Plan {
-                data_rate: 2,
-                ..own
-            }
-            .plan(),
-        ),
+        ("the paper's", Plan::PAPER),
+        ("eight inputs", own(|own| own.inputs = 0x00ff)),
+        ("an oscillator", Plan::PAPER.with_clock(16_000_000)),
+        ("168 MHz / 11", Plan::PAPER.with_clock(15_272_727)),
+        ("others than the first", own(|own| own.inputs = 0xe0c1)),
+        ("a higher data rate", own(|own| own.data_rate = 2)),
         (
             "a lower one",
-            Ads1258Plan {
-                data_rate: 0,
-                inputs: 0x000f,
-                ..own
-            }
-            .plan(),
+            own(|own| (own.data_rate, own.inputs) = (0, 0x000f)),
         ),
-        (
-            "chopped",
-            Ads1258Plan {
-                data_rate: 2,
-                delay: 4,
-                chop: true,
-                health: HealthReadings::BetweenTouches,
-                ..own
-            }
-            .plan(),
-        ),
+        ("chopped", own(chopped)),
     ] {
         finds(what, plan, tones, &mut rate);
     }
@@ -184,26 +132,9 @@ fn tones_whose_overtones_alias_are_never_called_good_at_another_frequency() {
         (Plan::SINGLE, 200.0, 0.04),
     ] {
         let (_, out, truth) = touch(plan, speed_mm_s, period_mm);
-        assert_eq!(
-            (
-                out.contacts_s.len(),
-                out.slides_s.len(),
-                out.releases_s.len()
-            ),
-            (1, 1, 1),
-            "{truth:?}: {out:?}"
-        );
-        let good = out
-            .slide_fits
-            .iter()
-            .chain(&out.window_fits)
-            .filter(|fit| fit.status == Status::Good);
-        for fit in good {
-            let off_hz = f64::from(fit.frequency) - truth.frequency_hz;
-            assert!(
-                off_hz.abs() < 6.0 * f64::from(fit.sigma),
-                "{truth:?}: {fit:?}"
-            );
+        out.assert_one_slide(&format!("{truth:?}"));
+        for fit in out.fits().filter(|fit| fit.status == Status::Good) {
+            assert!(off(fit, &truth).abs() < 6.0, "{truth:?}: {fit:?}");
         }
     }
 }

@@ -5,18 +5,16 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone_finger::Diagnostics;
-use ridgetone_finger::Ring;
-use ridgetone_finger::TimedConversion;
-use ridgetone_finger::{Detector, Outputs};
-use ridgetone_finger::{Estimator, WindowFit};
+use ridgetone_finger::{
+    Detector, Diagnostics, Estimator, Outputs, Ring, TimedConversion, WindowFit,
+};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status};
 use touch::{SCANS, TONE_HZ};
 
-/// The slide begins at 0.8 s, after this many scans (`touch`).
-const SLIDE_SCAN: f64 = 0.8 * FRAME_RATE_HZ as f64;
+/// Time at which the slide begins, seconds (`touch`).
+const SLIDE_START_S: f32 = 0.8;
 
 /// Time at which the slide ends, seconds. A window that reaches beyond it, before the hold is
 /// detected, may find no tone.
@@ -37,26 +35,25 @@ impl Board {
     fn push(&mut self, conversion: Option<TimedConversion>) {
         let mut due = Vec::new();
         let mut wait = |window| due.push(window);
+        let Self {
+            detector,
+            ring,
+            diagnostics,
+            ..
+        } = self;
         match conversion {
-            Some(conversion) => self.detector.push(
-                conversion,
-                &mut self.ring,
-                &self.diagnostics,
-                &mut Outputs {
+            Some(conversion) => {
+                let outputs = &mut Outputs {
                     emit: &mut |_| (),
                     due: &mut wait,
-                },
-            ),
-            None => self
-                .detector
-                .finish(&mut self.ring, &self.diagnostics, &mut |_| (), &mut wait),
+                };
+                detector.push(conversion, ring, diagnostics, outputs);
+            }
+            None => detector.finish(ring, diagnostics, &mut |_| (), &mut wait),
         }
         for window in due {
-            match self
-                .estimator
-                .run(&window, &mut &self.ring)
-                .expect("its frames are there")
-            {
+            let fit = self.estimator.run(&window, &mut &self.ring);
+            match fit.expect("its frames are there") {
                 WindowFit::Done(estimate) => self.estimates.push((self.is_changed, estimate)),
                 WindowFit::Growing => {}
             }
@@ -66,14 +63,12 @@ impl Board {
 
 /// Estimates of a touch in which `before` becomes `after` with scan `changed`.
 fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate)> {
-    let (detector, estimator) = (Detector::new(before), Estimator::new(before));
-    let (ring, diagnostics, estimates) = (Ring::new(), Diagnostics::new(), Vec::new());
     let mut board = Box::new(Board {
-        detector,
-        estimator,
-        ring,
-        diagnostics,
-        estimates,
+        detector: Detector::new(before),
+        estimator: Estimator::new(before),
+        ring: Ring::new(),
+        diagnostics: Diagnostics::new(),
+        estimates: Vec::new(),
         is_changed: false,
     });
     for number in 0..SCANS {
@@ -90,16 +85,12 @@ fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate
 
 #[test]
 fn every_window_is_of_one_length_within_the_slide_and_right() {
-    let long = Settings {
-        window_s: 1.0,
-        stride_s: 0.25,
+    let of = |window_s, stride_s| Settings {
+        window_s,
+        stride_s,
         ..Settings::DEFAULT
     };
-    let short = Settings {
-        window_s: 0.4,
-        stride_s: 0.1,
-        ..Settings::DEFAULT
-    };
+    let (long, short) = (of(1.0, 0.25), of(0.4, 0.1));
     for (before, after) in [(long, short), (short, long)] {
         // From before the slide until behind its end, at any phase of the stride.
         for changed in (150..700).step_by(37) {
@@ -109,26 +100,18 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
                 "{} s to {} s at {changed_s} s",
                 before.window_s, after.window_s
             );
-            let windows: Vec<_> = estimates
+            let (windows, whole): (Vec<_>, Vec<_>) = estimates
                 .iter()
-                .filter(|(_, estimate)| estimate.span == Span::Window)
-                .collect();
+                .partition(|(_, estimate)| estimate.span == Span::Window);
             let mut lengths_s = [0; 2];
             for (is_after, window) in windows {
                 let end_s = window.t_us as f32 * 1e-6;
-                let due_s = if *is_after {
-                    after.window_s
-                } else {
-                    before.window_s
-                };
+                let due_s = [before, after][usize::from(*is_after)].window_s;
                 lengths_s[*is_after as usize] += 1;
+                let is_due = (window.window_s - due_s).abs() < 1.0 / FRAME_RATE_HZ;
+                assert!(is_due, "{what}: {window:?}");
                 assert!(
-                    (window.window_s - due_s).abs() < 1.0 / FRAME_RATE_HZ,
-                    "{what}: {window:?}"
-                );
-                assert!(
-                    f64::from(end_s - window.window_s)
-                        > SLIDE_SCAN / f64::from(FRAME_RATE_HZ) - 0.03,
+                    end_s - window.window_s > SLIDE_START_S - 0.03,
                     "{what}: {window:?}"
                 );
                 if end_s > SLIDE_END_S {
@@ -149,10 +132,6 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
                 changed_s > 2.7 || lengths_s[1] > 0 || changed_s + after.window_s > 2.7,
                 "{what}: {lengths_s:?}"
             );
-            let whole: Vec<_> = estimates
-                .iter()
-                .filter(|(_, estimate)| estimate.span == Span::Slide)
-                .collect();
             assert!(
                 matches!(whole[..], [(_, fit)] if fit.status == Status::Good && fit.window_s > 1.9),
                 "{what}: {whole:?}"

@@ -4,11 +4,7 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone_finger::Diagnostics;
-use ridgetone_finger::Pipeline;
-use ridgetone_finger::Ring;
-use ridgetone_finger::TimedConversion;
-use ridgetone_finger::{Detector, Outputs};
+use ridgetone_finger::{Detector, Diagnostics, Outputs, Pipeline, Ring, TimedConversion};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Event;
 

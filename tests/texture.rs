@@ -6,7 +6,7 @@ mod support;
 
 use hal_mock::{Scene, Sliding, SlidingScene};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule};
+use ridgetone_proto::settings::{Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Event, Hold, Texture};
 use support::{all, outcome, run};
 
@@ -57,16 +57,14 @@ impl Scene for Changing {
 
 /// Settings with the speed, and with when it begins and how far it goes.
 fn known_speed() -> Settings {
-    let slide = Slide {
+    let mut settings = Settings::DEFAULT;
+    settings.slide = Slide {
         rule: SlideRule::Protocol,
         delay_s: 1.0,
         speed_mm_s: SPEED_MM_S as f32,
         length_mm: SLIDE_MM as f32,
     };
-    Settings {
-        slide,
-        ..Settings::DEFAULT
-    }
+    settings
 }
 
 fn textures(scene: impl Scene + 'static, settings: Settings) -> (Vec<Texture>, Vec<Event>) {
@@ -215,23 +213,13 @@ fn the_power_s_sigma_is_its_scatter() {
 
 #[test]
 fn without_a_speed_there_is_no_texture() {
-    let array = Array {
-        period_min_mm: 1.2,
-        period_max_mm: 9.0,
-        ..Settings::DEFAULT.array
+    let textures = |mut settings: Settings| {
+        (settings.array.period_min_mm, settings.array.period_max_mm) = (1.2, 9.0);
+        textures(SlidingScene::new(sliding(3.6)).expect("a scene"), settings)
     };
-    let settings = Settings {
-        array,
-        ..Settings::DEFAULT
-    };
-    let scene = || SlidingScene::new(sliding(3.6)).expect("a scene");
-    let (none, events) = textures(scene(), settings);
+    let (none, events) = textures(Settings::DEFAULT);
     assert!(outcome(&events).window_fits.len() > 10);
     assert_eq!(none, []);
-    let with_speed = Settings {
-        array,
-        ..known_speed()
-    };
-    let (found, _) = textures(scene(), with_speed);
+    let (found, _) = textures(known_speed());
     assert_eq!(found.len(), 1, "{found:?}");
 }

@@ -35,6 +35,26 @@ fn with_array(array: Array) -> Settings {
     }
 }
 
+/// The physical finger on a grating, 20 dB over the noise.
+fn noisy(reverse: bool, period_mm: f64) -> Sliding {
+    Sliding {
+        period_mm,
+        snr_db: Some(20.0),
+        reverse,
+        ..Sliding::physical()
+    }
+}
+
+/// Asserts the verdict on the direction, and the period to a fraction.
+#[track_caller]
+fn assert_travel(fit: &Estimate, status: TravelStatus, reverse: bool, period: (f64, f64)) {
+    let (period_mm, within) = period;
+    let found = (fit.travel.status, fit.travel.direction);
+    assert_eq!(found, (status, towards(reverse)), "{fit:?}");
+    let off = f64::from(fit.travel.spatial_period_mm) / period_mm - 1.0;
+    assert!(off.abs() < within, "{fit:?}");
+}
+
 fn towards(reverse: bool) -> Direction {
     if reverse {
         Direction::Backward
@@ -99,30 +119,13 @@ fn all_of_table_2_both_ways_within_the_bars() {
 #[test]
 fn a_fast_grating_is_as_good_as_a_slow_one() {
     for reverse in [false, true] {
-        let scene = Sliding {
+        let fast = Sliding {
             speed_mm_s: 240.0,
-            period_mm: 2.6,
             slide_mm: 600.0,
-            reverse,
-            ..Sliding::physical()
+            ..noisy(reverse, 2.6)
         };
-        for fit in estimates(
-            Sliding {
-                snr_db: Some(20.0),
-                ..scene
-            },
-            with_array(CALIBRATED),
-        ) {
-            let travel = fit.travel;
-            assert_eq!(
-                (travel.status, travel.direction),
-                (TravelStatus::Unique, towards(reverse)),
-                "{fit:?}"
-            );
-            assert!(
-                (travel.spatial_period_mm / 2.6 - 1.0).abs() < 0.01,
-                "{fit:?}"
-            );
+        for fit in estimates(fast, with_array(CALIBRATED)) {
+            assert_travel(&fit, TravelStatus::Unique, reverse, (2.6, 0.01));
         }
     }
 }
@@ -132,44 +135,27 @@ fn a_fast_grating_is_as_good_as_a_slow_one() {
 #[test]
 fn with_a_given_speed_the_period_comes_from_it() {
     for reverse in [false, true] {
-        let scene = Sliding {
-            period_mm: 3.6,
-            snr_db: Some(20.0),
-            reverse,
-            ..Sliding::physical()
-        };
         let fits_at = |speed_mm_s| {
+            let rule = SlideRule::Protocol;
             let slide = Slide {
-                rule: SlideRule::Protocol,
+                rule,
                 delay_s: 1.0,
                 speed_mm_s,
                 length_mm: 55.0,
             };
-            estimates(
-                scene.clone(),
-                Settings {
-                    slide,
-                    ..with_array(CALIBRATED)
-                },
-            )
+            let settings = Settings {
+                slide,
+                ..with_array(CALIBRATED)
+            };
+            estimates(noisy(reverse, 3.6), settings)
         };
         for fit in fits_at(30.0) {
+            assert_travel(&fit, TravelStatus::Given, reverse, (3.6, 0.002));
             let travel = fit.travel;
-            assert_eq!(
-                (travel.status, travel.direction),
-                (TravelStatus::Given, towards(reverse)),
-                "{fit:?}"
-            );
             assert_eq!((travel.speed_mm_s, travel.speed_sigma_mm_s), (30.0, 0.0));
-            assert!(
-                (travel.spatial_period_mm / 3.6 - 1.0).abs() < 0.002,
-                "{fit:?}"
-            );
-            let share = fit.sigma / fit.frequency;
-            assert!(
-                (travel.spatial_period_sigma_mm / (3.6 * share) - 1.0).abs() < 0.01,
-                "{fit:?}"
-            );
+            let expected_mm = 3.6 * fit.sigma / fit.frequency;
+            let off = travel.spatial_period_sigma_mm / expected_mm - 1.0;
+            assert!(off.abs() < 0.01, "{fit:?}");
         }
         // A speed that is a sixth too small is another grating's.
         for fit in fits_at(25.0) {
@@ -182,17 +168,15 @@ fn with_a_given_speed_the_period_comes_from_it() {
 /// estimate is ambiguous.
 #[test]
 fn a_grating_finer_than_the_pitch_is_ambiguous() {
-    let scene = Sliding {
-        period_mm: 1.5,
+    let fine = Sliding {
         ridge_mm: 0.4,
-        snr_db: Some(20.0),
-        ..Sliding::physical()
+        ..noisy(Sliding::physical().reverse, 1.5)
     };
     let array = Array {
         period_min_mm: 1.4,
         ..CALIBRATED
     };
-    for fit in estimates(scene, with_array(array)) {
+    for fit in estimates(fine, with_array(array)) {
         assert_eq!(fit.travel.status, TravelStatus::Ambiguous, "{fit:?}");
         assert!(
             !fit.travel.is_known() && fit.travel.speed_mm_s == 0.0,
@@ -210,23 +194,19 @@ fn another_contact_wants_a_calibration_of_its_own() {
                 contact_mm,
                 ..Finger::default()
             });
-            for fit in estimates(
-                Sliding {
-                    period_mm,
-                    finger,
-                    ..Sliding::physical()
-                },
-                Settings::DEFAULT,
-            ) {
+            let scene = Sliding {
+                period_mm,
+                finger,
+                ..Sliding::physical()
+            };
+            for fit in estimates(scene, Settings::DEFAULT) {
                 let off = f64::from(fit.travel.spatial_period_mm) / period_mm - 1.0;
-                assert!(
-                    (least..most).contains(&off),
-                    "{contact_mm} mm: {off}, {fit:?}"
-                );
+                let what = format!("{contact_mm} mm: {off}, {fit:?}");
+                assert!((least..most).contains(&off), "{what}");
                 // Nobody has calibrated it, and the uncertainty says so.
                 let sigma = f64::from(fit.travel.spatial_period_sigma_mm) / period_mm;
-                assert_eq!(fit.travel.status, TravelStatus::Uncalibrated, "{fit:?}");
-                assert!(off.abs() < sigma, "{contact_mm} mm: {off}, {fit:?}");
+                assert_eq!(fit.travel.status, TravelStatus::Uncalibrated, "{what}");
+                assert!(off.abs() < sigma, "{what}");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Order, timing, codes and flags of conversions.
 mod common;
-use common::{chip, next, read, write};
+use common::{chip, next, read, started, write};
 use hal_mock::{Ads1258, Constant, Fault, Options, Scene};
 
 /// The project's default scan: DRATE 1, DLY 3, AIN0-15 and five internal readings.
@@ -19,14 +19,10 @@ fn the_scan_has_21_slots_in_ascending_chid_and_wraps() {
     let mut chip = chip(|_| ());
     scan_setup(&mut chip);
     chip.set_start(0, true);
-    let expected: Vec<u8> = (0x08..=0x18).chain(0x1A..=0x1D).collect();
-    assert_eq!(expected.len(), 21);
     for _ in 0..3 {
-        let scan: Vec<u8> = (0..21).map(|_| next(&mut chip).1).collect();
-        assert_eq!(
-            scan,
-            expected.iter().map(|chid| 0x80 | chid).collect::<Vec<_>>()
-        );
+        for chid in (0x08..=0x18).chain(0x1A..=0x1D) {
+            assert_eq!(next(&mut chip).1, 0x80 | chid);
+        }
     }
 }
 
@@ -51,16 +47,10 @@ fn a_clock_100_ppm_fast_scans_100_ppm_faster() {
     let mut chip = chip(|o| o.clock_error_ppm = 100.0);
     scan_setup(&mut chip);
     chip.set_start(0, true);
-    let rate = |chip: &mut Ads1258| {
-        let first = next(chip).0;
-        let last = (0..21_000).map(|_| next(chip).0).last().unwrap();
-        1000.0 / ((last - first) as f64 * 1e-9)
-    };
-    let fast = rate(&mut chip);
-    assert!(
-        (fast / (15_728_640.0 / 3106.0 / 21.0) - 1.0001).abs() < 1e-9,
-        "{fast}"
-    );
+    let first_ns = next(&mut chip).0;
+    let last_ns = (0..21_000).map(|_| next(&mut chip).0).last().unwrap();
+    let fast = 1000.0 / ((last_ns - first_ns) as f64 * 1e-9) / (15_728_640.0 / 3106.0 / 21.0);
+    assert!((fast - 1.0001).abs() < 1e-9, "{fast}");
 }
 
 #[test]
@@ -68,16 +58,17 @@ fn differential_pairs_come_first_and_offset_follows_the_inputs() {
     let mut chip = chip(|_| ());
     write(&mut chip, 0, 3, &[0x84, 0x02, 0x00, 0x01]);
     chip.set_start(0, true);
-    let scan: Vec<_> = (0..5)
-        .map(|_| next(&mut chip))
-        .map(|(_, status, code)| (status, code))
-        .collect();
-    let minus_100_mv = -(0.1_f64 / 4.096 * 7864320.0).round() as i32;
-    assert_eq!(scan[..2], [(0x82, minus_100_mv), (0x87, minus_100_mv)]);
-    assert_eq!(
-        scan[2..],
-        [(0x89, -minus_100_mv), (0x98, 0), (0x82, minus_100_mv)]
-    );
+    let mv_100 = (0.1_f64 / 4.096 * 7864320.0).round() as i32;
+    for expected in [
+        (0x82, -mv_100),
+        (0x87, -mv_100),
+        (0x89, mv_100),
+        (0x98, 0),
+        (0x82, -mv_100),
+    ] {
+        let (_, status, code) = next(&mut chip);
+        assert_eq!((status, code), expected);
+    }
 }
 
 #[test]
@@ -122,18 +113,17 @@ fn internal_readings_have_the_datasheets_scalings() {
 
 #[test]
 fn codes_clip_and_ovf_sets_beyond_1_06_vref() {
-    let reference_v = 4.096;
-    let mut volts = [0.0; 16];
-    volts[..8].copy_from_slice(&[
-        reference_v,
-        1.0599 * reference_v,
-        1.0601 * reference_v,
-        1.2 * reference_v,
-        -reference_v,
-        -1.0601 * reference_v,
-        -1.2 * reference_v,
-        reference_v / 7864320.0,
-    ]);
+    let of_reference = [
+        1.0,
+        1.0599,
+        1.0601,
+        1.2,
+        -1.0,
+        -1.0601,
+        -1.2,
+        1.0 / 7864320.0,
+    ];
+    let volts = std::array::from_fn(|n| 4.096 * of_reference.get(n).unwrap_or(&0.0));
     let options = Options {
         noise: false,
         ..Options::default()
@@ -182,11 +172,8 @@ fn chopping_spoils_or_skips_the_readings_it_excludes() {
         chip.set_start(0, true);
         let scan: Vec<_> = (0..5).map(|_| next(&mut chip)).collect();
         assert_eq!(scan.iter().map(|s| s.1).collect::<Vec<_>>(), expected);
-        assert!(
-            scan.iter()
-                .filter(|s| s.1 > 0x98)
-                .all(|s| s.2 as u32 & 0xFF_FFFF == 0xA5A5A5)
-        );
+        let mut spoilt = scan.iter().filter(|s| s.1 > 0x98);
+        assert!(spoilt.all(|s| s.2 as u32 & 0xFF_FFFF == 0xA5A5A5));
         // Two passes of 128 N + 546 cycles; 34 more before the first result.
         assert_eq!((scan[0].0, scan[1].0), (ns(2 * 674 + 34), ns(4 * 674 + 34)));
     }
@@ -194,8 +181,7 @@ fn chopping_spoils_or_skips_the_readings_it_excludes() {
 
 #[test]
 fn unread_data_are_lost_and_drdy_pulses_for_one_cycle() {
-    let mut chip = chip(|_| ());
-    chip.set_start(0, true);
+    let mut chip = started();
     let first = ns(708);
     let second = ns(708 + 674);
     assert!(chip.drdy_high(first - 1));
@@ -216,8 +202,7 @@ fn unread_data_are_lost_and_drdy_pulses_for_one_cycle() {
 
 #[test]
 fn start_low_finishes_the_conversion_and_start_high_goes_on_with_the_next_channel() {
-    let mut chip = chip(|_| ());
-    chip.set_start(0, true);
+    let mut chip = started();
     next(&mut chip);
     chip.set_start(ns(800), false);
     assert_eq!(next(&mut chip).1, 0x89);
@@ -229,8 +214,7 @@ fn start_low_finishes_the_conversion_and_start_high_goes_on_with_the_next_channe
 
 #[test]
 fn selecting_channels_puts_the_scan_back_to_its_top() {
-    let mut chip = chip(|_| ());
-    chip.set_start(0, true);
+    let mut chip = started();
     next(&mut chip);
     chip.set_start(ns(800), false);
     next(&mut chip);
@@ -262,8 +246,7 @@ fn pulse_convert_makes_one_conversion_and_starts_the_scenes_time() {
 
 #[test]
 fn register_writes_act_on_the_next_conversion() {
-    let mut chip = chip(|_| ());
-    chip.set_start(0, true);
+    let mut chip = started();
     write(&mut chip, 100, 1, &[0x31]);
     assert_eq!(next(&mut chip).0, ns(708));
     assert_eq!(next(&mut chip).0, ns(708 + 3106));
@@ -282,8 +265,7 @@ fn options_decide_where_the_datasheet_does_not() {
 
 #[test]
 fn a_stalled_chip_gives_nothing_until_let_go() {
-    let mut chip = chip(|_| ());
-    chip.set_start(0, true);
+    let mut chip = started();
     next(&mut chip);
     chip.advance_to(ns(800));
     chip.begin_fault(Fault::Stall);

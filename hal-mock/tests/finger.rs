@@ -15,15 +15,86 @@ fn exact(finger: Finger) -> Finger {
 }
 
 fn still(scene: Sliding) -> SlidingScene {
-    SlidingScene::new(Sliding {
-        finger: scene.finger.map(exact),
-        ..scene
-    })
-    .unwrap()
+    let finger = scene.finger.map(exact);
+    SlidingScene::new(Sliding { finger, ..scene }).unwrap()
 }
 
-/// Normal strain and shear at a sensor from every line of every ridge, by Flamant's radial stress
-/// -2 (Fz cos + Fx sin) / (pi r) and Hooke's law.
+/// A physical scene without spread, on a grating of this period.
+fn on_grating(period_mm: f64, finger: Finger) -> SlidingScene {
+    let finger = Some(finger);
+    still(Sliding {
+        period_mm,
+        finger,
+        ..Sliding::physical()
+    })
+}
+
+fn phase_rad(scene: &SlidingScene, input: usize) -> f64 {
+    scene.channels()[input].sliding.tone[0].phase_rad()
+}
+
+/// By how much a unit is behind the other beyond the pitch of 2.3 mm, from -pi to pi.
+fn beyond_pitch_rad(scene: &SlidingScene, input: usize, period_mm: f64) -> f64 {
+    let apart = phase_rad(scene, input + 4) - phase_rad(scene, input);
+    (apart + TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI
+}
+
+/// Inputs with their sensor's place and the sign with which they feel shear.
+const SENSORS: [(u8, f64, f64); 4] = [
+    (0, -1.15, 1.0),
+    (2, -1.15, -1.0),
+    (3, -1.15, 0.0),
+    (4, 1.15, 1.0),
+];
+
+/// Forces of one line on the elastic half-space: its place, and the pressure on it.
+struct Line {
+    at_mm: f64,
+    press: f64,
+}
+
+impl Line {
+    /// Where there are no grooves, 1 N spread as a parabola over a contact whose middle is at
+    /// `lean_mm`; ridges carry `share` times that.
+    fn new(finger: &Finger, at_mm: f64, lean_mm: f64, share: f64) -> Option<Self> {
+        let half_mm = finger.contact_mm / 2.0;
+        let width_mm = PI * finger.contact_mm / 4.0;
+        let off_mm = at_mm - lean_mm;
+        let even = 1.5 * finger.force_n / (finger.contact_mm * width_mm)
+            * (1.0 - (off_mm / half_mm).powi(2));
+        (off_mm.abs() < half_mm).then_some(Self {
+            at_mm,
+            press: even * share,
+        })
+    }
+
+    /// Normal strain and shear at a sensor, by Flamant's radial stress
+    /// -2 (Fz cos + Fx sin) / (pi r) and Hooke's law.
+    fn strains(&self, finger: &Finger, sensor_mm: f64, friction: f64) -> (f64, f64) {
+        let (x, z) = (sensor_mm - self.at_mm, finger.depth_mm);
+        let (r, angle) = (x.hypot(z), x.atan2(z));
+        let radial = 2.0 * self.press * (angle.cos() + friction * angle.sin())
+            / (PI * r)
+            / finger.modulus_mpa;
+        (
+            radial * (angle.cos().powi(2) - finger.poisson * angle.sin().powi(2)),
+            radial * angle.sin() * angle.cos() * 2.0 * (1.0 + finger.poisson),
+        )
+    }
+}
+
+/// 5 V, two resistors of 820 ohm, 0.2 per unit of shear and half that of normal strain.
+fn bridge_v(tilt: f64, (normal, shear): (f64, f64)) -> f64 {
+    2.5 + 5.0 / 4.0 * 0.2 * (tilt * shear + 0.5 * normal)
+}
+
+fn sum(strains: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
+    strains.fold((0.0, 0.0), |sum, strain| {
+        (sum.0 + strain.0, sum.1 + strain.1)
+    })
+}
+
+/// Normal strain and shear at a sensor from every line of every ridge.
 fn summed(
     scene: &Sliding,
     sensor_mm: f64,
@@ -31,34 +102,19 @@ fn summed(
     friction: f64,
     lean_mm: f64,
 ) -> (f64, f64) {
-    let finger = scene.finger.unwrap();
-    let half_mm = finger.contact_mm / 2.0;
-    let width_mm = PI * finger.contact_mm / 4.0;
-    let (mut normal, mut shear) = (0.0, 0.0);
-    for ridge in -20..=20 {
+    let finger = &scene.finger.unwrap();
+    let lines = 400;
+    let step_mm = scene.ridge_mm / f64::from(lines);
+    // The ridges carry what the grooves do not.
+    let share = scene.period_mm / scene.ridge_mm * step_mm;
+    sum((-20..=20).flat_map(|ridge| {
         let middle_mm = place_mm + f64::from(ridge) * scene.period_mm;
-        let lines = 400;
-        let step_mm = scene.ridge_mm / f64::from(lines);
-        for line in 0..lines {
+        (0..lines).filter_map(move |line| {
             let at_mm = middle_mm + (f64::from(line) + 0.5) * step_mm - scene.ridge_mm / 2.0;
-            let off_mm = at_mm - lean_mm;
-            if off_mm.abs() < half_mm {
-                // Where there are no grooves, 1 N spread as a parabola; the ridges carry what the
-                // grooves do not.
-                let even = 1.5 * finger.force_n / (finger.contact_mm * width_mm)
-                    * (1.0 - (off_mm / half_mm).powi(2));
-                let press = even * scene.period_mm / scene.ridge_mm * step_mm;
-                let (x, z) = (sensor_mm - at_mm, finger.depth_mm);
-                let (r, angle) = (x.hypot(z), x.atan2(z));
-                let radial = 2.0 * press * (angle.cos() + friction * angle.sin())
-                    / (PI * r)
-                    / finger.modulus_mpa;
-                normal += radial * (angle.cos().powi(2) - finger.poisson * angle.sin().powi(2));
-                shear += radial * angle.sin() * angle.cos() * 2.0 * (1.0 + finger.poisson);
-            }
-        }
-    }
-    (normal, shear)
+            let line = Line::new(finger, at_mm, lean_mm, share)?;
+            Some(line.strains(finger, sensor_mm, friction))
+        })
+    }))
 }
 
 #[test]
@@ -70,46 +126,28 @@ fn the_series_is_the_sum_of_the_line_loads() {
             (4.1, 1.5, 0.3),
             (8.2, 0.6, 0.5),
         ] {
-            let finger = Finger {
-                friction,
-                poisson,
-                ..Finger::default()
-            };
-            let finger = Some(finger);
-            let stimulator = Stimulator::IDEAL;
             let parameters = Sliding {
                 period_mm,
                 ridge_mm,
                 reverse,
                 start_mm: 0.3,
-                stimulator,
-                finger,
+                stimulator: Stimulator::IDEAL,
+                finger: Some(Finger {
+                    friction,
+                    poisson,
+                    ..Finger::default()
+                }),
                 ..Sliding::physical()
             };
             let scene = still(parameters.clone());
-            let (slip, lean_mm) = if reverse {
-                (-friction, -0.5)
-            } else {
-                (friction, 0.5)
-            };
+            let way = if reverse { -1.0 } else { 1.0 };
             for step in 0..40 {
                 let t_s = scene.truth().slide_start_s + 0.3 + 0.0067 * f64::from(step);
-                for (input, sensor_mm, tilt) in [
-                    (0, -1.15, 1.0),
-                    (2, -1.15, -1.0),
-                    (3, -1.15, 0.0),
-                    (4, 1.15, 1.0),
-                ] {
-                    let (normal, shear) = summed(
-                        &parameters,
-                        sensor_mm,
-                        scene.position_mm(t_s),
-                        slip,
-                        lean_mm,
-                    );
-                    // 5 V, two resistors of 820 ohm, 0.2 per unit of shear and half that of normal
-                    // strain.
-                    let wanted = 2.5 + 5.0 / 4.0 * 0.2 * (tilt * shear + 0.5 * normal);
+                let place_mm = scene.position_mm(t_s);
+                for (input, sensor_mm, tilt) in SENSORS {
+                    let strains =
+                        summed(&parameters, sensor_mm, place_mm, way * friction, way * 0.5);
+                    let wanted = bridge_v(tilt, strains);
                     let got = scene.clean_volts(input, t_s);
                     // The tone is 1 to 15 mV.
                     assert!(
@@ -125,55 +163,36 @@ fn the_series_is_the_sum_of_the_line_loads() {
 /// Strains at a sensor from every line under every ridge of the skin, each with the part of the
 /// ridge's top that stands on the grating.
 fn summed_under_ridges(scene: &Sliding, sensor_mm: f64, place_mm: f64) -> (f64, f64) {
-    let finger = scene.finger.unwrap();
-    let (half_mm, width_mm) = (finger.contact_mm / 2.0, finger.skin_ridge_mm);
-    let across_mm = PI * finger.contact_mm / 4.0;
+    let finger = &scene.finger.unwrap();
+    let width_mm = finger.skin_ridge_mm;
     let near_mm = place_mm.rem_euclid(scene.period_mm);
     let lines = 300;
     let step_mm = width_mm / f64::from(lines);
-    let (mut normal, mut shear) = (0.0, 0.0);
-    for ridge in -10..=10 {
+    sum((-10..=10).flat_map(|ridge| {
         let middle_mm = f64::from(ridge) * 2.0 * width_mm;
-        let on_the_grating = (-20..=20)
-            .map(|other| {
-                let apart_mm = (near_mm + f64::from(other) * scene.period_mm - middle_mm).abs();
-                (0.5 * (width_mm + scene.ridge_mm) - apart_mm)
-                    .clamp(0.0, width_mm.min(scene.ridge_mm))
-            })
-            .sum::<f64>()
-            / width_mm;
-        for line in 0..lines {
+        let stands_mm = (-20..=20).map(|other| {
+            let apart_mm = (near_mm + f64::from(other) * scene.period_mm - middle_mm).abs();
+            (0.5 * (width_mm + scene.ridge_mm) - apart_mm).clamp(0.0, width_mm.min(scene.ridge_mm))
+        });
+        let on_the_grating = stands_mm.sum::<f64>() / width_mm;
+        // Grating and skin bear what their grooves do not.
+        let share = scene.period_mm / scene.ridge_mm * 2.0 * on_the_grating * step_mm;
+        (0..lines).filter_map(move |line| {
             let at_mm = middle_mm + (f64::from(line) + 0.5) * step_mm - 0.5 * width_mm;
-            let off_mm = at_mm - finger.lean_mm;
-            if off_mm.abs() < half_mm {
-                let even = 1.5 * finger.force_n / (finger.contact_mm * across_mm)
-                    * (1.0 - (off_mm / half_mm).powi(2));
-                // Grating and skin bear what their grooves do not.
-                let press =
-                    even * scene.period_mm / scene.ridge_mm * 2.0 * on_the_grating * step_mm;
-                let (x, z) = (sensor_mm - at_mm, finger.depth_mm);
-                let (r, angle) = (x.hypot(z), x.atan2(z));
-                let radial = 2.0 * press * (angle.cos() + finger.friction * angle.sin())
-                    / (PI * r)
-                    / finger.modulus_mpa;
-                normal += radial * (angle.cos().powi(2) - finger.poisson * angle.sin().powi(2));
-                shear += radial * angle.sin() * angle.cos() * 2.0 * (1.0 + finger.poisson);
-            }
-        }
-    }
-    (normal, shear)
+            let line = Line::new(finger, at_mm, finger.lean_mm, share)?;
+            Some(line.strains(finger, sensor_mm, finger.friction))
+        })
+    }))
 }
 
 fn ridged(period_mm: f64) -> Sliding {
-    let finger = Some(Finger {
-        skin_ridge_mm: 0.6,
-        ..Finger::default()
-    });
-    let ridge_mm = 0.5 * period_mm;
     Sliding {
         period_mm,
-        ridge_mm,
-        finger,
+        ridge_mm: 0.5 * period_mm,
+        finger: Some(Finger {
+            skin_ridge_mm: 0.6,
+            ..Finger::default()
+        }),
         stimulator: Stimulator::IDEAL,
         ..Sliding::physical()
     }
@@ -186,15 +205,9 @@ fn under_a_ridged_skin_the_series_is_the_sum_of_the_ridges_that_meet() {
         let scene = still(parameters.clone());
         for step in 0..40 {
             let t_s = scene.truth().slide_start_s + 0.3 + 0.0067 * f64::from(step);
-            for (input, sensor_mm, tilt) in [
-                (0, -1.15, 1.0),
-                (2, -1.15, -1.0),
-                (3, -1.15, 0.0),
-                (4, 1.15, 1.0),
-            ] {
-                let (normal, shear) =
-                    summed_under_ridges(&parameters, sensor_mm, scene.position_mm(t_s));
-                let wanted = 2.5 + 5.0 / 4.0 * 0.2 * (tilt * shear + 0.5 * normal);
+            for (input, sensor_mm, tilt) in SENSORS {
+                let place_mm = scene.position_mm(t_s);
+                let wanted = bridge_v(tilt, summed_under_ridges(&parameters, sensor_mm, place_mm));
                 let got = scene.clean_volts(input, t_s);
                 // The load makes some 10 mV. Overtones beyond the 24th are left out: at 1.2 mm all
                 // odd ones reach the sensors.
@@ -211,21 +224,21 @@ fn under_a_ridged_skin_the_series_is_the_sum_of_the_ridges_that_meet() {
 /// Mean square of the channels' fundamentals over the period, from 0.8 to 3 mm.
 fn powers(finger: Finger) -> Vec<(f64, f64)> {
     let power = |period_mm: f64| {
+        let finger = Some(finger);
         let scene = SlidingScene::new(Sliding {
-            finger: Some(finger),
+            finger,
             ..ridged(period_mm)
         })
         .unwrap();
-        scene
+        let squares = scene
             .channels()
             .iter()
-            .map(|channel| channel.amplitude_v().powi(2))
-            .sum::<f64>()
-            / 16.0
+            .map(|channel| channel.amplitude_v().powi(2));
+        squares.sum::<f64>() / 16.0
     };
     (16..=60)
         .map(|step| 0.05 * f64::from(step))
-        .map(|period_mm| (period_mm, power(period_mm)))
+        .map(|mm| (mm, power(mm)))
         .collect()
 }
 
@@ -264,15 +277,12 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
     }
     // Nearer to the skin the waves of coarser gratings arrive: the trough behind the maximum is
     // shallow, as the paper's.
-    let powers_of = |depth_mm| {
-        powers(Finger {
+    let over = |depth_mm: f64| {
+        let powers = powers(Finger {
             skin_ridge_mm: 0.6,
             depth_mm,
             ..Finger::default()
-        })
-    };
-    let over = |depth_mm: f64| {
-        let powers = powers_of(depth_mm);
+        });
         let (peak_mm, peak) = greatest(&powers, 2.0);
         peak / least_beyond(&powers, peak_mm).1
     };
@@ -292,16 +302,12 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
 fn overtones_and_phases_come_out_of_the_geometry() {
     let mut before = 0.0;
     for period_mm in [2.6, 3.1, 3.6, 4.1] {
-        let finger = Some(Finger {
+        let finger = Finger {
             friction: 0.0,
             lean_mm: 0.0,
             ..Finger::default()
-        });
-        let scene = still(Sliding {
-            period_mm,
-            finger,
-            ..Sliding::physical()
-        });
+        };
+        let scene = on_grating(period_mm, finger);
         let tone = |input: usize| &scene.channels()[input].sliding.tone;
         let fundamental_v = tone(0)[0].amplitude_v();
         let ratios: Vec<f64> = (1..5)
@@ -330,19 +336,14 @@ fn overtones_and_phases_come_out_of_the_geometry() {
 
 #[test]
 fn under_a_long_contact_the_lag_is_that_of_the_pitch() {
-    for (period_mm, _) in [(2.6, 0), (3.6, 0), (4.1, 0), (9.0, 0)] {
-        let finger = Some(Finger {
+    for period_mm in [2.6, 3.6, 4.1, 9.0] {
+        let finger = Finger {
             contact_mm: 300.0,
             force_n: 3600.0,
             ..Finger::default()
-        });
-        let scene = still(Sliding {
-            period_mm,
-            finger,
-            ..Sliding::physical()
-        });
-        let phase = |input: usize| scene.channels()[input].sliding.tone[0].phase_rad();
-        let off = (phase(0) - phase(4) - TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI;
+        };
+        let scene = on_grating(period_mm, finger);
+        let off = beyond_pitch_rad(&scene, 0, period_mm);
         assert!(off.abs() < 1e-3, "{period_mm} mm: {off}");
         // The cover's low-pass: shear of 3 k z exp(-k z) and, in quadrature, half of 0.5 + 1.5 k z
         // of normal strain; with friction 0.5 half of 3 (1 - k z) and of 1.5 k z - 1, a quarter of
@@ -387,19 +388,14 @@ fn the_pull_of_the_contacts_ends_is_the_closed_form() {
                 (1, 0.5, apart * (z - 3.0 * z / (1.0 + 3.0 * k * z))),
                 (0, 0.0, apart * (z - 1.0 / k)),
             ] {
-                let finger = Some(Finger {
-                    normal_share,
-                    ..finger
-                });
-                let scene = still(Sliding {
+                let scene = on_grating(
                     period_mm,
-                    finger,
-                    ..Sliding::physical()
-                });
-                let phase = |input: usize| scene.channels()[input].sliding.tone[0].phase_rad();
-                let got = (phase(input + 4) - phase(input) + TAU * 2.3 / period_mm + PI)
-                    .rem_euclid(TAU)
-                    - PI;
+                    Finger {
+                        normal_share,
+                        ..finger
+                    },
+                );
+                let got = beyond_pitch_rad(&scene, input, period_mm);
                 assert!(
                     (got / wanted - 1.0).abs() < off_max,
                     "{contact_mm}, {period_mm} mm: {got} for {wanted}"
@@ -415,20 +411,15 @@ fn the_pull_is_as_strong_as_documented() {
     for (contact_mm, least, most) in [(8.0, 0.24, 0.32), (5.0, 0.25, 1.13)] {
         let (mut weakest, mut strongest) = (f64::MAX, 0f64);
         for period_mm in [2.6, 3.1, 3.6, 4.1] {
-            let finger = Some(Finger {
-                contact_mm,
-                ..Finger::default()
-            });
-            let scene = still(Sliding {
+            let scene = on_grating(
                 period_mm,
-                finger,
-                ..Sliding::physical()
-            });
-            let phase = |input: usize| scene.channels()[input].sliding.tone[0].phase_rad();
+                Finger {
+                    contact_mm,
+                    ..Finger::default()
+                },
+            );
             for input in 0..4 {
-                let pull = (phase(input + 4) - phase(input) + TAU * 2.3 / period_mm + PI)
-                    .rem_euclid(TAU)
-                    - PI;
+                let pull = beyond_pitch_rad(&scene, input, period_mm);
                 (weakest, strongest) = (weakest.min(pull), strongest.max(pull));
             }
         }
@@ -452,8 +443,7 @@ fn opposite_piezoresistors_and_the_leading_edge_are_as_in_the_paper() {
             });
             let c = scene.channels();
             for unit in [0, 4] {
-                let [first, third] = [c[unit].sliding.tone[0], c[unit + 2].sliding.tone[0]];
-                let apart = (first.phase_rad() - third.phase_rad()).cos();
+                let apart = (phase_rad(&scene, unit) - phase_rad(&scene, unit + 2)).cos();
                 assert!(apart < -0.6, "{period_mm} mm: {apart}");
             }
             let [leading, trailing] = if reverse { [0, 4] } else { [4, 0] };

@@ -1,61 +1,73 @@
 //! SPI bytes against the datasheet.
 mod common;
-use common::{chip, code, next, read, write};
+use common::{chip, code, next, read, started, write};
 use hal_mock::{Ads1258, Constant, Fault, Options};
 
 /// 6 us per conversion at DRATE 3 is 663 cycles or more: late enough for one, too early for two.
 const ONE: u64 = 60_000;
 
+/// Sends bytes and gives what comes back.
+fn transfer<const N: usize>(chip: &mut Ads1258, now_ns: u64, mut bytes: [u8; N]) -> [u8; N] {
+    chip.transfer(now_ns, &mut bytes);
+    bytes
+}
+
+/// A register's value by address.
+const RESET_VALUES: [u8; 10] = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B];
+
+/// One frame after reset, and DOUT.
 #[test]
-fn reset_values_of_all_registers_read_in_one_go() {
-    let mut bytes = [0x50, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-    chip(|_| ()).transfer(0, &mut bytes);
-    assert_eq!(
-        bytes,
-        [
-            0xA5, 0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B
-        ]
-    );
+fn commands_answer_as_the_datasheet_says() {
+    let all = [&[0xA5][..], &RESET_VALUES].concat();
+    let frames: [(&[u8], &[u8]); 7] = [
+        (&[0x50, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], &all),
+        (&[0x61, 0x31, 0x00], &[0xA5; 3]),
+        (&[0x41, 0, 0], &[0xA5, 0x83, 0xA5]),
+        // Several commands.
+        (
+            &[0x61, 0x31, 0x41, 0, 0x49, 0],
+            &[0xA5, 0xA5, 0xA5, 0x31, 0xA5, 0x8B],
+        ),
+        // GPIOD shows inputs, and behind ID, the last register, comes a new command.
+        (&[0x58, 0, 0, 0x40, 0], &[0xA5, 0x00, 0x8B, 0xA5, 0x0A]),
+        // There is no register above 09h.
+        (&[0x6A, 0x12], &[0xA5; 2]),
+        (&[0x4F, 0], &[0xA5; 2]),
+    ];
+    for (sent, received) in frames {
+        let mut bytes = sent.to_vec();
+        chip(|_| ()).transfer(0, &mut bytes);
+        assert_eq!(bytes, received, "{sent:#x?}");
+    }
 }
 
 #[test]
-fn single_access_touches_one_register_and_leaves_dout_undefined() {
+fn a_written_register_reads_back_and_no_other_changes() {
     let mut chip = chip(|_| ());
-    let mut bytes = [0x61, 0x31, 0x00];
-    chip.transfer(0, &mut bytes);
-    assert_eq!(bytes, [0xA5; 3]);
-    let mut bytes = [0x41, 0, 0];
-    chip.transfer(0, &mut bytes);
-    assert_eq!(bytes, [0xA5, 0x31, 0xA5]);
+    transfer(&mut chip, 0, [0x61, 0x31, 0x00]);
     assert_eq!(chip.counters().register_writes, 1);
+    assert_eq!(transfer(&mut chip, 0, [0x41, 0, 0]), [0xA5, 0x31, 0xA5]);
+    let mut expected = RESET_VALUES;
+    expected[1] = 0x31;
+    assert_eq!(chip.registers(), expected);
+    transfer(&mut chip, 0, [0x6A, 0x12]);
+    assert_eq!(chip.registers(), expected);
 }
 
+/// Three values from GPIOD on: the last would be register 0Ah; it is a command instead (here a
+/// reserved one).
 #[test]
 fn multiple_access_ends_after_the_last_register() {
     let mut chip = chip(|_| ());
-    // Three values from GPIOD on: the last would be register 0Ah; it is a command instead (here a
-    // reserved one).
     write(&mut chip, 0, 0x08, &[0xFF, 0xFF, 0xA0]);
-    assert_eq!(chip.counters().register_writes, 2);
-    assert_eq!(chip.counters().odd_commands, 1);
-    let mut bytes = [0x58, 0, 0, 0x40, 0];
-    chip.transfer(0, &mut bytes);
     assert_eq!(
-        bytes,
-        [0xA5, 0x00, 0x8B, 0xA5, 0x0A],
-        "GPIOD shows inputs, ID is read-only, CONFIG0 by a new command"
+        (
+            chip.counters().register_writes,
+            chip.counters().odd_commands
+        ),
+        (2, 1)
     );
-}
-
-#[test]
-fn addresses_above_09_are_nothing() {
-    let mut chip = chip(|_| ());
-    let before = chip.registers();
-    chip.transfer(0, &mut [0x6A, 0x12]);
-    assert_eq!(chip.registers(), before);
-    let mut bytes = [0x4F, 0];
-    chip.transfer(0, &mut bytes);
-    assert_eq!(bytes, [0xA5; 2]);
+    assert_eq!(chip.registers(), RESET_VALUES);
 }
 
 #[test]
@@ -77,14 +89,6 @@ fn gpio_outputs_read_back_and_inputs_show_the_pins() {
 }
 
 #[test]
-fn a_frame_holds_several_commands() {
-    let mut chip = chip(|_| ());
-    let mut bytes = [0x61, 0x31, 0x41, 0x00, 0x49, 0x00];
-    chip.transfer(0, &mut bytes);
-    assert_eq!(bytes, [0xA5, 0xA5, 0xA5, 0x31, 0xA5, 0x8B]);
-}
-
-#[test]
 fn cs_high_drops_an_unfinished_command() {
     let mut chip = chip(|_| ());
     chip.transfer(0, &mut [0x61]);
@@ -102,14 +106,10 @@ fn reading_by_command_again_gives_the_same_data_without_new() {
         (status, first),
         (0x80 | 0x0B, (0.3_f64 / 4.096 * 7864320.0).round() as i32)
     );
-    let mut twice = [0x30, 0, 0, 0, 0, 0x30, 0, 0, 0, 0];
-    chip.transfer(ONE, &mut twice);
-    assert_eq!((twice[0], twice[5]), (0xA5, 0xA5));
-    for bytes in [&twice[1..5], &twice[6..10]] {
-        assert_eq!(
-            (bytes[0], code([bytes[1], bytes[2], bytes[3]])),
-            (0x0B, first)
-        );
+    let twice = transfer(&mut chip, ONE, [0x30, 0, 0, 0, 0, 0x30, 0, 0, 0, 0]);
+    for bytes in [&twice[..5], &twice[5..]] {
+        let found = (bytes[0], bytes[1], code([bytes[2], bytes[3], bytes[4]]));
+        assert_eq!(found, (0xA5, 0x0B, first));
     }
     assert_eq!(chip.counters().read, 1);
 }
@@ -124,42 +124,30 @@ fn read_by_command_has_the_status_byte_whatever_stat_says() {
 
 #[test]
 fn read_by_command_needs_mul() {
-    let mut chip = chip(|_| ());
-    chip.set_start(0, true);
-    let mut bytes = [0x20, 0, 0, 0, 0];
-    chip.transfer(ONE, &mut bytes);
-    assert_eq!(bytes, [0xA5; 5]);
+    let mut chip = started();
+    assert_eq!(transfer(&mut chip, ONE, [0x20, 0, 0, 0, 0]), [0xA5; 5]);
     assert_eq!(chip.counters().odd_commands, 1);
 }
 
 #[test]
 fn direct_read_has_three_or_four_bytes_then_zeros() {
-    for (config0, status) in [(0x02, true), (0x00, false)] {
+    // 1.5 V at AIN15, behind its status byte.
+    let expected = [0x80 | 0x17, 0x2B, 0xF2, 0x00, 0, 0, 0, 0, 0, 0];
+    for (config0, skipped) in [(0x02, 0), (0x00, 1)] {
         for din in [0x00, 0xFF] {
             let mut chip = chip(|_| ());
             write(&mut chip, 0, 0, &[config0]);
-            write(&mut chip, 0, 4, &[0x00, 0x80]); // AIN15
+            write(&mut chip, 0, 4, &[0x00, 0x80]);
             chip.set_start(0, true);
-            let mut bytes = [din; 9];
-            chip.transfer(ONE, &mut bytes);
-            let data = if status { &bytes[1..4] } else { &bytes[0..3] };
-            assert_eq!(code([data[0], data[1], data[2]]), 2_880_000); // 1.5 V
-            if status {
-                assert_eq!(bytes[0], 0x80 | 0x17);
-                assert_eq!(bytes[4..], [0; 5]);
-            } else {
-                assert_eq!(bytes[3..], [0; 6]);
-            }
+            assert_eq!(transfer(&mut chip, ONE, [din; 9]), expected[skipped..][..9]);
         }
     }
 }
 
 #[test]
 fn a_direct_read_behind_a_command_reads_nothing() {
-    let mut chip = chip(|_| ());
-    chip.set_start(0, true);
-    let mut bytes = [0x49, 0, 0, 0, 0, 0];
-    chip.transfer(ONE, &mut bytes);
+    let mut chip = started();
+    let bytes = transfer(&mut chip, ONE, [0x49, 0, 0, 0, 0, 0]);
     assert_eq!(bytes, [0xA5, 0x8B, 0xA5, 0xA5, 0xA5, 0xA5]);
     assert_eq!(read(&mut chip, ONE).0 & 0x80, 0x80, "still new");
 }
@@ -238,19 +226,16 @@ fn after_the_time_out_the_zeros_of_a_direct_read_end() {
 fn random_poison_is_unlike_what_was_sent_and_repeats_with_the_seed() {
     let dout = |seed| {
         let mut chip = chip(|o| (o.poison, o.seed) = (None, seed));
-        let mut bytes = [0x70, 0x02, 0x83, 0, 0, 0xFF, 0xFF, 0, 0xFF, 0, 0x8B];
-        chip.transfer(0, &mut bytes);
-        bytes
+        transfer(
+            &mut chip,
+            0,
+            [0x70, 0x02, 0x83, 0, 0, 0xFF, 0xFF, 0, 0xFF, 0, 0x8B],
+        )
     };
     assert_eq!(dout(1), dout(1));
     assert_ne!(dout(1), dout(2));
-    assert!(
-        dout(1)
-            .iter()
-            .collect::<std::collections::BTreeSet<_>>()
-            .len()
-            > 6
-    );
+    let different: std::collections::BTreeSet<_> = dout(1).into_iter().collect();
+    assert!(different.len() > 6);
 }
 
 #[test]
@@ -261,10 +246,7 @@ fn reset_command_defaults_the_registers_and_lets_the_conversion_finish() {
     chip.set_start(0, true);
     let edge_ns = chip.next_drdy_fall_ns();
     chip.transfer(1000, &mut [0xC0]);
-    assert_eq!(
-        chip.registers(),
-        [0x0A, 0x83, 0, 0, 0xFF, 0xFF, 0, 0xFF, 0, 0x8B]
-    );
+    assert_eq!(chip.registers(), RESET_VALUES);
     assert_eq!(chip.next_drdy_fall_ns(), edge_ns);
     assert_eq!(next(&mut chip).1, 0x80 | 0x0C, "the old selection's result");
     assert_eq!(next(&mut chip).1, 0x88, "the defaults' first");
@@ -282,9 +264,7 @@ fn reset_pin_ends_everything_and_a_high_start_begins_again() {
     chip.set_reset(low_ns, false);
     assert!(chip.drdy_high(low_ns));
     assert_eq!(chip.next_drdy_fall_ns(), None);
-    let mut bytes = [0x41, 0];
-    chip.transfer(low_ns, &mut bytes);
-    assert_eq!(bytes, [0xA5; 2]);
+    assert_eq!(transfer(&mut chip, low_ns, [0x41, 0]), [0xA5; 2]);
     chip.set_reset(low_ns + 1000, true);
     assert_eq!(chip.registers()[1], 0x83);
     assert_eq!(
@@ -309,21 +289,14 @@ fn faults_flip_the_bits_of_their_mask() {
         bytes_ahead: 1,
         mask: 0x80,
     });
-    let mut bytes = [0x49, 0];
-    chip.transfer(0, &mut bytes);
-    assert_eq!(bytes, [0xA5, 0x0B]);
-    chip.transfer(0, &mut bytes);
-    assert_eq!(chip.registers()[9], 0x8B);
+    assert_eq!(transfer(&mut chip, 0, [0x49, 0]), [0xA5, 0x0B]);
+    assert_eq!(transfer(&mut chip, 0, [0x49, 0]), [0xA5, 0x8B]);
 }
 
 #[test]
 fn nobody_is_home_during_power_up() {
     let mut chip = chip(|o| o.power_up_cycles = 1 << 18);
     let ready_ns = chip.cycles_ns(1 << 18);
-    let mut bytes = [0x49, 0];
-    chip.transfer(ready_ns - 1, &mut bytes);
-    assert_eq!(bytes, [0xA5; 2]);
-    let mut bytes = [0x49, 0];
-    chip.transfer(ready_ns, &mut bytes);
-    assert_eq!(bytes, [0xA5, 0x8B]);
+    assert_eq!(transfer(&mut chip, ready_ns - 1, [0x49, 0]), [0xA5; 2]);
+    assert_eq!(transfer(&mut chip, ready_ns, [0x49, 0]), [0xA5, 0x8B]);
 }

@@ -49,11 +49,8 @@ fn every_channel_has_the_tone_and_its_overtones_at_their_strengths() {
         for (h, relative) in [1.0, 0.4, 0.2, 0.1].into_iter().enumerate() {
             let expected = channel.amplitude_v() * relative;
             let got = amplitude(&scene, input as u8, h as u32 + 1);
-            assert!(
-                (got / expected - 1.0).abs() < 1e-3,
-                "AIN{input}, harmonic {}: {got} V",
-                h + 1
-            );
+            let off = got / expected - 1.0;
+            assert!(off.abs() < 1e-3, "AIN{input}, overtone {h}: {got} V");
         }
         assert!((1e-3..10e-3).contains(&channel.amplitude_v()));
         assert!((channel.offset_v - 2.5).abs() < 0.05);
@@ -91,11 +88,7 @@ fn signals_are_continuous_everywhere() {
         let mut before = scene.clean_volts(input, 0.0);
         for k in 1..(scene.end_s() / step_s) as u32 {
             let v = scene.clean_volts(input, f64::from(k) * step_s);
-            assert!(
-                (v - before).abs() < steepest,
-                "AIN{input} at {} s",
-                f64::from(k) * step_s
-            );
+            assert!((v - before).abs() < steepest, "AIN{input} at step {k}");
             before = v;
         }
     }
@@ -114,32 +107,23 @@ fn phases_are_where_the_truth_says() {
         let v = |t_s| scene.clean_volts(input, t_s) - c.offset_v;
         assert_eq!(v(0.3), 0.0);
         assert!(v(t.release_s + 0.4).abs() < 1e-9);
-        let peak_s = (0..3000)
-            .map(|k| f64::from(k) * 5e-4)
-            .max_by(|a, b| {
-                (v(*a) * c.sliding.mean_v.signum()).total_cmp(&(v(*b) * c.sliding.mean_v.signum()))
-            })
+        let height = |t_s: f64| v(t_s) * c.sliding.mean_v.signum();
+        let times_s = (0..3000).map(|k| f64::from(k) * 5e-4);
+        let peak_s = times_s
+            .max_by(|a, b| height(*a).total_cmp(&height(*b)))
             .unwrap();
-        assert!(
-            (peak_s - t.contact_s).abs() < 2e-3,
-            "AIN{input}: peak at {peak_s} s"
-        );
+        let is_contact = (peak_s - t.contact_s).abs() < 2e-3;
+        assert!(is_contact, "AIN{input}: peak at {peak_s} s");
         assert!((v(t.slide_start_s - 1e-6) - v(t.slide_start_s)).abs() < 1e-6);
-        assert_eq!(
-            v(t.slide_end_s + 0.1) - v(t.slide_end_s + 0.9),
-            0.0,
-            "still after the slide"
-        );
+        // Still after the slide.
+        assert_eq!(v(t.slide_end_s + 0.1) - v(t.slide_end_s + 0.9), 0.0);
     }
     let c = scene.channels();
     assert!(c.iter().any(|c| c.sliding.mean_v < 0.0) && c.iter().any(|c| c.sliding.mean_v > 0.0));
     for unit in c.chunks(4) {
         // Half a turn apart, give or take the places of the two.
         let [first, third] = [&unit[0], &unit[2]].map(|c| c.sliding.tone[0].phase_rad());
-        assert!(
-            (third - first - 0.7).cos() < -0.8,
-            "piezoresistors 1 and 3 of opposite sign"
-        );
+        assert!((third - first - 0.7).cos() < -0.8);
     }
     let mut fractions: Vec<f64> = c.iter().map(|c| c.spike_v / c.sliding.mean_v).collect();
     fractions.sort_by(f64::total_cmp);
@@ -187,35 +171,24 @@ fn a_seed_is_a_finger_and_a_noise() {
     );
 }
 
+type Change<T> = fn(&mut T);
+
 #[test]
 fn impossible_parameters_are_named() {
-    let error = |p: Sliding| SlidingScene::new(p).unwrap_err().to_string();
-    let speed = error(Sliding {
-        speed_mm_s: 0.0,
-        ..Sliding::default()
-    });
-    assert_eq!(speed, "speed_mm_s = 0: must be finite and greater than 0");
-    assert!(
-        error(Sliding {
-            period_mm: f64::NAN,
-            ..Sliding::default()
-        })
-        .starts_with("period_mm = NaN")
-    );
-    assert!(
-        error(Sliding {
-            idle_s: -1.0,
-            ..Sliding::default()
-        })
-        .starts_with("idle_s = -1")
-    );
-    assert!(
-        error(Sliding {
-            snr_db: Some(f64::INFINITY),
-            ..Sliding::default()
-        })
-        .starts_with("snr_db = inf")
-    );
+    let cases: [(&str, Change<Sliding>); 4] = [
+        ("speed_mm_s = 0: must be finite and greater than 0", |p| {
+            p.speed_mm_s = 0.0
+        }),
+        ("period_mm = NaN", |p| p.period_mm = f64::NAN),
+        ("idle_s = -1", |p| p.idle_s = -1.0),
+        ("snr_db = inf", |p| p.snr_db = Some(f64::INFINITY)),
+    ];
+    for (expected, change) in cases {
+        let mut parameters = Sliding::default();
+        change(&mut parameters);
+        let error = SlidingScene::new(parameters).unwrap_err().to_string();
+        assert!(error.starts_with(expected), "{error}");
+    }
 }
 
 #[test]
@@ -225,8 +198,6 @@ fn noisy_adds_its_sigma_to_any_scene() {
     let values: Vec<f64> = (0..n).map(|k| noisy.volts(0, f64::from(k))).collect();
     let mean = values.iter().sum::<f64>() / f64::from(n);
     let sigma = (values.iter().map(|v| v * v).sum::<f64>() / f64::from(n)).sqrt();
-    assert!(
-        mean.abs() < 0.005 && (sigma / 0.25 - 1.0).abs() < 0.02,
-        "{mean} {sigma}"
-    );
+    assert!(mean.abs() < 0.005, "{mean}");
+    assert!((sigma / 0.25 - 1.0).abs() < 0.02, "{sigma}");
 }

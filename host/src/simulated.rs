@@ -24,7 +24,7 @@ use ridgetone_finger::tasks::Fit;
 use ridgetone_finger::tasks::Report;
 use ridgetone_finger::tasks::Requests;
 use ridgetone_finger::tasks::WatchdogPolicy;
-use ridgetone_finger::tasks::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
+use ridgetone_finger::tasks::{BYTES, Platform, SAMPLES, Shared, Task, WINDOWS};
 use ridgetone_finger::tasks::{Drdy, DrdyPin};
 use ridgetone_finger::tasks::{Mail, Outbox};
 use ridgetone_finger::tasks::{Received, RequestInbox, receive};
@@ -306,7 +306,7 @@ struct Tasks<'a, F: NorFlash> {
     detector: Box<Detector>,
     ring: Box<Ring>,
     inbox: RequestInbox,
-    outbox: Outbox<PACKETS>,
+    outbox: Outbox,
     line: Consumer<'a, u8>,
     around: &'a mut dyn Surroundings,
 }

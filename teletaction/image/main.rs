@@ -37,7 +37,7 @@ mod app {
     use ridgetone_finger::tasks::Outbox;
     use ridgetone_finger::tasks::Report;
     use ridgetone_finger::tasks::WatchdogPolicy;
-    use ridgetone_finger::tasks::{BYTES, PACKETS, Platform, Shared, Task};
+    use ridgetone_finger::tasks::{BYTES, Platform, Shared, Task};
     use ridgetone_finger::tasks::{Idle, Next, Slept, Stack};
     use ridgetone_finger::tasks::{RequestInbox, SerialLine};
     use ridgetone_proto::boot::Record;
@@ -79,7 +79,7 @@ mod app {
     struct Resources {
         sampler: Sampler,
         inbox: RequestInbox,
-        outbox: Outbox<PACKETS, Mark<Event>>,
+        outbox: Outbox<Mark<Event>>,
         shared: Shared<Rtic>,
     }
 

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use ridgetone_finger::tasks::Outbox;
 use ridgetone_finger::tasks::RequestInbox;
-use ridgetone_finger::tasks::{PACKETS, Platform, Shared, Task};
+use ridgetone_finger::tasks::{Platform, Shared, Task};
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
 use ridgetone_proto::plan::Plan;
@@ -32,7 +32,7 @@ struct Bench {
     sampler: Sampler,
     requests: Requests,
     inbox: RequestInbox,
-    outbox: Outbox<PACKETS, Mark<Event>>,
+    outbox: Outbox<Mark<Event>>,
     shared: Shared<Still>,
     now_us: u32,
     number: u16,

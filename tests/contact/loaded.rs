@@ -1,6 +1,6 @@
 //! The finger is on something when the detector begins.
 
-use crate::{Signal, all_changes, assert_reported, changes, load};
+use crate::{all_changes, assert_reported, changes, during, load, names};
 use ridgetone_proto::settings::{Slide, SlideRule};
 use std::f64::consts::TAU;
 
@@ -8,22 +8,11 @@ use std::f64::consts::TAU;
 /// level is known only after its release.
 #[test]
 fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
-    fn touch(t: f64, hz: f64, lag: f64) -> f64 {
-        let tone = |from_s: f64| 500.0 * (TAU * (hz * (t - from_s).clamp(0.0, 2.0) + lag)).sin();
-        let first = if t < 5.0 { 1000.0 + tone(2.0) } else { 0.0 };
-        let second = if (7.0..12.0).contains(&t) {
-            load(t - 6.0, 99.0) + tone(9.0)
-        } else {
-            0.0
-        };
-        first + second
-    }
-    let signals: [Signal; 3] = [
-        |t, sign, lag| sign * touch(t, 1.3, lag),
-        |t, sign, lag| sign * touch(t, 8.3, lag),
-        |t, sign, lag| sign * touch(t, 60.3, lag),
-    ];
-    for signal in signals {
+    for hz in [1.3, 8.3, 60.3] {
+        let found = changes(14.0, 20.0, &|t, sign, lag| {
+            let spike = during(7.0..12.0, t, load(t - 6.0, 99.0) - 1000.0);
+            sign * (two_touches(t, hz, lag) + spike)
+        });
         let first = [("start", 2.0), ("end", 4.0), ("release", 5.0)];
         let second = [
             ("contact", 7.0),
@@ -31,11 +20,7 @@ fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
             ("end", 11.0),
             ("release", 12.0),
         ];
-        assert_reported(
-            &changes(14.0, 20.0, signal),
-            &[&first[..], &second].concat(),
-            0.03,
-        );
+        assert_reported(&found, &[&first[..], &second].concat(), 0.03);
     }
 }
 
@@ -43,44 +28,25 @@ fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
 /// level is idle.
 #[test]
 fn a_loaded_start_without_a_slide_is_set_right_by_the_next_one() {
-    let found = changes(14.0, 20.0, |t, sign, lag| {
+    let mut found = changes(14.0, 20.0, &|t, sign, lag| {
         let tone = 500.0 * (TAU * (8.3 * (t - 5.0).clamp(0.0, 2.0) + lag)).sin();
-        let is_down = t < 1.0 || (3.0..8.0).contains(&t);
-        let second = if (10.0..12.0).contains(&t) {
-            load(t - 9.0, 99.0)
-        } else {
-            0.0
-        };
-        sign * (if is_down { 1000.0 + tone } else { 0.0 } + second)
+        let first = during(0.0..1.0, t, 1000.0 + tone) + during(3.0..8.0, t, 1000.0 + tone);
+        sign * (first + during(10.0..12.0, t, load(t - 9.0, 99.0)))
     });
-    let from_slide_on: Vec<_> = found
-        .iter()
-        .copied()
-        .filter(|(_, at_s)| *at_s > 4.5)
-        .collect();
-    let expected = [
-        ("start", 5.0),
-        ("end", 7.0),
-        ("release", 8.0),
-        ("contact", 10.0),
-        ("release", 12.0),
-    ];
-    assert_reported(&from_slide_on, &expected, 0.03);
+    found.retain(|(_, at_s)| *at_s > 4.5);
+    let slide = [("start", 5.0), ("end", 7.0), ("release", 8.0)];
+    let touch = [("contact", 10.0), ("release", 12.0)];
+    assert_reported(&found, &[&slide[..], &touch].concat(), 0.03);
 }
 
 /// It changes the levels as slowly as a slide, but along one direction.
 #[test]
 fn a_gentle_first_contact_is_no_slide() {
-    let found = changes(8.0, 20.0, |t, sign, lag| {
+    let found = changes(8.0, 20.0, &|t, sign, lag| {
         let pressed = 0.5 - 0.5 * (TAU * (t - 1.0).clamp(0.0, 0.5)).cos();
-        if t < 5.0 {
-            sign * (0.4 + lag) * 3000.0 * pressed
-        } else {
-            0.0
-        }
+        sign * during(0.0..5.0, t, (0.4 + lag) * 3000.0 * pressed)
     });
-    let names: Vec<_> = found.iter().map(|(name, _)| *name).collect();
-    assert_eq!(names, ["contact", "release"], "{found:?}");
+    assert!(names(&found).eq(["contact", "release"]), "{found:?}");
     assert!(
         (1.0..1.6).contains(&found[0].1) && (found[1].1 - 5.0).abs() < 0.01,
         "{found:?}"
@@ -98,42 +64,26 @@ const PLANNED: Slide = Slide {
 /// seconds.
 fn two_touches(t: f64, hz: f64, lag: f64) -> f64 {
     let tone = |from_s: f64| 500.0 * (TAU * (hz * (t - from_s).clamp(0.0, 2.0) + lag)).sin();
-    if t < 5.0 {
-        1000.0 + tone(2.0)
-    } else if (7.0..12.0).contains(&t) {
-        1000.0 + tone(9.0)
-    } else {
-        0.0
-    }
+    during(0.0..5.0, t, 1000.0 + tone(2.0)) + during(7.0..12.0, t, 1000.0 + tone(9.0))
 }
 
-const TWO_TOUCHES: [Signal; 3] = [
-    |t, sign, lag| sign * two_touches(t, 1.0, lag),
-    |t, sign, lag| sign * two_touches(t, 8.0, lag),
-    |t, sign, lag| sign * two_touches(t, 60.0, lag),
-];
+/// Frequencies of the slides, Hz.
+const SLIDES_HZ: [f64; 3] = [1.0, 8.0, 60.0];
 
 /// Slides are only those of the plan. The first motion passes for a contact, a lift too, and a
 /// touch that brings the first level back for a release. But the detector goes on.
 #[test]
 fn by_the_protocol_a_loaded_start_does_not_stop_the_detector() {
-    for signal in TWO_TOUCHES {
-        let found = all_changes(14.0, 20.0, |_| PLANNED, signal);
+    for hz in SLIDES_HZ {
+        let found = all_changes(14.0, 20.0, |_| PLANNED, &|t, sign, lag| {
+            sign * two_touches(t, hz, lag)
+        });
         assert_eq!(found[0].0, "contact", "{found:?}");
-        let planned_s = found[0].1 + 0.5;
-        assert!(
-            found
-                .iter()
-                .any(|(name, at_s)| *name == "start" && (at_s - planned_s).abs() < 0.02),
-            "{found:?}"
-        );
-        for (name, expected_s) in [("contact", 5.0), ("release", 7.0), ("contact", 12.0)] {
-            assert!(
-                found
-                    .iter()
-                    .any(|(found, at_s)| *found == name && (at_s - expected_s).abs() < 0.02),
-                "{found:?}"
-            );
+        let start = ("start", found[0].1 + 0.5);
+        for (name, expected_s) in [start, ("contact", 5.0), ("release", 7.0), ("contact", 12.0)] {
+            let is_it =
+                |(found, at_s): &(&str, f64)| *found == name && (at_s - expected_s).abs() < 0.02;
+            assert!(found.iter().any(is_it), "{name}: {found:?}");
         }
     }
 }
@@ -142,27 +92,18 @@ fn by_the_protocol_a_loaded_start_does_not_stop_the_detector() {
 /// that hold.
 #[test]
 fn a_change_to_the_protocol_in_a_hold_of_a_loaded_start_hides_no_release() {
-    for signal in TWO_TOUCHES {
-        let found = all_changes(
-            14.0,
-            20.0,
-            |t| if t < 4.5 { Slide::DEFAULT } else { PLANNED },
-            signal,
-        );
-        let first: Vec<_> = found
-            .iter()
-            .copied()
-            .filter(|(_, at_s)| *at_s < 7.2)
-            .collect();
-        assert_reported(
-            &first,
-            &[
-                ("start", 2.0),
-                ("end", 4.0),
-                ("release", 5.0),
-                ("contact", 7.0),
-            ],
-            0.03,
-        );
+    for hz in SLIDES_HZ {
+        let rule = |t| if t < 4.5 { Slide::DEFAULT } else { PLANNED };
+        let mut found = all_changes(14.0, 20.0, rule, &|t, sign, lag| {
+            sign * two_touches(t, hz, lag)
+        });
+        found.retain(|(_, at_s)| *at_s < 7.2);
+        let expected = [
+            ("start", 2.0),
+            ("end", 4.0),
+            ("release", 5.0),
+            ("contact", 7.0),
+        ];
+        assert_reported(&found, &expected, 0.03);
     }
 }

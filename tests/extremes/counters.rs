@@ -2,8 +2,7 @@
 //! days.
 
 use crate::any_settings::touch::{SCANS, scan};
-use ridgetone_finger::Pipeline;
-use ridgetone_finger::TimedConversion;
+use ridgetone_finger::{Pipeline, TimedConversion};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Event, Status};
 
@@ -61,12 +60,8 @@ fn frame_numbers_that_wrap_change_nothing() {
     for accuracy in [0.0, 0.001] {
         let wrapped = estimates(&events(rested.clone(), accuracy));
         let plain = estimates(&events((0..SCANS).flat_map(|n| scan(n, n, 0)), accuracy));
-        assert!(
-            plain.len() > 4 && wrapped.len() == plain.len(),
-            "{} {}",
-            plain.len(),
-            wrapped.len()
-        );
+        assert!(plain.len() > 4);
+        assert_eq!(wrapped.len(), plain.len());
         for (wrapped, plain) in wrapped.iter().zip(&plain) {
             assert_eq!(
                 (wrapped.status, wrapped.span, wrapped.harmonics),

@@ -2,7 +2,7 @@
 
 use crate::case::{Case, GoodFits};
 use crate::reference::{Noise, Tone, codes};
-use ridgetone_tone::Status;
+use ridgetone_tone::{Fit, Status};
 use std::f64::consts::TAU;
 
 const FREQUENCY: f64 = 0.0346;
@@ -24,10 +24,7 @@ fn missing_frames() {
     let mut fits = GoodFits::default();
     for (what, gone) in gaps {
         for seed in 0..5 {
-            let tone = Tone {
-                seed,
-                ..Tone::default()
-            };
+            let tone = Tone::new(FREQUENCY, FRAMES, 100.0, seed);
             let mut case = Case::new(tone.values());
             for n in (0..FRAMES).filter(|n| gone(*n)) {
                 (case.valid[n], case.values[n]) = (0, [f32::NAN; 16]);
@@ -52,7 +49,7 @@ fn more_holes_than_frames_are_too_short() {
 /// A tone in a part of the window, in noise throughout, and its fit.
 fn partly(
     seeds: std::ops::Range<u64>,
-    mut check: impl FnMut(&str, f64, &ridgetone_tone::Fit, f64),
+    mut check: impl FnMut(&str, f64, &Fit, f64),
     cycles: &[f64],
 ) {
     for (from, to) in [
@@ -67,11 +64,7 @@ fn partly(
         for cycles in cycles {
             for seed in seeds.clone() {
                 let frequency = cycles / FRAMES as f64;
-                let tone = Tone {
-                    frequency,
-                    seed,
-                    ..Tone::default()
-                };
+                let tone = Tone::new(frequency, FRAMES, 100.0, seed);
                 let silence = Tone {
                     amplitude: 0.0,
                     ..tone.clone()
@@ -90,32 +83,51 @@ fn partly(
     }
 }
 
+/// Distance of a fit's frequency from another one, cycles per frame.
+fn off(fit: &Fit, frequency: f64) -> f64 {
+    (f64::from(fit.frequency) - frequency).abs()
+}
+
+/// Asserts that a fit is right by its own sigma, if it is good.
+#[track_caller]
+fn assert_not_good_and_wrong(what: &str, fit: &Fit, off: f64) {
+    let is_right = fit.status != Status::Good || off < 5.0 * f64::from(fit.sigma);
+    assert!(is_right, "{what}: {fit:?}");
+}
+
+/// Two tones of a ratio of frequencies, the second of a share of the first's amplitude, in noise.
+fn two_tones(ratio: f64, share: f64, noise_codes: f64, seed: u64) -> Fit {
+    let mut noise = Noise::new(seed);
+    let values = codes(FRAMES, |c, t| {
+        let phase = (c as u64 + 7 * seed) as f64;
+        let tones = (TAU * FREQUENCY * t + 1.3 * phase).cos()
+            + share * (TAU * ratio * FREQUENCY * t + 2.9 * phase).cos();
+        1000.0 * tones + noise_codes * noise.next()
+    });
+    Case::new(values).fit()
+}
+
 /// Sigma does not know the ends of the packet; still no other bin is nearer. A tone that fills less
 /// than half of the window may be lost in the noise of its own neighbourhood, and is never good.
 #[test]
 fn a_tone_that_starts_or_ends_inside_is_found() {
-    partly(
-        0..5,
-        |what, share, fit, frequency| {
-            let off = (fit.frequency as f64 - frequency).abs() * FRAMES as f64;
-            if share < 0.45 {
-                assert_ne!(fit.status, Status::Good, "{what}: {fit:?}");
-            } else {
-                assert!(fit.status.has_tone(), "{what}: {fit:?}");
-                assert!(
-                    off < 0.5 || fit.status == Status::Ambiguous,
-                    "{what}: {off} bins, {fit:?}"
-                );
-            }
-        },
-        &[8.34, 20.0],
-    );
+    let check = |what: &str, share: f64, fit: &Fit, frequency: f64| {
+        if share < 0.45 {
+            assert_ne!(fit.status, Status::Good, "{what}: {fit:?}");
+        } else {
+            let off = off(fit, frequency) * FRAMES as f64;
+            assert!(fit.status.has_tone(), "{what}: {fit:?}");
+            let is_near = off < 0.5 || fit.status == Status::Ambiguous;
+            assert!(is_near, "{what}: {off} bins, {fit:?}");
+        }
+    };
+    partly(0..5, check, &[8.34, 20.0]);
 }
 
 #[test]
 fn a_packet_of_few_cycles_is_no_comb() {
-    let check = |what: &str, _: f64, fit: &ridgetone_tone::Fit, frequency: f64| {
-        let off = (fit.frequency as f64 - frequency).abs() * FRAMES as f64;
+    let check = |what: &str, _: f64, fit: &Fit, frequency: f64| {
+        let off = off(fit, frequency) * FRAMES as f64;
         assert!(
             fit.status != Status::Good || off < 0.5,
             "{what}: {off} bins, {fit:?}"
@@ -128,10 +140,9 @@ fn a_packet_of_few_cycles_is_no_comb() {
 #[test]
 fn a_tone_that_starts_or_ends_inside_is_good_only_where_its_interval_holds() {
     let (mut windows, mut wrong) = (0, Vec::new());
-    let check = |what: &str, _: f64, fit: &ridgetone_tone::Fit, frequency: f64| {
-        let off = (fit.frequency as f64 - frequency).abs();
+    let check = |what: &str, _: f64, fit: &Fit, frequency: f64| {
         windows += 1;
-        if fit.status == Status::Good && off > 5.0 * fit.sigma as f64 {
+        if fit.status == Status::Good && off(fit, frequency) > 5.0 * fit.sigma as f64 {
             wrong.push(format!("{what}: {} +- {}", fit.frequency, fit.sigma));
         }
     };
@@ -146,28 +157,20 @@ fn a_step_of_the_reference_is_no_tone() {
     const STEP_FRAMES: usize = 438;
     for seed in 0..120u64 {
         let mut noise = Noise::new(seed);
-        let cycles = 2.5 + 3.0 * (seed as f64 * 0.618).fract();
-        let (at, share) = (
-            0.1 + 0.8 * (seed as f64 * 0.414).fract(),
-            0.03 + 0.17 * (seed as f64 * 0.732).fract(),
-        );
-        let values = codes(STEP_FRAMES, |c, n| {
-            let (phase, tone) = (c as f64 * 0.4, cycles / STEP_FRAMES as f64);
+        let part = |step: f64| (seed as f64 * step).fract();
+        let cycles = 2.5 + 3.0 * part(0.618);
+        let (at, share) = (0.1 + 0.8 * part(0.414), 0.03 + 0.17 * part(0.732));
+        let tone = cycles / STEP_FRAMES as f64;
+        let fit = Case::new(codes(STEP_FRAMES, |c, n| {
             let level = 40_000.0 + 1_500.0 * c as f64;
-            let reference = if n < (at - 0.5) * STEP_FRAMES as f64 {
-                1.0
-            } else {
-                1.0 + share
-            };
-            (level + 1000.0 * (TAU * tone * n + phase).cos()) / reference + 50.0 * noise.next()
-        });
-        let case = Case::new(values);
-        let (fit, tone) = (case.fit(), cycles / STEP_FRAMES as f64);
-        let off = (fit.frequency as f64 - tone).abs();
-        assert!(
-            fit.status != Status::Good || off < 5.0 * fit.sigma as f64,
-            "seed {seed}, {cycles} cycles, {share} at {at}: {fit:?}"
-        );
+            let is_before = n < (at - 0.5) * STEP_FRAMES as f64;
+            let reference = if is_before { 1.0 } else { 1.0 + share };
+            let wave = (TAU * tone * n + c as f64 * 0.4).cos();
+            (level + 1000.0 * wave) / reference + 50.0 * noise.next()
+        }))
+        .fit();
+        let what = format!("seed {seed}, {cycles} cycles, {share} at {at}");
+        assert_not_good_and_wrong(&what, &fit, off(&fit, tone));
     }
 }
 
@@ -183,39 +186,25 @@ fn two_tones_of_equal_strength() {
         (3.7, None),
     ] {
         for seed in 0..10 {
-            let mut noise = Noise::new(seed);
-            let values = codes(FRAMES, |c, t| {
-                let phase = (c as u64 + 7 * seed) as f64;
-                let tones = (TAU * FREQUENCY * t + 1.3 * phase).cos()
-                    + (TAU * ratio * FREQUENCY * t + 2.9 * phase).cos();
-                1000.0 * tones + 50.0 * noise.next()
-            });
-            let case = Case::new(values);
-            let fit = case.fit();
+            let fit = two_tones(ratio, 1.0, 50.0, seed);
             let what = format!("ratio {ratio}, seed {seed}");
             if !fit.status.has_tone() {
                 continue;
             }
-            let either = [1.0, ratio, common.unwrap_or(1.0)].map(|of| of * FREQUENCY);
             // Half a bin: the other tone pulls.
-            let off = either.map(|tone| (fit.frequency as f64 - tone).abs());
-            let least = off.into_iter().fold(f64::MAX, f64::min);
+            let off_of = |of: f64| off(&fit, of * FREQUENCY);
+            let least = off_of(1.0).min(off_of(ratio));
+            let is_ambiguous = fit.status == Status::Ambiguous;
             assert!(
-                least < 0.5 / FRAMES as f64 || fit.status == Status::Ambiguous,
+                least < 0.5 / FRAMES as f64 || is_ambiguous,
                 "{what}: {fit:?}"
             );
             // The part of the other tone that all channels share is projected out, so the truth is
             // nearer than a reference that is pulled by it.
-            assert!(
-                least < 5.0 * fit.sigma as f64 || fit.status != Status::Good,
-                "{what}: {fit:?}"
-            );
+            assert_not_good_and_wrong(&what, &fit, least);
             if let Some(common) = common {
-                let off = (fit.frequency as f64 - common * FREQUENCY).abs();
-                assert!(
-                    fit.status == Status::Ambiguous || off < 5.0 * fit.sigma as f64,
-                    "{what}: {fit:?}"
-                );
+                let is_right = off_of(common) < 5.0 * fit.sigma as f64;
+                assert!(is_ambiguous || is_right, "{what}: {fit:?}");
             }
         }
     }
@@ -228,21 +217,13 @@ fn a_weaker_tone_is_named() {
     for share in [0.5, 0.25, 0.125] {
         for ratio in [1.73, 2.37, 3.7] {
             for seed in 0..5 {
-                let mut noise = Noise::new(seed);
-                let values = codes(FRAMES, |c, t| {
-                    let phase = (c as u64 + 7 * seed) as f64;
-                    let tones = (TAU * FREQUENCY * t + 1.3 * phase).cos()
-                        + share * (TAU * ratio * FREQUENCY * t + 2.9 * phase).cos();
-                    1000.0 * tones + 20.0 * noise.next()
-                });
-                let fit = Case::new(values).fit();
+                let fit = two_tones(ratio, share, 20.0, seed);
                 let what = format!("{share} at {ratio}, seed {seed}");
-                if !fit.status.has_tone() {
-                    continue;
+                if fit.status.has_tone() {
+                    let other = fit.other_tone.unwrap_or_else(|| panic!("{what}: {fit:?}"));
+                    let off = (other.frequency as f64 - ratio * FREQUENCY).abs();
+                    assert!(off < 0.5 / FRAMES as f64, "{what}: {fit:?}");
                 }
-                let other = fit.other_tone.unwrap_or_else(|| panic!("{what}: {fit:?}"));
-                let off = (other.frequency as f64 - ratio * FREQUENCY).abs();
-                assert!(off < 0.5 / FRAMES as f64, "{what}: {fit:?}");
             }
         }
     }
@@ -259,8 +240,7 @@ fn mains_stronger_than_the_tone() {
                 let case = beside_mains(frequency, mains_hz / rate_hz, seed);
                 let what = format!("{mains_hz} Hz at {rate_hz} Hz, {frequency}, seed {seed}");
                 let fit = fits.add(&case, &what, frequency);
-                let off = (fit.frequency as f64 - frequency).abs();
-                assert!(off < 5.0 * fit.sigma as f64, "{what}: {fit:?}");
+                assert_not_good_and_wrong(&what, &fit, off(&fit, frequency));
             }
         }
     }
@@ -292,11 +272,8 @@ fn mains_missing_in_the_settings_are_the_tone() {
     let fit = case.fit();
     // The tone is what all channels share beside them, and is projected out: the reference, which
     // leaves it in, is less certain.
-    let off = (fit.frequency as f64 - 50.0 / 241.14).abs();
-    assert!(
-        fit.status == Status::Good && off < 5.0 * fit.sigma as f64,
-        "{fit:?}"
-    );
+    assert_eq!(fit.status, Status::Good, "{fit:?}");
+    assert_not_good_and_wrong("mains", &fit, off(&fit, 50.0 / 241.14));
 }
 
 /// Folded onto zero mains are a level.
@@ -325,11 +302,7 @@ fn mains_folded_onto_half_the_frame_rate() {
 
 /// A tone in its noise beside mains, cycles per frame.
 fn beside_mains(frequency: f64, cycles_per_frame: f64, seed: u64) -> Case {
-    let tone = Tone {
-        frequency,
-        seed,
-        ..Tone::default()
-    };
+    let tone = Tone::new(frequency, FRAMES, 100.0, seed);
     let mut case = Case::new(tone.values());
     add_mains(&mut case, cycles_per_frame);
     case
@@ -339,8 +312,8 @@ fn add_mains(case: &mut Case, cycles_per_frame: f64) {
     case.interferer = Some(cycles_per_frame as f32);
     for (n, frame) in case.values.iter_mut().enumerate() {
         for (c, value) in frame.iter_mut().enumerate() {
-            *value +=
-                (10_000.0 * (TAU * cycles_per_frame * n as f64 + c as f64).cos()).round() as f32;
+            let hum = (TAU * cycles_per_frame * n as f64 + c as f64).cos();
+            *value += (10_000.0 * hum).round() as f32;
         }
     }
 }

@@ -27,33 +27,25 @@ fn window(cycles: f64, time: f64, swing: f64, amplitude: f64, seed: u64) -> Case
 }
 
 /// A drift with its time constant in windows, that moves each channel by up to `swing` amplitudes.
+#[derive(Clone, Copy)]
 struct Drift {
     time: f64,
     swing: f64,
 }
 
 /// As [`window`], with harmonics of these shares.
-fn window_with(
-    harmonics: &[f64],
-    cycles: f64,
-    Drift { time, swing }: Drift,
-    amplitude: f64,
-    seed: u64,
-) -> Case {
+fn window_with(harmonics: &[f64], cycles: f64, drift: Drift, amplitude: f64, seed: u64) -> Case {
+    let Drift { time, swing } = drift;
     let mut noise = Noise::new(seed);
-    let factors: Vec<f64> = (0..16)
-        .map(|c| swing * AMPLITUDE * ((c as f64 * 0.7 + seed as f64).sin()))
-        .collect();
+    let factor = |c: usize| swing * AMPLITUDE * (c as f64 * 0.7 + seed as f64).sin();
     Case::new(codes(FRAMES, |c, t| {
         let phase = 2.4 * c as f64 + 0.77 * seed as f64;
         let wave = |(h, share): (usize, &f64)| {
-            share
-                * (TAU * (h + 1) as f64 * cycles / FRAMES as f64 * t
-                    + phase * (1.0 + 0.3 * h as f64))
-                    .cos()
+            let turns = (h + 1) as f64 * cycles / FRAMES as f64 * t;
+            share * (TAU * turns + phase * (1.0 + 0.3 * h as f64)).cos()
         };
         let tone = amplitude * harmonics.iter().enumerate().map(wave).sum::<f64>();
-        tone + factors[c] * drift(time, t) + 0.0707 * AMPLITUDE * noise.next()
+        tone + factor(c) * self::drift(time, t) + 0.0707 * AMPLITUDE * noise.next()
     }))
 }
 
@@ -61,39 +53,34 @@ fn window_with(
 /// good answer is wrong; at least `least` are good.
 fn assert_unbiased(cycles: f64, time: f64, swing: f64, least: usize) -> Result<(), String> {
     let truth = cycles / FRAMES as f64;
-    let fits: Vec<_> = (0..50)
-        .map(|seed| window(cycles, time, swing, AMPLITUDE, seed).fit())
-        .collect();
-    let good: Vec<_> = fits
-        .iter()
-        .filter(|fit| fit.status == Status::Good)
-        .collect();
+    let good = good(50, |seed| window(cycles, time, swing, AMPLITUDE, seed));
     let count = good.len() as f64;
     // The bar is the uncertainty of a window without a drift, so that the fit's own estimate cannot
     // widen it.
     let clean = window(cycles, time, 0.0, AMPLITUDE, 0).fit().sigma as f64;
-    let errors: Vec<f64> = good
-        .iter()
-        .map(|fit| (fit.frequency as f64 - truth) / clean)
-        .collect();
-    let mean = errors.iter().sum::<f64>() / count;
-    let spread = (errors
-        .iter()
-        .map(|error| (error - mean).powi(2))
-        .sum::<f64>()
-        / (count - 1.0))
-        .sqrt();
+    let errors = || {
+        good.iter()
+            .map(|fit| (fit.frequency as f64 - truth) / clean)
+    };
+    let mean = errors().sum::<f64>() / count;
+    let squares = errors().map(|error| (error - mean).powi(2)).sum::<f64>();
+    let spread = (squares / (count - 1.0)).sqrt();
     let bar = 3.0 * spread / count.sqrt() + 0.1;
     let wrong = good.iter().filter(|fit| is_off(fit, truth)).count();
-    let what = format!(
-        "{cycles} cycles, time {time}, swing {swing}: {count} of 50 good, {wrong} wrong, mean error {mean:.2} sigma, spread {spread:.2}"
-    );
     let is_unbiased = good.len() < FEW || mean.abs() < bar && spread < 2.0;
     if good.len() >= least && wrong == 0 && is_unbiased {
         Ok(())
     } else {
-        Err(what)
+        Err(format!(
+            "{cycles} cycles, time {time}, swing {swing}: {count} of 50 good, {wrong} wrong, mean error {mean:.2} sigma, spread {spread:.2}"
+        ))
     }
+}
+
+/// The good fits of windows of so many seeds.
+fn good(seeds: u64, case: impl Fn(u64) -> Case) -> Vec<Fit> {
+    let fits = (0..seeds).map(|seed| case(seed).fit());
+    fits.filter(|fit| fit.status == Status::Good).collect()
 }
 
 /// Fewer windows have no mean that could be judged.
@@ -132,12 +119,7 @@ fn a_drift_does_not_bias_the_tone() {
 /// line, and the answer is ambiguous.
 #[test]
 fn a_drift_does_not_bias_three_cycles() {
-    assert_all_unbiased(&[3.0, 3.4], &TIMES, &[0.5, 2.0], 0);
-}
-
-#[test]
-fn a_steep_drift_does_not_bias_three_cycles() {
-    assert_all_unbiased(&[3.0, 3.4], &TIMES, &[5.0], 0);
+    assert_all_unbiased(&[3.0, 3.4], &TIMES, &[0.5, 2.0, 5.0], 0);
 }
 
 /// A slope is a polynomial.
@@ -152,25 +134,23 @@ fn a_slope_leaves_three_cycles_good() {
 fn a_huge_drift_makes_no_tone_a_part_of_itself() {
     let mut wrong = Vec::new();
     for cycles in [2.2, 2.6, 3.0, 3.4, 4.2, 5.2] {
-        for time in TIMES {
-            for swing in [20.0, 1000.0] {
-                let truth = cycles / FRAMES as f64;
-                let fits = (0..20).map(|seed| window(cycles, time, swing, AMPLITUDE, seed).fit());
-                let good: Vec<_> = fits.filter(|fit| fit.status == Status::Good).collect();
-                let off = good
-                    .iter()
-                    .filter(|fit| (fit.frequency as f64 / truth - 1.0).abs() > 0.25)
-                    .count();
-                // A polynomial describes a drift to a three hundredth, and up to three cycles may be a
-                // part of it.
-                let is_plain = swing < 100.0 && time > 0.4 && cycles > 3.2;
-                let least = if is_plain { 18 } else { 0 };
-                if off > 0 || good.len() < least {
-                    wrong.push(format!(
-                        "{cycles} cycles, time {time}, swing {swing}: {} of 20 good, {off} of them off",
-                        good.len()
-                    ));
-                }
+        for (time, swing) in TIMES
+            .into_iter()
+            .flat_map(|time| [20.0, 1000.0].map(|s| (time, s)))
+        {
+            let truth = cycles / FRAMES as f64;
+            let good = good(20, |seed| window(cycles, time, swing, AMPLITUDE, seed));
+            let is_off = |fit: &&Fit| (fit.frequency as f64 / truth - 1.0).abs() > 0.25;
+            let off = good.iter().filter(is_off).count();
+            // A polynomial describes a drift to a three hundredth, and up to three cycles may be a
+            // part of it.
+            let is_plain = swing < 100.0 && time > 0.4 && cycles > 3.2;
+            let least = if is_plain { 18 } else { 0 };
+            if off > 0 || good.len() < least {
+                wrong.push(format!(
+                    "{cycles} cycles, time {time}, swing {swing}: {} of 20 good, {off} of them off",
+                    good.len()
+                ));
             }
         }
     }
@@ -188,14 +168,10 @@ fn one_cycle_or_two_on_a_drift_are_right() {
             for swing in [0.5, 2.0, 10.0] {
                 for time in TIMES {
                     let truth = cycles / FRAMES as f64;
-                    let what = format!(
-                        "{} harmonics, {cycles} cycles, time {time}, swing {swing}",
-                        harmonics.len()
-                    );
-                    let case =
-                        |k| window_with(harmonics, cycles, Drift { time, swing }, AMPLITUDE, k);
-                    let fits = (0..20).map(|k| case(k).fit());
-                    let good: Vec<_> = fits.filter(|fit| fit.status == Status::Good).collect();
+                    let what =
+                        format!("{harmonics:?}, {cycles} cycles, time {time}, swing {swing}");
+                    let drift = Drift { time, swing };
+                    let good = good(20, |k| window_with(harmonics, cycles, drift, AMPLITUDE, k));
                     let off = good.iter().filter(|fit| is_off(fit, truth)).count();
                     count += good.len();
                     wrong.extend(std::iter::repeat_n(what.clone(), off));
@@ -211,29 +187,21 @@ fn one_cycle_or_two_on_a_drift_are_right() {
 }
 
 fn assert_no_tone(times: &[f64], swings: &[f64]) {
-    let mut found = Vec::new();
-    for time in times.iter().copied() {
-        for swing in swings.iter().copied() {
-            let good = (0..40)
-                .filter(|seed| window(3.0, time, swing, 0.0, *seed).fit().status == Status::Good)
-                .count();
-            if good > 0 {
-                found.push(format!("time {time}, swing {swing}: {good} of 40 good"));
-            }
+    for time in times {
+        for swing in swings {
+            let good = good(40, |seed| window(3.0, *time, *swing, 0.0, seed));
+            assert!(
+                good.is_empty(),
+                "time {time}, swing {swing}: {} of 40 good",
+                good.len()
+            );
         }
     }
-    assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
 #[test]
 fn a_drift_alone_is_no_tone() {
-    assert_no_tone(&TIMES[1..], &[0.1, 0.5, 2.0, 5.0, 1000.0]);
-    assert_no_tone(&TIMES[..1], &[0.1, 0.5, 5.0, 1000.0]);
-}
-
-#[test]
-fn a_quick_drift_alone_is_no_tone() {
-    assert_no_tone(&TIMES[..1], &[2.0]);
+    assert_no_tone(&TIMES, &[0.1, 0.5, 2.0, 5.0, 1000.0]);
 }
 
 #[test]

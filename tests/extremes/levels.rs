@@ -23,13 +23,8 @@ fn window(seed: u64, channel: impl Fn(usize) -> (f64, f64, f64)) -> Vec<[f32; 16
 #[test]
 fn ten_codes_at_the_rail() {
     for seed in 0..10 {
-        let values = window(seed, |c| {
-            (
-                10.0,
-                if c % 2 == 0 { RAIL - 20.0 } else { 20.0 - RAIL },
-                2.0,
-            )
-        });
+        let offset = |c| if c % 2 == 0 { RAIL - 20.0 } else { 20.0 - RAIL };
+        let values = window(seed, |c| (10.0, offset(c), 2.0));
         Case::new(values).assert_good("ten codes", FREQUENCY);
     }
 }
@@ -84,13 +79,8 @@ fn amplitudes_a_million_apart() {
     let amplitude = |c: usize| 4e6 * 1e-6f64.powf(c as f64 / 15.0);
     for seed in 0..5 {
         // As clear in every channel, and then all in the same noise.
-        let values = window(seed, |c| {
-            (
-                amplitude(c),
-                1000.0 * c as f64,
-                (0.1 * amplitude(c)).max(0.5),
-            )
-        });
+        let noise = |c| (0.1 * amplitude(c)).max(0.5);
+        let values = window(seed, |c| (amplitude(c), 1000.0 * c as f64, noise(c)));
         Case::new(values).assert_good("each in its own noise", FREQUENCY);
         let values = window(seed, |c| (amplitude(15 - c), 1000.0 * c as f64, 40_000.0));
         Case::new(values).assert_good("all in the same noise", FREQUENCY);
@@ -108,11 +98,7 @@ fn all_zero_is_nothing() {
 #[test]
 fn stuck_clipped_at_the_rail() {
     for seed in 0..5 {
-        let tone = Tone {
-            seed,
-            noise: 50.0,
-            ..Tone::default()
-        };
+        let tone = Tone::new(0.0346, 241, 50.0, seed);
         let mut case = Case::new(tone.values());
         let offset = tone.channel(7).offset as f32;
         let held = case.values[100][11];

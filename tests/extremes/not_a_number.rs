@@ -42,20 +42,19 @@ fn behind_the_mask_they_change_nothing() {
 fn in_valid_values_they_stay_inside() {
     for strange in STRANGE {
         for frames in [24, 145, 241, 965] {
+            let tone = Tone {
+                frames,
+                frequency: 0.1,
+                ..Tone::default()
+            };
+            let (middle, last) = (frames / 2, frames - 1);
             for (at, channels) in [
                 (0, 1u16),
-                (frames / 2, 1 << 15),
-                (frames - 1, 0b1010),
+                (middle, 1 << 15),
+                (last, 0b1010),
                 (frames / 3, u16::MAX),
             ] {
-                let mut case = Case::new(
-                    Tone {
-                        frames,
-                        frequency: 0.1,
-                        ..Tone::default()
-                    }
-                    .values(),
-                );
+                let mut case = Case::new(tone.values());
                 for c in (0..16).filter(|c| channels & 1 << c != 0) {
                     case.values[at][c] = strange;
                 }

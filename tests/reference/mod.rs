@@ -50,6 +50,17 @@ pub struct Truth {
 }
 
 impl Tone {
+    /// A tone without overtones, with the default amplitude.
+    pub fn new(frequency: f64, frames: usize, noise: f64, seed: u64) -> Self {
+        Self {
+            frequency,
+            frames,
+            noise,
+            seed,
+            ..Self::default()
+        }
+    }
+
     fn uniform(&self, stream: u64) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(stream);

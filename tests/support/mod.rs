@@ -1,12 +1,13 @@
 //! What the whole-path tests share: a board that runs a scene through driver, pipeline and
 //! telemetry.
 
-use hal_mock::{Options, Scene, SimulatedBoard};
-use ridgetone_finger::Pipeline;
-use ridgetone_finger::TimedConversion;
+use hal_mock::{Options, Scene, SimulatedBoard, Truth};
 use ridgetone_finger::converter::Ads1258Plan;
+use ridgetone_finger::{Pipeline, TimedConversion};
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Packet, Status, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{
+    Decoder, Estimate, Event, Health, Image, Packet, Span, Status, Texture, WIRE_MAX, encode,
+};
 
 /// Runs `scene` through the simulated chip, byte by byte over SPI, the driver, the pipeline, and
 /// the wire; `keep` may drop or change conversions on the way. Gives what a reader gets.
@@ -48,10 +49,8 @@ pub fn run_on(
         if board.with_chip(|chip| chip.ended()) {
             break;
         }
-        if let Some(kept) = keep(
-            count,
-            TimedConversion::new((edge_ns / 1000) as u32, conversion),
-        ) {
+        let timed = TimedConversion::new((edge_ns / 1000) as u32, conversion);
+        if let Some(kept) = keep(count, timed) {
             pipeline.push(kept, &mut |event| wire.send(event));
         }
         count += 1;
@@ -66,6 +65,17 @@ pub fn all(_: u32, conversion: TimedConversion) -> Option<TimedConversion> {
     Some(conversion)
 }
 
+/// A finger in the air, with some noise.
+pub fn in_the_air(end_s: f64) -> impl Scene {
+    let volts = [2.5; 16];
+    hal_mock::Noisy::new(hal_mock::Constant { volts, end_s }, 20e-6, 5)
+}
+
+/// How many of the events are such ones.
+pub fn count(events: &[Event], is_it: fn(&Event) -> bool) -> usize {
+    events.iter().filter(|event| is_it(event)).count()
+}
+
 #[derive(Default)]
 struct Wire {
     sequence: u16,
@@ -76,14 +86,8 @@ struct Wire {
 impl Wire {
     fn send(&mut self, event: Event) {
         let mut bytes = [0; WIRE_MAX];
-        let used = encode(
-            &Packet {
-                sequence: self.sequence,
-                event,
-            },
-            &mut bytes,
-        )
-        .unwrap();
+        let sequence = self.sequence;
+        let used = encode(&Packet { sequence, event }, &mut bytes).unwrap();
         self.sequence = self.sequence.wrapping_add(1);
         for byte in &bytes[..used] {
             self.received
@@ -102,15 +106,66 @@ pub struct Outcome {
     /// Releases, seconds.
     pub releases_s: Vec<f64>,
     /// Fits over whole slides.
-    pub slide_fits: Vec<ridgetone_proto::telemetry::Estimate>,
+    pub slide_fits: Vec<Estimate>,
     /// Fits over windows.
-    pub window_fits: Vec<ridgetone_proto::telemetry::Estimate>,
+    pub window_fits: Vec<Estimate>,
     /// Static images.
-    pub images: Vec<ridgetone_proto::telemetry::Image>,
+    pub images: Vec<Image>,
     /// Textures.
-    pub textures: Vec<ridgetone_proto::telemetry::Texture>,
+    pub textures: Vec<Texture>,
     /// The last health message.
-    pub health: ridgetone_proto::telemetry::Health,
+    pub health: Health,
+}
+
+impl Outcome {
+    /// Asserts that there was one touch, of one slide.
+    #[track_caller]
+    pub fn assert_one_slide(&self, what: &str) {
+        let touch = (
+            self.contacts_s.len(),
+            self.slides_s.len(),
+            self.releases_s.len(),
+        );
+        assert_eq!(touch, (1, 1, 1), "{what}: {self:?}");
+    }
+
+    /// Asserts that a touch of one slide is where the scene has it: the contact within 10 ms, and
+    /// the slide's ends within `slide_s`.
+    #[track_caller]
+    pub fn assert_touch(&self, what: &str, truth: &Truth, slide_s: f64) {
+        self.assert_slide(what, truth, slide_s);
+        let off_s = self.contacts_s[0] - truth.contact_s;
+        assert!(
+            off_s.abs() < 0.010,
+            "{what}: contact off by {off_s} s: {self:?} {truth:?}"
+        );
+    }
+
+    /// As [`Self::assert_touch`], whenever the contact was reported.
+    #[track_caller]
+    pub fn assert_slide(&self, what: &str, truth: &Truth, within_s: f64) {
+        self.assert_one_slide(what);
+        let (start_s, end_s) = self.slides_s[0];
+        for (moment, off_s) in [
+            ("start", start_s - truth.slide_start_s),
+            ("end", end_s - truth.slide_end_s),
+        ] {
+            assert!(
+                off_s.abs() < within_s,
+                "{what}: {moment} off by {off_s} s: {self:?} {truth:?}"
+            );
+        }
+    }
+
+    /// All fits, of windows and of slides.
+    pub fn fits(&self) -> impl Iterator<Item = &Estimate> {
+        self.window_fits.iter().chain(&self.slide_fits)
+    }
+}
+
+/// Distance of an estimate's frequency from the truth, in its own standard deviations.
+pub fn off(fit: &Estimate, truth: &Truth) -> f64 {
+    (f64::from(fit.frequency) - truth.frequency_hz) / f64::from(fit.sigma)
 }
 
 /// Sorts the events of a run.
@@ -128,9 +183,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
                 );
             }
             Event::Release(release) => out.releases_s.push(seconds(release.t_us)),
-            Event::Estimate(fit) if fit.span == ridgetone_proto::telemetry::Span::Slide => {
-                out.slide_fits.push(fit.clone())
-            }
+            Event::Estimate(fit) if fit.span == Span::Slide => out.slide_fits.push(fit.clone()),
             Event::Estimate(fit) => out.window_fits.push(fit.clone()),
             Event::Health(health) => out.health = *health,
             Event::Image(image) => out.images.push(image.clone()),

@@ -2,9 +2,8 @@
 //! release.
 
 use ads1258::{Conversion, Status};
-use ridgetone_finger::TimedConversion;
 use ridgetone_finger::converter::SCAN;
-use ridgetone_finger::{CONVERSION_NS, SLOTS};
+use ridgetone_finger::{CONVERSION_NS, SLOTS, TimedConversion};
 use std::f64::consts::TAU;
 
 /// Whole scans of a touch; the slide lasts from 0.8 s on until 2.8 s.

@@ -38,6 +38,19 @@ fn reading(command: u8, answer: &[u8]) -> Vec<SpiTransaction<u8>> {
     ]
 }
 
+/// All registers of an image in one write.
+fn writing_all(image: &[u8; 9]) -> Vec<SpiTransaction<u8>> {
+    writing(&[&[0x70][..], image].concat())
+}
+
+fn verify_error<T>(register: Register, wrote: u8, read: u8) -> Result<(), Error<T>> {
+    Err(Error::Verify {
+        register,
+        wrote,
+        read,
+    })
+}
+
 /// Runs `call` on a driver whose bus expects exactly these transactions.
 fn expect<T>(
     script: &[Vec<SpiTransaction<u8>>],
@@ -65,44 +78,34 @@ fn reset_and_pulse_convert_are_one_byte_each() {
 fn single_registers() {
     for register in Register::ALL {
         let address = register as u8;
-        let value = expect(&[reading(0x40 | address, &[0x5A])], |adc| {
-            adc.read_register(register)
-        });
-        assert_eq!(value, Ok(0x5A));
+        let script = [reading(0x40 | address, &[0x5A])];
+        assert_eq!(expect(&script, |adc| adc.read_register(register)), Ok(0x5A));
         if register != Register::Id {
-            expect(&[writing(&[0x60 | address, 0xA5])], |adc| {
-                adc.write_register(register, 0xA5)
-            })
-            .unwrap();
+            let script = [writing(&[0x60 | address, 0xA5])];
+            expect(&script, |adc| adc.write_register(register, 0xA5)).unwrap();
         }
     }
 }
 
 #[test]
 fn several_registers() {
-    let mut values = [0; 10];
-    let answer = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
-    expect(&[reading(0x50, &answer)], |adc| {
-        adc.read_registers(Register::Config0, &mut values)
-    })
-    .unwrap();
-    assert_eq!(values, answer);
-
-    let mut values = [0; 2];
-    expect(&[reading(0x54, &[0x12, 0x34])], |adc| {
-        adc.read_registers(Register::Muxsg0, &mut values)
-    })
-    .unwrap();
-    assert_eq!(values, [0x12, 0x34]);
-
-    expect(&[writing(&[0x70, 1, 2, 3, 4, 5, 6, 7, 8, 9])], |adc| {
-        adc.write_registers(Register::Config0, &[1, 2, 3, 4, 5, 6, 7, 8, 9])
-    })
-    .unwrap();
-    expect(&[writing(&[0x77, 0xF0, 0x0A])], |adc| {
-        adc.write_registers(Register::Gpioc, &[0xF0, 0x0A])
-    })
-    .unwrap();
+    let all = [1, 2, 3, 4, 5, 6, 7, 8, 9];
+    for (first, answer) in [
+        (Register::Config0, &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9][..]),
+        (Register::Muxsg0, &[0x12, 0x34]),
+    ] {
+        let mut values = vec![0; answer.len()];
+        let script = [reading(0x50 | first as u8, answer)];
+        expect(&script, |adc| adc.read_registers(first, &mut values)).unwrap();
+        assert_eq!(values, answer);
+    }
+    for (first, values) in [
+        (Register::Config0, &all[..]),
+        (Register::Gpioc, &[0xF0, 0x0A]),
+    ] {
+        let script = [writing(&[&[0x70 | first as u8][..], values].concat())];
+        expect(&script, |adc| adc.write_registers(first, values)).unwrap();
+    }
 }
 
 #[test]
@@ -111,57 +114,36 @@ fn ranges_off_the_map_transfer_nothing() {
         let places = 10 - first as usize;
         for count in [0, places + 1, 11, 12, 300] {
             let expected = Err(Error::RegisterRange { first, count });
-            assert_eq!(
-                expect(&[], |adc| adc.read_registers(first, &mut vec![0; count])),
-                expected
-            );
-            assert_eq!(
-                expect(&[], |adc| adc.write_registers(first, &vec![0; count])),
-                expected
-            );
+            let read = expect(&[], |adc| adc.read_registers(first, &mut vec![0; count]));
+            assert_eq!(read, expected);
+            let written = expect(&[], |adc| adc.write_registers(first, &vec![0; count]));
+            assert_eq!(written, expected);
         }
         // The last register, ID, can be read but not written.
         let expected = Err(Error::RegisterRange {
             first,
             count: places,
         });
-        assert_eq!(
-            expect(&[], |adc| adc.write_registers(first, &vec![0; places])),
-            expected
-        );
+        let written = expect(&[], |adc| adc.write_registers(first, &vec![0; places]));
+        assert_eq!(written, expected);
     }
-    let expected = Err(Error::RegisterRange {
-        first: Register::Id,
-        count: 1,
-    });
-    assert_eq!(
-        expect(&[], |adc| adc.write_register(Register::Id, 0)),
-        expected
-    );
+    let (first, count) = (Register::Id, 1);
+    let written = expect(&[], |adc| adc.write_register(first, 0));
+    assert_eq!(written, Err(Error::RegisterRange { first, count }));
 }
 
 #[test]
 fn id_counts_bit_4_only() {
     for id in 0..=0xFF_u8 {
-        let expected = if id & 0x10 == 0 {
+        let is_right = id & 0x10 == 0;
+        let expected = if is_right {
             Ok(id)
         } else {
             Err(Error::Id { read: id })
         };
-        assert_eq!(
-            expect(&[reading(0x49, &[id])], |adc| adc.read_id()),
-            expected
-        );
+        let found = expect(&[reading(0x49, &[id])], |adc| adc.read_id());
+        assert_eq!(found, expected);
     }
-}
-
-#[test]
-fn configure_writes_all_and_reads_all_back() {
-    let script = [
-        writing(&[&[0x70][..], &IMAGE].concat()),
-        reading(0x50, &IMAGE),
-    ];
-    expect(&script, |adc| adc.configure(&SCAN)).unwrap();
 }
 
 #[test]
@@ -171,22 +153,14 @@ fn every_wrong_bit_is_found_by_configure_and_verify() {
             let mut found = IMAGE;
             found[index] ^= 1 << bit;
             // All GPIO pins are inputs here, so GPIOD reads as whatever is connected.
-            let expected = if register == Register::Gpiod {
-                Ok(())
-            } else {
-                Err(Error::Verify {
-                    register,
-                    wrote: IMAGE[index],
-                    read: found[index],
-                })
+            let expected = match register {
+                Register::Gpiod => Ok(()),
+                _ => verify_error(register, IMAGE[index], found[index]),
             };
-            let script = [
-                writing(&[&[0x70][..], &IMAGE].concat()),
-                reading(0x50, &found),
-            ];
+            let script = [writing_all(&IMAGE), reading(0x50, &found)];
             assert_eq!(expect(&script, |adc| adc.configure(&SCAN)), expected);
             let script = [
-                writing(&[&[0x70][..], &IMAGE].concat()),
+                writing_all(&IMAGE),
                 reading(0x50, &IMAGE),
                 reading(0x50, &found),
             ];
@@ -211,19 +185,11 @@ fn output_pins_are_verified_and_input_pins_are_not() {
     for levels in 0..=0xFF_u8 {
         let mut found = image;
         found[8] = levels;
-        let expected = if levels & 0x0F == 0x05 {
-            Ok(())
-        } else {
-            Err(Error::Verify {
-                register: Register::Gpiod,
-                wrote: 0x05,
-                read: levels,
-            })
+        let expected = match levels & 0x0F {
+            0x05 => Ok(()),
+            _ => verify_error(Register::Gpiod, 0x05, levels),
         };
-        let script = [
-            writing(&[&[0x70][..], &image].concat()),
-            reading(0x50, &found),
-        ];
+        let script = [writing_all(&image), reading(0x50, &found)];
         assert_eq!(expect(&script, |adc| adc.configure(&config)), expected);
     }
 }
@@ -254,19 +220,9 @@ fn verify_knows_the_reset_values_and_every_write() {
 #[test]
 fn a_bus_without_chip_is_found() {
     for stuck in [0x00, 0xFF] {
-        let script = [
-            writing(&[&[0x70][..], &IMAGE].concat()),
-            reading(0x50, &[stuck; 9]),
-        ];
+        let script = [writing_all(&IMAGE), reading(0x50, &[stuck; 9])];
         let result = expect(&script, |adc| adc.configure(&SCAN));
-        assert_eq!(
-            result,
-            Err(Error::Verify {
-                register: Register::Config0,
-                wrote: 0x0A,
-                read: stuck
-            })
-        );
+        assert_eq!(result, verify_error(Register::Config0, 0x0A, stuck));
     }
 }
 
@@ -282,36 +238,26 @@ fn an_impossible_configuration_transfers_nothing() {
 
 #[test]
 fn read_is_one_transfer_of_five_bytes() {
-    let conversion = expect(&[reading(0x30, &[0x97, 0x80, 0x00, 0x01])], |adc| {
-        adc.read()
-    })
-    .unwrap();
-    assert_eq!(
-        conversion,
-        Conversion {
-            status: Status(0x97),
-            code: -0x7F_FFFF
-        }
-    );
-    assert_eq!(conversion.status.channel(), Some(Channel::Single(15)));
+    let script = [reading(0x30, &[0x97, 0x80, 0x00, 0x01])];
+    let conversion = expect(&script, |adc| adc.read()).unwrap();
+    let (status, code) = (Status(0x97), -0x7F_FFFF);
+    assert_eq!(conversion, Conversion { status, code });
+    assert_eq!(status.channel(), Some(Channel::Single(15)));
 }
 
 #[test]
 fn the_pins() {
-    let adc = Ads1258::new(SpiMock::<u8>::new(&[]));
-    let mut start = PinMock::new(&[
+    let (high, low) = (
         PinTransaction::set(State::High),
         PinTransaction::set(State::Low),
-    ]);
+    );
+    let mut adc = Ads1258::new(SpiMock::<u8>::new(&[]));
+    let mut start = PinMock::new(&[high.clone(), low.clone()]);
     adc.start(&mut start).unwrap();
     adc.stop(&mut start).unwrap();
     start.done();
 
-    let mut adc = adc;
-    let mut reset = PinMock::new(&[
-        PinTransaction::set(State::Low),
-        PinTransaction::set(State::High),
-    ]);
+    let mut reset = PinMock::new(&[low, high]);
     let mut delay = CheckedDelay::new(&[DelayTransaction::delay_us(RESET_LOW_US)]);
     adc.reset_by_pin(&mut reset, &mut delay).unwrap();
     reset.done();
@@ -356,21 +302,17 @@ fn errors_of_the_bus_are_passed_on() {
 
 #[test]
 fn errors_can_be_shown() {
-    let error: Error<ErrorKind> = Error::Verify {
-        register: Register::Muxsg1,
-        wrote: 0xFF,
-        read: 0x0F,
-    };
-    assert_eq!(error.to_string(), "MUXSG1 should hold 0xFF, but holds 0x0F");
-    let error: Error<ErrorKind> = ConfigError::EmptyScan.into();
-    assert_eq!(
-        error.to_string(),
-        "configuration: no channel selected for the scan"
-    );
-    assert!(std::error::Error::source(&error).is_some());
-    assert_eq!(Error::Spi(ErrorKind::Overrun).to_string(), "SPI: Overrun");
-    let error: Error<ErrorKind> = Error::Id { read: 0x9B };
-    assert_eq!(error.to_string(), "ID is 0x9B: not an ADS1258");
+    let wrong_register = verify_error(Register::Muxsg1, 0xFF, 0x0F).unwrap_err();
+    let empty: Error<ErrorKind> = ConfigError::EmptyScan.into();
+    assert!(std::error::Error::source(&empty).is_some());
+    for (error, expected) in [
+        (wrong_register, "MUXSG1 should hold 0xFF, but holds 0x0F"),
+        (empty, "configuration: no channel selected for the scan"),
+        (Error::Spi(ErrorKind::Overrun), "SPI: Overrun"),
+        (Error::Id { read: 0x9B }, "ID is 0x9B: not an ADS1258"),
+    ] {
+        assert_eq!(error.to_string(), expected);
+    }
 }
 
 /// The ADS1158: 16 bits on the line, given as the upper 16 of 24; ID4 is set.

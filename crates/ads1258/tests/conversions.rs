@@ -18,13 +18,8 @@ fn codes_are_sign_extended() {
     ] {
         let [high, middle, low] = bytes;
         let conversion = Conversion::from_bytes([0x88, high, middle, low]);
-        assert_eq!(
-            conversion,
-            Conversion {
-                status: Status(0x88),
-                code
-            }
-        );
+        let status = Status(0x88);
+        assert_eq!(conversion, Conversion { status, code });
     }
 }
 
@@ -116,20 +111,22 @@ fn a_scan_ascends_in_channel_ids_and_wraps() {
 
 #[test]
 fn the_next_channel_of_one_outside_the_scan() {
+    let mux = Mux::AutoScan {
+        differential: 0,
+        single: 0b1010,
+        internal: Sysred::NONE,
+    };
     let config = Config {
-        mux: Mux::AutoScan {
-            differential: 0,
-            single: 0b1010,
-            internal: Sysred::NONE,
-        },
+        mux,
         ..Config::default()
     };
-    assert_eq!(
-        config.next_channel(Channel::Differential(0)),
-        Channel::Single(1)
-    );
-    assert_eq!(config.next_channel(Channel::Single(2)), Channel::Single(3));
-    assert_eq!(config.next_channel(Channel::Ref), Channel::Single(1));
+    for (channel, expected) in [
+        (Channel::Differential(0), 1),
+        (Channel::Single(2), 3),
+        (Channel::Ref, 1),
+    ] {
+        assert_eq!(config.next_channel(channel), Channel::Single(expected));
+    }
     let fixed = Config {
         mux: Mux::Fixed { ainp: 0, ainn: 1 },
         ..Config::default()
@@ -141,17 +138,9 @@ fn the_next_channel_of_one_outside_the_scan() {
 
 #[test]
 fn the_default_scan_is_all_inputs_and_all_internal_readings() {
-    let expected: Vec<Channel> = (0..16)
-        .map(Channel::Single)
-        .chain([
-            Channel::Offset,
-            Channel::Vcc,
-            Channel::Temp,
-            Channel::Gain,
-            Channel::Ref,
-        ])
-        .collect();
-    assert_eq!(SCAN.scan().collect::<Vec<_>>(), expected);
+    use Channel::{Gain, Offset, Ref, Temp, Vcc};
+    let inputs = (0..16).map(Channel::Single);
+    assert!(SCAN.scan().eq(inputs.chain([Offset, Vcc, Temp, Gain, Ref])));
 }
 
 #[test]

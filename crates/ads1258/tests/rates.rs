@@ -25,24 +25,19 @@ fn agrees(rate_hz: f32, entry: f32) -> bool {
 #[test]
 fn every_entry_of_the_rate_table() {
     for (data_rate, auto_scan, fixed_channel) in TABLE {
-        let rate_hz = |mux| {
-            Config {
+        for (mux, entry) in [(AUTO_SCAN, auto_scan), (FIXED, fixed_channel)] {
+            let config = Config {
                 clock_hz: 16_000_000,
                 mux,
                 data_rate,
                 ..Config::RESET
-            }
-            .conversion_rate_hz()
-        };
-        let (auto_scan_hz, fixed_channel_hz) = (rate_hz(AUTO_SCAN), rate_hz(FIXED));
-        assert!(
-            agrees(auto_scan_hz, auto_scan),
-            "{data_rate:?}: {auto_scan_hz} is not {auto_scan}"
-        );
-        assert!(
-            agrees(fixed_channel_hz, fixed_channel),
-            "{data_rate:?}: {fixed_channel_hz} is not {fixed_channel}"
-        );
+            };
+            let rate_hz = config.conversion_rate_hz();
+            assert!(
+                agrees(rate_hz, entry),
+                "{data_rate:?}: {rate_hz} is not {entry}"
+            );
+        }
     }
 }
 
@@ -90,11 +85,7 @@ fn the_default_scan_has_241_14_frames_per_second() {
 fn the_chopped_alternative_has_240_15_frames_per_second() {
     let config = Config {
         clock_hz: 16_000_000,
-        mux: Mux::AutoScan {
-            differential: 0,
-            single: 0xFFFF,
-            internal: Sysred::NONE,
-        },
+        mux: scan_of(0xFFFF),
         data_rate: DataRate::Drate2,
         delay: Delay::Dly4,
         chop: true,
@@ -104,22 +95,23 @@ fn the_chopped_alternative_has_240_15_frames_per_second() {
     assert_eq!(format!("{:.2}", config.frame_rate_hz()), "240.15");
 }
 
+/// A scan of these inputs alone.
+const fn scan_of(single: u16) -> Mux {
+    Mux::AutoScan {
+        differential: 0,
+        single,
+        internal: Sysred::NONE,
+    }
+}
+
 #[test]
 fn degenerate_rates_are_finite() {
-    let empty = Config {
-        mux: Mux::AutoScan {
-            differential: 0,
-            single: 0,
-            internal: Sysred::NONE,
-        },
-        ..Config::default()
-    };
-    assert_eq!(empty.frame_rate_hz(), 0.0);
-    let fixed = Config {
-        mux: Mux::Fixed { ainp: 0, ainn: 1 },
+    let with = |mux| Config {
+        mux,
         clock_hz: 16_000_000,
         ..Config::default()
     };
-    assert_eq!(fixed.frame_rate_hz(), 125_000.0);
-    assert_eq!(fixed.sclk_max_hz(), 8_000_000);
+    assert_eq!(with(scan_of(0)).frame_rate_hz(), 0.0);
+    assert_eq!(with(FIXED).frame_rate_hz(), 125_000.0);
+    assert_eq!(with(FIXED).sclk_max_hz(), 8_000_000);
 }

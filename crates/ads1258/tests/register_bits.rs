@@ -30,105 +30,55 @@ fn registers_have_addresses_names_and_reset_values() {
     }
 }
 
+type Change<T> = fn(&mut T);
+
 #[test]
 fn every_bit_has_its_place() {
-    let none = Config {
-        data_rate: DataRate::Drate0,
-        idle_mode: IdleMode::Standby,
-        clock_output: false,
-        gpio_inputs: 0,
-        ..Config::default()
+    let registers = |change: fn(&mut Config)| {
+        let mut config = Config {
+            data_rate: DataRate::Drate0,
+            idle_mode: IdleMode::Standby,
+            clock_output: false,
+            gpio_inputs: 0,
+            ..Config::default()
+        };
+        change(&mut config);
+        config.registers().unwrap()
     };
-    let config0 = |config: Config| config.registers().unwrap()[0];
-    assert_eq!(config0(none), 0x02); // STAT is always set
+    let config0: [(u8, Change<Config>); 6] = [
+        (0x02, |_| ()), // STAT is always set
+        (0x42, |config| config.short_spi_timeout = true),
+        (0x22, |config| config.mux = Mux::Fixed { ainp: 0, ainn: 1 }),
+        (0x12, |config| config.bypass = true),
+        (0x0A, |config| config.clock_output = true),
+        (0x06, |config| config.chop = true),
+    ];
+    for (expected, change) in config0 {
+        assert_eq!(registers(change)[0], expected);
+    }
+    let all_fields = registers(|config| {
+        config.delay = Delay::Dly5;
+        config.sensor_bias = SensorBias::MicroAmps24;
+        config.data_rate = DataRate::Drate2;
+    });
+    assert_eq!(all_fields[1], 0b0101_1110); // 0 101 11 10
     assert_eq!(
-        config0(Config {
-            short_spi_timeout: true,
-            ..none
-        }),
-        0x42
-    );
-    assert_eq!(
-        config0(Config {
-            mux: Mux::Fixed { ainp: 0, ainn: 1 },
-            ..none
-        }),
-        0x22
-    );
-    assert_eq!(
-        config0(Config {
-            bypass: true,
-            ..none
-        }),
-        0x12
-    );
-    assert_eq!(
-        config0(Config {
-            clock_output: true,
-            ..none
-        }),
-        0x0A
-    );
-    assert_eq!(config0(Config { chop: true, ..none }), 0x06);
-
-    let delay = Delay::Dly5;
-    let config1 = Config {
-        delay,
-        sensor_bias: SensorBias::MicroAmps24,
-        data_rate: DataRate::Drate2,
-        ..none
-    };
-    assert_eq!(config1.registers().unwrap()[1], 0b0101_1110); // 0 101 11 10
-    assert_eq!(
-        Config {
-            idle_mode: IdleMode::Sleep,
-            ..none
-        }
-        .registers()
-        .unwrap()[1],
+        registers(|config| config.idle_mode = IdleMode::Sleep)[1],
         0b1000_0000
     );
 
-    assert_eq!(
-        Sysred {
-            reference: true,
-            ..Sysred::NONE
-        }
-        .to_bits(),
-        0x20
-    );
-    assert_eq!(
-        Sysred {
-            gain: true,
-            ..Sysred::NONE
-        }
-        .to_bits(),
-        0x10
-    );
-    assert_eq!(
-        Sysred {
-            temp: true,
-            ..Sysred::NONE
-        }
-        .to_bits(),
-        0x08
-    );
-    assert_eq!(
-        Sysred {
-            vcc: true,
-            ..Sysred::NONE
-        }
-        .to_bits(),
-        0x04
-    );
-    assert_eq!(
-        Sysred {
-            offset: true,
-            ..Sysred::NONE
-        }
-        .to_bits(),
-        0x01
-    );
+    let sysred: [(u8, Change<Sysred>); 5] = [
+        (0x20, |internal| internal.reference = true),
+        (0x10, |internal| internal.gain = true),
+        (0x08, |internal| internal.temp = true),
+        (0x04, |internal| internal.vcc = true),
+        (0x01, |internal| internal.offset = true),
+    ];
+    for (expected, change) in sysred {
+        let mut internal = Sysred::NONE;
+        change(&mut internal);
+        assert_eq!(internal.to_bits(), expected);
+    }
     assert_eq!(Sysred::ALL.to_bits(), 0x3D);
 }
 
@@ -230,74 +180,57 @@ fn every_configuration_has_its_registers() {
 
 #[test]
 fn what_the_chip_cannot_do_is_refused() {
-    let refused = |config: Config| config.registers().unwrap_err();
-    for clock_hz in [0, CLOCK_MIN_HZ - 1, CLOCK_MAX_HZ + 1, u32::MAX] {
-        assert_eq!(
-            refused(Config {
-                clock_hz,
-                ..Config::default()
-            }),
-            ConfigError::Clock { clock_hz }
-        );
-    }
-    for clock_hz in [CLOCK_MIN_HZ, CLOCK_MAX_HZ] {
-        assert_eq!(
-            Config {
-                clock_hz,
-                ..Config::default()
-            }
-            .validate(),
-            Ok(())
-        );
-    }
-    let mux = Mux::AutoScan {
-        differential: 0,
-        single: 0,
-        internal: Sysred::NONE,
+    let clock = |clock_hz| Config {
+        clock_hz,
+        ..Config::RESET
     };
-    assert_eq!(
-        refused(Config {
-            mux,
-            ..Config::default()
-        }),
-        ConfigError::EmptyScan
-    );
-    assert_eq!(
-        refused(Config { chop: true, ..SCAN }),
-        ConfigError::ChopWithInternalReadings
-    );
+    let scan = |single, internal| Mux::AutoScan {
+        differential: 0,
+        single,
+        internal,
+    };
+    let offset = Sysred {
+        offset: true,
+        ..Sysred::NONE
+    };
+    let empty = Config {
+        mux: scan(0, Sysred::NONE),
+        ..Config::RESET
+    };
+    let chopped = Config { chop: true, ..SCAN };
+    let chopped_offset = Config {
+        mux: scan(1, offset),
+        ..chopped
+    };
+    for (config, expected) in [
+        (clock(CLOCK_MIN_HZ), Ok(())),
+        (clock(CLOCK_MAX_HZ), Ok(())),
+        (empty, Err(ConfigError::EmptyScan)),
+        (chopped, Err(ConfigError::ChopWithInternalReadings)),
+        (chopped_offset, Ok(())),
+    ] {
+        assert_eq!(config.validate(), expected);
+        assert_eq!(config.registers().map(|_| ()), expected);
+    }
+    for clock_hz in [0, CLOCK_MIN_HZ - 1, CLOCK_MAX_HZ + 1, u32::MAX] {
+        let refused = clock(clock_hz).registers().unwrap_err();
+        assert_eq!(refused, ConfigError::Clock { clock_hz });
+    }
     for ainp in 0..=0xFF_u8 {
         for ainn in 0..=0xFF_u8 {
-            let config = Config {
-                mux: Mux::Fixed { ainp, ainn },
-                ..Config::default()
-            };
+            let mux = Mux::Fixed { ainp, ainn };
             let expected = match (ainp, ainn) {
                 (0..=15, 0..=15) => Ok(()),
                 (0..=15, number) | (number, _) => Err(ConfigError::ChannelNumber { number }),
             };
-            assert_eq!(config.validate(), expected);
+            assert_eq!(
+                Config {
+                    mux,
+                    ..Config::RESET
+                }
+                .validate(),
+                expected
+            );
         }
     }
-}
-
-#[test]
-fn offset_is_allowed_with_chop() {
-    let mux = Mux::AutoScan {
-        differential: 0,
-        single: 1,
-        internal: Sysred {
-            offset: true,
-            ..Sysred::NONE
-        },
-    };
-    assert_eq!(
-        Config {
-            mux,
-            chop: true,
-            ..Config::default()
-        }
-        .validate(),
-        Ok(())
-    );
 }

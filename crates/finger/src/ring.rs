@@ -366,23 +366,20 @@ mod tests {
         let number = |n: u32| first.wrapping_add(n);
         assert_eq!(ring.oldest(), number(2000 - RING_FRAMES as u32));
         for n in 2000 - RING_FRAMES as u32..2000 {
-            assert_eq!(
-                ring.frame(number(n), &mut [0.0; TAXELS])
-                    .map(|(values, _)| values[3]),
-                Some(n as f32)
-            );
+            let mut place = [0.0; TAXELS];
+            let found = ring
+                .frame(number(n), &mut place)
+                .map(|(values, _)| values[3]);
+            assert_eq!(found, Some(n as f32));
             assert_eq!(ring.t_us(number(n)), Some(n));
         }
         let is_there = |n| ring.frame(number(n), &mut [0.0; TAXELS]).is_some();
         assert!(!is_there(2000) && !is_there(2000 - RING_FRAMES as u32 - 1));
         let mut read = 0;
         while let Some(shown) = ring.read(number(1200 + read), 16, |values, _| {
-            assert!(
-                values
-                    .iter()
-                    .zip(0..)
-                    .all(|(v, i)| v[0] == (1200 + read + i) as f32)
-            );
+            for (values, i) in values.iter().zip(0..) {
+                assert_eq!(values[0], (1200 + read + i) as f32);
+            }
             values.len() as u32
         }) {
             read += shown;
@@ -425,11 +422,8 @@ mod tests {
                 for n in 0..900u32 {
                     let late_us = lateness * [21, 14, 0, 7][n as usize / plan.frames_a_row() % 4];
                     let t_us = (f64::from(n) * period_us) as u32 + late_us;
-                    ring.push(
-                        &[1.0; TAXELS],
-                        plan.inputs,
-                        t_us.wrapping_add(u32::MAX - 9000),
-                    );
+                    let t_us = t_us.wrapping_add(u32::MAX - 9000);
+                    ring.push(&[1.0; TAXELS], plan.inputs, t_us);
                 }
                 let mut most_us = 0.0f64;
                 for first in (70..200).step_by(7) {
@@ -454,29 +448,15 @@ mod tests {
     /// list of what was written.
     #[test]
     fn frames_that_share_rows_are_as_they_were_written() {
-        for (name, inputs) in [
-            ("two", 0x8001u16),
-            ("three", 0x0412),
-            ("five", 0x001f),
-            ("one", 0x0100),
-            ("nine", 0x01ff),
-        ] {
-            let plan = Ads1258Plan {
-                inputs,
-                ..Ads1258Plan::HAND
-            }
-            .plan();
+        for inputs in [0x8001u16, 0x0412, 0x001f, 0x0100, 0x01ff] {
+            let mut own = Ads1258Plan::HAND;
+            own.inputs = inputs;
+            let (plan, name) = (own.plan(), std::format!("{inputs:#x}"));
             let mut ring = Box::new(Ring::new());
             let first = u32::MAX - 5000;
             ring.change(&plan, first);
             let number = |n: u32| first.wrapping_add(n);
-            let value = |n: u32, c: usize| {
-                if inputs >> c & 1 == 1 {
-                    (n * 16 + c as u32) as f32
-                } else {
-                    0.0
-                }
-            };
+            let value = |n: u32, c: usize| (inputs >> c & 1) as f32 * (n * 16 + c as u32) as f32;
             let values = |n: u32| -> Values { core::array::from_fn(|c| value(n, c)) };
             // Every 37th frame is missing, and the first taxel of every 11th bad.
             let valid = |n: u32| match n {
@@ -488,38 +468,28 @@ mod tests {
             let t_us = |n: u32| (f64::from(n) * frame_us) as u32;
             let all = ring.frames() + ring.frames() / 2 + 7;
             (0..all).for_each(|n| ring.push(&values(n), valid(n), t_us(n)));
-            assert_eq!(
-                ring.frames() as usize,
-                RING_FRAMES * (TAXELS / inputs.count_ones() as usize),
-                "{name}"
-            );
+            let frames = RING_FRAMES * (TAXELS / inputs.count_ones() as usize);
+            assert_eq!(ring.frames() as usize, frames, "{name}");
             let oldest = all - (ring.frames() + 1 - plan.frames_a_row() as u32);
             assert_eq!(ring.oldest(), number(oldest));
             for n in oldest..all {
                 let mut place = [0.0; TAXELS];
-                let found = ring
-                    .frame(number(n), &mut place)
-                    .map(|(values, valid)| (*values, valid));
+                let found = ring.frame(number(n), &mut place);
+                let found = found.map(|(values, valid)| (*values, valid));
                 let expected = Some((values(n), valid(n))).filter(|(_, valid)| *valid != 0);
                 assert_eq!(found, expected, "{name} {n}");
-                assert!(
-                    ring.t_us(number(n)).unwrap().abs_diff(t_us(n)) <= 1,
-                    "{name} {n}"
-                );
+                let found_us = ring.t_us(number(n)).unwrap();
+                assert!(found_us.abs_diff(t_us(n)) <= 1, "{name} {n}");
             }
             let (from, count) = (oldest + 1000, 97);
             let mut mean = [0.0; TAXELS];
             assert!(ring.mean(number(from), count, &mut mean));
-            let there: std::vec::Vec<u32> =
-                (from..from + count).filter(|n| valid(*n) != 0).collect();
+            let there = || (from..from + count).filter(|n| valid(*n) != 0);
             for c in (0..TAXELS).filter(|c| inputs >> c & 1 == 1) {
-                let expected =
-                    there.iter().map(|n| f64::from(value(*n, c))).sum::<f64>() / there.len() as f64;
-                assert!(
-                    (f64::from(mean[c]) / expected - 1.0).abs() < 1e-5,
-                    "{name} {c}: {} {expected}",
-                    mean[c]
-                );
+                let sum: f64 = there().map(|n| f64::from(value(n, c))).sum();
+                let expected = sum / there().count() as f64;
+                let off = f64::from(mean[c]) / expected - 1.0;
+                assert!(off.abs() < 1e-5, "{name} {c}: {off}");
             }
             let mut read = 0;
             while let Some(shown) = ring.read(number(all - 100 + read), 16, |shown, masks| {

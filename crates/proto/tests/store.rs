@@ -25,6 +25,15 @@ fn settings(number: u64) -> Settings {
     }
 }
 
+/// A store in an empty flash.
+fn empty<const PAGE_BYTES: u32>() -> FlashStore<CutFlash<PAGE_BYTES>> {
+    FlashStore::new(CutFlash::new(1))
+}
+
+const STORED: SettingsSource = SettingsSource::Stored;
+const DEFAULT: (Settings, SettingsSource) = (Settings::DEFAULT, SettingsSource::Default);
+const DAMAGED: (Settings, SettingsSource) = (Settings::DEFAULT, SettingsSource::Damaged);
+
 /// What a start finds in a flash whose power is back.
 fn found<const PAGE_BYTES: u32>(flash: &CutFlash<PAGE_BYTES>) -> (Settings, SettingsSource) {
     let mut store = FlashStore::new(flash.clone().power(None));
@@ -51,6 +60,13 @@ fn check_cut<const PAGE_BYTES: u32>(
     };
     assert!(is_right, "{settings:?} {source:?} over {old:?}");
     (settings, source)
+}
+
+fn is_stored(source: SettingsSource) -> bool {
+    matches!(
+        source,
+        SettingsSource::Stored | SettingsSource::StoredBefore
+    )
 }
 
 /// Stores `saves` settings into pages that hold `prefilled` others, loses power in the middle of
@@ -141,24 +157,11 @@ fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back()
                 });
                 let mut store = FlashStore::new(left);
                 let (found, source) = store.load();
-                let is_stored = matches!(
-                    source,
-                    SettingsSource::Stored | SettingsSource::StoredBefore
-                );
-                assert!(
-                    found == last && is_stored,
-                    "page {page}, {erased:?}: {found:?} {source:?}"
-                );
-                assert!(
-                    store.save(Some(&settings(saves)), true).is_ok(),
-                    "page {page}, {erased:?}"
-                );
-                assert_eq!(
-                    store.load(),
-                    (settings(saves), SettingsSource::Stored),
-                    "page {page}, {erased:?}"
-                );
-                assert_eq!(store.release().wrong, 0, "page {page}, {erased:?}");
+                let what = format!("page {page}, {erased:?}: {found:?} {source:?}");
+                assert!(found == last && is_stored(source), "{what}");
+                assert!(store.save(Some(&settings(saves)), true).is_ok(), "{what}");
+                assert_eq!(store.load(), (settings(saves), STORED), "{what}");
+                assert_eq!(store.release().wrong, 0, "{what}");
             }
         }
     }
@@ -179,22 +182,14 @@ fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
         let flash =
             CutFlash::<{ 10 * RECORD_BYTES }>::new(seed).with_bytes(|_| random.next_u32() as u8);
         let mut store = FlashStore::new(flash);
-        assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Damaged));
-        assert_eq!(
-            store.save(Some(&settings(5)), false),
-            Err(NotStored),
-            "not without erasing"
-        );
+        assert_eq!(store.load(), DAMAGED);
+        // Not without erasing.
+        assert_eq!(store.save(Some(&settings(5)), false), Err(NotStored));
         assert_eq!(store.save(Some(&settings(5)), true), Ok(Saved::Erasing));
-        assert_eq!(store.load(), (settings(5), SettingsSource::Stored));
+        assert_eq!(store.load(), (settings(5), STORED));
         assert_eq!(store.release().wrong, 0);
     }
-    assert_eq!(
-        FlashStore::new(CutFlash::<{ 10 * RECORD_BYTES }>::new(1))
-            .load()
-            .1,
-        SettingsSource::Default
-    );
+    assert_eq!(empty::<{ 10 * RECORD_BYTES }>().load(), DEFAULT);
 }
 
 /// Sectors of 128 KiB, as on the board, full of anything: each of the 2,048 places is looked at a
@@ -205,19 +200,17 @@ fn rubbish_in_whole_sectors_is_passed_over_quickly() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let flash = CutFlash::<131_072>::new(1).with_bytes(|_| random.next_u32() as u8);
     let mut store = FlashStore::new(flash);
-    assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Damaged));
+    assert_eq!(store.load(), DAMAGED);
     let reads = store.release().reads;
     assert!((2_048..4 * 2_048).contains(&reads), "{reads} reads");
 }
 
 #[test]
 fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
-    let mut store = FlashStore::new(CutFlash::<{ 10 * RECORD_BYTES }>::new(1));
+    let mut store = empty::<{ 10 * RECORD_BYTES }>();
     for number in 0..3 {
-        assert_eq!(
-            store.save(Some(&settings(number)), false),
-            Ok(Saved::AtOnce)
-        );
+        let saved = store.save(Some(&settings(number)), false);
+        assert_eq!(saved, Ok(Saved::AtOnce));
     }
     // A bit of the third record's settings.
     let mut flash = store.release();
@@ -226,14 +219,14 @@ fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
     assert_eq!(store.load(), (settings(1), SettingsSource::StoredBefore));
     // Forgetting is a record too.
     assert_eq!(store.save(None, false), Ok(Saved::AtOnce));
-    assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Default));
+    assert_eq!(store.load(), DEFAULT);
     assert_eq!(store.release().wrong, 0);
 }
 
 /// In a touch nothing is erased, and what was stored stays.
 #[test]
 fn a_full_page_is_not_erased_without_permission() {
-    let mut store = FlashStore::new(CutFlash::<{ 2 * RECORD_BYTES }>::new(1));
+    let mut store = empty::<{ 2 * RECORD_BYTES }>();
     for number in 0..4 {
         assert_eq!(store.save(Some(&settings(number)), true), Ok(Saved::AtOnce));
     }
@@ -288,44 +281,24 @@ impl NorFlash for Worn {
 
 #[test]
 fn what_cannot_be_read_back_is_stored_in_another_place() {
-    let load = |worn: Worn| FlashStore::new(worn).load();
-    let mut store = FlashStore::new(Worn {
-        flash: CutFlash::new(1),
-        is_worn: |_| false,
-    });
-    assert_eq!(store.save(Some(&settings(1)), true), Ok(Saved::AtOnce));
-    let flash = store.release().flash;
+    let store = |flash, is_worn| FlashStore::new(Worn { flash, is_worn });
+    let mut sound = store(CutFlash::new(1), |_| false);
+    assert_eq!(sound.save(Some(&settings(1)), true), Ok(Saved::AtOnce));
+    let flash = sound.release().flash;
 
     // A word of each of the next two places.
     let is_worn: fn(u32) -> bool = |offset| [RECORD_BYTES, 2 * RECORD_BYTES - 24].contains(&offset);
-    let mut store = FlashStore::new(Worn {
-        flash: flash.clone(),
-        is_worn,
-    });
-    assert_eq!(store.save(Some(&settings(2)), true), Ok(Saved::AtOnce));
-    let flash_after = store.release().flash;
+    let mut partly = store(flash.clone(), is_worn);
+    assert_eq!(partly.save(Some(&settings(2)), true), Ok(Saved::AtOnce));
+    let flash_after = partly.release().flash;
     assert_eq!(flash_after.wrong, 0);
-    let (kept, source) = load(Worn {
-        flash: flash_after,
-        is_worn,
-    });
-    assert_eq!(kept, settings(2));
-    assert!(
-        matches!(
-            source,
-            SettingsSource::Stored | SettingsSource::StoredBefore
-        ),
-        "{source:?}"
-    );
+    let (kept, source) = store(flash_after, is_worn).load();
+    assert!(kept == settings(2) && is_stored(source), "{source:?}");
 
     // All of them: refused, and what was there is there still.
-    let mut store = FlashStore::new(Worn {
-        flash,
-        is_worn: |_| true,
-    });
-    assert_eq!(store.save(Some(&settings(2)), true), Err(NotStored));
-    let (kept, _) = load(store.release());
-    assert_eq!(kept, settings(1));
+    let mut worn_out = store(flash, |_| true);
+    assert_eq!(worn_out.save(Some(&settings(2)), true), Err(NotStored));
+    assert_eq!(worn_out.load().0, settings(1));
 }
 
 /// A flash that begins with these bytes.
@@ -371,14 +344,13 @@ fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
     assert_eq!(load(&other_type), (default, SettingsSource::Migrated));
     // One out of its bounds, or a list that is cut off: nothing of it is used.
     let refused = [others.clone(), vec![(harmonics, vec![9])]].concat();
-    assert_eq!(load(&refused), (Settings::DEFAULT, SettingsSource::Damaged));
+    assert_eq!(load(&refused), DAMAGED);
     let mut cut_off = with_pairs(number, &pairs[..1]);
     cut_off[6] = 250;
     let content = [&cut_off[..124], &cut_off[128..252]].concat();
     cut_off[124..128].copy_from_slice(&checksum(&content[..124]).to_le_bytes());
     cut_off[252..].copy_from_slice(&checksum(&content).to_le_bytes());
-    let damaged = (Settings::DEFAULT, SettingsSource::Damaged);
-    assert_eq!(found(&with_bytes(&cut_off)), damaged);
+    assert_eq!(found(&with_bytes(&cut_off)), DAMAGED);
 }
 
 /// The halves of two records do not make one.
@@ -386,15 +358,12 @@ fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
 fn the_second_half_belongs_to_its_first() {
     let mut store = FlashStore::new(with_bytes(&[]));
     for number in [1, 2] {
-        assert_eq!(
-            store.save(Some(&settings(number)), false),
-            Ok(Saved::AtOnce)
-        );
+        let saved = store.save(Some(&settings(number)), false);
+        assert_eq!(saved, Ok(Saved::AtOnce));
     }
     let bytes = store.release().bytes;
     let (first, second) = bytes.split_at(RECORD_BYTES as usize);
     let half = first.len() / 2;
     let mixed = [&first[..half], &second[half..2 * half]].concat();
-    let damaged = (Settings::DEFAULT, SettingsSource::Damaged);
-    assert_eq!(found(&with_bytes(&mixed)), damaged);
+    assert_eq!(found(&with_bytes(&mixed)), DAMAGED);
 }

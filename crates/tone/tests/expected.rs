@@ -3,7 +3,7 @@
 mod common;
 
 use common::{RATE_HZ, fit, fit_with, normal};
-use ridgetone_tone::Status;
+use ridgetone_tone::{Fit, Status};
 use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
@@ -33,9 +33,8 @@ fn it_is_what_a_search_finds() {
         let values = window(&[cycles, 2.0 * cycles], u64::from(n));
         let found = fit(&values, CHANNELS);
         // A hand's speed changes by a percent from one window to the next.
-        let expected = fit_with(&values, CHANNELS, |span| {
-            span.expecting(cycles as f32 * 1.01)
-        });
+        let near = cycles as f32 * 1.01;
+        let expected = fit_with(&values, CHANNELS, |span| span.expecting(near));
         assert_eq!(expected.status, Status::Good, "{cycles}: {expected:?}");
         assert!(
             (expected.frequency - found.frequency).abs() < 0.1 * found.sigma
@@ -57,16 +56,14 @@ fn what_is_not_there_is_searched_for() {
         let values = window(&lines, 3);
         let found = fit(&values, CHANNELS);
         let tracked = fit_with(&values, CHANNELS, |span| span.expecting(expected));
+        let bits = |fit: &Fit| (fit.status, fit.frequency.to_bits());
         assert_eq!(
-            (tracked.status, tracked.frequency.to_bits()),
-            (found.status, found.frequency.to_bits()),
+            bits(&tracked),
+            bits(&found),
             "{lines:?} where {expected} is expected"
         );
-        let first = lines.first().copied().unwrap_or(0.0);
-        assert!(
-            (f64::from(found.frequency) - first).abs() < 0.02,
-            "{found:?}"
-        );
+        let off = f64::from(found.frequency) - lines.first().unwrap_or(&0.0);
+        assert!(off.abs() < 0.02, "{found:?}");
     }
     // The unit is that of the fit: a rate that is not the window's.
     let values = window(&[9.7], 4);

@@ -3,7 +3,7 @@
 
 mod common;
 
-use ridgetone_tone::{CHANNELS_MAX, Fit, Fitter, FrameSpan, Frames, Scene, Status};
+use ridgetone_tone::{CHANNELS_MAX, Fit, Status};
 use std::f64::consts::{SQRT_2, TAU};
 
 /// The second harmonic's amplitude, 20 dB above noise of variance 1.
@@ -45,13 +45,7 @@ fn fit(
             values.push((SECOND * sum + noise(channel)) as f32);
         }
     }
-    let mut source = Frames::new(&values, CHANNELS_MAX).expect("sixteen channels");
-    Fitter::new()
-        .fit(
-            &mut FrameSpan::new(&mut source, 0, frames as u32),
-            &Scene::with_harmonics(4),
-        )
-        .expect("its frames are there")
+    common::fit_harmonics(&values, CHANNELS_MAX, 4)
 }
 
 /// How many of 50 windows are good, and how many of these say that the second harmonic is the tone.

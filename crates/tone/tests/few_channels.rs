@@ -3,7 +3,7 @@
 
 mod common;
 
-use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Scene, Status};
+use ridgetone_tone::{Fit, Status};
 use std::f64::consts::TAU;
 
 const FRAMES: usize = 240;
@@ -34,13 +34,7 @@ fn fit(cycles: f64, channels: usize, number: u32) -> Fit {
             );
         }
     }
-    let mut frames = Frames::new(&values, channels).expect("as many values as channels");
-    Fitter::new()
-        .fit(
-            &mut FrameSpan::new(&mut frames, 0, FRAMES as u32),
-            &Scene::with_harmonics(4),
-        )
-        .expect("its frames are there")
+    common::fit_harmonics(&values, channels, 4)
 }
 
 /// Good answers, and those of them that are off by more than 5 %.

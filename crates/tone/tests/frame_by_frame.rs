@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::fit_harmonics;
 use ridgetone_tone::{Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
@@ -64,13 +65,7 @@ fn short_windows_are_on_the_bound() {
             .map(|number| number as f64 / count as f64)
             .collect();
         let ratio = error_over_bound(&places, 3.6, |values| {
-            let mut source = Frames::new(values, CHANNELS).unwrap();
-            let fit = Fitter::new()
-                .fit(
-                    &mut FrameSpan::new(&mut source, 0, count as u32),
-                    &Scene::with_harmonics(1),
-                )
-                .unwrap();
+            let fit = fit_harmonics(values, CHANNELS, 1);
             (fit.status, f64::from(fit.frequency) * count as f64)
         });
         assert!(NEAR_THE_BOUND.contains(&ratio), "{count} frames: {ratio}");
@@ -88,9 +83,8 @@ fn windows_along_a_path_are_on_the_bound() {
         let ratio = error_over_bound(&places, 7.3, |values| {
             let mut source = Frames::new(values, CHANNELS).unwrap();
             let place = |number: u32| at(number) as f32;
-            let mut span = FrameSpan::new(&mut source, 0, count as u32)
-                .along(&place)
-                .unwrap();
+            let span = FrameSpan::new(&mut source, 0, count as u32);
+            let mut span = span.along(&place).unwrap();
             let fit = Fitter::new()
                 .fit(&mut span, &Scene::with_harmonics(1))
                 .unwrap();

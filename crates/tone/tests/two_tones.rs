@@ -2,7 +2,7 @@
 
 mod common;
 
-use ridgetone_tone::{CHANNELS_MAX, Fit, Fitter, FrameSpan, Frames, Scene, Status};
+use ridgetone_tone::{CHANNELS_MAX, Fit, Status};
 use std::f64::consts::TAU;
 
 /// Share of its frequency by which a tone that is named may be off.
@@ -24,13 +24,7 @@ fn fit(frames: usize, cycles: [f64; 2], seed: u64) -> Fit {
             values.push((10.0 * std::f64::consts::SQRT_2 * tones.sum::<f64>() + normal()) as f32);
         }
     }
-    let mut source = Frames::new(&values, CHANNELS_MAX).expect("sixteen channels");
-    Fitter::new()
-        .fit(
-            &mut FrameSpan::new(&mut source, 0, frames as u32),
-            &Scene::with_harmonics(4),
-        )
-        .expect("its frames are there")
+    common::fit_harmonics(&values, CHANNELS_MAX, 4)
 }
 
 /// Less than two thirds of a cycle a window apart they are one line that beats, in each channel at

@@ -21,6 +21,13 @@ pub fn chip(change: impl FnOnce(&mut Options)) -> Ads1258 {
     )
 }
 
+/// The chip of [`chip`] with START high from zero on.
+pub fn started() -> Ads1258 {
+    let mut chip = chip(|_| ());
+    chip.set_start(0, true);
+    chip
+}
+
 pub fn write(chip: &mut Ads1258, now_ns: u64, address: u8, values: &[u8]) {
     let mut bytes = vec![0x70 | address];
     bytes.extend_from_slice(values);

@@ -6,7 +6,7 @@ use ridgetone_finger::Detector;
 use ridgetone_finger::Estimator;
 use ridgetone_finger::Wiring;
 use ridgetone_finger::tasks::{Mail, Outbox};
-use ridgetone_finger::tasks::{PACKETS, Platform, Shared, Task};
+use ridgetone_finger::tasks::{Platform, Shared, Task};
 use ridgetone_finger::tasks::{Received, RequestInbox, receive};
 use ridgetone_finger::tasks::{Requests, Targets};
 use ridgetone_proto::boot::{Boot, SettingsSource};
@@ -40,7 +40,7 @@ pub struct Receiver<F: NorFlash> {
     requests: Requests<FlashStore<F>>,
     detector: Box<Detector>,
     estimator: Box<Estimator>,
-    outbox: Outbox<PACKETS>,
+    outbox: Outbox,
     shared: Shared<FitPended>,
     pub answered: u64,
 }

@@ -7,7 +7,7 @@ use super::sampler::{Look, Sampler};
 use super::{REPORT_SAMPLES, SAMPLE_HZ};
 use ridgetone_finger::tasks::Outbox;
 use ridgetone_finger::tasks::RequestInbox;
-use ridgetone_finger::tasks::{PACKETS, Platform, Shared};
+use ridgetone_finger::tasks::{Platform, Shared};
 use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::Boot;
 use rtic_core::Mutex;
@@ -52,7 +52,7 @@ impl Reports {
         &mut self,
         sampler: &mut impl Mutex<T = Sampler>,
         inbox: &mut impl Mutex<T = RequestInbox>,
-        outbox: &mut impl Mutex<T = Outbox<PACKETS, Mark<Event>>>,
+        outbox: &mut impl Mutex<T = Outbox<Mark<Event>>>,
         shared: &Shared<P>,
     ) {
         let is_asked = self.requests.step(sampler, inbox, outbox, shared);

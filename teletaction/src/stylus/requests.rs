@@ -6,7 +6,7 @@ use super::parameters::{Parameters, refusal};
 use super::sampler::Sampler;
 use ridgetone_finger::tasks::Outbox;
 use ridgetone_finger::tasks::RequestInbox;
-use ridgetone_finger::tasks::{PACKETS, Platform, Shared};
+use ridgetone_finger::tasks::{Platform, Shared};
 use ridgetone_proto::framing::decode;
 use rtic_core::Mutex;
 
@@ -46,7 +46,7 @@ impl Requests {
         &mut self,
         sampler: &mut impl Mutex<T = Sampler>,
         inbox: &mut impl Mutex<T = RequestInbox>,
-        outbox: &mut impl Mutex<T = Outbox<PACKETS, Mark<Event>>>,
+        outbox: &mut impl Mutex<T = Outbox<Mark<Event>>>,
         shared: &Shared<P>,
     ) -> bool {
         let Some(mut frame) = inbox.lock(|inbox| inbox.take()) else {

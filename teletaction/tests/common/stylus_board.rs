@@ -3,7 +3,7 @@
 
 use super::serial_board::raw_end;
 use ridgetone_finger::tasks::Outbox;
-use ridgetone_finger::tasks::{PACKETS, Platform, Shared, Task};
+use ridgetone_finger::tasks::{Platform, Shared, Task};
 use ridgetone_finger::tasks::{Received, RequestInbox, receive};
 use ridgetone_proto::boot::Boot;
 use ridgetone_proto::framing;
@@ -94,7 +94,7 @@ struct Running {
     sampler: Sampler,
     reports: Reports,
     inbox: RequestInbox,
-    outbox: Outbox<PACKETS, Mark<Event>>,
+    outbox: Outbox<Mark<Event>>,
     shared: Shared<Called>,
 }
 

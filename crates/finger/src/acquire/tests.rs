@@ -112,6 +112,83 @@ impl Bench {
         self.serve()
     }
 
+    /// The next conversion, and what it asks for, as `tasks::drdy` does.
+    fn follow(&mut self) -> Drdy {
+        let drdy = self.next();
+        if drdy == Drdy::HealthRead {
+            self.acquisition
+                .read_inputs(&self.diagnostics, &mut self.board.delay());
+        }
+        drdy
+    }
+
+    fn read_health(&mut self) -> bool {
+        self.acquisition
+            .read_health(&self.diagnostics, &mut self.board.delay())
+    }
+
+    fn change(&mut self, plan: Plan) {
+        let now_us = self.now_us();
+        self.acquisition
+            .change(plan, now_us, &self.diagnostics, &mut self.board.delay());
+    }
+
+    /// An edge that nobody expects.
+    fn nothing(&mut self) -> Drdy {
+        let now_us = self.now_us();
+        self.acquisition.nothing(now_us, &self.diagnostics)
+    }
+
+    /// Unexpected edges until DRDY is muted.
+    fn storm(&mut self) -> Option<u16> {
+        (1..).find(|_| self.nothing() == Drdy::Mute)
+    }
+
+    fn can_begin(&mut self) -> bool {
+        let now_us = self.now_us();
+        self.acquisition.can_begin(now_us)
+    }
+
+    /// After each of six conversions: whether another scan can begin.
+    fn can_begin_six_times(&mut self) -> [bool; 6] {
+        [(); 6].map(|()| {
+            assert!(self.next().goes_on());
+            self.can_begin()
+        })
+    }
+
+    fn begin(&self, fault: Fault) {
+        self.board.with_chip(|chip| chip.begin_fault(fault));
+    }
+
+    fn flip_dout(&self, bytes_ahead: u64, mask: u8) {
+        self.begin(Fault::DoutFlip { bytes_ahead, mask });
+    }
+
+    fn flip_register(&self, address: u8, mask: u8) {
+        self.begin(Fault::RegisterFlip { address, mask });
+    }
+
+    /// Registers that were written.
+    fn registers(&self) -> [u8; 9] {
+        self.board
+            .with_chip(|chip| *chip.registers().first_chunk().expect("ten registers"))
+    }
+
+    fn restarts(&self) -> u32 {
+        self.diagnostics.chip_restarts.get()
+    }
+
+    fn overruns(&self) -> u32 {
+        self.diagnostics.queue_overruns.get()
+    }
+
+    /// Asserts that the scan begins at its top.
+    #[track_caller]
+    fn assert_begins_anew(&mut self) {
+        assert_eq!((self.next(), self.ids()), (Drdy::Midway, std::vec![8]));
+    }
+
     /// Conversions that are not looked at.
     fn pass(&mut self, conversions: u32) {
         for _ in 0..conversions {
@@ -163,16 +240,13 @@ impl Drdy {
 fn every_conversion_is_read_twice_and_queued_once() {
     let mut bench = Bench::new();
     for n in 1..=50 {
+        // The detector looks when a scan is over.
         let expected = if n % 21 == 0 {
             Drdy::Listen
         } else {
             Drdy::Midway
         };
-        assert_eq!(
-            bench.next(),
-            expected,
-            "the detector looks when a scan is over: {n}"
-        );
+        assert_eq!(bench.next(), expected, "{n}");
     }
     // Two scans and a bit (SBAS297G: ascending CHID; 19h is unused).
     let scan = [
@@ -191,12 +265,7 @@ fn a_bit_that_falls_over_is_mended_wherever_it_is() {
             for n in 0..30 {
                 plain.pass(1);
                 if n == 7 {
-                    bench.board.with_chip(|chip| {
-                        chip.begin_fault(Fault::DoutFlip {
-                            bytes_ahead: byte,
-                            mask: 1 << bit,
-                        })
-                    });
+                    bench.flip_dout(byte, 1 << bit);
                 }
                 assert_eq!(
                     bench.next() == Drdy::Watch,
@@ -218,12 +287,7 @@ fn a_bit_that_falls_over_is_mended_wherever_it_is() {
 fn what_no_two_reads_agree_on_is_dropped_and_counted() {
     let mut bench = Bench::new();
     for byte in [2, 8, 14] {
-        bench.board.with_chip(|chip| {
-            chip.begin_fault(Fault::DoutFlip {
-                bytes_ahead: byte,
-                mask: 1 << (byte / 5),
-            })
-        });
+        bench.flip_dout(byte, 1 << (byte / 5));
     }
     assert_eq!(
         [bench.next(), bench.next(), bench.next()],
@@ -231,11 +295,7 @@ fn what_no_two_reads_agree_on_is_dropped_and_counted() {
     );
     assert_eq!(bench.ids(), [9, 10]);
     assert_eq!(
-        (
-            bench.count(Bus),
-            bench.faults(),
-            bench.diagnostics.queue_overruns.get()
-        ),
+        (bench.count(Bus), bench.faults(), bench.overruns()),
         (1, 1, 1)
     );
 }
@@ -266,10 +326,7 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
                 &[8, 9, 10, 11, 12, 13, 14]
             }
         );
-        assert_eq!(
-            (bench.faults(), bench.diagnostics.queue_overruns.get()),
-            (0, between as u32)
-        );
+        assert_eq!((bench.faults(), bench.overruns()), (0, between as u32));
         assert_eq!(bench.read_and_lost().0, ids.len() as u64 + between as u64);
     }
 }
@@ -278,10 +335,7 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
 fn what_does_not_fit_the_queue_is_counted() {
     let mut bench = Bench::new();
     assert!((0..70).all(|_| bench.next().goes_on()));
-    assert_eq!(
-        (bench.taken().len(), bench.diagnostics.queue_overruns.get()),
-        (63, 7)
-    );
+    assert_eq!((bench.taken().len(), bench.overruns()), (63, 7));
 }
 
 #[test]
@@ -290,10 +344,7 @@ fn an_edge_without_a_conversion_is_counted_and_gives_none() {
     bench.pass(1);
     bench.board.advance_ns(50_000);
     assert_eq!(bench.serve(), Drdy::Watch);
-    assert_eq!(
-        bench.acquisition.nothing(0, &bench.diagnostics),
-        Drdy::Listen
-    );
+    assert_eq!(bench.nothing(), Drdy::Listen);
     assert_eq!((bench.count(Repeated), bench.faults()), (2, 2));
     bench.watch();
     assert_eq!((bench.next(), bench.ids()), (Drdy::Midway, std::vec![8, 9]));
@@ -303,59 +354,37 @@ fn an_edge_without_a_conversion_is_counted_and_gives_none() {
 fn a_storm_is_muted_until_the_next_watch() {
     let mut bench = Bench::new();
     bench.pass(1);
-    let served = (1..).find(|_| bench.acquisition.nothing(0, &bench.diagnostics) == Drdy::Mute);
-    assert_eq!(served, Some(STORM_EDGES));
+    assert_eq!(bench.storm(), Some(STORM_EDGES));
     assert!(bench.acquisition.is_quiet(bench.now_us()) && bench.count(Storm) == 1);
     // As long as it likes: nothing could come, so the chip is not taken for silent.
     bench.board.advance_ns(500_000_000);
     bench.watch();
     assert!(bench.next().goes_on() || bench.next().goes_on());
-    assert_eq!(
-        (bench.count(Silent), bench.diagnostics.chip_restarts.get()),
-        (0, 0)
-    );
+    assert_eq!((bench.count(Silent), bench.restarts()), (0, 0));
 }
 
 #[test]
 fn registers_that_change_are_written_anew_and_the_scan_begins_at_its_top() {
     let mut bench = Bench::new();
     bench.pass(5);
-    bench.board.with_chip(|chip| {
-        chip.begin_fault(Fault::RegisterFlip {
-            address: CONFIG1,
-            mask: 0x02,
-        })
-    });
+    bench.flip_register(CONFIG1, 0x02);
     bench.watch();
     assert_eq!(
-        (
-            bench.count(Registers),
-            bench.faults(),
-            bench.diagnostics.chip_restarts.get()
-        ),
+        (bench.count(Registers), bench.faults(), bench.restarts()),
         (1, 1, 1)
     );
-    let registers = bench.board.with_chip(|chip| chip.registers());
-    assert_eq!(registers[..9], SCAN.registers().unwrap());
+    assert_eq!(bench.registers(), SCAN.registers().unwrap());
     bench.ids();
-    assert_eq!((bench.next(), bench.ids()), (Drdy::Midway, std::vec![8]));
+    bench.assert_begins_anew();
 }
 
 #[test]
 fn one_wrong_look_at_the_registers_is_no_reason_to_restart() {
     let mut bench = Bench::new();
     bench.pass(1);
-    bench.board.with_chip(|chip| {
-        chip.begin_fault(Fault::DoutFlip {
-            bytes_ahead: 3,
-            mask: 0x10,
-        })
-    });
+    bench.flip_dout(3, 0x10);
     bench.watch();
-    assert_eq!(
-        (bench.faults(), bench.diagnostics.chip_restarts.get()),
-        (0, 0)
-    );
+    assert_eq!((bench.faults(), bench.restarts()), (0, 0));
 }
 
 #[test]
@@ -374,25 +403,19 @@ fn a_chip_that_resets_itself_is_noticed_by_its_ids_within_one_scan() {
     bench.watch();
     bench.ids();
     assert!((0..21).all(|_| bench.next().goes_on()));
-    assert_eq!(
-        (
-            bench.count(Registers),
-            bench.diagnostics.chip_restarts.get()
-        ),
-        (1, 1)
-    );
+    assert_eq!((bench.count(Registers), bench.restarts()), (1, 1));
 }
 
 #[test]
 fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
     let mut bench = Bench::new();
     bench.pass(1);
-    bench.board.with_chip(|chip| chip.begin_fault(Fault::Stall));
+    bench.begin(Fault::Stall);
     let mut restarts_ms = Vec::new();
     for half in 1..=60 {
         bench.board.advance_ns(500_000_000);
         bench.watch();
-        if bench.diagnostics.chip_restarts.get() as usize > restarts_ms.len() {
+        if bench.restarts() as usize > restarts_ms.len() {
             restarts_ms.push(half * 500);
         }
     }
@@ -412,20 +435,9 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
         bench.ids();
     }
     bench.watch();
-    bench.board.with_chip(|chip| {
-        chip.begin_fault(Fault::RegisterFlip {
-            address: MUXSG0,
-            mask: 0x01,
-        })
-    });
+    bench.flip_register(MUXSG0, 0x01);
     bench.watch();
-    assert_eq!(
-        (
-            bench.count(Registers),
-            bench.diagnostics.chip_restarts.get()
-        ),
-        (1, 13)
-    );
+    assert_eq!((bench.count(Registers), bench.restarts()), (1, 13));
 }
 
 #[test]
@@ -450,17 +462,8 @@ fn a_dead_bus_gives_no_conversion_and_is_tried_again_until_it_lives() {
         bench.trouble.borrow_mut().stuck = None;
         bench.board.advance_ns(500_000_000);
         bench.watch();
-        assert_eq!((bench.next(), bench.ids()), (Drdy::Midway, std::vec![8]));
-        assert_eq!(bench.diagnostics.chip_restarts.get(), 2);
-    }
-}
-
-/// As `tasks::drdy` does.
-fn follow(bench: &mut Bench, drdy: Drdy) {
-    if drdy == Drdy::HealthRead {
-        bench
-            .acquisition
-            .read_inputs(&bench.diagnostics, &mut bench.board.delay());
+        bench.assert_begins_anew();
+        assert_eq!(bench.restarts(), 2);
     }
 }
 
@@ -471,9 +474,8 @@ fn a_fast_plan_reads_its_health_at_the_start_and_when_it_is_requested() {
         let inputs = Ads1258Plan::of(&plan).config().registers().unwrap();
         for round in 0..2 {
             for n in 0..40 {
-                let drdy = bench.next();
-                assert_eq!(drdy == Drdy::HealthRead, n == 4, "{plan:?} {n}");
-                follow(&mut bench, drdy);
+                let is_health_read = bench.follow() == Drdy::HealthRead;
+                assert_eq!(is_health_read, n == 4, "{plan:?} {n}");
             }
             let taxels = (0..16u8)
                 .filter(|taxel| plan.inputs >> taxel & 1 == 1)
@@ -483,26 +485,14 @@ fn a_fast_plan_reads_its_health_at_the_start_and_when_it_is_requested() {
                 .into_iter()
                 .chain(taxels.into_iter().cycle().take(35));
             assert!(bench.ids().into_iter().eq(expected), "{plan:?} {round}");
-            assert_eq!(bench.board.with_chip(|chip| chip.registers())[..9], inputs);
+            assert_eq!(bench.registers(), inputs);
             bench.watch();
-            assert_eq!(
-                (bench.faults(), bench.diagnostics.chip_restarts.get()),
-                (0, 0)
-            );
-            assert!(
-                bench
-                    .acquisition
-                    .read_health(&bench.diagnostics, &mut bench.board.delay())
-            );
+            assert_eq!((bench.faults(), bench.restarts()), (0, 0));
+            assert!(bench.read_health());
         }
     }
     let mut paper = Bench::new();
-    assert!(
-        !paper
-            .acquisition
-            .read_health(&paper.diagnostics, &mut paper.board.delay()),
-        "they are in its scan"
-    );
+    assert!(!paper.read_health(), "they are in its scan");
 }
 
 #[test]
@@ -511,13 +501,9 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
     bench.pass(30);
     for plan in [Plan::SINGLE, Plan::HAND, Plan::PAPER] {
         bench.taken();
-        let now_us = bench.now_us();
-        bench
-            .acquisition
-            .change(plan, now_us, &bench.diagnostics, &mut bench.board.delay());
+        bench.change(plan);
         for _ in 0..10 {
-            let drdy = bench.next();
-            follow(&mut bench, drdy);
+            let _ = bench.follow();
         }
         let taken = bench.taken();
         assert_eq!(taken[0].as_mark(), Some(plan.mark()));
@@ -525,32 +511,18 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
             taken.len() == 11 && taken[1..].iter().all(|timed| timed.as_mark().is_none()),
             "{taken:?}"
         );
-        let registers = bench.board.with_chip(|chip| chip.registers());
-        assert_eq!(
-            registers[..9],
-            Ads1258Plan::of(&plan).config().registers().unwrap()
-        );
+        let expected = Ads1258Plan::of(&plan).config().registers().unwrap();
+        assert_eq!(bench.registers(), expected);
     }
-    assert_eq!(
-        (bench.faults(), bench.diagnostics.queue_overruns.get()),
-        (0, 0)
-    );
+    assert_eq!((bench.faults(), bench.overruns()), (0, 0));
     // Where the queue is full the mark waits, and so do its conversions.
     bench.pass(70);
-    let now_us = bench.now_us();
-    bench.acquisition.change(
-        Plan::HAND,
-        now_us,
-        &bench.diagnostics,
-        &mut bench.board.delay(),
-    );
-    let drdy = bench.next();
-    follow(&mut bench, drdy);
+    bench.change(Plan::HAND);
+    let _ = bench.follow();
     // One of the health readings.
     assert_eq!(bench.diagnostics.unseen.get(), 1);
     bench.taken();
-    let drdy = bench.next();
-    follow(&mut bench, drdy);
+    let _ = bench.follow();
     assert_eq!(bench.taken()[0].as_mark(), Some(Plan::HAND.mark()));
 }
 
@@ -558,18 +530,12 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
 fn a_fast_plan_reads_once_and_finds_wrong_ids() {
     let mut bench = Bench::with(Plan::HAND);
     for _ in 0..10 {
-        let drdy = bench.next();
-        follow(&mut bench, drdy);
+        let _ = bench.follow();
     }
     bench.taken();
     // A bit of the id, of NEW, of the code.
     for (byte, mask, is_seen) in [(1, 0x01, true), (1, 0x80, true), (3, 0x10, false)] {
-        bench.board.with_chip(|chip| {
-            chip.begin_fault(Fault::DoutFlip {
-                bytes_ahead: byte,
-                mask,
-            })
-        });
+        bench.flip_dout(byte, mask);
         let before = bench.count(Bus);
         let _ = bench.next();
         assert_eq!(bench.count(Bus) > before, is_seen, "{byte} {mask:#x}");
@@ -581,44 +547,29 @@ fn a_fast_plan_reads_once_and_finds_wrong_ids() {
             .all(|pair| pair[1] == if pair[0] == 23 { 8 } else { pair[0] + 1 }),
         "{ids:?}"
     );
-    assert_eq!(bench.diagnostics.queue_overruns.get(), 0);
+    assert_eq!(bench.overruns(), 0);
 }
 
 #[test]
 fn a_set_up_that_fails_once_is_tried_again_at_once() {
     let mut bench = Bench::new();
     bench.pass(5);
-    bench.board.with_chip(|chip| {
-        chip.begin_fault(Fault::RegisterFlip {
-            address: CONFIG1,
-            mask: 0x02,
-        });
-        // Two looks at nine registers, one at CONFIG0, each behind a command; the set-up writes
-        // nine, and of what it reads back a bit falls over.
-        chip.begin_fault(Fault::DoutFlip {
-            bytes_ahead: 10 + 10 + 2 + 10 + 5,
-            mask: 0x04,
-        });
-    });
+    bench.flip_register(CONFIG1, 0x02);
+    // Two looks at nine registers, one at CONFIG0, each behind a command; the set-up writes nine,
+    // and of what it reads back a bit falls over.
+    bench.flip_dout(10 + 10 + 2 + 10 + 5, 0x04);
     bench.watch();
-    assert_eq!(
-        (bench.count(NoAnswer), bench.diagnostics.chip_restarts.get()),
-        (0, 1)
-    );
-    assert_eq!(
-        bench.board.with_chip(|chip| chip.registers())[..9],
-        SCAN.registers().unwrap()
-    );
+    assert_eq!((bench.count(NoAnswer), bench.restarts()), (0, 1));
+    assert_eq!(bench.registers(), SCAN.registers().unwrap());
     bench.ids();
-    assert_eq!((bench.next(), bench.ids()), (Drdy::Midway, std::vec![8]));
+    bench.assert_begins_anew();
 }
 
 /// Serves conversions and what each asks for until the scan of the inputs runs.
 fn inputs_of(plan: Plan) -> Bench {
     let mut bench = Bench::with(plan);
     for _ in 0..8 {
-        let drdy = bench.next();
-        follow(&mut bench, drdy);
+        let _ = bench.follow();
     }
     bench
 }
@@ -627,25 +578,16 @@ fn inputs_of(plan: Plan) -> Bench {
 fn another_scan_begins_only_where_it_is_known_when_the_latest_conversion_ended() {
     let mut bench = inputs_of(Plan::HAND);
     let period_ns = u64::from(Plan::HAND.conversion_ns());
-    let can_begin = |bench: &mut Bench, later_ns: u64| {
-        let now_us = bench.now_us() + (later_ns / 1000) as u32;
-        bench.acquisition.can_begin(now_us)
-    };
-    assert!(can_begin(&mut bench, 0) && can_begin(&mut bench, 2 * period_ns / 5));
-    assert!(
-        !can_begin(&mut bench, 3 * period_ns / 5),
-        "the next conversion is near"
-    );
-    assert!(can_begin(&mut bench, 500 * period_ns), "the chip is silent");
+    // The next conversion is near, and then the chip is silent.
+    for (fifths, expected) in [(0, true), (2, true), (3, false), (2500, true)] {
+        let later_us = (fifths * period_ns / 5 / 1000) as u32;
+        let then_us = bench.now_us() + later_us;
+        let can_begin = bench.acquisition.can_begin(then_us);
+        assert_eq!(can_begin, expected, "{fifths} fifths of a conversion later");
+    }
     // While an unexpected edge was served a conversion may have ended.
-    let now_us = bench.now_us();
-    let _ = bench.acquisition.nothing(now_us, &bench.diagnostics);
-    let answers: Vec<bool> = (0..6)
-        .map(|_| {
-            assert!(bench.next().goes_on());
-            can_begin(&mut bench, 0)
-        })
-        .collect();
+    let _ = bench.nothing();
+    let answers = bench.can_begin_six_times();
     assert_eq!(
         (answers[..3].contains(&true), answers[5]),
         (false, true),
@@ -660,10 +602,9 @@ fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
     let put_off = (0..=PUT_OFF_MOST)
         .take_while(|_| {
             assert!(bench.next().goes_on());
-            let now_us = bench.now_us();
-            let _ = bench.acquisition.nothing(now_us, &bench.diagnostics);
+            let _ = bench.nothing();
             bench.taken();
-            !bench.acquisition.can_begin(now_us)
+            !bench.can_begin()
         })
         .count();
     assert_eq!(put_off, usize::from(PUT_OFF_MOST));
@@ -674,17 +615,10 @@ fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
 #[test]
 fn no_other_scan_begins_right_behind_a_storm() {
     let mut bench = inputs_of(Plan::SINGLE);
-    let now_us = bench.now_us();
-    let _ = (1..).find(|_| bench.acquisition.nothing(now_us, &bench.diagnostics) == Drdy::Mute);
+    bench.storm();
     bench.board.advance_ns(1_000_000);
     bench.watch();
-    let answers: Vec<bool> = (0..6)
-        .map(|_| {
-            assert!(bench.next().goes_on());
-            let now_us = bench.now_us();
-            bench.acquisition.can_begin(now_us)
-        })
-        .collect();
+    let answers = bench.can_begin_six_times();
     assert_eq!(
         (answers[..3].contains(&true), answers[5]),
         (false, true),
@@ -697,11 +631,7 @@ fn no_other_scan_begins_right_behind_a_storm() {
 #[test]
 fn a_conversion_of_the_health_readings_that_is_lost_comes_on_top() {
     let mut bench = inputs_of(Plan::SINGLE);
-    assert!(
-        bench
-            .acquisition
-            .read_health(&bench.diagnostics, &mut bench.board.delay())
-    );
+    assert!(bench.read_health());
     bench.pass(1);
     let lost = bench.read_and_lost().1;
     bench
@@ -710,13 +640,7 @@ fn a_conversion_of_the_health_readings_that_is_lost_comes_on_top() {
         .expect("a conversion that is not read");
     bench.pass(2);
     assert_eq!(bench.read_and_lost().1, lost + 1, "by the chip's own count");
-    assert_eq!(
-        (
-            bench.diagnostics.unseen.get(),
-            bench.diagnostics.queue_overruns.get()
-        ),
-        (1, 0)
-    );
+    assert_eq!((bench.diagnostics.unseen.get(), bench.overruns()), (1, 0));
 }
 
 /// Gaps between frames count only conversions of the inputs.
@@ -725,18 +649,11 @@ fn conversions_of_health_readings_that_pass_while_drdy_is_muted_are_counted() {
     for (is_health, expected) in [(true, 11_669), (false, 0)] {
         let mut bench = inputs_of(Plan::HAND);
         if is_health {
-            assert!(
-                bench
-                    .acquisition
-                    .read_health(&bench.diagnostics, &mut bench.board.delay())
-            );
+            assert!(bench.read_health());
             bench.pass(2);
         }
-        let now_us = bench.now_us();
-        let served =
-            (1..).find(|_| bench.acquisition.nothing(now_us, &bench.diagnostics) == Drdy::Mute);
-        assert_eq!(served, Some(STORM_EDGES), "{is_health}");
-        assert!(!bench.acquisition.can_begin(now_us), "it is muted");
+        assert_eq!(bench.storm(), Some(STORM_EDGES), "{is_health}");
+        assert!(!bench.can_begin(), "it is muted");
         bench.board.advance_ns(500_000_000);
         bench.watch();
         let unseen = bench.diagnostics.unseen.get();

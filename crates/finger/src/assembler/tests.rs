@@ -44,62 +44,56 @@ fn whole_scans_become_frames_and_readings() {
     let (assembler, frames) = run(0..63, u32::MAX - 3000);
     assert_eq!(frames.len(), 3);
     for (n, frame) in frames.iter().enumerate() {
-        assert_eq!(
-            (frame.number, frame.present, frame.good),
-            (n as u32, 0xffff, 0xffff)
-        );
+        let found = (frame.number, frame.present, frame.good);
+        assert_eq!(found, (n as u32, 0xffff, 0xffff));
         assert_eq!(frame.codes[5], n as i32 * 21 + 5);
         // Frame period by the datasheet's formula: 21 x 3106 / 15.72864 MHz.
-        assert!(
-            (frame.t_us as f64 - n as f64 * 4146.957).abs() < 2.0,
-            "{}",
-            frame.t_us
-        );
+        let off_us = frame.t_us as f64 - n as f64 * 4146.957;
+        assert!(off_us.abs() < 2.0, "{off_us}");
     }
     assert_eq!((assembler.lost, assembler.doubtful), (0, 0));
     let r = assembler.readings();
     assert_eq!((r.supply_v, r.gain), (5.0, 1.0));
     assert!((r.reference_v - 4.096).abs() < 1e-5);
     // 1677722 codes of 4.096 V / 7864320 are 873.8 mV: (873813 - 168000) / 394 + 25 degrees.
-    assert!(
-        (r.temperature_c - 1816.4).abs() < 1.0,
-        "{}",
-        r.temperature_c
-    );
+    let temperature_c = r.temperature_c;
+    assert!((temperature_c - 1816.4).abs() < 1.0, "{temperature_c}");
 }
 
+/// None waits for a conversion of the next scan: the scan after a loss is whole again.
 #[test]
-fn a_lost_conversion_leaves_its_taxel_out() {
-    let (assembler, frames) = run((0..63).filter(|c| *c != 21 + 7), 0);
-    assert_eq!(frames.len(), 3);
-    assert_eq!(frames[1].present, !(1 << 7));
-    assert_eq!(assembler.lost, 1);
-}
-
-#[test]
-fn a_loss_across_the_scans_border_ends_the_frame() {
-    let (assembler, frames) = run((0..63).filter(|c| !(18..24).contains(c)), 0);
-    assert_eq!(
-        frames.iter().map(|f| f.number).collect::<Vec<_>>(),
-        [0, 1, 2]
-    );
-    assert_eq!(frames[1].present, !0b111);
-    assert_eq!(assembler.lost, 6);
+fn a_loss_leaves_its_taxels_out_and_the_next_scan_is_whole() {
+    for (gone, present, lost) in [
+        (28..29, [0xffff, !(1 << 7), 0xffff, 0xffff, 0xffff], 1),
+        (30..31, [0xffff, !(1 << 9), 0xffff, 0xffff, 0xffff], 1),
+        // Across the scans' border.
+        (18..24, [0xffff, !0b111, 0xffff, 0xffff, 0xffff], 6),
+    ] {
+        let (assembler, frames) = run((0..105).filter(|count| !gone.contains(count)), 0);
+        let found: Vec<_> = frames.iter().map(|frame| frame.present).collect();
+        assert_eq!(found, present, "{gone:?}");
+        for (frame, n) in frames.iter().zip(0..) {
+            assert_eq!(frame.number, n, "{gone:?}");
+            assert!(
+                frame.present & 8 == 0 || frame.codes[3] == n as i32 * 21 + 3,
+                "{gone:?}"
+            );
+        }
+        assert_eq!(
+            (assembler.lost, assembler.buffer.len()),
+            (lost, 0),
+            "{gone:?}"
+        );
+    }
 }
 
 #[test]
 fn whole_scans_lost_are_counted_by_time() {
     for gap in [21, 42, 210, 21 * 241, 5, 30] {
-        let (assembler, frames) = run(
-            (0..5000 + 21 * 300).filter(|c| !(500..500 + gap).contains(c)),
-            0,
-        );
-        assert_eq!(assembler.lost, gap, "{gap}");
-        assert_eq!(
-            frames.last().unwrap().number,
-            (5000 + 21 * 300) / 21 - 1,
-            "{gap}"
-        );
+        let all = 5000 + 21 * 300;
+        let (assembler, frames) = run((0..all).filter(|c| !(500..500 + gap).contains(c)), 0);
+        let found = (assembler.lost, frames.last().unwrap().number);
+        assert_eq!(found, (gap, all / 21 - 1));
     }
 }
 
@@ -120,14 +114,8 @@ fn a_first_scan_with_a_flaw_loses_nothing() {
             .map(|frame| (frame.number, frame.t_us / 1000))
             .collect();
         assert_eq!(numbers, [(0, 0), (1, 4), (2, 8)]);
-        assert_eq!(
-            (
-                assembler.lost,
-                assembler.flaws.lost,
-                assembler.flaws.channel
-            ),
-            (0, 0, 0)
-        );
+        let flaws = &assembler.flaws;
+        assert_eq!((assembler.lost, flaws.lost, flaws.channel), (0, 0, 0));
     }
 }
 
@@ -171,22 +159,6 @@ fn the_ends_of_the_scale_are_not_good() {
     assert_eq!(good, !0b11);
 }
 
-#[test]
-fn the_scan_after_a_loss_is_whole_again() {
-    let (assembler, frames) = run((0..105).filter(|count| *count != 30), 0);
-    // None waits for a conversion of the next scan.
-    assert_eq!(frames.len(), 5);
-    let present = frames.iter().map(|frame| frame.present).collect::<Vec<_>>();
-    assert_eq!(present, [0xffff, !(1 << 9), 0xffff, 0xffff, 0xffff]);
-    assert!(
-        frames
-            .iter()
-            .zip(0..)
-            .all(|(frame, n)| frame.number == n && frame.codes[3] == n as i32 * 21 + 3)
-    );
-    assert_eq!((assembler.lost, assembler.buffer.len()), (1, 0));
-}
-
 /// Conversions of one slot, as those of the plan `single`, each with its count and by how much of a
 /// conversion it is late: what is counted as lost, and the number of the last frame.
 fn of_one_slot(plan: &Plan, code: i32, late: &[(u32, f64)]) -> (u32, u32) {
@@ -213,28 +185,20 @@ fn on_time(counts: core::ops::Range<u32>) -> impl Iterator<Item = (u32, f64)> {
 #[test]
 fn a_conversion_lost_while_service_comes_later_and_later_is_counted() {
     let creeping = [(50, 0.47), (51, 0.53), (52, 0.57), (53, 0.62), (55, 0.02)];
-    let times: Vec<_> = on_time(0..44)
-        .chain((44..50).map(|count| (count, 0.45)))
-        .chain(creeping)
-        .chain(on_time(56..3000))
-        .collect();
-    assert_eq!(of_one_slot(&Plan::SINGLE, 7, &times), (1, 2999));
+    let late = |counts: core::ops::Range<u32>, late: f64| counts.map(move |count| (count, late));
+    let lost_while_creeping = on_time(0..44).chain(late(44..50, 0.45)).chain(creeping);
     // As much later, and nothing is lost.
-    let times: Vec<_> = on_time(0..50)
-        .chain(creeping[..4].iter().copied())
-        .chain(on_time(54..3000))
-        .collect();
-    assert_eq!(of_one_slot(&Plan::SINGLE, 7, &times), (0, 2999));
-}
-
-/// All conversions of 43 ms are read late by as much, and one is lost.
-#[test]
-fn a_conversion_lost_while_service_is_late_for_long_is_counted() {
-    let times: Vec<_> = on_time(0..44)
-        .chain((44..1044).map(|count| (count, 0.62)))
-        .chain(on_time(1045..3000))
-        .collect();
-    assert_eq!(of_one_slot(&Plan::SINGLE, 7, &times), (1, 2999));
+    let creeping_alone = on_time(0..50).chain(creeping[..4].iter().copied());
+    // All conversions of 43 ms are read late by as much, and one is lost.
+    let late_for_long = on_time(0..44).chain(late(44..1044, 0.62));
+    let times: [(Vec<_>, _); 3] = [
+        (lost_while_creeping.chain(on_time(56..3000)).collect(), 1),
+        (creeping_alone.chain(on_time(54..3000)).collect(), 0),
+        (late_for_long.chain(on_time(1045..3000)).collect(), 1),
+    ];
+    for (times, lost) in times {
+        assert_eq!(of_one_slot(&Plan::SINGLE, 7, &times), (lost, 2999));
+    }
 }
 
 /// A conversion with a flaw does not take the fast path. It is late but once.
@@ -250,16 +214,9 @@ fn flaws_do_not_make_conversions_later() {
 #[test]
 fn gaps_of_one_slot_are_counted_by_time_though_clocks_differ() {
     // The slowest scan of one slot too.
-    for plan in [
-        Plan::SINGLE,
-        Ads1258Plan {
-            data_rate: 0,
-            delay: 7,
-            chop: true,
-            ..Ads1258Plan::of(&Plan::SINGLE)
-        }
-        .plan(),
-    ] {
+    let mut slowest = Ads1258Plan::of(&Plan::SINGLE);
+    (slowest.data_rate, slowest.delay, slowest.chop) = (0, 7, true);
+    for plan in [Plan::SINGLE, slowest.plan()] {
         for gap in [1, 2, 7, 8, 9, 500, 2000] {
             let times: Vec<_> = on_time(0..6000)
                 .filter(|(count, _)| !(500..500 + gap).contains(count))

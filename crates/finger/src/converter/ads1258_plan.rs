@@ -200,68 +200,40 @@ mod tests {
         assert_eq!(registers(slow), registers(PAPER));
     }
 
+    type Change<T> = fn(&mut T);
+
     #[test]
     fn registers_that_cannot_work_are_refused_by_what_is_wrong() {
-        for (own, field) in [
-            (Ads1258Plan { inputs: 0, ..PAPER }, "plan.inputs"),
-            (
-                Ads1258Plan {
-                    data_rate: 4,
-                    ..PAPER
-                },
-                "plan.data_rate",
-            ),
-            (Ads1258Plan { delay: 8, ..PAPER }, "plan.delay"),
-            (
-                Ads1258Plan {
-                    chop: true,
-                    data_rate: 3,
-                    delay: 0,
-                    ..PAPER
-                },
-                "plan.chop",
-            ),
-            (
-                Ads1258Plan {
-                    health: HealthReadings::Never,
-                    ..PAPER
-                },
-                "plan.health",
-            ),
-            (
-                Ads1258Plan {
-                    data_rate: 0,
-                    ..PAPER
-                },
-                "frame_rate_hz",
-            ),
-            (Ads1258Plan { delay: 7, ..PAPER }, "frame_rate_hz"),
-            (
-                Ads1258Plan {
-                    adc_clock_hz: 8_000_000,
-                    ..PAPER
-                },
-                "plan.adc_clock_hz",
-            ),
-            (
-                Ads1258Plan {
-                    adc_clock_hz: 16_000_001,
-                    ..PAPER
-                },
-                "plan.adc_clock_hz",
-            ),
-        ] {
-            assert_eq!(own.validate().map_err(|error| error.field), Err(field));
+        let with = |change: fn(&mut Ads1258Plan)| {
+            let mut own = PAPER;
+            change(&mut own);
+            own
+        };
+        let refused: [(&str, Change<Ads1258Plan>); 9] = [
+            ("plan.inputs", |own| own.inputs = 0),
+            ("plan.data_rate", |own| own.data_rate = 4),
+            ("plan.delay", |own| own.delay = 8),
+            ("plan.chop", |own| {
+                (own.chop, own.data_rate, own.delay) = (true, 3, 0)
+            }),
+            ("plan.health", |own| own.health = HealthReadings::Never),
+            ("frame_rate_hz", |own| own.data_rate = 0),
+            ("frame_rate_hz", |own| own.delay = 7),
+            ("plan.adc_clock_hz", |own| own.adc_clock_hz = 8_000_000),
+            ("plan.adc_clock_hz", |own| own.adc_clock_hz = 16_000_001),
+        ];
+        for (field, change) in refused {
+            assert_eq!(
+                with(change).validate().map_err(|error| error.field),
+                Err(field)
+            );
         }
         // SBAS297G, section "Chop": 16 MHz, CHOP 1, DRATE 2, DLY 4 make 240.15 Hz of sixteen
         // inputs; here by the crystal.
-        let chopped = Ads1258Plan {
-            data_rate: 2,
-            delay: 4,
-            chop: true,
-            health: HealthReadings::BetweenTouches,
-            ..PAPER
-        };
+        let chopped = with(|own| {
+            (own.chop, own.data_rate, own.delay) = (true, 2, 4);
+            own.health = HealthReadings::BetweenTouches;
+        });
         assert_eq!(chopped.validate(), Ok(()));
         let rate_hz = chopped.plan().frame_rate_hz();
         assert!((rate_hz - 236.08).abs() < 0.01, "{rate_hz}");
@@ -269,35 +241,17 @@ mod tests {
 
     #[test]
     fn a_plan_of_another_converter_or_with_a_false_rate_is_refused() {
-        let paper = Plan::PAPER;
-        let foreign = Plan {
-            own: Own {
-                converter: Converters::ONBOARD,
-                ..paper.own
-            },
-            ..paper
-        };
-        let hasty = Plan {
-            frame_ticks: paper.frame_ticks / 2,
-            ..paper
-        };
-        let unknown = Plan {
-            own: Own {
-                bits: paper.own.bits | 1 << 12,
-                ..paper.own
-            },
-            ..paper
-        };
-        let at_once = Plan {
-            sampling: Sampling::AtOnce,
-            ..paper
-        };
-        for (plan, field) in [
-            (foreign, "plan.converter"),
-            (hasty, "plan.frame_ticks"),
-            (unknown, "plan.bits"),
-            (at_once, "plan.bits"),
-        ] {
+        let refused: [(&str, Change<Plan>); 4] = [
+            ("plan.converter", |plan| {
+                plan.own.converter = Converters::ONBOARD
+            }),
+            ("plan.frame_ticks", |plan| plan.frame_ticks /= 2),
+            ("plan.bits", |plan| plan.own.bits |= 1 << 12),
+            ("plan.bits", |plan| plan.sampling = Sampling::AtOnce),
+        ];
+        for (field, change) in refused {
+            let mut plan = Plan::PAPER;
+            change(&mut plan);
             assert_eq!(plan.validate(), Ok(()), "nothing else is wrong with it");
             let found = Ads1258Plan::check(&plan).map_err(|error| error.field);
             assert_eq!(found, Err(field));

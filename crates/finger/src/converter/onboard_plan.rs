@@ -135,8 +135,6 @@ mod tests {
             let error = OnboardPlan::check(&plan, 0x3fff).unwrap_err();
             (error.field, error.bounds)
         };
-        assert_eq!(refused(Plan::PAPER), ("plan.converter", (1.0, 1.0)));
-        // 91 is 7 x 13: no half of the buffer holds a divisor that lasts long enough.
         let scans = |scans| {
             OnboardPlan {
                 inputs: 0x3fff,
@@ -144,17 +142,16 @@ mod tests {
             }
             .plan()
         };
+        let mut wrong = [Plan::ONBOARD; 2];
+        wrong[0].frame_ticks = 100_000;
+        wrong[1].health = HealthReadings::BetweenTouches;
+        assert_eq!(refused(Plan::PAPER), ("plan.converter", (1.0, 1.0)));
+        // 91 is 7 x 13: no half of the buffer holds a divisor that lasts long enough.
         assert_eq!(refused(scans(91)), ("plan.scans", (92.0, 92.0)));
         assert_eq!(refused(scans(200)).0, "frame_rate_hz");
-        let wrong = Plan {
-            frame_ticks: 100_000,
-            ..Plan::ONBOARD
-        };
-        assert_eq!(refused(wrong).0, "plan.frame_ticks");
-        let wrong = Plan {
-            health: HealthReadings::BetweenTouches,
-            ..Plan::ONBOARD
-        };
-        assert_eq!(refused(wrong).0, "plan.bits");
+        assert_eq!(
+            wrong.map(|plan| refused(plan).0),
+            ["plan.frame_ticks", "plan.bits"]
+        );
     }
 }

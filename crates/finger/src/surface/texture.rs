@@ -158,42 +158,27 @@ mod tests {
     #[test]
     fn it_comes_once_a_touch_and_again_when_it_has_changed() {
         let mut reporter = TextureReporter::new();
-        let mut take = |estimate: &Estimate, window: &Window| {
-            reporter.take(estimate, &OVERTONES, window).is_some()
+        let next_touch = Window {
+            touch_first: 8,
+            ..TOUCH
         };
-        let moved = |by_mm| with(|estimate| estimate.travel.spatial_period_mm += by_mm);
-        assert!(take(&found(), &TOUCH));
         // The difference of two has a standard deviation of 1.41 um, and three of these are 4.24 um.
-        assert!(!take(&found(), &TOUCH) && !take(&moved(0.0041), &TOUCH));
-        assert!(take(&moved(0.0044), &TOUCH) && !take(&moved(0.0044), &TOUCH));
-        assert!(take(&found(), &TOUCH));
-        assert!(take(
-            &found(),
-            &Window {
-                touch_first: 8,
-                ..TOUCH
-            }
-        ));
-        assert!(!take(
-            &found(),
-            &Window {
-                touch_first: 8,
-                ..TOUCH
-            }
-        ));
+        for (by_mm, window, expected) in [
+            (0.0, &TOUCH, true),
+            (0.0, &TOUCH, false),
+            (0.0041, &TOUCH, false),
+            (0.0044, &TOUCH, true),
+            (0.0044, &TOUCH, false),
+            (0.0, &TOUCH, true),
+            (0.0, &next_touch, true),
+            (0.0, &next_touch, false),
+        ] {
+            let moved = with(|estimate| estimate.travel.spatial_period_mm += by_mm);
+            let is_taken = reporter.take(&moved, &OVERTONES, window).is_some();
+            assert_eq!(is_taken, expected, "{by_mm} mm, {}", window.touch_first);
+        }
         reporter.forget();
-        assert!(
-            reporter
-                .take(
-                    &found(),
-                    &OVERTONES,
-                    &Window {
-                        touch_first: 8,
-                        ..TOUCH
-                    }
-                )
-                .is_some()
-        );
+        assert!(reporter.take(&found(), &OVERTONES, &next_touch).is_some());
     }
 
     /// A PC that greets may have come in the middle of a touch.
@@ -222,113 +207,74 @@ mod tests {
     /// of the powers to 1.14e-10 V^2.
     #[test]
     fn its_power_counts_too_with_its_own_sigma() {
-        let scaled = |by: f32| {
-            with(|estimate| {
-                estimate
-                    .channels
-                    .iter_mut()
-                    .for_each(|c| c.amplitude_v *= by)
-            })
+        let near = |found: f32, expected: f64| (f64::from(found) / expected - 1.0).abs();
+        let first = |estimate: &Estimate, window: &Window| {
+            TextureReporter::new()
+                .take(estimate, &OVERTONES, window)
+                .expect("a texture")
         };
-        let mut reporter = TextureReporter::new();
-        let texture = reporter
-            .take(&found(), &OVERTONES, &TOUCH)
-            .expect("a texture");
+        let texture = first(&found(), &TOUCH);
         let sigma_v2 = 1e-3 * 5e-6 * (2.0f64 / 241.0 / 16.0).sqrt();
-        assert!(
-            (f64::from(texture.power_v2) / 5e-7 - 1.0).abs() < 1e-5,
-            "{texture:?}"
-        );
-        assert!(
-            (f64::from(texture.power_sigma_v2) / sigma_v2 - 1.0).abs() < 1e-5,
-            "{texture:?}"
-        );
-        assert_eq!(
-            (texture.plan, texture.level_v, texture.overtones),
-            (Plan::PAPER, Some(0.25), OVERTONES)
-        );
+        assert!(near(texture.power_v2, 5e-7) < 1e-5, "{texture:?}");
+        assert!(near(texture.power_sigma_v2, sigma_v2) < 1e-5, "{texture:?}");
+        let others = (texture.plan, texture.level_v, texture.overtones);
+        assert_eq!(others, (Plan::PAPER, Some(0.25), OVERTONES));
         // 4.24 of them are 9.7e-4 of the power, and half of that of the amplitude.
-        assert!(reporter.take(&scaled(1.0004), &OVERTONES, &TOUCH).is_none());
-        assert!(reporter.take(&scaled(1.0006), &OVERTONES, &TOUCH).is_some());
+        let mut reporter = TextureReporter::new();
+        for (by, expected) in [(1.0, true), (1.0004, false), (1.0006, true)] {
+            let scaled = with(|e| e.channels.iter_mut().for_each(|c| c.amplitude_v *= by));
+            let is_taken = reporter.take(&scaled, &OVERTONES, &TOUCH).is_some();
+            assert_eq!(is_taken, expected, "{by}");
+        }
         // Missing frames say nothing: with a quarter of them sigma is twice as large.
-        let gaps = with(|estimate| estimate.frames_missing = 241 - 60);
-        let texture = TextureReporter::new()
-            .take(&gaps, &OVERTONES, &TOUCH)
-            .expect("a texture");
+        let texture = first(&with(|estimate| estimate.frames_missing = 241 - 60), &TOUCH);
         assert!(
-            (f64::from(texture.power_sigma_v2) / sigma_v2 - 2.0).abs() < 0.01,
+            near(texture.power_sigma_v2, 2.0 * sigma_v2) < 0.005,
             "{texture:?}"
         );
         let without = Window {
             level_v: f32::NAN,
             ..TOUCH
         };
-        assert_eq!(
-            TextureReporter::new()
-                .take(&found(), &OVERTONES, &without)
-                .expect("a texture")
-                .level_v,
-            None
-        );
+        assert_eq!(first(&found(), &without).level_v, None);
     }
 
     #[test]
     fn what_is_not_sure_or_no_number_is_no_texture() {
-        let takes = |change: &dyn Fn(&mut Estimate)| {
-            TextureReporter::new()
-                .take(&with(change), &OVERTONES, &TOUCH)
-                .is_some()
-        };
-        assert!(takes(&|_| ()));
-        assert!(takes(&|estimate| estimate.status = Status::Unsteady));
-        for status in [TravelStatus::Given, TravelStatus::Uncalibrated] {
-            assert!(
-                takes(&|estimate| estimate.travel.status = status),
-                "{status:?}"
-            );
+        use Status::{Ambiguous, Doubtful, NoTone, Nothing, TooShort, Unsteady};
+        #[track_caller]
+        fn assert_takes(expected: bool, change: impl Fn(&mut Estimate)) {
+            let estimate = with(change);
+            let texture = TextureReporter::new().take(&estimate, &OVERTONES, &TOUCH);
+            assert_eq!(texture.is_some(), expected, "{estimate:?}");
         }
-        for status in [
-            Status::NoTone,
-            Status::Doubtful,
-            Status::Ambiguous,
-            Status::TooShort,
-            Status::Nothing,
-        ] {
-            assert!(!takes(&|estimate| estimate.status = status), "{status:?}");
+        assert_takes(true, |_| ());
+        assert_takes(true, |estimate| estimate.status = Unsteady);
+        for status in [NoTone, Doubtful, Ambiguous, TooShort, Nothing] {
+            assert_takes(false, |estimate| estimate.status = status);
         }
         // No speed is known, and the phases do not find it.
-        assert!(!takes(&|estimate| estimate.travel = Travel::NONE));
-        for status in [
-            TravelStatus::Ambiguous,
-            TravelStatus::OutOfRange,
-            TravelStatus::Contradicted,
+        assert_takes(false, |estimate| estimate.travel = Travel::NONE);
+        for (status, expected) in [
+            (TravelStatus::Given, true),
+            (TravelStatus::Uncalibrated, true),
+            (TravelStatus::Ambiguous, false),
+            (TravelStatus::OutOfRange, false),
+            (TravelStatus::Contradicted, false),
         ] {
-            assert!(
-                !takes(&|estimate| estimate.travel.status = status),
-                "{status:?}"
-            );
+            assert_takes(expected, |estimate| estimate.travel.status = status);
         }
         for value in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
-            assert!(
-                !takes(&|estimate| estimate.travel.spatial_period_mm = value),
-                "{value}"
-            );
+            assert_takes(false, |estimate| estimate.travel.spatial_period_mm = value);
         }
         for value in [f32::NAN, f32::INFINITY] {
-            assert!(
-                !takes(&|estimate| estimate.travel.spatial_period_sigma_mm = value),
-                "{value}"
-            );
-            assert!(
-                !takes(&|estimate| estimate.channels[3].amplitude_v = value),
-                "{value}"
-            );
-            assert!(
-                !takes(&|estimate| estimate.channels[3].residual_v = value),
-                "{value}"
-            );
+            assert_takes(false, |estimate| {
+                estimate.travel.spatial_period_sigma_mm = value
+            });
+            assert_takes(false, |estimate| estimate.channels[3].amplitude_v = value);
+            assert_takes(false, |estimate| estimate.channels[3].residual_v = value);
         }
-        assert!(!takes(&|estimate| estimate.channels.clear()));
-        assert!(!takes(&|estimate| estimate.frames_missing = u16::MAX));
+        assert_takes(false, |estimate| estimate.channels.clear());
+        assert_takes(false, |estimate| estimate.frames_missing = u16::MAX);
     }
 }

@@ -178,16 +178,34 @@ mod tests {
 
     /// The lag of a wave, by the definition.
     fn lag_of(period_mm: f64, direction: Direction) -> Lag {
-        let turns = 2.3 / period_mm - 0.25 / std::f64::consts::TAU;
-        let turns = if direction == Direction::Forward {
-            turns
+        let way = if direction == Direction::Forward {
+            1.0
         } else {
-            -turns
+            -1.0
         };
+        let turns = way * (2.3 / period_mm - 0.25 / std::f64::consts::TAU);
         Lag {
             turns: (turns - turns.round()) as f32,
             sigma: 1e-3,
         }
+    }
+
+    /// A status and direction that are expected, with the period to a fraction.
+    #[track_caller]
+    fn assert_unique(travel: &Travel, direction: Direction, period_mm: f64) {
+        assert_eq!(
+            (travel.status, travel.direction),
+            (TravelStatus::Unique, direction)
+        );
+        assert_near(travel.spatial_period_mm, period_mm, 2e-6);
+    }
+
+    #[track_caller]
+    fn assert_near(found: f32, expected: f64, share: f64) {
+        assert!(
+            (f64::from(found) / expected - 1.0).abs() < share,
+            "{found} for {expected}"
+        );
     }
 
     #[test]
@@ -195,31 +213,16 @@ mod tests {
         for direction in [Direction::Forward, Direction::Backward] {
             for period_mm in [2.35, 2.6, 3.1, 3.6, 4.1] {
                 let travel = by_phases(Some(lag_of(period_mm, direction)), &ARRAY, TONE_HZ);
-                assert_eq!(
-                    (travel.status, travel.direction),
-                    (TravelStatus::Unique, direction),
-                    "{period_mm}"
-                );
-                assert!(
-                    (f64::from(travel.spatial_period_mm) - period_mm).abs() < 1e-5,
-                    "{travel:?}"
-                );
-                assert!(
-                    (f64::from(travel.speed_mm_s) - 8.0 * period_mm).abs() < 1e-4,
-                    "{travel:?}"
-                );
+                assert_unique(&travel, direction, period_mm);
+                assert_near(travel.speed_mm_s, 8.0 * period_mm, 3e-6);
                 // d period = period^2 / pitch d turns; and in the speed the frequency's 0.1 %,
                 // independently.
                 let share = period_mm / 2.3 * 1e-3;
-                assert!(
-                    (f64::from(travel.spatial_period_sigma_mm) / period_mm / share - 1.0).abs()
-                        < 1e-3,
-                    "{travel:?}"
-                );
-                let both = share.hypot(1e-3) * 8.0 * period_mm;
-                assert!(
-                    (f64::from(travel.speed_sigma_mm_s) / both - 1.0).abs() < 1e-3,
-                    "{travel:?}"
+                assert_near(travel.spatial_period_sigma_mm, period_mm * share, 1e-3);
+                assert_near(
+                    travel.speed_sigma_mm_s,
+                    share.hypot(1e-3) * 8.0 * period_mm,
+                    1e-3,
                 );
             }
         }
@@ -236,11 +239,8 @@ mod tests {
             ..lag_of(3.1, Direction::Forward)
         };
         let travel = by_phases(Some(lag), &array, TONE_HZ);
-        let sigma_mm = 3.1 * 3.1 / 2.3 * 0.01 / core::f32::consts::TAU;
-        assert!(
-            (travel.spatial_period_sigma_mm / sigma_mm - 1.0).abs() < 1e-3,
-            "{travel:?}"
-        );
+        let sigma_mm = 3.1 * 3.1 / 2.3 * 0.01 / std::f64::consts::TAU;
+        assert_near(travel.spatial_period_sigma_mm, sigma_mm, 1e-3);
     }
 
     /// The audit's waves: plain ones along units whose true pitch is 2.3 mm. By the default
@@ -277,70 +277,56 @@ mod tests {
 
     #[test]
     fn what_has_more_than_one_answer_is_ambiguous() {
-        let verdict = |least: f32, most: f32, period_mm, direction| {
+        use Direction::{Backward, Forward};
+        use TravelStatus::{Ambiguous, Unique};
+        for (least, most, period_mm, direction, expected) in [
+            // A period shorter than the pitch aliases: one of 1.3 mm to the phase of one of 3.1 mm.
+            (1.2, 4.2, 1.3, Forward, Ambiguous),
+            (1.2, 4.2, 3.1, Forward, Ambiguous),
+            // Two pitches and more: what is late one way is as much ahead the other.
+            (2.3, 9.0, 3.1, Backward, Ambiguous),
+            (2.3, 9.0, 6.0, Forward, Ambiguous),
+            // Short ones are unique if no others are possible.
+            (1.2, 1.4, 1.3, Backward, Unique),
+            (4.5, 9.0, 6.0, Backward, Unique),
+        ] {
             let array = Array {
                 period_min_mm: least,
                 period_max_mm: most,
                 ..ARRAY
             };
-            by_phases(Some(lag_of(period_mm, direction)), &array, TONE_HZ).status
+            let found = by_phases(Some(lag_of(period_mm, direction)), &array, TONE_HZ);
+            assert_eq!(
+                found.status, expected,
+                "{period_mm} mm of {least} to {most} mm"
+            );
+        }
+        // A lag that is not known at all.
+        let lag = Lag {
+            turns: 0.3,
+            sigma: 0.4,
         };
-        // A period shorter than the pitch aliases: one of 1.3 mm to the phase of one of 3.1 mm.
-        assert_eq!(
-            verdict(1.2, 4.2, 1.3, Direction::Forward),
-            TravelStatus::Ambiguous
-        );
-        assert_eq!(
-            verdict(1.2, 4.2, 3.1, Direction::Forward),
-            TravelStatus::Ambiguous
-        );
-        // Two pitches and more: what is late one way is as much ahead the other.
-        assert_eq!(
-            verdict(2.3, 9.0, 3.1, Direction::Backward),
-            TravelStatus::Ambiguous
-        );
-        assert_eq!(
-            verdict(2.3, 9.0, 6.0, Direction::Forward),
-            TravelStatus::Ambiguous
-        );
-        // Short ones are unique if no others are possible.
-        assert_eq!(
-            verdict(1.2, 1.4, 1.3, Direction::Backward),
-            TravelStatus::Unique
-        );
-        assert_eq!(
-            verdict(4.5, 9.0, 6.0, Direction::Backward),
-            TravelStatus::Unique
-        );
+        assert_eq!(by_phases(Some(lag), &ARRAY, TONE_HZ).status, Ambiguous);
     }
 
     #[test]
     fn a_known_direction_leaves_one_answer_above_one_pitch() {
+        let forward = Direction::Forward;
         let array = Array {
             period_max_mm: 20.0,
             may_go_backward: false,
             ..ARRAY
         };
         for period_mm in [2.4, 3.1, 4.6, 6.0, 9.0] {
-            let travel = by_phases(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ);
-            assert_eq!(
-                (travel.status, travel.direction),
-                (TravelStatus::Unique, Direction::Forward),
-                "{period_mm}"
-            );
-            assert!(
-                (f64::from(travel.spatial_period_mm) / period_mm - 1.0).abs() < 1e-5,
-                "{travel:?}"
-            );
+            let travel = by_phases(Some(lag_of(period_mm, forward)), &array, TONE_HZ);
+            assert_unique(&travel, forward, period_mm);
         }
         let none = Array {
             may_go_forward: false,
             ..array
         };
-        assert_eq!(
-            by_phases(Some(lag_of(3.1, Direction::Forward)), &none, TONE_HZ).status,
-            TravelStatus::OutOfRange
-        );
+        let travel = by_phases(Some(lag_of(3.1, forward)), &none, TONE_HZ);
+        assert_eq!(travel.status, TravelStatus::OutOfRange);
     }
 
     #[test]
@@ -370,55 +356,35 @@ mod tests {
     }
 
     #[test]
-    fn a_lag_that_is_not_known_at_all_is_ambiguous() {
-        let lag = Lag {
-            turns: 0.3,
-            sigma: 0.4,
-        };
-        assert_eq!(
-            by_phases(Some(lag), &ARRAY, TONE_HZ).status,
-            TravelStatus::Ambiguous
-        );
-    }
-
-    #[test]
     fn the_hosts_speed_stands_and_the_phases_check_it() {
-        let check = |lag| {
-            let travel = by_speed(lag, &ARRAY, (3.1, 0.003), 24.8);
-            let Travel {
-                spatial_period_mm,
-                spatial_period_sigma_mm,
-                speed_mm_s,
-                speed_sigma_mm_s,
-                ..
-            } = travel;
-            let values = (
-                spatial_period_mm,
-                spatial_period_sigma_mm,
-                speed_mm_s,
-                speed_sigma_mm_s,
-            );
-            assert_eq!(values, (3.1, 0.003, 24.8, 0.0));
-            (travel.status, travel.direction)
-        };
-        let (forward, backward) = (Direction::Forward, Direction::Backward);
+        use Direction::{Backward, Forward, Unknown};
+        use TravelStatus::{Contradicted, Given};
         let vague = Lag {
             sigma: 0.2,
-            ..lag_of(3.1, forward)
+            ..lag_of(3.1, Forward)
         };
-        for (lag, expected) in [
-            (Some(lag_of(3.1, forward)), (TravelStatus::Given, forward)),
-            (Some(lag_of(3.1, backward)), (TravelStatus::Given, backward)),
+        for (lag, status, direction) in [
+            (Some(lag_of(3.1, Forward)), Given, Forward),
+            (Some(lag_of(3.1, Backward)), Given, Backward),
             // The phases of 3.6 mm are 0.10 turns away; those of 3.2 mm are 0.02.
-            (
-                Some(lag_of(3.6, forward)),
-                (TravelStatus::Contradicted, Direction::Unknown),
-            ),
-            (Some(lag_of(3.2, forward)), (TravelStatus::Given, forward)),
-            (None, (TravelStatus::Given, Direction::Unknown)),
-            (Some(vague), (TravelStatus::Given, Direction::Unknown)),
+            (Some(lag_of(3.6, Forward)), Contradicted, Unknown),
+            (Some(lag_of(3.2, Forward)), Given, Forward),
+            (None, Given, Unknown),
+            (Some(vague), Given, Unknown),
         ] {
-            assert_eq!(check(lag), expected, "{lag:?}");
+            let expected = Travel {
+                status,
+                direction,
+                spatial_period_mm: 3.1,
+                spatial_period_sigma_mm: 0.003,
+                speed_mm_s: 24.8,
+                speed_sigma_mm_s: 0.0,
+            };
+            assert_eq!(
+                by_speed(lag, &ARRAY, (3.1, 0.003), 24.8),
+                expected,
+                "{lag:?}"
+            );
         }
     }
 }

@@ -169,7 +169,8 @@ mod tests {
             }
             self.settings = settings.copied();
             self.saves += 1;
-            Ok(if self.full {
+            let is_full = self.full;
+            Ok(if is_full {
                 Saved::Erasing
             } else {
                 Saved::AtOnce
@@ -188,14 +189,10 @@ mod tests {
     impl Board {
         fn new() -> Self {
             let settings = Settings::DEFAULT;
-            let (detector, estimator) = (
-                Box::new(Detector::new(settings)),
-                Box::new(Estimator::new(settings)),
-            );
             Self {
                 executor: CommandExecutor::new(),
-                detector,
-                estimator,
+                detector: Box::new(Detector::new(settings)),
+                estimator: Box::new(Estimator::new(settings)),
                 store: Kept::default(),
                 greeted: vec![],
             }
@@ -231,6 +228,10 @@ mod tests {
         ..Settings::DEFAULT
     };
 
+    fn set(settings: Settings, keep: bool) -> Command {
+        Command::Set { settings, keep }
+    }
+
     /// What another converter runs, and a rate that the registers do not give.
     #[test]
     fn a_plan_that_the_converter_cannot_run_is_refused_with_what_it_can() {
@@ -246,11 +247,7 @@ mod tests {
         ] {
             let settings = Settings::DEFAULT.with_plan(plan);
             assert_eq!(settings.validate(), Ok(()), "as another converter's");
-            let set = Command::Set {
-                settings,
-                keep: true,
-            };
-            match board.execute(number, set, false) {
+            match board.execute(number, set(settings, true), false) {
                 Outcome::Setting(error) => assert_eq!(error.field, field),
                 outcome => panic!("{outcome:?}"),
             }
@@ -292,14 +289,8 @@ mod tests {
             array,
             ..Settings::DEFAULT
         };
-        let command = Command::Set {
-            settings,
-            keep: true,
-        };
-        let request = Request {
-            number: u16::MAX,
-            command,
-        };
+        let (number, command) = (u16::MAX, set(settings, true));
+        let request = Request { number, command };
         // By hand: number 3, kind 1, settings 90, keep 1; then 4 of checksum, 1 of stuffing and
         // the zero.
         let mut wire = [0; REQUEST_WIRE_MAX];
@@ -309,54 +300,21 @@ mod tests {
     #[test]
     fn settings_are_in_force_and_kept_if_they_are_to_be() {
         let mut board = Board::new();
-        assert_eq!(
-            board.execute(
-                1,
-                Command::Set {
-                    settings: OTHERS,
-                    keep: false
-                },
-                false
-            ),
-            Outcome::Done
-        );
+        assert_eq!(board.execute(1, set(OTHERS, false), false), Outcome::Done);
         assert_eq!(
             (board.store.settings, board.greeted[0].settings),
             (None, OTHERS)
         );
-        assert_eq!(
-            board.execute(
-                2,
-                Command::Set {
-                    settings: OTHERS,
-                    keep: true
-                },
-                false
-            ),
-            Outcome::Done
-        );
-        assert_eq!(
-            (board.store.settings, board.greeted[1].source),
-            (Some(OTHERS), SettingsSource::Sent)
-        );
         // A number that is repeated: nothing happens twice.
-        assert_eq!(
-            board.execute(
-                2,
-                Command::Set {
-                    settings: OTHERS,
-                    keep: true
-                },
-                false
-            ),
-            Outcome::Done
-        );
-        assert_eq!((board.store.saves, board.greeted.len()), (1, 2));
+        for _ in 0..2 {
+            assert_eq!(board.execute(2, set(OTHERS, true), false), Outcome::Done);
+            assert_eq!(board.store.settings, Some(OTHERS));
+            assert_eq!(board.greeted[1].source, SettingsSource::Sent);
+            assert_eq!((board.store.saves, board.greeted.len()), (1, 2));
+        }
         assert_eq!(board.execute(3, Command::Forget, false), Outcome::Done);
-        assert_eq!(
-            (board.store.settings, board.greeted[2].settings),
-            (None, Settings::DEFAULT)
-        );
+        let forgotten = (board.store.settings, board.greeted[2].settings);
+        assert_eq!(forgotten, (None, Settings::DEFAULT));
     }
 
     #[test]
@@ -366,25 +324,14 @@ mod tests {
             vref_v: f32::INFINITY,
             ..OTHERS
         };
-        let refused = board.execute(
-            1,
-            Command::Set {
-                settings,
-                keep: true,
-            },
-            false,
-        );
-        assert!(
-            matches!(
-                refused,
-                Outcome::Setting(SettingsError {
-                    least: 0.5,
-                    greatest: 5.5,
-                    ..
-                })
-            ),
-            "{refused:?}"
-        );
+        match board.execute(1, set(settings, true), false) {
+            Outcome::Setting(SettingsError {
+                least: 0.5,
+                greatest: 5.5,
+                ..
+            }) => {}
+            outcome => panic!("{outcome:?}"),
+        }
         assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
     }
 
@@ -393,26 +340,12 @@ mod tests {
         let mut board = Board::new();
         board.store.full = true;
         assert_eq!(
-            board.execute(
-                1,
-                Command::Set {
-                    settings: OTHERS,
-                    keep: true
-                },
-                true
-            ),
+            board.execute(1, set(OTHERS, true), true),
             Outcome::NotStored
         );
         assert_eq!((board.store.saves, board.greeted[0].settings), (0, OTHERS));
         assert_eq!(
-            board.execute(
-                2,
-                Command::Set {
-                    settings: OTHERS,
-                    keep: true
-                },
-                false
-            ),
+            board.execute(2, set(OTHERS, true), false),
             Outcome::DoneErased
         );
         assert_eq!(board.store.settings, Some(OTHERS));
@@ -423,17 +356,7 @@ mod tests {
         let mut board = Board::new();
         assert_eq!(board.execute(1, Command::Restart, false), Outcome::Done);
         assert!(board.executor.restarting);
-        assert_eq!(
-            board.execute(
-                2,
-                Command::Set {
-                    settings: OTHERS,
-                    keep: true
-                },
-                false
-            ),
-            Outcome::Busy
-        );
+        assert_eq!(board.execute(2, set(OTHERS, true), false), Outcome::Busy);
         assert_eq!(board.execute(1, Command::Restart, false), Outcome::Done);
         assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
     }

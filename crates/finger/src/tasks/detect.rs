@@ -1,7 +1,7 @@
 //! `detect`: conversions in; events, and windows that are due, out.
 
 use super::outbox::Outbox;
-use super::shared::{PACKETS, Platform, Shared, Task};
+use super::shared::{Platform, Shared, Task};
 use crate::detector::{Detector, Outputs};
 use crate::frame::TimedConversion;
 use crate::ring::Ring;
@@ -40,7 +40,7 @@ impl<'a> Detect<'a> {
         &mut self,
         detector: &mut Detector,
         ring: &mut Ring,
-        outbox: &mut Outbox<PACKETS>,
+        outbox: &mut Outbox,
         shared: &Shared<P>,
     ) {
         let Shared {

@@ -4,7 +4,7 @@
 use super::line::RequestInbox;
 use super::outbox::{Mail, Outbox};
 use super::requests::{Requests, Targets};
-use super::shared::{PACKETS, Platform, Shared, Task};
+use super::shared::{Platform, Shared, Task};
 use crate::detector::Detector;
 use crate::estimator::{Estimator, WindowFit};
 use crate::ring::Ring;
@@ -33,7 +33,7 @@ impl<S: Store> Fit<'_, S> {
         &mut self,
         ring: &mut impl Mutex<T: DerefMut<Target = Ring>>,
         detector: &mut impl Mutex<T: DerefMut<Target = Detector>>,
-        mail: Mail<'_, impl Mutex<T = RequestInbox>, impl Mutex<T = Outbox<PACKETS>>>,
+        mail: Mail<'_, impl Mutex<T = RequestInbox>, impl Mutex<T = Outbox>>,
         shared: &Shared<P>,
     ) {
         let Mail { inbox, outbox } = mail;
@@ -76,7 +76,7 @@ impl<S: Store> Fit<'_, S> {
 // Inlined, its 830 bytes of stack would lie under a fit, which reaches deepest.
 #[inline(never)]
 fn report<P: Platform>(
-    outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
+    outbox: &mut impl Mutex<T = Outbox>,
     estimate: &Estimate,
     window: &Window,
     estimator: &mut Estimator,

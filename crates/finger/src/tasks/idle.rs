@@ -1,7 +1,7 @@
 //! `idle`: measures the load and the stack, and knows when the run is over.
 
 use super::outbox::Outbox;
-use super::shared::{PACKETS, Shared};
+use super::shared::Shared;
 use core::sync::atomic::Ordering::Relaxed;
 use ridgetone_proto::telemetry::Events;
 use rtic_core::Mutex;
@@ -68,7 +68,7 @@ impl Idle {
         &mut self,
         slept: Slept,
         stack: Stack<impl Fn(usize) -> u32>,
-        outbox: &mut impl Mutex<T = Outbox<PACKETS, E>>,
+        outbox: &mut impl Mutex<T = Outbox<E>>,
         shared: &Shared<P>,
     ) -> Next {
         let diagnostics = &shared.diagnostics;

@@ -106,49 +106,37 @@ mod tests {
         }
     }
 
-    /// The receiver's data register holds the byte before the one that is lost.
     #[test]
     fn an_overrun_spoils_the_request_after_the_good_byte_and_is_counted() {
+        use Received::{Byte, Overrun};
         let mut wire = [0; 32];
         let used = framing::encode(&7u16, &mut wire).expect("it fits");
-        let (request, shared) = (
-            &wire[..used],
-            Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER),
-        );
+        let request = &wire[..used];
+        let shared = Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER);
         let mut inbox = RequestInbox::new();
-        let mut send = |bytes: &[u8], last: fn(u8) -> Received| {
+        let damaged: fn(u8) -> Received = |_| Received::Damaged;
+        // Bytes, how the last one arrives, and then: a whole request, fits pended, bytes overrun.
+        for (bytes, last, expected) in [
+            (request, Byte as fn(u8) -> Received, (true, 1, 0)),
+            // The first byte of the next one is lost, and the one after it is whole.
+            (request, Overrun, (true, 2, 1)),
+            (&request[1..], Byte, (false, 2, 1)),
+            (request, Byte, (true, 3, 1)),
+            // A byte in the middle is lost.
+            (&request[..2], Overrun, (false, 3, 2)),
+            (&request[3..], Byte, (false, 3, 2)),
+            (&request[..2], damaged, (false, 3, 2)),
+            (&request[2..], Byte, (false, 3, 2)),
+            (request, Byte, (true, 4, 2)),
+        ] {
             let (last_byte, others) = bytes.split_last().expect("bytes");
             others
                 .iter()
-                .for_each(|byte| receive(&mut inbox, Received::Byte(*byte), &shared));
+                .for_each(|byte| receive(&mut inbox, Byte(*byte), &shared));
             receive(&mut inbox, last(*last_byte), &shared);
-            let whole = inbox.take().is_some();
-            (
-                whole,
-                shared.platform.0.get(),
-                shared.diagnostics.bytes_overrun.get(),
-            )
-        };
-        assert_eq!(send(request, Received::Byte), (true, 1, 0));
-        assert_eq!(
-            send(request, Received::Overrun),
-            (true, 2, 1),
-            "the first byte of the next one is lost"
-        );
-        assert_eq!(send(&request[1..], Received::Byte), (false, 2, 1));
-        assert_eq!(
-            send(request, Received::Byte),
-            (true, 3, 1),
-            "the one after it is whole"
-        );
-        assert_eq!(
-            send(&request[..2], Received::Overrun),
-            (false, 3, 2),
-            "a byte in the middle is lost"
-        );
-        assert_eq!(send(&request[3..], Received::Byte), (false, 3, 2));
-        assert_eq!(send(&request[..2], |_| Received::Damaged), (false, 3, 2));
-        assert_eq!(send(&request[2..], Received::Byte), (false, 3, 2));
-        assert_eq!(send(request, Received::Byte), (true, 4, 2));
+            let is_whole = inbox.take().is_some();
+            let overrun = shared.diagnostics.bytes_overrun.get();
+            assert_eq!((is_whole, shared.platform.0.get(), overrun), expected);
+        }
     }
 }

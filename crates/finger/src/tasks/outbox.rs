@@ -25,23 +25,23 @@ pub enum Posted {
     Thinned,
 }
 
-/// At most `N` events and [`FRAMES`] frames. Packets are numbered as they leave. An event that is
-/// dropped takes a number with it, so that a reader sees the loss; a frame that is thinned has its
-/// own number and is counted.
+/// At most [`PACKETS`] events and [`FRAMES`] frames. Packets are numbered as they leave. An event
+/// that is dropped takes a number with it, so that a reader sees the loss; a frame that is thinned
+/// has its own number and is counted.
 #[derive(Debug)]
-pub struct Outbox<const N: usize, E: Events = Event> {
-    events: Deque<E, N>,
+pub struct Outbox<E: Events = Event> {
+    events: Deque<E, PACKETS>,
     frames: Deque<E::Bulk, FRAMES>,
     sequence: u16,
 }
 
-impl<const N: usize, E: Events> Default for Outbox<N, E> {
+impl<E: Events> Default for Outbox<E> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<const N: usize, E: Events> Outbox<N, E> {
+impl<E: Events> Outbox<E> {
     /// An empty outbox; `const`, so that it can live in a static.
     pub const fn new() -> Self {
         Self {
@@ -100,6 +100,16 @@ impl<const N: usize, E: Events> Outbox<N, E> {
     pub fn is_empty(&self) -> bool {
         self.events.is_empty() && self.frames.is_empty()
     }
+
+    /// Hands an event to `report`. What is dropped or thinned is counted.
+    pub fn send<P: Platform>(&mut self, event: E, shared: &Shared<P>) {
+        match self.post(event) {
+            Posted::Queued => {}
+            Posted::DroppedOldest => shared.diagnostics.messages_dropped.add(1),
+            Posted::Thinned => shared.diagnostics.frames_thinned.add(1),
+        }
+        P::pend(shared, Task::Report);
+    }
 }
 
 // Not inlined: its stack holds an event, which would lie under the encoding of all others.
@@ -111,18 +121,6 @@ fn encode_frame<E: Events>(
 ) -> Result<usize, TooLong> {
     let event = &frame.into();
     E::encode(&Packet { sequence, event }, wire)
-}
-
-impl<E: Events> Outbox<PACKETS, E> {
-    /// Hands an event to `report`. What is dropped or thinned is counted.
-    pub fn send<P: Platform>(&mut self, event: E, shared: &Shared<P>) {
-        match self.post(event) {
-            Posted::Queued => {}
-            Posted::DroppedOldest => shared.diagnostics.messages_dropped.add(1),
-            Posted::Thinned => shared.diagnostics.frames_thinned.add(1),
-        }
-        P::pend(shared, Task::Report);
-    }
 }
 
 #[cfg(test)]
@@ -141,32 +139,23 @@ mod tests {
 
     #[test]
     fn packets_leave_in_order_and_numbered() {
-        let mut outbox = Outbox::<2>::new();
+        let mut outbox = Outbox::new();
         assert!(outbox.is_empty());
         assert_eq!(outbox.post(event(10)), Posted::Queued);
         assert_eq!(outbox.post(event(11)), Posted::Queued);
-        assert_eq!(
-            outbox.take(),
-            Some(Packet {
-                sequence: 0,
-                event: event(10)
-            })
-        );
-        assert_eq!(
-            outbox.take(),
-            Some(Packet {
-                sequence: 1,
-                event: event(11)
-            })
-        );
+        for (sequence, frames) in [(0, 10), (1, 11)] {
+            let event = event(frames);
+            assert_eq!(outbox.take(), Some(Packet { sequence, event }));
+        }
         assert_eq!(outbox.take(), None);
     }
 
     #[test]
     fn the_oldest_makes_room_and_leaves_a_gap_in_the_numbers() {
-        let mut outbox = Outbox::<2>::new();
-        outbox.post(event(10));
-        outbox.post(event(11));
+        let mut outbox = Outbox::new();
+        for number in 0..PACKETS as u32 {
+            assert_eq!(outbox.post(event(number)), Posted::Queued);
+        }
         assert_eq!(outbox.post(event(12)), Posted::DroppedOldest);
         assert_eq!(outbox.take().map(|packet| packet.sequence), Some(1));
         assert_eq!(outbox.take().map(|packet| packet.sequence), Some(2));
@@ -183,7 +172,7 @@ mod tests {
                 codes: [0; 16],
             })
         };
-        let mut outbox = Outbox::<2>::new();
+        let mut outbox = Outbox::new();
         for number in 0..FRAMES as u32 {
             assert_eq!(outbox.post(raw(number)), Posted::Queued);
         }
@@ -222,7 +211,7 @@ mod tests {
     #[test]
     fn each_event_that_is_dropped_is_counted() {
         let shared = Shared::new(Still, ridgetone_proto::plan::Plan::PAPER);
-        let mut outbox = Outbox::<PACKETS>::new();
+        let mut outbox = Outbox::new();
         for number in 0..PACKETS as u32 + 5 {
             outbox.send(event(number), &shared);
             let dropped = (number + 1).saturating_sub(PACKETS as u32);

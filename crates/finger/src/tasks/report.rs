@@ -1,7 +1,7 @@
 //! `report`: encodes packets while the line has place for them.
 
 use super::outbox::Outbox;
-use super::shared::{LOW_WATER, PACKETS, Platform, Shared, Task};
+use super::shared::{LOW_WATER, Platform, Shared, Task};
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Producer;
 use ridgetone_proto::telemetry::{Events, WIRE_MAX};
@@ -27,7 +27,7 @@ impl<'a> Report<'a> {
     /// Runs when an event was posted, and when the queue of bytes is nearly empty.
     pub fn run<P: Platform, E: Events>(
         &mut self,
-        outbox: &mut impl Mutex<T = Outbox<PACKETS, E>>,
+        outbox: &mut impl Mutex<T = Outbox<E>>,
         shared: &Shared<P>,
     ) {
         while self.bytes.len() <= LOW_WATER {

@@ -4,7 +4,7 @@
 use super::commands::{At, CommandExecutor};
 use super::line::RequestInbox;
 use super::outbox::{Mail, Outbox};
-use super::shared::{PACKETS, Platform, Shared};
+use super::shared::{Platform, Shared};
 use crate::detector::Detector;
 use crate::estimator::Estimator;
 use core::ops::DerefMut;
@@ -54,7 +54,7 @@ impl<S: Store> Requests<S> {
         &mut self,
         is_window_due: impl Fn() -> bool,
         targets: Targets<'_, impl Mutex<T: DerefMut<Target = Detector>>>,
-        mail: Mail<'_, impl Mutex<T = RequestInbox>, impl Mutex<T = Outbox<PACKETS>>>,
+        mail: Mail<'_, impl Mutex<T = RequestInbox>, impl Mutex<T = Outbox>>,
         shared: &Shared<P>,
     ) -> bool {
         let Targets {

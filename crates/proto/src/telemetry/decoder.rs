@@ -114,93 +114,95 @@ mod tests {
     use crate::settings::Settings;
     use crate::telemetry::{Health, Hello, PROTOCOL, Release, encode, longest_packet};
     extern crate std;
+    use std::vec::Vec;
 
     fn estimate() -> Event {
         longest_packet().event
     }
 
-    fn sent(sequence: u16, event: Event) -> std::vec::Vec<u8> {
+    fn sent(sequence: u16, event: Event) -> Vec<u8> {
         let mut wire = [0; WIRE_MAX];
         let used = encode(&Packet { sequence, event }, &mut wire).unwrap();
         wire[..used].to_vec()
     }
 
+    fn decode(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Packet> {
+        bytes
+            .iter()
+            .filter_map(|byte| decoder.push(*byte))
+            .collect()
+    }
+
+    fn release() -> Event {
+        Event::Release(Release { t_us: 5 })
+    }
+
     #[test]
     fn the_longest_packet_is_decoded() {
-        let bytes = sent(u16::MAX, estimate());
+        let (sequence, event) = (u16::MAX, estimate());
         let mut decoder = Decoder::new();
-        let packets: std::vec::Vec<_> = bytes.iter().filter_map(|b| decoder.push(*b)).collect();
-        assert_eq!(
-            packets,
-            [Packet {
-                sequence: u16::MAX,
-                event: estimate()
-            }]
-        );
+        let packets = decode(&mut decoder, &sent(sequence, event.clone()));
+        assert_eq!(packets, [Packet { sequence, event }]);
         assert_eq!((decoder.damaged, decoder.missing), (0, 0));
     }
 
     #[test]
     fn every_damaged_byte_is_detected_and_the_next_packet_is_decoded() {
-        let (bad, good) = (
-            sent(7, estimate()),
-            sent(8, Event::Release(Release { t_us: 5 })),
-        );
+        let (bad, good) = (sent(7, estimate()), sent(8, release()));
         for place in 0..bad.len() - 1 {
-            let mut bytes = bad.clone();
+            let mut bytes = [&bad[..], &good].concat();
             bytes[place] ^= 0x10;
-            bytes.extend(&good);
             let mut decoder = Decoder::new();
-            let packets: std::vec::Vec<_> = bytes.iter().filter_map(|b| decoder.push(*b)).collect();
-            assert_eq!(packets.len(), 1, "byte {place}");
-            assert_eq!(packets[0].sequence, 8);
+            let sequences: Vec<_> = decode(&mut decoder, &bytes)
+                .iter()
+                .map(|packet| packet.sequence)
+                .collect();
+            assert_eq!(sequences, [8], "byte {place}");
             assert!(decoder.damaged >= 1);
         }
     }
 
     #[test]
-    fn losses_are_counted_by_sequence_across_the_wrap() {
-        let mut decoder = Decoder::new();
-        for sequence in [65_533, 65_534, 2, 3] {
-            for byte in sent(sequence, Event::Release(Release { t_us: 5 })) {
-                decoder.push(byte);
+    fn losses_are_counted_by_sequence_and_a_repetition_is_none() {
+        for (sequences, missing, stepped_back) in [
+            // Across the wrap.
+            (&[65_533, 65_534, 2, 3][..], 3, 0),
+            // A restart without greeting: 2 is 25,537 numbers ahead of 40,002, which a gap may be;
+            // 4 to 6 are lost.
+            (&[40_000, 40_000, 40_001, 2, 3, 7], 25_536 + 3, 1),
+        ] {
+            let mut decoder = Decoder::new();
+            for sequence in sequences {
+                decode(&mut decoder, &sent(*sequence, release()));
             }
+            let found = (decoder.damaged, decoder.missing, decoder.stepped_back);
+            assert_eq!(found, (0, missing, stepped_back));
         }
-        assert_eq!((decoder.damaged, decoder.missing), (0, 3));
-    }
-
-    #[test]
-    fn a_repetition_and_a_restart_without_greeting_are_no_losses() {
-        let mut decoder = Decoder::new();
-        for sequence in [40_000, 40_000, 40_001, 2, 3, 7] {
-            for byte in sent(sequence, Event::Release(Release { t_us: 5 })) {
-                decoder.push(byte);
-            }
-        }
-        // 2 is 25,537 numbers ahead of 40,002, which a gap may be; 4 to 6 are lost.
-        assert_eq!(
-            (decoder.damaged, decoder.missing, decoder.stepped_back),
-            (0, 25_536 + 3, 1)
-        );
     }
 
     #[test]
     fn a_restart_is_time_that_goes_back_and_never_a_number() {
         let mut decoder = Decoder::new();
-        let mut push = |sequence, event| {
-            for byte in sent(sequence, event) {
-                decoder.push(byte);
-            }
-            (decoder.missing, decoder.stepped_back)
-        };
-        assert_eq!(push(65_533, health(9_000_000)), (0, 0));
-        // Two packets are lost, and a periodic greeting has number zero by wrap.
-        assert_eq!(push(0, hello(PROTOCOL, 10_000_000)), (2, 0));
-        assert_eq!(push(1, health(10_000_000)), (2, 0));
-        assert_eq!(push(0, hello(PROTOCOL, 0)), (2, 0), "a restart");
-        // The greeting of the next start is lost, and `health` after it is not.
-        assert_eq!(push(1, health(9_000_000)), (2, 0));
-        assert_eq!(push(2, health(1_000_000)), (4, 0), "another one");
+        for (what, sequence, event, missing) in [
+            ("health", 65_533, health(9_000_000), 0),
+            (
+                "two lost, a greeting numbered zero by wrap",
+                0,
+                hello(PROTOCOL, 10_000_000),
+                2,
+            ),
+            ("health", 1, health(10_000_000), 2),
+            ("a restart", 0, hello(PROTOCOL, 0), 2),
+            ("health", 1, health(9_000_000), 2),
+            ("a restart whose greeting is lost", 2, health(1_000_000), 4),
+        ] {
+            decode(&mut decoder, &sent(sequence, event));
+            assert_eq!(
+                (decoder.missing, decoder.stepped_back),
+                (missing, 0),
+                "{what}"
+            );
+        }
     }
 
     #[test]
@@ -238,23 +240,16 @@ mod tests {
 
     #[test]
     fn packets_of_another_protocol_are_not_returned() {
-        let hello = |protocol| hello(protocol, 0);
         let mut decoder = Decoder::new();
-        let received = |decoder: &mut Decoder, sequence, event| {
-            sent(sequence, event)
-                .iter()
-                .filter_map(|byte| decoder.push(*byte))
-                .count()
-        };
-        assert_eq!(received(&mut decoder, 0, hello(PROTOCOL + 1)), 0);
-        assert_eq!(received(&mut decoder, 1, estimate()), 0);
-        assert_eq!(decoder.foreign, Some(PROTOCOL + 1));
-        assert_eq!(received(&mut decoder, 0, hello(PROTOCOL)), 1);
-        assert_eq!(received(&mut decoder, 1, estimate()), 1);
-        assert_eq!(
-            (decoder.foreign, decoder.missing, decoder.damaged),
-            (None, 0, 0)
-        );
+        for (protocol, count, foreign) in
+            [(PROTOCOL + 1, 0, Some(PROTOCOL + 1)), (PROTOCOL, 1, None)]
+        {
+            for (sequence, event) in [(0, hello(protocol, 0)), (1, estimate())] {
+                assert_eq!(decode(&mut decoder, &sent(sequence, event)).len(), count);
+            }
+            assert_eq!(decoder.foreign, foreign);
+        }
+        assert_eq!((decoder.missing, decoder.damaged), (0, 0));
     }
 
     #[test]
@@ -266,10 +261,6 @@ mod tests {
             assert_eq!(decoder.push((x >> 24) as u8), None);
         }
         decoder.push(0);
-        let packets: std::vec::Vec<_> = sent(3, estimate())
-            .iter()
-            .filter_map(|b| decoder.push(*b))
-            .collect();
-        assert_eq!(packets.len(), 1);
+        assert_eq!(decode(&mut decoder, &sent(3, estimate())).len(), 1);
     }
 }

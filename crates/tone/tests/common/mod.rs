@@ -24,6 +24,32 @@ pub fn normal(seed: u64) -> impl FnMut() -> f64 {
     move || (0..12).map(|_| even()).sum::<f64>() - 6.0
 }
 
+/// The fit of frames of some channels with this many harmonics, whose frequency is in cycles a
+/// frame.
+pub fn fit_harmonics(values: &[f32], channels: usize, harmonics: u8) -> Fit {
+    fit_scene(
+        values,
+        channels,
+        &Scene::with_harmonics(harmonics),
+        |span| span,
+    )
+}
+
+/// The fit of a scene, whose frequency is in cycles a frame, with what else is known of the frames.
+pub fn fit_scene(
+    values: &[f32],
+    channels: usize,
+    scene: &Scene,
+    known: impl FnOnce(FrameSpan<'_>) -> FrameSpan<'_>,
+) -> Fit {
+    let mut frames = Frames::new(values, channels).expect("1 to 16 channels");
+    let count = frames.count();
+    let mut span = known(FrameSpan::new(&mut frames, 0, count));
+    Fitter::new()
+        .fit(&mut span, scene)
+        .expect("its frames are there")
+}
+
 /// The fit of frames of some channels, whose frequency is in cycles a window, with what else is
 /// known of them.
 pub fn fit_with(
@@ -31,12 +57,10 @@ pub fn fit_with(
     channels: usize,
     known: impl FnOnce(FrameSpan<'_>) -> FrameSpan<'_>,
 ) -> Fit {
-    let mut frames = Frames::new(values, channels).expect("1 to 16 channels");
-    let count = frames.count();
-    let span = FrameSpan::new(&mut frames, 0, count).with_frame_rate(count as f32);
-    Fitter::new()
-        .fit(&mut known(span), &Scene::DEFAULT)
-        .expect("its frames are there")
+    let count = (values.len() / channels) as f32;
+    fit_scene(values, channels, &Scene::DEFAULT, |span| {
+        known(span.with_frame_rate(count))
+    })
 }
 
 /// The fit of frames of some channels, whose frequency is in cycles a window.
