@@ -162,7 +162,7 @@ fn main() -> ExitCode {
         Task::Board { write } => tasks::board(write),
         Task::Faults(Flags { flags }) => tasks::faults(&flags),
         Task::Reproduce(Flags { flags }) => tasks::reproduce(&flags),
-        Task::Papers { write } => python::papers(write),
+        Task::Papers { write } => tasks::papers(write),
         Task::CheckSystems => tasks::check_systems(),
         Task::Test { fresh: true, .. } => testing::fresh(),
         Task::Test { all: true, .. } => testing::all(),

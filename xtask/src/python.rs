@@ -1,8 +1,7 @@
 //! The Python package: its wheel in an environment of its own, and its tests there.
 
-use crate::testing::{prepare, test};
+use crate::setup;
 use crate::tools::{announce, clean, output_of, run, target_dir};
-use crate::{setup, tasks};
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -57,7 +56,7 @@ fn copied(python: &Path, command: &str) -> Result<PathBuf> {
 
 /// The script that computes figures of the papers a second time, with NumPy, and tries the package
 /// and the commands that `cargo test` has built.
-fn script(python: &Path) -> Result<Command> {
+pub fn script(python: &Path) -> Result<Command> {
     let command = copied(python, "ridgetone")?;
     copied(python, "ridgetone-teletaction")?;
     let mut papers = clean(python);
@@ -69,17 +68,4 @@ fn script(python: &Path) -> Result<Command> {
 /// Computes figures of the papers a second time. Gives the table.
 pub fn run_papers(python: &Path) -> Result<String> {
     output_of(&mut script(python)?).context("figures of the papers")
-}
-
-/// Computes figures of the papers a second time; with `is_written` it fills in
-/// `docs/results/papers.md`.
-pub fn papers(is_written: bool) -> Result<()> {
-    prepare()?;
-    run(&mut test("--no-run --test tables --test pins"))?;
-    let mut papers = script(&build()?)?;
-    if !is_written {
-        return run(&mut papers);
-    }
-    run(papers.arg("--write"))?;
-    tasks::plain("pages", &["--topic".into(), "papers".into()])
 }

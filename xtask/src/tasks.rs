@@ -2,7 +2,7 @@
 
 use crate::images::{self, Board};
 use crate::tools::{announce, cargo, clean, create, find, read, root, run, target_dir, write};
-use crate::{inspect, setup};
+use crate::{inspect, python, setup, testing};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use std::path::Path;
 use std::process::Command;
@@ -104,6 +104,19 @@ pub fn reproduce(flags: &[String]) -> Result<()> {
         reproduce.arg("--elf").arg(elf);
     }
     run(&mut reproduce)
+}
+
+/// Computes figures of the papers a second time; with `is_written` it fills in
+/// `docs/results/papers.md`.
+pub fn papers(is_written: bool) -> Result<()> {
+    testing::prepare()?;
+    run(&mut testing::test("--no-run --test tables --test pins"))?;
+    let mut papers = python::script(&python::build()?)?;
+    if !is_written {
+        return run(&mut papers);
+    }
+    run(papers.arg("--write"))?;
+    plain("pages", &["--topic".into(), "papers".into()])
 }
 
 /// Installs and builds everything, runs a scene file or else the default scene, and prints the
