@@ -8,7 +8,6 @@ mod line;
 mod observations;
 mod processor;
 mod report;
-mod run;
 mod signals;
 pub mod table;
 mod verdict;

@@ -19,6 +19,7 @@ use ridgetone_proto::store::Store;
 use ridgetone_proto::telemetry::{Event, Hello, PROTOCOL, Packet, WIRE_MAX, encode};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::process::{Pid, Signal, kill_process};
+use serde_json::json;
 use std::io::{Read, Write};
 use std::process::{Child, Stdio};
 use terminal::Terminal;
@@ -27,56 +28,53 @@ use terminal::Terminal;
 fn what_makes_no_sense_is_refused_and_a_report_is_not_overwritten() {
     let folder = directory();
     let old = file(folder.path(), "check.txt", "an older report\n");
-    assert_one_line(&run(&["check", "--for", "0"]), 2, &["--for"]);
-    assert_one_line(&run(&["check", "--inputs", "wet"]), 2, &["wet"]);
-    assert_one_line(
-        &run(&["check", "--port", "/dev/none", "-o", text(&old)]),
-        1,
-        &["check.txt", "exists"],
-    );
-    assert_one_line(&run(&["check", "--port", "/dev/none"]), 1, &["/dev/none"]);
-    assert_eq!(
-        std::fs::read_to_string(&old).expect("a file"),
-        "an older report\n"
-    );
+    for (arguments, status, words) in [
+        (vec!["--for", "0"], 2, "--for"),
+        (vec!["--inputs", "wet"], 2, "wet"),
+        (
+            vec!["--port", "/dev/none", "-o", text(&old)],
+            1,
+            "check.txt",
+        ),
+        (vec!["--port", "/dev/none"], 1, "/dev/none"),
+    ] {
+        assert_one_line(&run(&[vec!["check"], arguments].concat()), status, &[words]);
+    }
+    let kept = std::fs::read_to_string(&old).expect("a file");
+    assert_eq!(kept, "an older report\n");
 }
 
-/// A board of another protocol, at a pseudo-terminal.
+/// Starts `check` at a pseudo-terminal, with its name and the board's end. The command has opened
+/// the line: its first request has arrived.
+fn start(arguments: &[&str]) -> (Child, String, std::fs::File) {
+    let terminal = Terminal::new(80, 24);
+    let (name, mut line) = (terminal.name.clone(), terminal.into_file());
+    let mut check = ridgetone();
+    check.args(["check", "--port", &name]).args(arguments);
+    let check = check.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let child = check.spawn().expect("the command runs");
+    assert!(line.read(&mut [0; 64]).expect("a request") > 0);
+    (child, name, line)
+}
+
+/// A board of another protocol.
 #[test]
 fn a_check_that_fails_is_reported_and_is_the_exit_status() {
     let folder = directory();
-    let (settings, source, boot) = (Settings::DEFAULT, SettingsSource::Default, Boot::default());
-    let (protocol, version, frame_rate_hz) = (PROTOCOL + 1, [9, 9, 9], FRAME_RATE_HZ);
-    let hello = Hello {
-        protocol,
-        version,
-        frame_rate_hz,
-        settings,
-        source,
-        boot,
+    let event = Event::Hello(Hello {
+        protocol: PROTOCOL + 1,
+        version: [9, 9, 9],
+        frame_rate_hz: FRAME_RATE_HZ,
+        settings: Settings::DEFAULT,
+        source: SettingsSource::Default,
+        boot: Boot::default(),
         t_us: 0,
-    };
+    });
     let mut wire = [0; WIRE_MAX];
-    let length = encode(
-        &Packet {
-            sequence: 0,
-            event: Event::Hello(hello),
-        },
-        &mut wire,
-    )
-    .expect("it fits");
+    let length = encode(&Packet { sequence: 0, event }, &mut wire).expect("it fits");
     for name_of_report in ["report.json", "report.txt"] {
-        let terminal = Terminal::new(80, 24);
-        let (name, mut board) = (terminal.name.clone(), terminal.into_file());
         let report = folder.path().join(name_of_report);
-        let child = ridgetone()
-            .args(["check", "--json", "--port", &name, "-o", text(&report)])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the command runs");
-        // The command has opened the line when its first request arrives.
-        assert!(board.read(&mut [0; 64]).expect("a request") > 0);
+        let (child, name, mut board) = start(&["--json", "-o", text(&report)]);
         board.write_all(&wire[..length]).expect("written");
         let output = child.wait_with_output().expect("it ends");
         assert_eq!(output.status.code(), Some(1));
@@ -85,41 +83,32 @@ fn a_check_that_fails_is_reported_and_is_the_exit_status() {
             "{}",
             stderr(&output)
         );
-        let lines: Vec<serde_json::Value> = stdout(&output)
-            .lines()
-            .map(|line| serde_json::from_str(line).expect("JSON"))
-            .collect();
+        let printed = stdout(&output);
+        let lines = printed.lines().map(serde_json::from_str);
+        let lines: Vec<serde_json::Value> = lines.collect::<Result<_, _>>().expect("JSON");
         let (summary, checks) = lines.split_last().expect("lines");
-        let firmware = &checks[0];
-        assert_eq!(
-            (&firmware["type"], &firmware["name"], &firmware["verdict"]),
-            (&"check".into(), &"firmware".into(), &"fail".into())
-        );
-        assert_eq!(
-            (&summary["type"], &summary["verdict"], &summary["failed"]),
-            (&"summary".into(), &"fail".into(), &1.into())
-        );
-        assert_eq!(summary["board"], name.as_str());
+        for (object, key, value) in [
+            (&checks[0], "type", json!("check")),
+            (&checks[0], "name", json!("firmware")),
+            (&checks[0], "verdict", json!("fail")),
+            (summary, "type", json!("summary")),
+            (summary, "verdict", json!("fail")),
+            (summary, "failed", json!(1)),
+            (summary, "board", json!(name)),
+        ] {
+            assert_eq!(object[key], value, "{key}");
+        }
         let written = std::fs::read_to_string(&report).expect("a report");
         if name_of_report.ends_with(".json") {
             let whole: serde_json::Value = serde_json::from_str(&written).expect("JSON");
-            assert_eq!(
-                (
-                    &whole["summary"],
-                    whole["checks"].as_array().expect("checks").as_slice()
-                ),
-                (summary, checks)
-            );
+            assert_eq!(whole, json!({ "summary": summary, "checks": checks }));
         } else {
-            let line = written
-                .lines()
+            let mut lines = written.lines();
+            let line = lines
                 .find(|line| line.contains(" firmware  "))
                 .expect("a line");
-            assert!(
-                line.starts_with("fail ")
-                    && line.ends_with("-> docs/guide/2-build.md#flash-and-check"),
-                "{line}"
-            );
+            let page = "-> docs/guide/2-build.md#flash-and-check";
+            assert!(line.starts_with("fail ") && line.ends_with(page), "{line}");
         }
     }
 }
@@ -170,40 +159,28 @@ impl Surroundings for Pressed<'_> {
 /// before.
 #[test]
 fn ctrl_c_in_the_middle_restores_the_settings() {
-    for before in [
-        None,
-        Some(Settings {
-            window_s: 0.5,
-            ..Settings::DEFAULT
-        }),
+    let stored = Settings {
+        window_s: 0.5,
+        ..Settings::DEFAULT
+    };
+    for (before, source) in [
+        (None, SettingsSource::Default),
+        (Some(stored), SettingsSource::Stored),
     ] {
         let (flash, boot) = (RamFlash::default(), Boot::default());
+        let start_anew = || Start::new(flash.clone(), boot.clone());
         if let Some(settings) = before {
-            let mut start = Start::new(flash.clone(), boot.clone());
-            assert!(start.store.save(Some(&settings), true).is_ok());
+            assert!(start_anew().store.save(Some(&settings), true).is_ok());
         }
-        let terminal = Terminal::new(80, 24);
-        let (name, line) = (terminal.name.clone(), terminal.into_file());
-        let child = ridgetone()
-            .args(["check", "--for", "1", "--port", &name])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("the command runs");
+        let (child, _, line) = start(&["--for", "1"]);
         let mut pressed = Pressed {
             line,
             child: &child,
             starts: 0,
             is_silent: false,
         };
-        // The command has opened the line when its first request arrives.
-        assert!(pressed.line.read(&mut [0; 64]).expect("a request") > 0);
         // It ends when the command has closed its end.
-        let ended = simulated::run(
-            Opened::untouched(),
-            Start::new(flash.clone(), boot.clone()),
-            &mut pressed,
-        );
+        let ended = simulated::run(Opened::untouched(), start_anew(), &mut pressed);
         assert!(
             ended.is_err() && pressed.starts == 2,
             "{} starts",
@@ -214,14 +191,9 @@ fn ctrl_c_in_the_middle_restores_the_settings() {
         for words in ["not stored: interrupted", "It ended early: interrupted"] {
             assert!(stdout(&output).contains(words), "{}", stdout(&output));
         }
-        let start = Start::new(flash, boot);
-        let source = if before.is_some() {
-            SettingsSource::Stored
-        } else {
-            SettingsSource::Default
-        };
+        let found = start_anew();
         assert_eq!(
-            (start.settings, start.source),
+            (found.settings, found.source),
             (before.unwrap_or_default(), source)
         );
     }

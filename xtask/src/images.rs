@@ -1,10 +1,9 @@
 //! The firmware images: building and checking.
 
-use crate::inspect::{self, Interrupt, Sizes};
-use crate::panics;
-use crate::sizes;
+use crate::inspect::{self, DMA, DRDY, Interrupt, Sizes, TIM6, USART2, USART3};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{announce, create, read, run, target_dir, write};
+use crate::{panics, sizes};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 use std::path::PathBuf;
@@ -23,7 +22,7 @@ pub struct Image {
 }
 
 /// The benchmark in the emulator.
-pub const BENCH: Image = bench("bench", "ridgetone-bench");
+pub const BENCH: Image = image("bench", "ridgetone-eval", "ridgetone-bench", &[]);
 
 /// The bench image: the fit in each scene, with its windows in it.
 pub const COUNTS: Image = Image {
@@ -32,17 +31,7 @@ pub const COUNTS: Image = Image {
 };
 
 /// The benchmark of the methods that the fit is compared with.
-pub const BASELINES: Image = bench("bench-baselines", "baselines-bench");
-
-const fn bench(name: &'static str, binary: &'static str) -> Image {
-    Image {
-        package: "ridgetone-eval",
-        name,
-        binary,
-        profile: USUAL,
-        interrupts: &[],
-    }
-}
+pub const BASELINES: Image = image("bench-baselines", "ridgetone-eval", "baselines-bench", &[]);
 
 /// The emulated board's firmware with every addition checked for overflow.
 pub const OVERFLOW_CHECKED: Image = Image {
@@ -53,12 +42,21 @@ pub const OVERFLOW_CHECKED: Image = Image {
 /// The profile of all that is not for a test alone, in the workspace's `Cargo.toml`.
 const USUAL: &str = "image";
 
-/// The firmware's package, and its binary for a finger.
-const FIRMWARE: &str = "ridgetone-firmware";
-
-/// The stylus's package, and its binary.
-const STYLUS: &str = "ridgetone-teletaction";
-const STYLUS_BINARY: &str = "ridgetone-stylus-firmware";
+/// An image of the usual profile.
+const fn image(
+    name: &'static str,
+    package: &'static str,
+    binary: &'static str,
+    interrupts: &'static [Interrupt],
+) -> Image {
+    Image {
+        package,
+        name,
+        binary,
+        profile: USUAL,
+        interrupts,
+    }
+}
 
 /// A board that has an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -87,60 +85,37 @@ impl Board {
         Self::StylusF405,
     ];
 
-    /// Its firmware.
+    /// Its firmware, which depends on the interrupts of DRDY or the DMA, of the line, or of the
+    /// stylus's timer.
     pub const fn image(self) -> Image {
-        // The firmware depends on the interrupts of DRDY or the DMA and of the line, the stylus's on
-        // the timer's.
         let (name, interrupts): (_, &[_]) = match self {
-            Self::FeatherF405 => ("feather-f405", &[inspect::DRDY, inspect::USART3]),
-            Self::NucleoF446re => ("nucleo-f446re", &[inspect::DRDY, inspect::USART2]),
-            Self::FeatherF405Adc => (
-                "feather-f405-adc",
-                &[inspect::DRDY, inspect::DMA, inspect::USART3],
-            ),
-            Self::NucleoF446reAdc => (
-                "nucleo-f446re-adc",
-                &[inspect::DRDY, inspect::DMA, inspect::USART2],
-            ),
-            Self::Emulated => ("emulated", &[inspect::DRDY, inspect::USART3]),
-            Self::StylusF405 => ("stylus-f405", &[inspect::TIM6, inspect::USART3]),
+            Self::FeatherF405 => ("feather-f405", &[DRDY, USART3]),
+            Self::NucleoF446re => ("nucleo-f446re", &[DRDY, USART2]),
+            Self::FeatherF405Adc => ("feather-f405-adc", &[DRDY, DMA, USART3]),
+            Self::NucleoF446reAdc => ("nucleo-f446re-adc", &[DRDY, DMA, USART2]),
+            Self::Emulated => ("emulated", &[DRDY, USART3]),
+            Self::StylusF405 => ("stylus-f405", &[TIM6, USART3]),
         };
         let (package, binary) = match self {
-            Self::StylusF405 => (STYLUS, STYLUS_BINARY),
-            _ => (FIRMWARE, FIRMWARE),
+            Self::StylusF405 => ("ridgetone-teletaction", "ridgetone-stylus-firmware"),
+            _ => ("ridgetone-firmware", "ridgetone-firmware"),
         };
-        Image {
-            package,
-            name,
-            binary,
-            profile: USUAL,
-            interrupts,
-        }
+        image(name, package, binary, interrupts)
     }
 }
 
 impl Image {
     /// A command of cargo for this image, such as `build`.
     fn cargo(self, toolchain: &Toolchain, subcommand: &str) -> Command {
-        let Self {
-            package,
-            name,
-            binary,
-            profile,
-            ..
-        } = self;
         let mut cargo = toolchain.cargo(subcommand);
         cargo.args([
             "--quiet",
             "--profile",
-            profile,
+            self.profile,
             "--package",
-            package,
-            "--bin",
-            binary,
-            "--features",
-            name,
+            self.package,
         ]);
+        cargo.args(["--bin", self.binary, "--features", self.name]);
         cargo
     }
 }
@@ -169,10 +144,9 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     if !interrupts.is_empty() && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
     }
-    let folder = if profile == USUAL {
-        name.to_owned()
-    } else {
-        format!("{name}-{profile}")
+    let folder = match profile {
+        USUAL => name.to_owned(),
+        _ => format!("{name}-{profile}"),
     };
     let folder = target_dir().join("firmware").join(folder);
     create(&folder)?;
@@ -181,12 +155,19 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     Ok((path, sizes))
 }
 
+/// Builds the images of all boards that exist.
+pub fn build_real() -> Result<()> {
+    Board::REAL
+        .into_iter()
+        .try_for_each(|board| build(board.image()).map(drop))
+}
+
 /// Builds one image or all, and prints their sizes, by crate and static too.
 pub fn build_and_print(board: Option<Board>) -> Result<()> {
-    for board in board
+    let boards = board
         .as_ref()
-        .map_or(Board::value_variants(), std::slice::from_ref)
-    {
+        .map_or(Board::value_variants(), std::slice::from_ref);
+    for board in boards {
         let (path, sizes) = build(board.image())?;
         println!("{:<17} {sizes}", board.image().name);
         println!("{:<17} {}", "", path.display());
@@ -199,11 +180,8 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
 /// own warnings are denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
-    for image in Board::value_variants()
-        .iter()
-        .map(|board| board.image())
-        .chain([BENCH, BASELINES, COUNTS])
-    {
+    let images = Board::value_variants().iter().map(|board| board.image());
+    for image in images.chain([BENCH, BASELINES, COUNTS]) {
         announce(format_args!("linting the image {}", image.name));
         let clippy = toolchain == Toolchain::Rustup;
         let mut cargo = image.cargo(&toolchain, if clippy { "clippy" } else { "check" });

@@ -1,29 +1,27 @@
 //! Is there code in an image? Lost link arguments give an empty one that links without complaint.
 
 use anyhow::{Context, Result, bail, ensure};
-use object::{Object, ObjectSection, ObjectSymbol};
+use object::{Object, ObjectSection, ObjectSymbol, Symbol};
 use std::fmt;
 
 /// Main RAM of the boards' chips, bytes.
 const RAM_BYTES: u64 = 128 * 1024;
 
-/// An interrupt: its name, which is its handler's symbol, and its word in the vector table.
+/// An interrupt: its name, which is its handler's symbol, and its number in the reference manual.
 pub type Interrupt = (&'static str, usize);
 
-/// EXTI4 (interrupt 10), DRDY's falling edge; sixteen of the processor's own vectors come before
-/// the first.
-pub const DRDY: Interrupt = ("EXTI4", 16 + 10);
+/// DRDY's falling edge.
+pub const DRDY: Interrupt = ("EXTI4", 10);
+/// Half a buffer of the processor's own ADC.
+pub const DMA: Interrupt = ("DMA2_STREAM0", 56);
+/// The USARTs that a line may be on.
+pub const USART2: Interrupt = ("USART2", 38);
+pub const USART3: Interrupt = ("USART3", 39);
+/// A sample of the stylus.
+pub const TIM6: Interrupt = ("TIM6_DAC", 54);
 
-/// DMA2_STREAM0 (interrupt 56), half a buffer of the processor's own ADC.
-pub const DMA: Interrupt = ("DMA2_STREAM0", 16 + 56);
-
-/// The USARTs that a line may be on (interrupts 38 and 39).
-pub const USART2: Interrupt = ("USART2", 16 + 38);
-/// As above.
-pub const USART3: Interrupt = ("USART3", 16 + 39);
-
-/// TIM6 (interrupt 54), a sample of the stylus.
-pub const TIM6: Interrupt = ("TIM6_DAC", 16 + 54);
+/// Vectors of the processor's own, before the first interrupt's.
+const OWN_VECTORS: usize = 16;
 
 /// What an image takes, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,15 +38,11 @@ pub struct Sizes {
 
 impl fmt::Display for Sizes {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self {
-            flash,
-            flash_size,
-            ram,
-            stack,
-        } = self;
+        let (flash, flash_size, ram, stack) = (self.flash, self.flash_size, self.ram, self.stack);
+        write!(f, "flash {flash} of {flash_size} bytes, ")?;
         write!(
             f,
-            "flash {flash} of {flash_size} bytes, RAM {ram} of {RAM_BYTES} bytes and {stack} for the stack"
+            "RAM {ram} of {RAM_BYTES} bytes and {stack} for the stack"
         )
     }
 }
@@ -64,12 +58,12 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
         Ok(section)
     };
     let symbol = |name: &str| {
+        let is_it = |symbol: &Symbol| symbol.name() == Ok(name) && !symbol.is_undefined();
         let symbol = file
             .symbols()
-            .find(|symbol| symbol.name() == Ok(name) && !symbol.is_undefined());
-        symbol
-            .map(|symbol| symbol.address())
-            .with_context(|| format!("no symbol {name}"))
+            .find(is_it)
+            .with_context(|| format!("no symbol {name}"))?;
+        anyhow::Ok(symbol.address())
     };
     let text = section(".text")?;
     let code = text.address()..text.address() + text.size();
@@ -77,12 +71,9 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
     let vectors = section(".vector_table")?;
     let table = vectors.data().context("the vector table has no content")?;
     let vector = |word: usize| {
-        let bytes = table
-            .get(4 * word..4 * word + 4)
-            .and_then(|bytes| bytes.try_into().ok());
-        bytes
-            .map(|bytes| u64::from(u32::from_le_bytes(bytes)))
-            .context("the vector table is too short")
+        let bytes = table.get(4 * word..).and_then(|bytes| bytes.first_chunk());
+        let bytes = bytes.context("the vector table is too short")?;
+        anyhow::Ok(u64::from(u32::from_le_bytes(*bytes)))
     };
     ensure!(
         vector(0)? == symbol("_stack_start")?,
@@ -94,18 +85,17 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
         reset & 1 == 1 && code.contains(&(reset - 1)),
         "the reset vector {reset:#x} does not point to code"
     );
-    for (name, word) in interrupts {
-        if vector(*word)? | 1 != symbol(name)? | 1 || symbol(name)? == symbol("DefaultHandler")? {
+    for (name, number) in interrupts {
+        if vector(OWN_VECTORS + number)? | 1 != symbol(name)? | 1
+            || symbol(name)? == symbol("DefaultHandler")?
+        {
             bail!("the interrupt {name} has no handler");
         }
     }
 
     let sum = |names: &[&str]| {
-        names
-            .iter()
-            .flat_map(|name| file.section_by_name(name))
-            .map(|s| s.size())
-            .sum()
+        let sections = names.iter().flat_map(|name| file.section_by_name(name));
+        sections.map(|section| section.size()).sum()
     };
     Ok(Sizes {
         flash: sum(&[".vector_table", ".text", ".rodata", ".data"]),
@@ -118,19 +108,14 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
 /// The chip that an image is for, by its name at probe-rs: build.rs puts it into a symbol's name.
 pub fn chip(image: &[u8]) -> Result<String> {
     let file = object::File::parse(image).context("no ELF file")?;
-    let chip = file.symbols().find_map(|symbol| {
-        symbol
-            .name()
-            .ok()?
-            .strip_prefix("_chip_")
-            .map(str::to_owned)
-    });
+    let mut names = file.symbols().filter_map(|symbol| symbol.name().ok());
+    let chip = names.find_map(|name| Some(name.strip_prefix("_chip_")?.to_owned()));
     chip.context("it has no symbol _chip_...")
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{DRDY, check, chip};
+    use super::{DRDY, OWN_VECTORS, check, chip};
     use crate::elf;
 
     /// An image with this much code, its vector table at address 0 and all of the code behind it.
@@ -138,7 +123,7 @@ mod tests {
         let mut vectors = [default | 1; 98];
         vectors[0] = 0x2000_8000;
         vectors[1] = 1;
-        vectors[DRDY.1] = drdy | 1;
+        vectors[OWN_VECTORS + DRDY.1] = drdy | 1;
         let table = vectors.iter().flat_map(|word| word.to_le_bytes()).collect();
         elf::image(
             &[(".vector_table", table), (".text", vec![0; code])],

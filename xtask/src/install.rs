@@ -28,11 +28,7 @@ pub fn debian(packages: &[&str]) -> Result<()> {
             .args(arguments);
         output_of(&mut command)
     };
-    let install: Vec<&str> = ["install", "--yes", "--no-install-recommends"]
-        .iter()
-        .chain(packages)
-        .copied()
-        .collect();
+    let install = [&["install", "--yes", "--no-install-recommends"], packages].concat();
     announce(format_args!(
         "installing {list} with apt-get, which may take a minute"
     ));

@@ -1,30 +1,23 @@
 //! `cargo xtask`: every task of the workspace besides building it.
 
-mod demo;
 #[cfg(test)]
 mod documents;
 #[cfg(test)]
 mod elf;
-mod eval;
-mod flash;
-mod fresh;
-mod generated;
 mod images;
 mod inspect;
 mod install;
 mod lint;
-mod long;
 mod package;
 mod panics;
 mod python;
 mod release;
 mod setup;
 mod sizes;
-mod streams;
-mod test;
+mod tasks;
+mod testing;
 mod toolchain;
 mod tools;
-mod worklet;
 
 use clap::{Parser, Subcommand};
 use images::Board;
@@ -164,34 +157,34 @@ enum Task {
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
-        Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
-        Task::Bench(Flags { flags }) => eval::bench(&flags),
-        Task::Counts => eval::counts(),
-        Task::Noise(Flags { flags }) => eval::plain("noise", &flags),
-        Task::Real { folder } => eval::plain("real", &[folder]),
-        Task::Touch(Flags { flags }) => eval::plain("touch", &flags),
-        Task::Board { write } => eval::board(write),
-        Task::Faults(Flags { flags }) => eval::faults(&flags),
-        Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
-        Task::Papers { write } => python::papers(write),
-        Task::CheckSystems => streams::check_systems(),
-        Task::Test { fresh: true, .. } => fresh::run_tests(),
-        Task::Test { all: true, .. } => long::run_tests(),
-        Task::Test { .. } => test::run_tests(),
-        Task::Pictures => test::take_pictures(),
+        Task::Demo { svg, scene } => tasks::demo(&svg, scene.as_deref()),
+        Task::Bench(Flags { flags }) => tasks::bench(&flags),
+        Task::Counts => tasks::counts(),
+        Task::Noise(Flags { flags }) => tasks::plain("noise", &flags),
+        Task::Real { folder } => tasks::plain("real", &[folder]),
+        Task::Touch(Flags { flags }) => tasks::plain("touch", &flags),
+        Task::Board { write } => tasks::board(write),
+        Task::Faults(Flags { flags }) => tasks::faults(&flags),
+        Task::Reproduce(Flags { flags }) => tasks::reproduce(&flags),
+        Task::Papers { write } => tasks::papers(write),
+        Task::CheckSystems => tasks::check_systems(),
+        Task::Test { fresh: true, .. } => testing::fresh(),
+        Task::Test { all: true, .. } => testing::all(),
+        Task::Test { .. } => testing::short(),
+        Task::Pictures => testing::take_pictures(),
         Task::Release => release::run(),
         Task::Package { publish } => package::check(publish),
         Task::Lint => lint::run(),
         Task::LintFirmware => images::lint(),
-        Task::Events => generated::write("events"),
-        Task::Worklet => worklet::build(),
-        Task::Settings => generated::write("settings_form"),
+        Task::Events => tasks::generate("events"),
+        Task::Worklet => tasks::worklet(),
+        Task::Settings => tasks::generate("settings_form"),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_print(board),
         Task::Flash {
             image: Some(image), ..
-        } => flash::flash_image(&image),
-        Task::Flash { board, image: None } => flash::flash(board),
+        } => tasks::flash_image(&image),
+        Task::Flash { board, image: None } => tasks::flash(board),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -44,16 +44,16 @@ pub fn check(publish: bool) -> Result<()> {
         .env("CARGO_HOME", &home)
         .env("CARGO_TARGET_DIR", &target))
     .context("a package does not build")?;
+    let folder = target.join("package");
     let mut repositories = Vec::new();
     for name in PACKAGES {
-        let package = format!("{name}-{}", env!("CARGO_PKG_VERSION"));
-        let folder = target.join("package");
-        repositories.push(check_contents(&folder.join(&package)).context(name)?);
-        let file = folder.join(package + ".crate");
-        let bytes = fs::metadata(&file)
-            .with_context(|| format!("no {}", file.display()))?
-            .len();
-        println!("{name:<20} {bytes} bytes packed");
+        let package = folder.join(format!("{name}-{}", env!("CARGO_PKG_VERSION")));
+        let size = |file: &Path| fs::metadata(file).map_or(0, |data| data.len());
+        let manifest = fs::read_to_string(package.join("Cargo.toml")).context("no manifest")?;
+        let found = check_contents(&manifest, |file| size(&package.join(file)));
+        repositories.push(found.context(name)?);
+        let packed = format!("{}.crate", package.display());
+        println!("{name:<20} {} bytes packed", size(Path::new(&packed)));
     }
     if let Some(missing) = missing_repository(&repositories, publish)? {
         println!("{missing}");
@@ -68,21 +68,20 @@ const FILES: [&str; 3] = ["LICENSE-APACHE", "LICENSE-MIT", "README.md"];
 const FIELDS: [&str; 3] = ["description", "license", "readme"];
 
 /// Fails if an unpacked package lacks one of [`FILES`] or [`FIELDS`]; returns its `repository`.
-fn check_contents(package: &Path) -> Result<Option<String>> {
+fn check_contents(manifest: &str, size: impl Fn(&str) -> u64) -> Result<Option<String>> {
     for file in FILES {
         ensure!(
-            fs::metadata(package.join(file)).is_ok_and(|file| file.len() > 0),
+            size(file) > 0,
             "packed without {file}, or with an empty one: put it into the crate's folder"
         );
     }
-    let manifest = fs::read_to_string(package.join("Cargo.toml")).context("no manifest")?;
     for name in FIELDS {
         ensure!(
-            field(&manifest, name).is_some(),
+            field(manifest, name).is_some(),
             "packed without `{name}`: set it under [package] in the crate's Cargo.toml"
         );
     }
-    Ok(field(&manifest, "repository"))
+    Ok(field(manifest, "repository"))
 }
 
 /// A text under `[package]` of a manifest as cargo writes it into a package: one line a field.
@@ -99,11 +98,8 @@ fn field(manifest: &str, name: &str) -> Option<String> {
 fn missing_repository(given: &[Option<String>], publish: bool) -> Result<Option<String>> {
     const SET: &str = "set `repository` under [workspace.package] in Cargo.toml, and \
         `repository.workspace = true` in each published crate";
-    if let Some(other) = given
-        .iter()
-        .flatten()
-        .find(|it| !it.starts_with("https://"))
-    {
+    let mut addresses = given.iter().flatten();
+    if let Some(other) = addresses.find(|it| !it.starts_with("https://")) {
         bail!("`repository` is {other:?}, no address that begins with https://: {SET}");
     }
     let missing = given.iter().filter(|it| it.is_none()).count();
@@ -132,78 +128,61 @@ fn link(_: &Path, _: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tools::write;
-
-    const MANIFEST: &str = "[package]\nname = \"a\"\ndescription = \"A crate\"\nreadme = \"README.md\"\n\
-        license = \"MIT OR Apache-2.0\"\nrepository = \"https://example.org/project\"\n\n[lib]\nname = \"a\"\n";
-
-    /// Looks at a package as cargo unpacks it, of which `spoil` changes something.
-    fn package(spoil: impl Fn(&Path)) -> Result<Option<String>> {
-        let folder = env::temp_dir().join(format!("xtask-package-{}", std::process::id()));
-        remove(&folder)?;
-        create(&folder)?;
-        for file in FILES {
-            write(&folder.join(file), b"text")?;
-        }
-        write(&folder.join("Cargo.toml"), MANIFEST.as_bytes())?;
-        spoil(&folder);
-        let found = check_contents(&folder);
-        remove(&folder)?;
-        found
-    }
 
     #[test]
     fn a_package_lacks_no_file_and_its_manifest_no_field() {
-        let whole = package(|_| ()).expect("whole");
-        assert_eq!(whole.as_deref(), Some("https://example.org/project"));
-        let without_field = |folder: &Path, name: &str| {
-            let kept = MANIFEST.lines().filter(|line| !line.starts_with(name));
-            let manifest = kept.collect::<Vec<_>>().join("\n");
-            write(&folder.join("Cargo.toml"), manifest.as_bytes()).expect("written");
-        };
-        for file in FILES {
-            let removed = package(|folder| fs::remove_file(folder.join(file)).expect("removed"));
-            let emptied = package(|folder| fs::write(folder.join(file), "").expect("emptied"));
-            for found in [removed, emptied] {
-                let error = found.expect_err(file).to_string();
-                assert!(error.contains(&format!("without {file},")), "{error}");
+        let address = "https://example.org/project";
+        for lacks in FILES
+            .into_iter()
+            .chain(FIELDS)
+            .chain(["repository", "nothing"])
+        {
+            let fields = FIELDS
+                .iter()
+                .chain(&["repository"])
+                .filter(|name| **name != lacks);
+            let fields: String = fields
+                .map(|name| format!("{name} = \"{address}\"\n"))
+                .collect();
+            // A field of another section is none of the package, and one may not be a text.
+            let others = "[lib]\nlicense = \"MIT\"\nrepository = \"\"\n";
+            let manifest = format!("[package]\nname = \"a\"\npublish = false\n{fields}\n{others}");
+            let found = check_contents(&manifest, |file| u64::from(file != lacks));
+            match lacks {
+                "nothing" => assert_eq!(found.expect("whole").as_deref(), Some(address)),
+                "repository" => assert_eq!(found.expect("whole"), None),
+                _ => {
+                    let error = found.expect_err(lacks).to_string();
+                    assert!(
+                        error.contains(&format!("without {lacks}"))
+                            || error.contains(&format!("without `{lacks}`")),
+                        "{error}"
+                    );
+                }
             }
+            assert_eq!(field(&manifest, "publish"), None);
         }
-        for name in FIELDS {
-            let error = package(|folder| without_field(folder, name)).expect_err(name);
-            assert!(error.to_string().contains(&format!("`{name}`")), "{error}");
-        }
-        let found = package(|folder| without_field(folder, "repository"));
-        assert_eq!(found.expect("still whole"), None);
-        // A field of another section is none of the package.
-        let manifest = "[package]\nname = \"a\"\nreadme = false\n\n[badges]\nlicense = \"MIT\"\n";
-        let fields = ["name", "readme", "license"].map(|name| field(manifest, name));
-        assert_eq!(fields, [Some("a".to_owned()), None, None]);
     }
 
     #[test]
     fn an_address_is_missing_until_all_have_it() {
-        for (given, publish, expected) in [
-            ("https://a.org https://a.org", true, Ok(None)),
-            (
-                "- -",
-                false,
-                Ok(Some("still missing before a release: 2 of 2")),
-            ),
-            ("- -", true, Err("2 of 2")),
-            ("https://a.org -", false, Err("1 of 2")),
-            ("https://a.org soon", false, Err("\"soon\"")),
+        for (given, publish, is_fine, words) in [
+            ("https://a.org https://a.org", true, true, ""),
+            ("- -", false, true, "2 of 2"),
+            ("- -", true, false, "2 of 2"),
+            ("https://a.org -", false, false, "1 of 2"),
+            ("https://a.org soon", false, false, "\"soon\""),
         ] {
-            let given: Vec<Option<String>> = given
+            let addresses = given
                 .split(' ')
-                .map(|one| (one != "-").then(|| one.to_owned()))
-                .collect();
-            match (missing_repository(&given, publish), expected) {
-                (Ok(None), Ok(None)) => {}
-                (Ok(Some(line)), Ok(Some(begins))) => assert!(line.starts_with(begins), "{line}"),
-                (Err(error), Err(words)) => assert!(error.to_string().contains(words), "{error}"),
-                (found, _) => panic!("{given:?}: {found:?}"),
-            }
+                .map(|one| (one != "-").then(|| one.to_owned()));
+            let found = missing_repository(&addresses.collect::<Vec<_>>(), publish);
+            assert_eq!(found.is_ok(), is_fine, "{given}: {found:?}");
+            let line = found.map_or_else(|error| error.to_string(), Option::unwrap_or_default);
+            assert!(
+                line.contains(words) && line.is_empty() == words.is_empty(),
+                "{line}"
+            );
         }
     }
 }

@@ -6,53 +6,33 @@ use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An index that is counted by a loop, or is the number of an unknown or harmonic of a shape, which
-/// `Settings` bounds. No conversion, byte or request gives one. What the compiler checks there
-/// would cost instructions to write otherwise.
-const COUNTED: &str = "indices are counted by loops within a shape's bounds, never taken from data";
-
 /// Panics that an image of the firmware may have, as far as the compiler knows: source file (of a
 /// package from a registry its name, without version, and the file in it), most places in it, and
 /// why they are no danger. A place more than that is an error: write it without, or say here why
 /// not.
-const ALLOWED: [(&str, usize, &str); 8] = [
-    (
-        "crates/finger/src/frame.rs",
-        1,
-        "a taxel's number, from a mask of 16 bits",
-    ),
-    ("crates/finger/src/touch/onset.rs", 1, COUNTED),
-    (
-        "cobs/src/dec.rs",
-        2,
-        "bounds that are compared before; host/src/requests/noise.rs sends noise",
-    ),
-    (
-        "postcard/src/varint.rs",
-        4,
-        "a byte of a number, counted up to the most that it has",
-    ),
-    (
-        "heapless/src/spsc.rs",
-        2,
-        "remainder by the queue's size, a constant",
-    ),
-    (
-        "defmt-rtt/src/lib.rs",
-        2,
-        "a log within a log: nothing that is logged logs",
-    ),
-    (
-        "embedded-hal-bus/src/spi/mod.rs",
-        1,
-        "a delay within a transfer: the driver has none",
-    ),
-    (
-        "src/board/emulated/link.rs",
-        1,
-        "emulated board only: the panic that a test requests",
-    ),
-];
+///
+/// An index that is counted by a loop, or is the number of an unknown or harmonic of a shape, is
+/// bounded by `Settings`: no conversion, byte or request gives one. What the compiler checks there
+/// would cost instructions to write otherwise.
+const ALLOWED: &str = "
+crates/finger/src/frame.rs        1  a taxel's number, from a mask of 16 bits
+crates/finger/src/touch/onset.rs  1  indices are counted by loops within a shape's bounds, never taken from data
+cobs/src/dec.rs                   2  bounds that are compared before; host/src/requests/noise.rs sends noise
+postcard/src/varint.rs            4  a byte of a number, counted up to the most that it has
+heapless/src/spsc.rs              2  remainder by the queue's size, a constant
+defmt-rtt/src/lib.rs              2  a log within a log: nothing that is logged logs
+embedded-hal-bus/src/spi/mod.rs   1  a delay within a transfer: the driver has none
+src/board/emulated/link.rs        1  emulated board only: the panic that a test requests
+";
+
+/// Places that a file may have by [`ALLOWED`].
+fn allowed(file: &str) -> usize {
+    let mut words = ALLOWED.lines().map(str::split_whitespace);
+    let mut row = words.find_map(|mut row| (row.next() == Some(file)).then_some(row));
+    row.as_mut()
+        .and_then(|row| row.next()?.parse().ok())
+        .unwrap_or(0)
+}
 
 /// The places that panic: lines and columns by file, as in [`ALLOWED`].
 type Places = BTreeMap<String, BTreeSet<(u32, u32)>>;
@@ -107,18 +87,14 @@ fn shorten(name: &str) -> String {
     let Some((_, behind)) = name.split_once("/registry/src/") else {
         return name.to_owned();
     };
-    let in_registry = behind.split_once('/').map_or(behind, |(_, rest)| rest);
-    let Some((package, rest)) = in_registry.split_once('/') else {
-        return in_registry.to_owned();
-    };
-    let is_version = |(at, _): &(usize, &str)| {
-        package[at + 1..].starts_with(|first: char| first.is_ascii_digit())
-    };
-    let name = package
-        .match_indices('-')
-        .find(is_version)
-        .map_or(package, |(at, _)| &package[..at]);
-    format!("{name}/{rest}")
+    let mut parts = behind.splitn(3, '/').skip(1);
+    let (package, rest) = (
+        parts.next().unwrap_or_default(),
+        parts.next().unwrap_or_default(),
+    );
+    let is_version = |part: &&str| part.starts_with(|first: char| first.is_ascii_digit());
+    let words = package.split('-').take_while(|part| !is_version(part));
+    format!("{}/{rest}", words.collect::<Vec<_>>().join("-"))
 }
 
 /// Checks that there are no more of them than are known; gives their number.
@@ -126,20 +102,13 @@ pub fn check(image: &[u8]) -> Result<usize> {
     let found = places(image)?;
     let mut more = Vec::new();
     for (file, places) in &found {
-        let most = ALLOWED
-            .iter()
-            .find(|(allowed, ..)| allowed == file)
-            .map_or(0, |(_, places, _)| *places);
+        let most = allowed(file);
         if places.len() > most {
-            let list: Vec<String> = places
+            let list = places
                 .iter()
-                .map(|(line, column)| format!("{file}:{line}:{column}"))
-                .collect();
-            more.push(format!(
-                "{} places in {file}, {most} known: {}",
-                places.len(),
-                list.join(", ")
-            ));
+                .map(|(line, column)| format!(" {file}:{line}:{column}"));
+            let (count, list) = (places.len(), list.collect::<String>());
+            more.push(format!("{count} places in {file}, {most} known:{list}"));
         }
     }
     ensure!(
@@ -158,59 +127,46 @@ mod tests {
     /// An image with these places in its constants, which lie at address 0, a word of something
     /// else before each.
     fn image(places: &[(&str, u32, u32)]) -> Vec<u8> {
-        let (mut words, mut names) = (Vec::new(), Vec::new());
-        let names_at = 20 * places.len();
+        let (mut bytes, mut names) = (Vec::new(), Vec::new());
         for (name, line, column) in places {
-            words.extend([
-                0xdead_beef,
-                (names_at + names.len()) as u32,
-                name.len() as u32,
-                *line,
-                *column,
-            ]);
+            let at = 20 * places.len() + names.len();
+            for word in [0xdead_beef, at as u32, name.len() as u32, *line, *column] {
+                bytes.extend(word.to_le_bytes());
+            }
             names.extend(name.bytes());
         }
-        let mut bytes: Vec<u8> = words
-            .iter()
-            .flat_map(|word: &u32| word.to_le_bytes())
-            .collect();
-        bytes.extend(names);
-        elf::image(&[(".rodata", bytes)], &[])
+        elf::image(&[(".rodata", [bytes, names].concat())], &[])
     }
 
     #[test]
-    fn places_are_found_with_the_registry_s_path_taken_off() {
+    fn places_are_found_and_those_that_were_not_known_are_refused() {
         let registry =
             "/home/someone/.cargo/registry/src/index-1949cf8c6b5b557f/defmt-rtt-1.3.1/src/lib.rs";
-        let found =
-            places(&image(&[("src/search.rs", 153, 11), (registry, 173, 13)])).expect("places");
-        let place = |file: &str, place| (file.to_owned(), BTreeSet::from([place]));
-        let expected = [
-            place("defmt-rtt/src/lib.rs", (173, 13)),
-            place("src/search.rs", (153, 11)),
-        ];
-        assert_eq!(found, BTreeMap::from(expected));
-    }
-
-    #[test]
-    fn a_panic_that_was_not_known_is_refused_with_its_place() {
-        let known = [("cobs/src/dec.rs", 50, 27), ("cobs/src/dec.rs", 86, 35)];
-        assert_eq!(check(&image(&known)).expect("known"), 2);
-        let one_more = [known[0], known[1], ("cobs/src/dec.rs", 90, 1)];
-        let error = check(&image(&one_more)).expect_err("one more").to_string();
-        assert!(
-            error.contains("3 places in cobs/src/dec.rs, 2 known") && error.contains("dec.rs:90:1"),
-            "{error}"
-        );
-        let other = check(&image(&[("src/search.rs", 153, 11)]))
-            .expect_err("not known")
-            .to_string();
-        assert!(other.contains("src/search.rs:153:11"), "{other}");
-    }
-
-    #[test]
-    fn an_image_without_a_panic_has_none() {
-        assert_eq!(check(&image(&[])).expect("none"), 0);
+        let known = ("cobs/src/dec.rs", 50, 27);
+        for (found, expected) in [
+            (&[][..], Ok(0)),
+            (
+                &[known, ("cobs/src/dec.rs", 86, 35), (registry, 173, 13)],
+                Ok(3),
+            ),
+            (
+                &[
+                    known,
+                    ("cobs/src/dec.rs", 86, 35),
+                    ("cobs/src/dec.rs", 90, 1),
+                ],
+                Err("3 places in cobs/src/dec.rs, 2 known: cobs/src/dec.rs:50:27"),
+            ),
+            (&[("src/search.rs", 153, 11)], Err("src/search.rs:153:11")),
+        ] {
+            match (check(&image(found)), expected) {
+                (Ok(count), Ok(expected)) => assert_eq!(count, expected),
+                (Err(error), Err(words)) => assert!(error.to_string().contains(words), "{error}"),
+                (other, _) => panic!("{found:?}: {other:?}"),
+            }
+        }
+        let places = places(&image(&[(registry, 173, 13)])).expect("places");
+        assert_eq!(places["defmt-rtt/src/lib.rs"], BTreeSet::from([(173, 13)]));
         assert!(check(b"").is_err());
     }
 }

@@ -1,17 +1,16 @@
 //! The Python package: its wheel in an environment of its own, and its tests there.
 
-use crate::eval;
 use crate::setup;
-use crate::test::{prepare, test};
 use crate::tools::{announce, clean, output_of, run, target_dir};
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-/// An environment in `target/NAME` with these packages; gives its interpreter.
-pub fn environment(name: &str, packages: &[&str]) -> Result<PathBuf> {
-    let environment = target_dir().join(name);
+/// Builds the wheel into `target/python`, an environment of its own. Gives the interpreter there.
+pub fn build() -> Result<PathBuf> {
+    announce("the Python package, in target/python");
+    let environment = target_dir().join("python");
     let inside = environment.join(if cfg!(windows) { "Scripts" } else { "bin" });
     if !inside.join("pip").exists() {
         run(clean(setup::python()?)
@@ -20,31 +19,28 @@ pub fn environment(name: &str, packages: &[&str]) -> Result<PathBuf> {
         .context("an environment of Python")?;
     }
     let mut pip = clean(inside.join("pip"));
-    run(pip
-        .args(["install", "--quiet", "--disable-pip-version-check"])
-        .args(packages))?;
+    pip.args([
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+        "./host/python[test]",
+    ]);
+    run(&mut pip).context("the wheel")?;
     Ok(inside.join("python"))
-}
-
-/// Builds the wheel into `target/python`. Gives the interpreter that has it.
-pub fn build() -> Result<PathBuf> {
-    announce("the Python package, in target/python");
-    environment("python", &["./host/python[test]"]).context("the wheel")
 }
 
 /// Runs the wheel's tests beside the command that `cargo test` has built. Gives what they print.
 pub fn run_tests(python: &Path) -> Result<String> {
     let command = copied(python, "ridgetone")?;
     let mut tests = clean(python);
-    tests
-        .args([
-            "-m",
-            "pytest",
-            "--quiet",
-            "-c",
-            "host/python/pyproject.toml",
-        ])
-        .env("RIDGETONE_COMMAND", command);
+    tests.args([
+        "-m",
+        "pytest",
+        "--quiet",
+        "-c",
+        "host/python/pyproject.toml",
+    ]);
+    tests.env("RIDGETONE_COMMAND", command);
     output_of(&mut tests).context("tests of the Python package")
 }
 
@@ -60,7 +56,7 @@ fn copied(python: &Path, command: &str) -> Result<PathBuf> {
 
 /// The script that computes figures of the papers a second time, with NumPy, and tries the package
 /// and the commands that `cargo test` has built.
-fn script(python: &Path) -> Result<Command> {
+pub fn script(python: &Path) -> Result<Command> {
     let command = copied(python, "ridgetone")?;
     copied(python, "ridgetone-teletaction")?;
     let mut papers = clean(python);
@@ -72,19 +68,4 @@ fn script(python: &Path) -> Result<Command> {
 /// Computes figures of the papers a second time. Gives the table.
 pub fn run_papers(python: &Path) -> Result<String> {
     output_of(&mut script(python)?).context("figures of the papers")
-}
-
-/// Computes figures of the papers a second time; with `is_written` it fills in
-/// `docs/results/papers.md`.
-pub fn papers(is_written: bool) -> Result<()> {
-    prepare()?;
-    run(&mut test(&[
-        "--no-run", "--test", "tables", "--test", "pins",
-    ]))?;
-    let mut papers = script(&build()?)?;
-    if !is_written {
-        return run(&mut papers);
-    }
-    run(papers.arg("--write"))?;
-    eval::page("papers")
 }

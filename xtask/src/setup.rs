@@ -3,123 +3,106 @@
 use crate::install;
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{clean, find, output_of};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use std::path::PathBuf;
-
-/// Programs of the browser that a test looks at pages with; the first is Debian's.
-const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
-
-/// What Debian has a browser in, and letters for it.
-const BROWSER_PACKAGES: [&str; 2] = ["chromium", "fonts-dejavu-core"];
-
-/// What Debian has a broker of MQTT and its clients in.
-const BROKER_PACKAGES: [&str; 2] = ["mosquitto", "mosquitto-clients"];
-
-/// The emulator's program.
-const QEMU: &str = "qemu-system-arm";
-
-/// The machine it must know: an STM32F405.
-const MACHINE: &str = "netduinoplus2";
 
 /// Finds or installs everything, and prints the result.
 pub fn run() -> Result<()> {
-    match Toolchain::find_or_install()? {
-        Toolchain::Rustup => println!("core library for {TARGET}: with the compiler"),
+    let library = match Toolchain::find_or_install()? {
+        Toolchain::Rustup => "with the compiler".to_owned(),
         Toolchain::Debian { linker } => {
-            println!(
-                "core library for {TARGET}: built from Debian's sources, linked by {}",
+            format!(
+                "built from Debian's sources, linked by {}",
                 linker.display()
-            );
+            )
         }
-    }
-    let qemu = qemu()?;
-    let version = output_of(clean(&qemu).arg("--version"))?;
+    };
+    println!("core library for {TARGET}: {library}");
+    let version = output_of(clean(qemu()?).arg("--version"))?;
     println!("emulator: {}", version.lines().next().unwrap_or_default());
-    match browser() {
-        Ok(path) => println!("browser: {}", path.display()),
-        Err(error) => println!("browser: not there ({error:#}); needed for one of the tests only"),
-    }
-    match broker() {
-        Ok(path) => println!("broker: {}", path.display()),
-        Err(error) => {
-            println!("broker: not there ({error:#}); needed for the tests of streams only")
+    for (name, found, use_of_it) in [
+        ("browser", browser(), "one of the tests"),
+        ("broker", broker(), "the tests of streams"),
+        ("Python", python(), "the Python package"),
+        (
+            "probe-rs",
+            find("probe-rs").context("see https://probe.rs"),
+            "`flash`",
+        ),
+    ] {
+        match found {
+            Ok(path) => println!("{name}: {}", path.display()),
+            Err(error) => println!("{name}: not there ({error:#}); needed for {use_of_it} only"),
         }
-    }
-    match python() {
-        Ok(path) => println!("Python: {}", path.display()),
-        Err(error) => println!("Python: not there ({error:#}); needed for the Python package only"),
-    }
-    match find("probe-rs") {
-        Some(path) => println!("probe-rs: {}", path.display()),
-        None => println!("probe-rs: not there; needed for `flash` only, see https://probe.rs"),
     }
     Ok(())
 }
 
-/// The emulator, installed if it is missing.
-pub fn qemu() -> Result<PathBuf> {
-    if find(QEMU).is_none() {
-        install::debian(&[QEMU]).context("the emulator is missing")?;
+/// A program that `there` looks for, installed from Debian's packages if it is missing.
+fn find_or_install(
+    what: &str,
+    there: impl Fn() -> Option<PathBuf>,
+    packages: &[&str],
+) -> Result<PathBuf> {
+    if let Some(path) = there() {
+        return Ok(path);
     }
-    let path = find(QEMU).with_context(|| format!("{QEMU} is not in PATH"))?;
+    install::debian(packages).with_context(|| format!("{what} is missing"))?;
+    there().with_context(|| format!("{what} is not in PATH"))
+}
+
+/// The emulator, installed if it is missing. It must know an STM32F405.
+pub fn qemu() -> Result<PathBuf> {
+    let program = "qemu-system-arm";
+    let path = find_or_install("the emulator", || find(program), &[program])?;
     let machines = output_of(clean(&path).args(["-machine", "help"]))?;
-    let is_known = machines.lines().any(|line| line.starts_with(MACHINE));
+    let is_known = machines
+        .lines()
+        .any(|line| line.starts_with("netduinoplus2"));
     ensure!(
         is_known,
-        "{} does not know the machine {MACHINE}",
+        "{} does not know the machine netduinoplus2",
         path.display()
     );
     Ok(path)
 }
 
-/// A browser, installed if there is none.
+/// A browser with letters, installed if there is none.
 pub fn browser() -> Result<PathBuf> {
-    let there = || BROWSERS.into_iter().find_map(find);
-    if there().is_none() {
-        install::debian(&BROWSER_PACKAGES).context("a browser is missing")?;
-    }
-    there().with_context(|| format!("none of {} is in PATH", BROWSERS.join(", ")))
+    let programs = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+    let there = || programs.into_iter().find_map(find);
+    let what = format!("a browser ({})", programs.join(", "));
+    find_or_install(&what, there, &["chromium", "fonts-dejavu-core"])
 }
 
-/// A broker of MQTT, installed if there is none. Debian has it where PATH of a user does not lead.
+/// A broker of MQTT with its clients, installed if there is none. Debian has it where PATH of a user
+/// does not lead.
 pub fn broker() -> Result<PathBuf> {
     let there = || {
-        find("mosquitto")
-            .or_else(|| Some(PathBuf::from("/usr/sbin/mosquitto")).filter(|path| path.is_file()))
+        find("mosquitto_sub")?;
+        let elsewhere = || Some(PathBuf::from("/usr/sbin/mosquitto")).filter(|path| path.is_file());
+        find("mosquitto").or_else(elsewhere)
     };
-    if there().is_none() || find("mosquitto_sub").is_none() {
-        install::debian(&BROKER_PACKAGES).context("a broker of MQTT is missing")?;
-    }
-    there().context("mosquitto is not in PATH")
+    find_or_install(
+        "a broker of MQTT",
+        there,
+        &["mosquitto", "mosquitto-clients"],
+    )
 }
-
-/// The interpreter's names, the first is Debian's.
-const PYTHONS: [&str; 5] = [
-    "python3",
-    "python3.14",
-    "python3.13",
-    "python3.12",
-    "python3.11",
-];
-
-/// Debian's packages with an interpreter that can make environments.
-const PYTHON_PACKAGES: [&str; 2] = ["python3", "python3-venv"];
 
 /// An interpreter that can make an environment; installed if there is none.
 pub fn python() -> Result<PathBuf> {
+    let programs = [
+        "python3",
+        "python3.14",
+        "python3.13",
+        "python3.12",
+        "python3.11",
+    ];
     // 3.11 is the first with buffers in the stable interface.
     let check = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
     let is_usable = |path: &PathBuf| output_of(clean(path).args(["-c", check])).is_ok();
-    let there = || PYTHONS.into_iter().filter_map(find).find(is_usable);
-    if there().is_none() {
-        install::debian(&PYTHON_PACKAGES)
-            .context("Python is missing, or older than 3.11, or without venv")?;
-    }
-    match there() {
-        Some(path) => Ok(path),
-        None => bail!(
-            "no Python from 3.11 on with venv is in PATH (tried {})",
-            PYTHONS.join(", ")
-        ),
-    }
+    let there = || programs.into_iter().filter_map(find).find(is_usable);
+    let what = format!("Python from 3.11 on with venv ({})", programs.join(", "));
+    find_or_install(&what, there, &["python3", "python3-venv"])
 }

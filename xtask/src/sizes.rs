@@ -32,10 +32,8 @@ pub fn table(image: &[u8]) -> Result<String> {
     places.sort_by_key(|one| (one.address() & !1, !one.is_global()));
     places.dedup_by_key(|one| one.address() & !1);
     for symbol in places {
-        let name = format!(
-            "{:#}",
-            rustc_demangle::demangle(symbol.name().unwrap_or_default())
-        );
+        let name = rustc_demangle::demangle(symbol.name().unwrap_or_default());
+        let name = format!("{name:#}");
         let (memory, name) = match symbol.address() < RAM_ADDRESS {
             true => (&mut flash, crate_of(&name)),
             false => (&mut ram, static_of(&name)),
@@ -49,30 +47,24 @@ fn rows(memory: &str, used: &BTreeMap<String, u64>) -> String {
     let is_small = |(name, bytes): &(&String, &u64)| **bytes < SMALL || *name == OTHER;
     let (small, mut large): (Vec<_>, Vec<_>) = used.iter().partition(is_small);
     large.sort_by_key(|(_, bytes)| std::cmp::Reverse(**bytes));
-    let (other, small) = (
-        OTHER.to_owned(),
-        small.iter().map(|(_, bytes)| **bytes).sum(),
-    );
-    let rows = large.into_iter().chain([(&other, &small)]);
-    rows.map(|(name, bytes)| format!("{memory:>19}  {name:<18} {bytes:>6} bytes\n"))
-        .collect()
+    let small = small.iter().map(|(_, bytes)| **bytes).sum();
+    let rows = large
+        .into_iter()
+        .map(|(name, bytes)| (name.as_str(), *bytes));
+    let row = |(name, bytes)| format!("{memory:>19}  {name:<18} {bytes:>6} bytes\n");
+    rows.chain([(OTHER, small)]).map(row).collect()
 }
 
 /// The crate of a function or constant: the first name before `::`. Those without are handlers of
-/// interrupts, in capitals, nameless constants, and what compiler and linker add.
+/// interrupts, in capitals, nameless constants, and what compiler and linker add. A stylus's binary
+/// has the same part as a finger's.
 fn crate_of(name: &str) -> &str {
-    if name.starts_with(".L") {
-        return CONSTANTS;
-    }
     let is_part = |character: char| character.is_ascii_alphanumeric() || character == '_';
-    match name.find("::") {
-        Some(end) => match &name[name[..end]
-            .rfind(|character| !is_part(character))
-            .map_or(0, |at| at + 1)..end]
-        {
-            // A stylus's binary has the same part as a finger's.
-            "ridgetone_stylus_firmware" => "ridgetone_firmware",
-            name => name,
+    match name.split_once("::") {
+        _ if name.starts_with(".L") => CONSTANTS,
+        Some((first, _)) => match first.rsplit(|character| !is_part(character)).next() {
+            Some("ridgetone_stylus_firmware") | None => "ridgetone_firmware",
+            Some(name) => name,
         },
         None if name.starts_with(|first: char| first.is_ascii_uppercase()) => "ridgetone_firmware",
         None => OTHER,
@@ -82,14 +74,13 @@ fn crate_of(name: &str) -> &str {
 /// The name of a static, without what RTIC puts before it.
 fn static_of(name: &str) -> &str {
     let name = name.rsplit("::").next().unwrap_or(name);
-    let rtic = [
-        "__rtic_internal_local_init_",
-        "__rtic_internal_local_",
-        "__rtic_internal_shared_resource_",
-    ];
-    rtic.iter()
-        .find_map(|prefix| name.strip_prefix(prefix))
-        .unwrap_or(name)
+    let Some(rtic) = name.strip_prefix("__rtic_internal_") else {
+        return name;
+    };
+    let rtic = rtic
+        .trim_start_matches("shared_resource_")
+        .trim_start_matches("local_");
+    rtic.trim_start_matches("init_")
 }
 
 #[cfg(test)]

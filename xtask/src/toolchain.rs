@@ -7,8 +7,8 @@
 //! The environment variable `RIDGETONE_TOOLCHAIN` forces one: `rustup` or `debian`.
 
 use crate::install;
-use crate::tools::{announce, clean, find, output_of, run};
-use anyhow::{Context, Result, anyhow, bail, ensure};
+use crate::tools::{announce, cargo, clean, find, output_of, run};
+use anyhow::{Context, Result, bail, ensure};
 use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -39,36 +39,34 @@ impl Toolchain {
     pub fn find_or_install() -> Result<Self> {
         let forced = env::var(FORCE).unwrap_or_default();
         match forced.as_str() {
-            "rustup" => Self::rustup().or_else(|_| Self::install_rustup()),
-            "debian" => Self::debian().or_else(|_| Self::install_debian()),
-            "" => Self::rustup().or_else(|_| Self::debian()).or_else(|_| Self::install_rustup()).or_else(|first| {
-                announce(format_args!("rustup cannot ({first:#}); trying Debian's packages"));
-                Self::install_debian().map_err(|second| {
-                    anyhow!(
-                        "no core library for {TARGET}: neither `rustup target add {TARGET}` ({first:#}) \
-                         nor Debian's {} ({second:#})",
-                        DEBIAN_PACKAGES.join(", ")
-                    )
-                })
-            }),
+            "rustup" => return Self::rustup().or_else(|_| Self::install_rustup()),
+            "debian" => return Self::debian().or_else(|_| Self::install_debian()),
+            "" => {}
             other => bail!("{FORCE} is `{other}`; it may be `rustup` or `debian`"),
         }
+        let found = Self::rustup()
+            .or_else(|_| Self::debian())
+            .or_else(|_| Self::install_rustup());
+        found.or_else(|first| {
+            announce(format_args!("rustup cannot ({first:#}); trying Debian's packages"));
+            let packages = DEBIAN_PACKAGES.join(", ");
+            Self::install_debian().with_context(|| {
+                format!("no core library for {TARGET}: neither `rustup target add {TARGET}` ({first:#}) nor Debian's {packages}")
+            })
+        })
     }
 
     /// A cargo command for [`TARGET`], such as `build`.
     pub fn cargo(&self, subcommand: &str) -> Command {
         match self {
-            Self::Rustup => {
-                let mut command = clean("cargo");
-                command.args([subcommand, "--target", TARGET]);
-                command
-            }
+            Self::Rustup => cargo(subcommand, ["--target", TARGET]),
             Self::Debian { linker } => {
                 let mut command = clean("/usr/bin/cargo");
                 let path = env::var_os("PATH").unwrap_or_default();
-                let path =
-                    std::iter::once(PathBuf::from("/usr/bin")).chain(env::split_paths(&path));
-                if let Ok(path) = env::join_paths(path) {
+                let path = env::split_paths(&path);
+                if let Ok(path) =
+                    env::join_paths([PathBuf::from("/usr/bin")].into_iter().chain(path))
+                {
                     command.env("PATH", path);
                 }
                 command
@@ -146,32 +144,29 @@ fn parse_version(text: &str) -> Option<(u32, u32)> {
 fn linker() -> Result<PathBuf> {
     let sysroots = ["rustc", "/usr/bin/rustc"]
         .map(|rustc| output_of(clean(rustc).args(["--print", "sysroot"])));
-    let hosts = sysroots
+    let libraries = sysroots
         .into_iter()
         .flatten()
-        .filter_map(|root| Path::new(&root).join("lib/rustlib").read_dir().ok());
-    let mut with_toolchain = hosts
+        .map(|root| Path::new(&root).join("lib/rustlib"));
+    let hosts = libraries
+        .filter_map(|library| library.read_dir().ok())
         .flatten()
-        .flatten()
-        .map(|host| host.path().join("bin/rust-lld"));
-    with_toolchain
-        .find(|path| path.is_file())
+        .flatten();
+    let mut linkers = hosts.map(|host| host.path().join("bin/rust-lld"));
+    let with_toolchain = linkers.find(|path| path.is_file());
+    let found = with_toolchain
         .or_else(|| find("rust-lld"))
-        .or_else(|| find("ld.lld"))
-        .ok_or_else(|| anyhow!("no linker for Arm (rust-lld or ld.lld)"))
+        .or_else(|| find("ld.lld"));
+    found.context("no linker for Arm (rust-lld or ld.lld)")
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn versions_are_read() {
-        assert_eq!(
-            parse_version("rustc 1.96.0 (ac68faa20 2026-05-25)"),
-            Some((1, 96))
-        );
-        assert_eq!(parse_version("rustc 1.88.0-nightly"), Some((1, 88)));
-        assert_eq!(parse_version("command not found"), None);
+#[test]
+fn versions_are_read() {
+    for (text, version) in [
+        ("rustc 1.96.0 (ac68faa20 2026-05-25)", Some((1, 96))),
+        ("rustc 1.88.0-nightly", Some((1, 88))),
+        ("command not found", None),
+    ] {
+        assert_eq!(parse_version(text), version, "{text}");
     }
 }

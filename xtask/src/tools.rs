@@ -32,24 +32,11 @@ pub fn announce(what: impl std::fmt::Display) {
 }
 
 /// Beginnings of the names of cargo's variables that an inner cargo needs.
-const KEPT: [&str; 6] = [
-    "CARGO_HOME",
-    "CARGO_TARGET_DIR",
-    "CARGO_NET_",
-    "CARGO_HTTP_",
-    "CARGO_TERM_",
-    "CARGO_REGISTR",
-];
+const KEPT: &str = "CARGO_HOME CARGO_TARGET_DIR CARGO_NET_ CARGO_HTTP_ CARGO_TERM_ CARGO_REGISTR";
 
 /// Other variables that cargo and rustup set.
-const REMOVED: [&str; 6] = [
-    "RUSTC",
-    "RUSTDOC",
-    "RUSTFLAGS",
-    "RUSTUP_TOOLCHAIN",
-    "RUST_RECURSION_COUNT",
-    "LD_LIBRARY_PATH",
-];
+const REMOVED: &str =
+    "RUSTC RUSTDOC RUSTFLAGS RUSTUP_TOOLCHAIN RUST_RECURSION_COUNT LD_LIBRARY_PATH";
 
 /// A command in the workspace's root, without what `cargo run` has put into the environment: with
 /// it the inner cargo would use the outer one's compiler.
@@ -58,28 +45,19 @@ pub fn clean(program: impl AsRef<std::ffi::OsStr>) -> Command {
     command.current_dir(root());
     for (name, _) in env::vars_os() {
         let Some(text) = name.to_str() else { continue };
-        let is_kept = KEPT.iter().any(|start| text.starts_with(start));
-        if (text.starts_with("CARGO") && !is_kept) || REMOVED.contains(&text) {
+        let is_kept = KEPT.split(' ').any(|start| text.starts_with(start));
+        let is_removed = REMOVED.split(' ').any(|removed| removed == text);
+        if is_removed || (text.starts_with("CARGO") && !is_kept) {
             command.env_remove(&name);
         }
     }
     command
 }
 
-/// A command of one of this workspace's programs, which cargo builds first.
-pub fn program(package: &str, name: &str, command: &str) -> Command {
+/// A command of cargo, its words in one text, and more words.
+pub fn cargo<'a>(words: &str, more: impl IntoIterator<Item = &'a str>) -> Command {
     let mut cargo = clean("cargo");
-    cargo.args([
-        "run",
-        "--quiet",
-        "--release",
-        "--package",
-        package,
-        "--bin",
-        name,
-        "--",
-        command,
-    ]);
+    cargo.args(words.split_whitespace()).args(more);
     cargo
 }
 
@@ -159,24 +137,15 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn two_things_at_once_give_both_results_or_all_errors() {
-        let (here, beside) = both(|| Ok(1), || Ok("two")).expect("neither fails");
-        assert_eq!((here, beside), (1, "two"));
-        let failed = |name: &'static str| move || -> Result<()> { Err(anyhow!(name)) };
-        let all = both(failed("here"), failed("beside"))
-            .expect_err("both fail")
-            .to_string();
-        assert!(all.contains("here") && all.contains("beside"), "{all}");
-        assert_eq!(
-            both(|| Ok(()), failed("beside"))
-                .expect_err("one fails")
-                .to_string(),
-            "beside"
-        );
-    }
+#[test]
+fn two_things_at_once_give_both_results_or_all_errors() {
+    type Side = Result<u8, &'static str>;
+    let run = |here: Side, beside: Side| {
+        let side = |result: Side| move || result.map_err(|error| anyhow!(error));
+        both(side(here), side(beside)).map_err(|error| error.to_string())
+    };
+    assert_eq!(run(Ok(1), Ok(2)), Ok((1, 2)));
+    assert_eq!(run(Ok(1), Err("one")), Err("one".into()));
+    let all = run(Err("here"), Err("there")).expect_err("both fail");
+    assert!(all.contains("here") && all.contains("there"), "{all}");
 }

@@ -1,12 +1,14 @@
 //! The ADS1258 by its registers and by its own readings.
 
-use super::run::Run;
-use super::verdict::{Judged, Limits, Measured, Verdict};
+use super::observations::Observations;
+use super::verdict::{Judged, Limits, Outcome, Verdict, judged};
 use crate::digits::hex;
 use ads1258::Register;
 use ridgetone_finger::converter::SCAN;
 use ridgetone_proto::fault::FaultKind;
 use serde_json::json;
+
+use Verdict::{Fail, Pass};
 
 /// ID4 in the register ID: 0 is the ADS1258, 1 the ADS1158 (SBAS297G, register map).
 const ID4: u8 = 1 << 4;
@@ -14,10 +16,10 @@ const ID4: u8 = 1 << 4;
 /// The wire to look at if all registers read the same.
 fn stuck(registers: &[u8; 10]) -> Option<&'static str> {
     match registers {
-        [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff] => Some(
+        [0xff, ..] if *registers == [0xff; 10] => Some(
             "all registers read FF: DOUT is always high; look at DOUT, CS, PWDN and the chip's supply",
         ),
-        [0, 0, 0, 0, 0, 0, 0, 0, 0, 0] => Some(
+        [0, ..] if *registers == [0; 10] => Some(
             "all registers read 00, or the chip was never set up: DOUT is always low; look at DOUT, SCLK, DIN and DVDD",
         ),
         _ => None,
@@ -25,64 +27,61 @@ fn stuck(registers: &[u8; 10]) -> Option<&'static str> {
 }
 
 /// The registers of an ADS1258. Another converter is judged by whether it answers.
-fn ads1258<'a>(run: &Run<'a>) -> Result<&'a [u8; 10], Judged> {
-    let converter = run.converter()?;
+fn ads1258(seen: &Observations) -> Result<&[u8; 10], Judged> {
+    let converter = seen.need(&seen.converter)?;
     let name = &converter.name;
-    if name == "ADS1258" {
-        return Ok(&converter.registers);
+    match converter.answers {
+        _ if name == "ADS1258" => Ok(&converter.registers),
+        true => Err(judged(Pass, format!("{name}, which answers"), json!({}))),
+        false => Err(judged(
+            Fail,
+            format!("{name}, which does not answer"),
+            json!({}),
+        )),
     }
-    let (verdict, answers) = match converter.answers {
-        true => (Verdict::Pass, "answers"),
-        false => (Verdict::Fail, "does not answer"),
-    };
-    Err(Judged::new(
-        verdict,
-        format!("{name}, which {answers}"),
-        json!({}),
-    ))
 }
 
-pub fn id(run: &Run<'_>) -> Result<Judged, Judged> {
-    let registers = ads1258(run)?;
+pub fn id(seen: &Observations) -> Outcome {
+    let registers = ads1258(seen)?;
     let id = registers[Register::Id as usize];
-    let (verdict, finding) = if let Some(why) = stuck(registers) {
-        (Verdict::Fail, why.to_owned())
-    } else if id & ID4 != 0 {
-        let finding = format!("{id:02X}: bit 4 is set, an ADS1158 of 16 bits, or a bad DOUT");
-        (Verdict::Fail, finding)
-    } else {
-        let finding = format!("{id:02X}, bit 4 is clear: an ADS1258");
-        (Verdict::Pass, finding)
+    let (verdict, finding) = match stuck(registers) {
+        Some(why) => (Fail, why.to_owned()),
+        None if id & ID4 == 0 => (Pass, format!("{id:02X}, bit 4 is clear: an ADS1258")),
+        None => (
+            Fail,
+            format!("{id:02X}: bit 4 is set, an ADS1158 of 16 bits, or a bad DOUT"),
+        ),
     };
-    Ok(Judged::new(verdict, finding, json!({ "id": id })))
+    Ok(judged(verdict, finding, json!({ "id": id })))
 }
 
-pub fn registers(run: &Run<'_>) -> Result<Judged, Judged> {
-    let registers = ads1258(run)?;
+pub fn registers(seen: &Observations) -> Outcome {
+    let registers = ads1258(seen)?;
     let written = &SCAN.registers().unwrap_or_default()[..Register::WRITABLE];
-    let wrong: Vec<String> = Register::ALL
-        .iter()
-        .zip(registers.iter().zip(written))
-        .filter(|(_, (found, written))| found != written)
-        .map(|(register, (found, written))| {
-            format!("{register} {found:02X} instead of {written:02X}")
-        })
+    let pairs = Register::ALL.iter().zip(registers.iter().zip(written));
+    let wrong = pairs.filter(|(_, (found, written))| found != written);
+    let wrong: Vec<String> = wrong
+        .map(|(name, (found, written))| format!("{name} {found:02X} instead of {written:02X}"))
         .collect();
     let written = hex(written);
     let values = json!({ "found": hex(registers), "written": written });
-    Ok(if wrong.is_empty() {
-        Judged::new(Verdict::Pass, format!("{written} as written"), values)
-    } else {
-        let why = stuck(registers).map_or_else(|| wrong.join(", "), str::to_owned);
-        Judged::new(Verdict::Fail, why, values)
+    Ok(match &wrong[..] {
+        [] => judged(Pass, format!("{written} as written"), values),
+        wrong => {
+            let why = stuck(registers).map_or_else(|| wrong.join(", "), str::to_owned);
+            judged(Fail, why, values)
+        }
     })
 }
 
-pub fn restarts(run: &Run<'_>) -> Result<Judged, Judged> {
-    let health = run.health()?;
+pub fn restarts(seen: &Observations) -> Outcome {
+    let health = seen.health()?;
     let total = health.chip_restarts;
-    let watched = run.seen.watched.as_ref();
-    let within = watched.map(|watched| total.wrapping_sub(watched.before.chip_restarts));
+    let before = seen
+        .watched
+        .as_ref()
+        .map(|watched| watched.before.chip_restarts);
+    let within = before.map(|before| total.wrapping_sub(before));
     let no_answer = health.faults[FaultKind::NoAnswer as usize];
     let values = json!({ "since_start": total, "while_watched": within, "no_answer": no_answer });
     let finding = match (total, within) {
@@ -93,55 +92,42 @@ pub fn restarts(run: &Run<'_>) -> Result<Judged, Judged> {
         ),
     };
     let verdict = Verdict::graded(total > 0, within.is_some_and(|within| within > 0));
-    Ok(Judged::new(verdict, finding, values))
+    Ok(judged(verdict, finding, values))
 }
 
-pub fn supply(run: &Run<'_>, limits: &Limits) -> Result<Measured, Judged> {
-    let volts = run.readings()?.supply_v;
-    let [min, max] = limits.pass;
-    Ok(Measured {
-        value: volts.into(),
-        finding: format!("{volts:.3} V, {min} to {max} V are allowed"),
-        values: json!({ "supply_v": volts }),
-    })
+pub fn supply(seen: &Observations, limits: Limits) -> Outcome {
+    let (volts, [min, max]) = (seen.readings()?.supply_v, limits.pass);
+    let finding = format!("{volts:.3} V, {min} to {max} V are allowed");
+    limits.judge(volts, finding, json!({ "supply_v": volts }))
 }
 
-pub fn reference(run: &Run<'_>, _: &Limits) -> Result<Measured, Judged> {
-    let (volts, vref_v) = (run.readings()?.reference_v, run.seen.vref_v());
+pub fn reference(seen: &Observations, limits: Limits) -> Outcome {
+    let (volts, vref_v) = (seen.readings()?.reference_v, seen.vref_v());
     let off = volts / vref_v - 1.0;
     let percent = 100.0 * off.abs();
-    Ok(Measured {
-        value: off.into(),
-        finding: format!("{volts:.3} V, {percent:.2} % off vref_v = {vref_v} V"),
-        values: json!({ "reference_v": volts, "vref_v": vref_v }),
-    })
+    let finding = format!("{volts:.3} V, {percent:.2} % off vref_v = {vref_v} V");
+    limits.judge(
+        off,
+        finding,
+        json!({ "reference_v": volts, "vref_v": vref_v }),
+    )
 }
 
-pub fn temperature(run: &Run<'_>, _: &Limits) -> Result<Measured, Judged> {
-    let celsius = run.readings()?.temperature_c;
-    Ok(Measured {
-        value: celsius.into(),
-        finding: format!("{celsius:.1} C at the ADC"),
-        values: json!({ "temperature_c": celsius }),
-    })
+pub fn temperature(seen: &Observations, limits: Limits) -> Outcome {
+    let celsius = seen.readings()?.temperature_c;
+    let finding = format!("{celsius:.1} C at the ADC");
+    limits.judge(celsius, finding, json!({ "temperature_c": celsius }))
 }
 
-pub fn offset(run: &Run<'_>, limits: &Limits) -> Result<Measured, Judged> {
-    let volts = run.readings()?.offset_v;
+pub fn offset(seen: &Observations, limits: Limits) -> Outcome {
+    let volts = seen.readings()?.offset_v;
     let (uv, max_uv) = (1e6 * volts, 1e6 * limits.pass[1]);
-    Ok(Measured {
-        value: volts.into(),
-        finding: format!("{uv:+.1} uV, up to {max_uv:.0} uV pass"),
-        values: json!({ "offset_v": volts }),
-    })
+    let finding = format!("{uv:+.1} uV, up to {max_uv:.0} uV pass");
+    limits.judge(volts, finding, json!({ "offset_v": volts }))
 }
 
-pub fn gain(run: &Run<'_>, limits: &Limits) -> Result<Measured, Judged> {
-    let gain = run.readings()?.gain;
-    let max_percent = 100.0 * limits.pass[1];
-    Ok(Measured {
-        value: f64::from(gain - 1.0),
-        finding: format!("{gain:.6}, up to {max_percent} % off 1 pass"),
-        values: json!({ "gain": gain }),
-    })
+pub fn gain(seen: &Observations, limits: Limits) -> Outcome {
+    let gain = seen.readings()?.gain;
+    let finding = format!("{gain:.6}, up to {} % off 1 pass", 100.0 * limits.pass[1]);
+    limits.judge(gain - 1.0, finding, json!({ "gain": gain }))
 }

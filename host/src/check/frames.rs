@@ -1,9 +1,8 @@
 //! The frames: their rate, their times, and what the inputs show.
 
-use super::observations::{Inputs, input_names};
-use super::run::Run;
-use super::signals::{self, Clock, dead_and_railed, line};
-use super::verdict::{Judged, Limits, Measured, Verdict};
+use super::observations::{Inputs, Observations, input_names};
+use super::signals::{self, dead_and_railed, line};
+use super::verdict::{Limits, Outcome, Verdict, judged, skipped};
 use crate::input::rate_of;
 use ads1258::DataRate;
 use ridgetone_finger::CONVERSION_NS;
@@ -31,92 +30,90 @@ const JITTER_RMS_US: Limits = Limits::up_to(20.0, 100.0);
 const JITTER_WORST_US: Limits =
     Limits::up_to(CONVERSION_NS as f64 / 2000.0, CONVERSION_NS as f64 / 1000.0);
 
-pub fn frame_rate(run: &Run<'_>, _: &Limits) -> Result<Measured, Judged> {
-    let Clock { frame_rate_hz, .. } = run.clock()?;
-    let plan = run.seen.judged();
+pub fn frame_rate(seen: &Observations, limits: Limits) -> Outcome {
+    let (hz, plan) = (seen.clock()?.frame_rate_hz, seen.judged());
     let nominal_hz = rate_of(&plan);
-    let off_ppm = (frame_rate_hz / nominal_hz - 1.0) * 1e6;
-    let adc_clock_hz = frame_rate_hz * f64::from(plan.frame_ticks);
+    let off_ppm = (hz / nominal_hz - 1.0) * 1e6;
+    let adc_clock_hz = hz * f64::from(plan.frame_ticks);
     let adc_clock_mhz = adc_clock_hz * 1e-6;
-    Ok(Measured {
-        value: off_ppm,
-        finding: format!(
-            "{frame_rate_hz:.3} Hz, {off_ppm:+.0} ppm off the nominal {nominal_hz:.3} Hz; the ADC's clock is {adc_clock_mhz:.4} MHz"
-        ),
-        values: json!({
-            "frame_rate_hz": frame_rate_hz, "off_nominal_ppm": off_ppm, "adc_clock_hz": adc_clock_hz,
-        }),
-    })
+    let finding = format!(
+        "{hz:.3} Hz, {off_ppm:+.0} ppm off the nominal {nominal_hz:.3} Hz; the ADC's clock is {adc_clock_mhz:.4} MHz"
+    );
+    let values = json!({
+        "frame_rate_hz": hz, "off_nominal_ppm": off_ppm, "adc_clock_hz": adc_clock_hz,
+    });
+    limits.judge(off_ppm, finding, values)
 }
 
-pub fn drdy_jitter(run: &Run<'_>) -> Result<Judged, Judged> {
-    let clock = run.clock()?;
+pub fn drdy_jitter(seen: &Observations) -> Outcome {
+    let clock = seen.clock()?;
     let (rms, worst) = (clock.jitter_rms_us, clock.jitter_worst_us);
-    let verdicts = [JITTER_RMS_US.verdict(rms), JITTER_WORST_US.verdict(worst)];
+    let verdict = JITTER_RMS_US
+        .verdict(rms)
+        .max(JITTER_WORST_US.verdict(worst));
     let finding = format!("{rms:.2} us rms, {worst:.1} us at worst");
-    let values = json!({ "rms_us": rms, "worst_us": worst });
-    Ok(Judged::new(verdicts[0].max(verdicts[1]), finding, values))
+    Ok(judged(
+        verdict,
+        finding,
+        json!({ "rms_us": rms, "worst_us": worst }),
+    ))
 }
 
-pub fn inputs(run: &Run<'_>) -> Result<Judged, Judged> {
-    let (dead, railed) = dead_and_railed(run.frames()?);
-    let plan = run.seen.judged();
-    let absent = plan.inputs & !run.watched()?.present();
-    let [absent, dead, at_rail] = [absent, dead, railed].map(input_names);
-    let wrong: Vec<String> = [
+pub fn inputs(seen: &Observations) -> Outcome {
+    let (frames, plan) = (seen.frames()?, seen.judged());
+    let (dead, railed) = dead_and_railed(frames);
+    let present = frames.iter().fold(0, |all, frame| all | frame.present);
+    let [absent, dead, at_rail] = [plan.inputs & !present, dead, railed].map(input_names);
+    let mut wrong = Vec::new();
+    for (what, names) in [
         ("never read", &absent),
         ("dead, always the same code", &dead),
         ("at the end of the scale", &at_rail),
-    ]
-    .into_iter()
-    .filter(|(_, names)| !names.is_empty())
-    .map(|(what, names)| format!("{what}: {names}"))
-    .collect();
-    let values = json!({ "absent": absent, "dead": dead, "at_rail": at_rail });
-    let (verdict, finding) = match &wrong[..] {
-        [] => {
-            let count = plan.channels();
-            let finding = format!("all {count} live, none at the end of the scale");
-            (Verdict::Pass, finding)
-        }
-        wrong => (Verdict::Fail, wrong.join("; ")),
-    };
-    Ok(Judged::new(verdict, finding, values))
-}
-
-pub fn noise(run: &Run<'_>, _: &Limits) -> Result<Measured, Judged> {
-    run.frames()?;
-    let lsb: [_; TAXELS] = std::array::from_fn(|input| signals::noise(&run.untouched, input));
-    let uv = lsb.map(|lsb| lsb.map(|lsb| lsb * run.uv_per_code));
-    let (worst, max_uv) =
-        greatest(&uv).ok_or_else(|| Judged::skipped("the finger was touched all the time"))?;
-    let values = json!({ "lsb_rms": lsb, "uv_rms": uv, "datasheet_uv_rms": NOISE_UV });
-    let max_lsb = max_uv / run.uv_per_code;
-    let most = format!("{max_lsb:.1} LSB = {max_uv:.1} uV rms on AIN{worst}, the most");
-    let is_known = run.seen.judged().own.converter == Converters::ADS1258;
-    if run.seen.inputs != Inputs::Shorted || !is_known {
-        let finding = format!("{most}; judged with --inputs shorted only");
-        return Err(Judged::new(Verdict::Skipped, finding, values));
+    ] {
+        wrong.extend((!names.is_empty()).then(|| format!("{what}: {names}")));
     }
-    Ok(Measured {
-        value: max_uv / NOISE_UV,
-        finding: format!("{most}; the datasheet has {NOISE_UV} uV"),
+    let finding = match &wrong[..] {
+        [] => format!("all {} live, none at the end of the scale", plan.channels()),
+        wrong => wrong.join("; "),
+    };
+    let values = json!({ "absent": absent, "dead": dead, "at_rail": at_rail });
+    Ok(judged(
+        Verdict::graded(false, !wrong.is_empty()),
+        finding,
         values,
-    })
+    ))
 }
 
-pub fn mains(run: &Run<'_>, _: &Limits) -> Result<Measured, Judged> {
-    run.frames()?;
-    let rate_hz = run
+pub fn noise(seen: &Observations, limits: Limits) -> Outcome {
+    seen.frames()?;
+    let (untouched, uv_per_code) = (seen.need(&seen.watched)?.untouched(), seen.uv_per_code());
+    let lsb: [_; TAXELS] = std::array::from_fn(|input| signals::noise(&untouched, input));
+    let uv = lsb.map(|lsb| lsb.map(|lsb| lsb * uv_per_code));
+    let (worst, max_uv) =
+        greatest(&uv).ok_or_else(|| skipped("the finger was touched all the time"))?;
+    let values = json!({ "lsb_rms": lsb, "uv_rms": uv, "datasheet_uv_rms": NOISE_UV });
+    let max_lsb = max_uv / uv_per_code;
+    let most = format!("{max_lsb:.1} LSB = {max_uv:.1} uV rms on AIN{worst}, the most");
+    let is_known = seen.judged().own.converter == Converters::ADS1258;
+    if seen.inputs != Inputs::Shorted || !is_known {
+        let finding = format!("{most}; judged with --inputs shorted only");
+        return Err(judged(Verdict::Skipped, finding, values));
+    }
+    let finding = format!("{most}; the datasheet has {NOISE_UV} uV");
+    limits.judge(max_uv / NOISE_UV, finding, values)
+}
+
+pub fn mains(seen: &Observations, limits: Limits) -> Outcome {
+    seen.frames()?;
+    let (untouched, uv_per_code) = (seen.need(&seen.watched)?.untouched(), seen.uv_per_code());
+    let rate_hz = seen
         .clock()
-        .map_or(f64::from(FRAME_RATE_HZ), |clock| clock.frame_rate_hz);
+        .map_or(FRAME_RATE_HZ.into(), |clock| clock.frame_rate_hz);
     let mut values = json!({});
     let mut most: Option<(f64, usize, f64)> = None;
     for line_hz in LINES_HZ {
-        let uv_rms: [_; TAXELS] = std::array::from_fn(|input| {
-            let codes = line(&run.untouched, input, line_hz, rate_hz)?;
-            Some(codes * run.uv_per_code)
-        });
+        let line = |input| Some(line(&untouched, input, line_hz, rate_hz)? * uv_per_code);
+        let uv_rms: [Option<f64>; TAXELS] = std::array::from_fn(line);
         if let Some((input, uv)) = greatest(&uv_rms)
             && most.is_none_or(|(.., most_uv)| uv > most_uv)
         {
@@ -124,18 +121,13 @@ pub fn mains(run: &Run<'_>, _: &Limits) -> Result<Measured, Judged> {
         }
         values[format!("uv_rms_at_{line_hz:.0}_hz")] = json!(uv_rms);
     }
-    let (line_hz, input, uv) =
-        most.ok_or_else(|| Judged::skipped("no two seconds without a touch"))?;
+    let (line_hz, input, uv) = most.ok_or_else(|| skipped("no two seconds without a touch"))?;
     let finding = format!("{uv:.1} uV rms at {line_hz:.0} Hz on AIN{input}, the most");
-    if run.seen.inputs == Inputs::Open {
+    if seen.inputs == Inputs::Open {
         let finding = format!("{finding}; not judged with open inputs");
-        return Err(Judged::new(Verdict::Skipped, finding, values));
+        return Err(judged(Verdict::Skipped, finding, values));
     }
-    Ok(Measured {
-        value: uv,
-        finding,
-        values,
-    })
+    limits.judge(uv, finding, values)
 }
 
 /// The input with the greatest value.

@@ -1,17 +1,18 @@
 //! The conversation with the board.
 
-use super::observations::{Exchanged, Inputs, Kept, Lent, Observations, Watched, judged};
+use super::observations::{Exchanged, Inputs, Kept, Lent, Observations, Watched};
 use crate::events;
 use crate::feed::{Feed, FeedEvent, new_requests, request};
 use crate::output::Progress;
 use crate::requests::{Requests, encode};
 use crate::stop;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Request};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{ConverterState, Event, Health, Hello, Packet, Raw, Starts};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 /// What to do with the board.
@@ -76,22 +77,29 @@ impl Seen {
             (self.hello, self.has_started) = (None, true);
         }
         match &packet.event {
-            Event::Hello(hello) => {
-                self.hello = Some(hello.clone());
-            }
+            Event::Hello(hello) => self.hello = Some(hello.clone()),
             Event::Health(health) => {
-                (self.health, self.healths) = (Some(*health), self.healths + 1)
+                (self.health, self.healths) = (Some(*health), self.healths + 1);
             }
             Event::Converter(converter) => self.converter = Some(converter.clone()),
             Event::Raw(raw) => self.frames.iter_mut().for_each(|frames| frames.push(*raw)),
             Event::Contact(contact) => self.touches_us.push((contact.t_us, None)),
             Event::Release(release) => {
-                if let Some((_, release_us)) = self.touches_us.last_mut() {
-                    *release_us = Some(release.t_us);
-                }
+                self.touches_us
+                    .last_mut()
+                    .into_iter()
+                    .for_each(|last| last.1 = Some(release.t_us));
             }
             _ => {}
         }
+    }
+}
+
+/// Fails with the reason if a board has refused a command.
+fn done(outcome: Outcome) -> Result<()> {
+    match outcome {
+        Outcome::Done | Outcome::DoneErased => Ok(()),
+        refused => bail!("{}", events::outcome(&refused)),
     }
 }
 
@@ -111,27 +119,25 @@ impl Talk<'_> {
         let greeted = self.request(Command::Greet);
         // Without an answer the board may still be heard. One that was silent for all tries is not.
         let is_heard = greeted.is_ok() || self.feed.counts().received > 0;
+        let is_known =
+            |seen: &Seen| seen.hello.is_some() && seen.health.is_some() && seen.converter.is_some();
         let heard = if is_heard {
-            self.listen(|seen| {
-                seen.hello.is_some() && seen.health.is_some() && seen.converter.is_some()
-            })
+            self.listen(is_known)
         } else {
             Ok(())
         };
         (found.hello, found.health) = (self.seen.hello.clone(), self.seen.health);
         found.converter = self.seen.converter.clone();
-        if let Err(error) = greeted {
-            let unanswered = Exchanged {
-                commands: 1,
-                sends: self.requests.sends,
+        if greeted.is_err() && is_heard {
+            let (commands, sends) = (1, self.requests.sends);
+            found.exchanged = Some(Exchanged {
+                commands,
+                sends,
                 ..Exchanged::default()
-            };
-            found.exchanged = is_heard.then_some(unanswered);
-            let (bytes, packets) = (self.feed.bytes(), self.feed.counts().received);
-            return Err(error.context(format!(
-                "{bytes} bytes received, {packets} packets understood"
-            )));
+            });
         }
+        let (bytes, packets) = (self.feed.bytes(), self.feed.counts().received);
+        greeted.with_context(|| format!("{bytes} bytes received, {packets} packets understood"))?;
         heard?;
         self.lend_plan(found)?;
         let done = self.examine(plan, found);
@@ -143,26 +149,15 @@ impl Talk<'_> {
     /// Puts the default plan in force, for which frames, noise and mains are judged, if the board
     /// has another one.
     fn lend_plan(&mut self, found: &mut Observations) -> Result<()> {
-        let Some(own) = found
-            .hello
-            .clone()
-            .filter(|hello| hello.settings.plan != judged(&hello.settings.plan))
-        else {
+        let has_another = |hello: &&Hello| hello.settings.plan != found.judged();
+        let Some(own) = found.hello.as_ref().filter(has_another) else {
             return Ok(());
         };
-        let settings = own.settings.with_plan(judged(&own.settings.plan));
-        (self.seen.hello, self.own) = (None, Some(own));
+        let settings = own.settings.with_plan(found.judged());
+        (self.seen.hello, self.own) = (None, Some(own.clone()));
         self.progress.show(format_args!("another scan plan"));
-        match self.request(Command::Set {
-            settings,
-            keep: false,
-        })? {
-            Outcome::Done => {}
-            refused => bail!(
-                "the default scan plan is refused: {}",
-                events::outcome(&refused)
-            ),
-        }
+        let outcome = self.set(settings, false)?;
+        done(outcome).context("the default scan plan is refused")?;
         // The first report behind it may still count the other plan's conversions.
         let from = self.seen.healths;
         self.listen(|seen| seen.healths > from + 1)?;
@@ -175,22 +170,17 @@ impl Talk<'_> {
         let Some(Hello { settings, .. }) = self.own.take() else {
             return;
         };
-        let is_back = |seen: &Seen| {
-            seen.hello
-                .as_ref()
-                .is_some_and(|hello| hello.settings == settings)
+        let is_back = self
+            .seen
+            .hello
+            .as_ref()
+            .is_some_and(|hello| hello.settings == settings);
+        let returned = if is_back {
+            Ok(())
+        } else {
+            self.set(settings, false).and_then(done)
         };
-        let failed = match is_back(&self.seen) {
-            true => None,
-            false => match self.request(Command::Set {
-                settings,
-                keep: false,
-            }) {
-                Ok(Outcome::Done) => None,
-                Ok(refused) => Some(events::outcome(&refused)),
-                Err(error) => Some(format!("{error:#}")),
-            },
-        };
+        let failed = returned.err().map(|error| format!("{error:#}"));
         found.lent = Some(Lent {
             plan: settings.plan,
             failed,
@@ -209,10 +199,7 @@ impl Talk<'_> {
         if plan.stores {
             found.kept = Some(self.keep()?);
         }
-        if stop::is_requested() {
-            bail!("interrupted");
-        }
-        Ok(())
+        not_interrupted()
     }
 
     fn request(&mut self, command: Command) -> Result<Outcome> {
@@ -223,6 +210,10 @@ impl Talk<'_> {
             ..
         } = self;
         request(feed, requests, command, &mut |packet| seen.take(packet))
+    }
+
+    fn set(&mut self, settings: Settings, keep: bool) -> Result<Outcome> {
+        self.request(Command::Set { settings, keep })
     }
 
     /// Requests raw frames for `length_s` seconds and some more.
@@ -237,9 +228,7 @@ impl Talk<'_> {
     fn listen(&mut self, is_done: impl Fn(&Seen) -> bool) -> Result<()> {
         let mut heard = Instant::now();
         while !is_done(&self.seen) {
-            if stop::is_requested() {
-                bail!("interrupted");
-            }
+            not_interrupted()?;
             match self.feed.next(LOOK)? {
                 Some(FeedEvent::Data(packet)) => {
                     heard = Instant::now();
@@ -249,34 +238,31 @@ impl Talk<'_> {
                 Some(FeedEvent::Over) => bail!("{}: no more data", self.feed.name()),
                 Some(FeedEvent::Connected(_)) | None => {}
             }
-            if heard.elapsed() > SILENCE {
-                bail!(
-                    "the board is silent: {} bytes received, {} packets",
-                    self.feed.bytes(),
-                    self.feed.counts().received
-                );
-            }
+            let (bytes, packets) = (self.feed.bytes(), self.feed.counts().received);
+            ensure!(
+                heard.elapsed() <= SILENCE,
+                "the board is silent: {bytes} bytes received, {packets} packets"
+            );
         }
         Ok(())
     }
 
-    /// Sends commands of many lengths, none of which changes anything on the board.
+    /// Sends commands of many lengths, none of which changes anything on the board: it must refuse
+    /// all but the greeting.
     fn exchange(&mut self, exchanged: &mut Exchanged) -> Result<()> {
         let (probes, sends) = (probes()?, self.requests.sends);
         exchanged.commands = probes.len() as u32;
-        exchanged.shortest_bytes = probes.first().map_or(0, |probe| probe.length_bytes);
-        exchanged.longest_bytes = probes.last().map_or(0, |probe| probe.length_bytes);
+        exchanged.shortest_bytes = probes.keys().next().copied().unwrap_or_default();
+        exchanged.longest_bytes = probes.keys().next_back().copied().unwrap_or_default();
         let count = probes.len() as u64;
-        for (probe, number) in probes.into_iter().zip(1u64..) {
+        for (command, number) in probes.into_values().zip(1u64..) {
             self.progress
                 .show_count("commands of many lengths", number, count);
-            let outcome = self.request(probe.command);
+            let is_refused = command != Command::Greet;
+            let outcome = self.request(command);
             exchanged.sends = self.requests.sends - sends;
-            let is_refusal = matches!(outcome?, Outcome::Setting(_));
-            exchanged.answered += u32::from(is_refusal == probe.is_refused);
-            if stop::is_requested() {
-                bail!("interrupted");
-            }
+            exchanged.answered += u32::from(matches!(outcome?, Outcome::Setting(_)) == is_refused);
+            not_interrupted()?;
         }
         Ok(())
     }
@@ -312,20 +298,19 @@ impl Talk<'_> {
     /// and what was in force.
     fn keep(&mut self) -> Result<Kept> {
         self.progress.show(format_args!("storing settings"));
-        let in_force = self
-            .own
-            .clone()
-            .or(self.seen.hello.clone())
-            .context("the board did not greet")?;
+        let in_force = self.own.clone().or(self.seen.hello.clone());
+        let in_force = in_force.context("the board did not greet")?;
         // What the flash holds shows after a restart only.
         let stored = match in_force.source {
             SettingsSource::Sent => self.restart()?,
             _ => in_force.clone(),
         };
-        let stride_s = STRIDES_S
-            .into_iter()
-            .find(|stride_s| *stride_s != stored.settings.stride_s)
-            .unwrap_or_default();
+        let [usual, other] = STRIDES_S;
+        let stride_s = if usual == stored.settings.stride_s {
+            other
+        } else {
+            usual
+        };
         let changed = Settings {
             stride_s,
             ..stored.settings
@@ -334,29 +319,22 @@ impl Talk<'_> {
             sent: Some(changed),
             ..Kept::default()
         };
-        if let Err(error) = self.store(changed, &mut kept) {
-            kept.failed = Some(format!("{error:#}"));
-        }
-        if let Err(error) = self.restore(&stored, &in_force, kept.may_have_changed) {
-            kept.not_restored = Some(format!("{error:#}"));
-        }
+        let failed = self.store(changed, &mut kept).err();
+        kept.failed = failed.map(|error| format!("{error:#}"));
+        let not_restored = self
+            .restore(&stored, &in_force, kept.may_have_changed)
+            .err();
+        kept.not_restored = not_restored.map(|error| format!("{error:#}"));
         Ok(kept)
     }
 
     fn store(&mut self, settings: Settings, kept: &mut Kept) -> Result<()> {
         // Also if no answer comes.
         kept.may_have_changed = true;
-        match self.request(Command::Set {
-            settings,
-            keep: true,
-        })? {
-            Outcome::Done => {}
-            Outcome::DoneErased => kept.has_erased = true,
-            refused => {
-                kept.may_have_changed = false;
-                bail!("{}", events::outcome(&refused));
-            }
-        }
+        let outcome = self.set(settings, true)?;
+        kept.has_erased = outcome == Outcome::DoneErased;
+        kept.may_have_changed = matches!(outcome, Outcome::Done | Outcome::DoneErased);
+        done(outcome)?;
         let hello = self.restart()?;
         kept.found = (hello.source == SettingsSource::Stored).then_some(hello.settings);
         Ok(())
@@ -367,28 +345,19 @@ impl Talk<'_> {
     fn restore(&mut self, stored: &Hello, in_force: &Hello, may_have_changed: bool) -> Result<()> {
         let was_stored = stored.source.is_stored();
         if may_have_changed {
-            let outcome = self.request(match was_stored {
-                true => Command::Set {
-                    settings: stored.settings,
-                    keep: true,
-                },
-                false => Command::Forget,
+            done(match was_stored {
+                true => self.set(stored.settings, true)?,
+                false => self.request(Command::Forget)?,
             })?;
-            if !matches!(outcome, Outcome::Done | Outcome::DoneErased) {
-                bail!("{}", events::outcome(&outcome));
-            }
         }
         if !stop::is_requested() {
             let found = self.restart()?;
-            if found.settings != stored.settings || found.source.is_stored() != was_stored {
-                bail!("after a restart other settings are in force");
-            }
+            let is_restored =
+                found.settings == stored.settings && found.source.is_stored() == was_stored;
+            ensure!(is_restored, "after a restart other settings are in force");
         }
         if in_force.source == SettingsSource::Sent {
-            self.request(Command::Set {
-                settings: in_force.settings,
-                keep: false,
-            })?;
+            self.set(in_force.settings, false)?;
         }
         Ok(())
     }
@@ -407,33 +376,15 @@ impl Talk<'_> {
     }
 }
 
-/// A command, its length on the wire, bytes, and whether the board must refuse it.
-struct Probe {
-    command: Command,
-    length_bytes: usize,
-    is_refused: bool,
-}
-
-impl Probe {
-    fn new(command: Command, is_refused: bool) -> Result<Self> {
-        // Two of three numbers of requests take three bytes, as this one does.
-        let request = Request {
-            number: u16::MAX,
-            command,
-        };
-        let length_bytes = encode(&request)?.len();
-        Ok(Self {
-            command: request.command,
-            length_bytes,
-            is_refused,
-        })
-    }
+fn not_interrupted() -> Result<()> {
+    ensure!(!stop::is_requested(), "interrupted");
+    Ok(())
 }
 
 /// A greeting, and settings without a window, which the board must refuse; their six masks take one
-/// to three bytes each. In the order of their lengths.
-fn probes() -> Result<Vec<Probe>> {
-    let mut probes = vec![Probe::new(Command::Greet, false)?];
+/// to three bytes each. By their lengths on the wire, bytes.
+fn probes() -> Result<BTreeMap<usize, Command>> {
+    let mut commands = vec![Command::Greet];
     for mask in [1, 1 << 7, 1 << 14] {
         for long in 0..=6 {
             let masks: [u16; 6] = std::array::from_fn(|at| if at < long { mask } else { 1 });
@@ -451,11 +402,21 @@ fn probes() -> Result<Vec<Probe>> {
                 },
                 ..Settings::DEFAULT
             };
-            let keep = false;
-            probes.push(Probe::new(Command::Set { settings, keep }, true)?);
+            commands.push(Command::Set {
+                settings,
+                keep: false,
+            });
         }
     }
-    probes.sort_by_key(|probe| probe.length_bytes);
-    probes.dedup_by_key(|probe| probe.length_bytes);
+    let mut probes = BTreeMap::new();
+    for command in commands {
+        // Two of three numbers of requests take three bytes, as this one does.
+        let request = Request {
+            number: u16::MAX,
+            command,
+        };
+        let length_bytes = encode(&request)?.len();
+        probes.entry(length_bytes).or_insert(request.command);
+    }
     Ok(probes)
 }

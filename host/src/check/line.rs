@@ -1,47 +1,43 @@
 //! The line, the settings, and what was lost or faulty while the board was watched.
 
-use super::observations::Lent;
-use super::run::Run;
-use super::verdict::{Judged, Verdict};
+use super::observations::{Lent, Observations};
+use super::verdict::{Outcome, Verdict, judged, skipped};
 use crate::live::Counts;
 use crate::names::name;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::Health;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
+
+use Verdict::{Fail, Pass, Warn};
 
 /// Name of the plan that is judged.
 const DEFAULT: &str = "paper";
 
 /// Passes if the board has its own plan again.
-pub fn plan(run: &Run<'_>) -> Result<Judged, Judged> {
-    let Lent { plan, failed } = run.lent()?;
-    let own = plan.name().map_or_else(
-        || "the board's own plan".to_owned(),
-        |name| format!("plan `{name}`"),
-    );
-    let (verdict, finding) = match failed {
-        None => (
-            Verdict::Pass,
-            format!("the board was checked with plan `{DEFAULT}`; {own} is in force again"),
-        ),
-        Some(why) => (
-            Verdict::Fail,
-            format!("{own} is not in force again, but `{DEFAULT}`: {why}"),
-        ),
+pub fn plan(seen: &Observations) -> Outcome {
+    let Lent { plan, failed } = seen.need(&seen.lent)?;
+    let own = plan.name().map(|name| format!("plan `{name}`"));
+    let own = own.unwrap_or_else(|| "the board's own plan".to_owned());
+    let finding = match failed {
+        None => format!("the board was checked with plan `{DEFAULT}`; {own} is in force again"),
+        Some(why) => format!("{own} is not in force again, but `{DEFAULT}`: {why}"),
     };
     let values =
         json!({ "plan": plan.name(), "checked_with": DEFAULT, "restored": failed.is_none() });
-    Ok(Judged::new(verdict, finding, values))
+    Ok(judged(
+        Verdict::graded(false, failed.is_some()),
+        finding,
+        values,
+    ))
 }
 
-pub fn commands(run: &Run<'_>) -> Result<Judged, Judged> {
-    let seen = run.seen;
-    let sent = seen.exchanged.ok_or_else(|| Judged::skipped(seen.why()))?;
+pub fn commands(seen: &Observations) -> Outcome {
+    let sent = seen.need(&seen.exchanged)?;
     // Between the first `health` and the one behind the last command.
     let grown = |count: fn(&Health) -> u32| {
-        let (before, after) = (seen.health?, seen.watched.as_ref()?.before);
-        Some(count(&after).wrapping_sub(count(&before)))
+        let (before, after) = (seen.health.as_ref()?, &seen.watched.as_ref()?.before);
+        Some(count(after).wrapping_sub(count(before)))
     };
     let damaged = grown(|health| health.requests_damaged);
     let overrun = grown(|health| health.bytes_overrun);
@@ -50,35 +46,36 @@ pub fn commands(run: &Run<'_>) -> Result<Judged, Judged> {
         "shortest_bytes": sent.shortest_bytes, "longest_bytes": sent.longest_bytes,
         "requests_damaged": damaged, "bytes_overrun": overrun,
     });
-    let counted = match (damaged, overrun) {
-        (Some(damaged), Some(overrun)) => {
-            format!("{damaged} arrived damaged, {overrun} bytes overrun")
-        }
-        _ => seen.why().to_owned(),
-    };
+    let counted = damaged
+        .zip(overrun)
+        .map(|(damaged, overrun)| format!("{damaged} arrived damaged, {overrun} bytes overrun"));
     let finding = format!(
-        "{} of {} answered, {} to {} bytes, sent {} times; {counted}",
-        sent.answered, sent.commands, sent.shortest_bytes, sent.longest_bytes, sent.sends
+        "{} of {} answered, {} to {} bytes, sent {} times; {}",
+        sent.answered,
+        sent.commands,
+        sent.shortest_bytes,
+        sent.longest_bytes,
+        sent.sends,
+        counted.as_deref().unwrap_or(seen.why())
     );
     let fails = sent.answered < sent.commands || overrun.is_some_and(|bytes| bytes > 0);
-    let verdict = Verdict::graded(damaged != Some(0), fails);
-    Ok(Judged::new(verdict, finding, values))
+    Ok(judged(
+        Verdict::graded(damaged != Some(0), fails),
+        finding,
+        values,
+    ))
 }
 
-pub fn settings(run: &Run<'_>) -> Result<Judged, Judged> {
-    let seen = run.seen;
+pub fn settings(seen: &Observations) -> Outcome {
+    use SettingsSource::{Damaged, StoredBefore};
     let source = seen.hello.as_ref().map(|hello| hello.source);
-    let was_damaged = matches!(
-        source,
-        Some(SettingsSource::Damaged | SettingsSource::StoredBefore)
-    );
+    let was_damaged = matches!(source, Some(Damaged | StoredBefore));
     let before = source.map_or_else(String::new, |source| format!("; before: {}", name(source)));
     let Some(kept) = &seen.kept else {
-        return Err(if was_damaged {
-            let finding = format!("what was stored last cannot be read{before}");
-            Judged::new(Verdict::Warn, finding, json!({}))
-        } else {
-            Judged::skipped(seen.ended.as_deref().unwrap_or("not stored: --no-store"))
+        let finding = format!("what was stored last cannot be read{before}");
+        return Err(match was_damaged {
+            true => judged(Warn, finding, json!({})),
+            false => skipped(seen.ended.as_deref().unwrap_or("not stored: --no-store")),
         });
     };
     let are_kept = kept.failed.is_none() && kept.found == kept.sent;
@@ -88,97 +85,109 @@ pub fn settings(run: &Run<'_>) -> Result<Judged, Judged> {
     });
     let (verdict, finding) = match (&kept.not_restored, &kept.failed) {
         (Some(why), _) => (
-            Verdict::Fail,
+            Fail,
             format!("what was stored before is not restored: {why}"),
         ),
-        (None, Some(why)) => (Verdict::Fail, format!("not stored: {why}")),
-        (None, None) if !are_kept => (
-            Verdict::Fail,
-            "after a restart the stored settings are not in force".to_owned(),
+        (None, Some(why)) => (Fail, format!("not stored: {why}")),
+        _ if !are_kept => (
+            Fail,
+            "after a restart the stored settings are not in force".into(),
         ),
-        (None, None) if was_damaged => (
-            Verdict::Warn,
+        _ if was_damaged => (
+            Warn,
             format!("stored, found after a restart, and stored anew{before}"),
         ),
-        (None, None) => (
-            Verdict::Pass,
+        _ => (
+            Pass,
             format!("stored, found after a restart, restored{before}"),
         ),
     };
-    Ok(Judged::new(verdict, finding, values))
+    Ok(judged(verdict, finding, values))
 }
 
 /// Judges what was lost while the board was watched.
-pub fn losses(run: &Run<'_>) -> Result<Judged, Judged> {
-    let watched = run.watched()?;
+pub fn losses(seen: &Observations) -> Outcome {
+    let watched = seen.need(&seen.watched)?;
     let (before, after) = (&watched.before, &watched.after);
     let here = |count: fn(&Counts) -> u32| {
         count(&watched.counts_after).wrapping_sub(count(&watched.counts_before))
     };
     let there = |count: fn(&Health) -> u32| count(after).wrapping_sub(count(before));
-    let lost = [
-        ("packets_lost", here(|counts| counts.missing)),
-        ("packets_damaged", here(|counts| counts.damaged)),
-        ("packets_repeated", here(|counts| counts.stepped_back)),
-        ("conversions_lost", there(|health| health.conversions_lost)),
-        (
-            "conversions_doubtful",
-            there(|health| health.conversions_doubtful),
-        ),
-        ("messages_dropped", there(|health| health.messages_dropped)),
-        ("overruns", there(|health| health.overruns)),
-        ("restarts", u32::from(watched.has_restarted)),
-    ];
-    let words = |key: &str| match key {
-        "packets_repeated" => "steps back of the packets' numbers".to_owned(),
-        "restarts" => "restarts of the board".to_owned(),
-        _ => key.replace('_', " "),
-    };
     let (length_s, frames) = (watched.length_s(), there(|health| health.frames));
     let packets = watched.counts_after.received - watched.counts_before.received;
-    let mut values: Map<String, Value> = lost
-        .iter()
-        .map(|(key, count)| ((*key).to_owned(), json!(count)))
-        .collect();
-    for (key, value) in [
-        ("length_s", json!(length_s)),
-        ("frames", json!(frames)),
-        ("packets", json!(packets)),
-        ("conversions_lost_before", json!(before.conversions_lost)),
+    let mut values = json!({});
+    let mut named = Vec::new();
+    for (key, words, count) in [
+        ("packets_lost", "packets lost", here(|c| c.missing)),
+        ("packets_damaged", "packets damaged", here(|c| c.damaged)),
+        (
+            "packets_repeated",
+            "steps back of the packets' numbers",
+            here(|c| c.stepped_back),
+        ),
+        (
+            "conversions_lost",
+            "conversions lost",
+            there(|h| h.conversions_lost),
+        ),
+        (
+            "conversions_doubtful",
+            "conversions doubtful",
+            there(|h| h.conversions_doubtful),
+        ),
+        (
+            "messages_dropped",
+            "messages dropped",
+            there(|h| h.messages_dropped),
+        ),
+        ("overruns", "overruns", there(|h| h.overruns)),
+        (
+            "restarts",
+            "restarts of the board",
+            watched.has_restarted.into(),
+        ),
     ] {
-        values.insert(key.to_owned(), value);
+        values[key] = json!(count);
+        named.extend((count > 0).then(|| format!("{count} {words}")));
     }
-    let found = lost.iter().filter(|(_, count)| *count > 0);
-    let named: Vec<String> = found
-        .map(|(key, count)| format!("{count} {}", words(key)))
-        .collect();
+    values["length_s"] = json!(length_s);
+    values["frames"] = json!(frames);
+    values["packets"] = json!(packets);
+    values["conversions_lost_before"] = json!(before.conversions_lost);
     let finding = match &named[..] {
         [] => format!("none in {length_s:.1} s: {packets} packets, {frames} frames"),
         named => format!("in {length_s:.1} s: {}", named.join(", ")),
     };
-    let verdict = Verdict::graded(false, !named.is_empty());
-    Ok(Judged::new(verdict, finding, values.into()))
+    Ok(judged(
+        Verdict::graded(false, !named.is_empty()),
+        finding,
+        values,
+    ))
 }
 
 /// Judges the faults that the board has counted, before and while it was watched.
-pub fn faults(run: &Run<'_>) -> Result<Judged, Judged> {
-    let watched = run.watched()?;
+pub fn faults(seen: &Observations) -> Outcome {
+    let watched = seen.need(&seen.watched)?;
     let (before, after) = (&watched.before.faults, &watched.after.faults);
-    let counted = |count: &dyn Fn(usize) -> u32| -> Vec<(&'static str, u32)> {
-        let counts = FaultKind::ALL.map(|kind| (name(kind), count(kind as usize)));
-        counts.into_iter().filter(|(_, count)| *count > 0).collect()
-    };
-    let within = counted(&|at| after[at].wrapping_sub(before[at]));
-    let earlier = counted(&|at| before[at]);
+    let (mut within, mut earlier) = (Vec::new(), Vec::new());
+    for kind in FaultKind::ALL {
+        let (before, after) = (before[kind as usize], after[kind as usize]);
+        for (counts, count) in [
+            (&mut earlier, before),
+            (&mut within, after.wrapping_sub(before)),
+        ] {
+            counts.extend((count > 0).then(|| (name(kind), count)));
+        }
+    }
     let list = |counts: &[(&str, u32)]| {
         let words = counts.iter().map(|(kind, count)| format!("{kind} {count}"));
         words.collect::<Vec<_>>().join(", ")
     };
-    let map = |counts: &[(&str, u32)]| -> Map<String, Value> {
+    let map = |counts: &[(&str, u32)]| {
         let pairs = counts
             .iter()
             .map(|(kind, count)| ((*kind).to_owned(), json!(count)));
-        pairs.collect()
+        Value::Object(pairs.collect())
     };
     let finding = match (within.is_empty(), earlier.is_empty()) {
         (false, _) => format!("while watched: {}", list(&within)),
@@ -186,6 +195,9 @@ pub fn faults(run: &Run<'_>) -> Result<Judged, Judged> {
         (true, true) => "none since the start".to_owned(),
     };
     let verdict = Verdict::graded(!earlier.is_empty(), !within.is_empty());
-    let values = json!({ "while_watched": map(&within), "earlier": map(&earlier) });
-    Ok(Judged::new(verdict, finding, values))
+    Ok(judged(
+        verdict,
+        finding,
+        json!({ "while_watched": map(&within), "earlier": map(&earlier) }),
+    ))
 }

@@ -1,10 +1,13 @@
 //! What a run of `check` saw of a board. Tests make their own.
 
+use super::signals::Clock;
+use super::verdict::{Judged, Verdict, judged, skipped};
 use crate::live::Counts;
-use ridgetone_proto::plan::{Converters, Plan};
+use ridgetone_proto::plan::{Converters, HealthReadings, Plan};
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{ConverterState, Health, Hello, Raw};
 use serde::Serialize;
+use serde_json::json;
 
 /// What is connected to the analog inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
@@ -68,7 +71,7 @@ pub struct Watched {
 }
 
 /// The default plan was in force in place of the board's own.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Lent {
     /// The board's own plan.
     pub plan: Plan,
@@ -112,47 +115,76 @@ impl Watched {
 
     /// Runs of consecutive frames without a touch.
     pub fn untouched(&self) -> Vec<&[Raw]> {
-        self.frames
-            .chunk_by(|a, b| {
-                a.number.checked_add(1) == Some(b.number)
-                    && self.is_untouched(a.t_us)
-                    && self.is_untouched(b.t_us)
-            })
-            .filter(|run| {
-                run.first()
-                    .is_some_and(|frame| self.is_untouched(frame.t_us))
-            })
+        let is_untouched = |frame: &Raw| self.is_untouched(frame.t_us);
+        let runs = self.frames.chunk_by(|a, b| {
+            a.number.checked_add(1) == Some(b.number) && is_untouched(a) && is_untouched(b)
+        });
+        runs.filter(|run| run.first().is_some_and(is_untouched))
             .collect()
-    }
-
-    /// Bit k: input k was converted in some frame.
-    pub fn present(&self) -> u16 {
-        self.frames.iter().fold(0, |all, frame| all | frame.present)
     }
 }
 
 impl Observations {
+    /// A part, or the reason for which it was not seen.
+    pub fn need<'a, T>(&'a self, part: &'a Option<T>) -> Result<&'a T, Judged> {
+        part.as_ref().ok_or_else(|| skipped(self.why()))
+    }
+
     /// The latest `health` before the board was restarted.
-    pub fn latest(&self) -> Option<&Health> {
-        self.watched
-            .as_ref()
-            .map(|watched| &watched.after)
-            .or(self.health.as_ref())
+    pub fn health(&self) -> Result<&Health, Judged> {
+        let latest = self.watched.as_ref().map(|watched| &watched.after);
+        latest.map_or_else(|| self.need(&self.health), Ok)
+    }
+
+    /// The report with the converter's readings of itself.
+    pub fn readings(&self) -> Result<&Health, Judged> {
+        if self.judged().health == HealthReadings::Never {
+            return Err(skipped("this converter has no readings of its own"));
+        }
+        match self.health()? {
+            health if health.frames == 0 => Err(skipped("no scan was read")),
+            health => Ok(health),
+        }
+    }
+
+    /// The raw frames of the time in which the board was only listened to.
+    pub fn frames(&self) -> Result<&[Raw], Judged> {
+        match &self.need(&self.watched)?.frames[..] {
+            [] => Err(judged(Verdict::Fail, "no frame was read", json!({}))),
+            frames => Ok(frames),
+        }
+    }
+
+    /// The times of a second of frames of one scan: one that is restarted has another phase.
+    pub fn clock(&self) -> Result<Clock, Judged> {
+        let (frames, watched) = (self.frames()?, self.need(&self.watched)?);
+        let is_one_scan = watched.before.chip_restarts == watched.after.chip_restarts;
+        let clock = is_one_scan.then(|| Clock::of(frames)).flatten();
+        clock.ok_or_else(|| skipped("no second of frames without a restart of the scan"))
     }
 
     /// The setting of the reference, volts; what the board measures if it has not greeted.
     pub fn vref_v(&self) -> f32 {
-        let measured = || self.latest().map_or(0.0, |health| health.reference_v);
-        self.hello
-            .as_ref()
-            .map_or_else(measured, |hello| hello.settings.vref_v)
+        let measured = || self.health().map_or(0.0, |health| health.reference_v);
+        let set = self.hello.as_ref().map(|hello| hello.settings.vref_v);
+        set.unwrap_or_else(measured)
+    }
+
+    /// Microvolts of a code: 1 LSB is VREF / 780000h (SBAS297G, data format).
+    pub fn uv_per_code(&self) -> f64 {
+        1e6 * f64::from(self.vref_v()) / 7_864_320.0
     }
 
     /// The plan by which frames are judged.
     pub fn judged(&self) -> Plan {
-        self.hello
-            .as_ref()
-            .map_or(Plan::PAPER, |hello| judged(&hello.settings.plan))
+        let own = self.hello.as_ref().map(|hello| hello.settings.plan);
+        own.map_or(Plan::PAPER, |plan| judged_plan(&plan))
+    }
+
+    /// The version of the firmware.
+    pub fn version(&self) -> Option<String> {
+        let hello = self.hello.as_ref()?;
+        Some(hello.version.map(|part| part.to_string()).join("."))
     }
 
     /// Why something was not seen.
@@ -163,18 +195,18 @@ impl Observations {
 
 /// The plan by which a board's frames are judged: the ADS1258's default one by the clock that the
 /// board has; another converter's own.
-pub const fn judged(own: &Plan) -> Plan {
-    if own.own.converter == Converters::ADS1258 {
-        Plan::PAPER.with_clock(own.adc_clock_hz)
-    } else {
-        *own
+pub const fn judged_plan(own: &Plan) -> Plan {
+    match own.own.converter == Converters::ADS1258 {
+        true => Plan::PAPER.with_clock(own.adc_clock_hz),
+        false => *own,
     }
 }
 
 /// Bits of a mask of inputs as names: "AIN3, AIN7".
 pub fn input_names(mask: u16) -> String {
-    let names = (0..TAXELS)
-        .filter(|input| mask >> input & 1 != 0)
-        .map(|input| format!("AIN{input}"));
-    names.collect::<Vec<_>>().join(", ")
+    let present = (0..TAXELS).filter(|input| mask >> input & 1 != 0);
+    present
+        .map(|input| format!("AIN{input}"))
+        .collect::<Vec<_>>()
+        .join(", ")
 }

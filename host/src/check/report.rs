@@ -43,12 +43,8 @@ impl Report {
     /// `board` is the name of its port.
     pub fn new(board: String, seen: &Observations) -> Self {
         let checks = judge(seen);
-        let count = |verdict| {
-            checks
-                .iter()
-                .filter(|check| check.verdict == verdict)
-                .count()
-        };
+        let is = |verdict| move |check: &&Check| check.verdict == verdict;
+        let count = |verdict| checks.iter().filter(is(verdict)).count();
         let (warned, failed) = (count(Verdict::Warn), count(Verdict::Fail));
         let summary = Summary {
             verdict: Verdict::graded(warned > 0, failed > 0),
@@ -59,10 +55,7 @@ impl Report {
             ended: seen.ended.clone(),
             board,
             inputs: seen.inputs,
-            firmware: seen
-                .hello
-                .as_ref()
-                .map(|hello| hello.version.map(|part| part.to_string()).join(".")),
+            firmware: seen.version(),
             protocol: PROTOCOL,
             version: env!("CARGO_PKG_VERSION"),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
@@ -83,10 +76,10 @@ impl Report {
 
     /// Writes a new file: JSON if its name ends in `.json`, else text.
     pub fn write(&self, path: &Path) -> Result<()> {
-        let text = match path
+        let is_json = path
             .extension()
-            .is_some_and(|extension| extension == "json")
-        {
+            .is_some_and(|extension| extension == "json");
+        let text = match is_json {
             true => serde_json::to_string_pretty(self)? + "\n",
             false => self.to_string(),
         };
@@ -95,11 +88,11 @@ impl Report {
 
     /// Names of the checks that failed.
     pub fn failed(&self) -> Vec<&'static str> {
-        self.checks
+        let failed = self
+            .checks
             .iter()
-            .filter(|check| check.verdict == Verdict::Fail)
-            .map(|check| check.name)
-            .collect()
+            .filter(|check| check.verdict == Verdict::Fail);
+        failed.map(|check| check.name).collect()
     }
 }
 

@@ -5,8 +5,7 @@ use super::frames::{drdy_jitter, frame_rate, inputs, mains, noise};
 use super::line::{commands, faults, losses, plan, settings};
 use super::observations::Observations;
 use super::processor::{brown_out, firmware, load, oscillator, reset, stack};
-use super::run::Run;
-use super::verdict::{Judged, Limits, Measured, Verdict};
+use super::verdict::{Judged, Limits, Outcome, Verdict};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -23,19 +22,13 @@ const LOAD: Limits = Limits::up_to(0.5, 0.85);
 /// Fraction of the stack in use. A fit with raw frames on the line takes 69 % (register model).
 const STACK: Limits = Limits::up_to(0.85, 0.95);
 /// Supply of the analog part, volts: 5 V +-5 % (SBAS297G, operating conditions).
-const SUPPLY_V: Limits = Limits {
-    pass: [4.75, 5.25],
-    fail: [4.75, 5.25],
-};
+const SUPPLY_V: Limits = Limits::between([4.75, 5.25], [4.75, 5.25]);
 /// Fraction by which the reference may be off the setting: half of the firmware's limit for the
 /// fault `reference`, and that limit.
 const REFERENCE: Limits = Limits::off(0.01, 0.02);
 /// Temperatures at which nothing is suspicious, and those at which the chip works (SBAS297G, -40 to
 /// 105), degrees Celsius.
-const TEMPERATURE_C: Limits = Limits {
-    pass: [5.0, 60.0],
-    fail: [-40.0, 105.0],
-};
+const TEMPERATURE_C: Limits = Limits::between([5.0, 60.0], [-40.0, 105.0]);
 /// Offset, volts: own limits, 55 and 220 times the noise of one reading. SBAS297G gives a typical
 /// drift, 0.02 uV per degree, and no limit.
 const OFFSET_V: Limits = Limits::off(250e-6, 1e-3);
@@ -89,12 +82,11 @@ pub struct Row {
     judge: Judge,
 }
 
-/// How a check is judged. An error ends it early: mostly because something was not seen.
 enum Judge {
     /// By the limits of a value.
-    Within(Limits, fn(&Run<'_>, &Limits) -> Result<Measured, Judged>),
+    Within(Limits, fn(&Observations, Limits) -> Outcome),
     /// By a state.
-    State(fn(&Run<'_>) -> Result<Judged, Judged>),
+    State(fn(&Observations) -> Outcome),
 }
 
 const fn row(name: &'static str, judge: Judge, page: &'static str) -> Row {
@@ -115,23 +107,19 @@ pub struct Check {
 
 /// Judges what was seen, row by row.
 pub fn judge(seen: &Observations) -> Vec<Check> {
-    let run = Run::new(seen);
     let rows = TABLE
         .iter()
         .filter(|row| row.name != PLAN || seen.lent.is_some());
     let check = |row: &Row| {
-        let judged = match row.judge {
-            State(judge) => judge(&run),
-            Within(limits, measure) => measure(&run, &limits).map(|measured| {
-                let verdict = limits.verdict(measured.value);
-                Judged::new(verdict, measured.finding, measured.values)
-            }),
+        let outcome = match row.judge {
+            State(judge) => judge(seen),
+            Within(limits, judge) => judge(seen, limits),
         };
         let Judged {
             verdict,
             finding,
             values,
-        } = judged.unwrap_or_else(|early| early);
+        } = outcome.unwrap_or_else(|early| early);
         Check {
             name: row.name,
             verdict,

@@ -1,8 +1,7 @@
 //! Each check with the fault that it must find, then whole runs against a simulated board.
 
 mod bench;
-mod board;
-mod conversation;
+mod runs;
 
 use super::observations::Lent;
 use super::signals::{Clock, line};

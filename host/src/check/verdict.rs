@@ -34,25 +34,20 @@ pub struct Judged {
     pub values: Value,
 }
 
-impl Judged {
-    pub fn new(verdict: Verdict, finding: impl Into<String>, values: Value) -> Self {
-        Self {
-            verdict,
-            finding: finding.into(),
-            values,
-        }
-    }
+/// How a check is judged. An error ends it early: mostly because something was not seen.
+pub type Outcome = Result<Judged, Judged>;
 
-    pub fn skipped(why: impl Into<String>) -> Self {
-        Self::new(Verdict::Skipped, why, json!({}))
+pub fn judged(verdict: Verdict, finding: impl Into<String>, values: Value) -> Judged {
+    let finding = finding.into();
+    Judged {
+        verdict,
+        finding,
+        values,
     }
 }
 
-/// A value that has limits, with its finding.
-pub struct Measured {
-    pub value: f64,
-    pub finding: String,
-    pub values: Value,
+pub fn skipped(why: impl Into<String>) -> Judged {
+    judged(Verdict::Skipped, why, json!({}))
 }
 
 /// The range of values that pass, and the one beyond which a check fails.
@@ -65,23 +60,26 @@ pub struct Limits {
 impl Limits {
     /// Limits of a deviation to either side.
     pub const fn off(pass: f64, fail: f64) -> Self {
-        Self {
-            pass: [-pass, pass],
-            fail: [-fail, fail],
-        }
+        Self::between([-pass, pass], [-fail, fail])
     }
 
     /// Limits of a value that is zero at best.
     pub const fn up_to(pass: f64, fail: f64) -> Self {
-        Self {
-            pass: [0.0, pass],
-            fail: [0.0, fail],
-        }
+        Self::between([0.0, pass], [0.0, fail])
+    }
+
+    pub const fn between(pass: [f64; 2], fail: [f64; 2]) -> Self {
+        Self { pass, fail }
     }
 
     /// The verdict on a value. One that is not a number fails.
     pub fn verdict(&self, value: f64) -> Verdict {
         let is_within = |[min, max]: [f64; 2]| (min..=max).contains(&value);
         Verdict::graded(!is_within(self.pass), !is_within(self.fail))
+    }
+
+    /// Judges a value, with its finding.
+    pub fn judge(&self, value: impl Into<f64>, finding: String, values: Value) -> Outcome {
+        Ok(judged(self.verdict(value.into()), finding, values))
     }
 }

@@ -69,48 +69,45 @@ fn is_tuple(parameter: &str) -> bool {
     });
     let kind = colon.map_or("", |colon| parameter[colon + 1..].trim());
     let words = kind.trim_start_matches('&').split_inclusive(' ');
-    let modifiers = words.take_while(|word| word.starts_with('\'') || *word == "mut ");
-    let length = modifiers.map(str::len).sum();
-    let kind = &kind.trim_start_matches('&')[length..];
+    let kind = words
+        .skip_while(|word| word.starts_with('\'') || *word == "mut ")
+        .collect::<String>();
     let inside = kind
         .strip_prefix('(')
         .and_then(|rest| rest.strip_suffix(')'));
     inside.is_some_and(|inside| split(inside).count() > 1)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::tuples;
-
-    #[test]
-    fn tuples_and_references_to_tuples_are_found() {
-        for (generics, list, is_found) in [
-            ("", "pair: (f32, f32)", true),
-            ("", "&self, (from, to): (usize, usize)", true),
-            ("", "first: u8,\n    second: &(A, B),\n", true),
-            ("", "pair: &'a mut (A, B)", true),
-            ("", "pair: (A<B>, [u8; 2])", true),
-            ("<F: Fn(u8) -> u8>", "f: F, pair: (u8, u8)", true),
-            ("", "", false),
-            ("", "a: u8, b: u8", false),
-            ("", "f: impl Fn((u8, u8), u8)", false),
-            ("", "f: &mut dyn FnMut(A, B) -> (A, B)", false),
-            ("", "pairs: &[(f32, f32)]", false),
-            ("", "pairs: Vec<(A, B)>", false),
-            ("", "one: &(dyn Fn(u8, u8) + Send)", false),
-            ("", "none: ()", false),
-            ("<F: FnOnce((u8, u8))>", "f: F", false),
-            ("", "/* none */) -> (A, B", false),
-        ] {
+#[test]
+fn tuples_and_references_to_tuples_are_found() {
+    let found = "(pair: (f32, f32))
+        (&self, (from, to): (usize, usize))
+        (first: u8, second: &(A, B),)
+        (pair: &'a mut (A, B))
+        (pair: (A<B>, [u8; 2]))
+        <F: Fn(u8) -> u8>(f: F, pair: (u8, u8))";
+    let free = "()
+        (a: u8, b: u8)
+        (f: impl Fn((u8, u8), u8))
+        (f: &mut dyn FnMut(A, B) -> (A, B))
+        (pairs: &[(f32, f32)])
+        (pairs: Vec<(A, B)>)
+        (one: &(dyn Fn(u8, u8) + Send))
+        (none: ())
+        <F: FnOnce((u8, u8))>(f: F)
+        (/* none */) -> (A, B)";
+    for (cases, expected) in [(found, vec![(2, "name".to_owned())]), (free, vec![])] {
+        for case in cases
+            .lines()
+            .flat_map(|case| [case.into(), case.replace(", ", ",\n")])
+        {
             // In two parts, so that the lint finds nothing in this file.
             let text = format!(
-                "/// Text.\npub {} name{generics}({list}) -> u32 {{\n}}\n",
-                "fn"
+                "/// {0} a(b: (u8, u8))\npub {0} name{1} {{\n}}\n",
+                "fn",
+                case.trim()
             );
-            let expected = is_found.then(|| (2, "name".to_owned()));
-            assert_eq!(tuples(&text), Vec::from_iter(expected), "{text}");
+            assert_eq!(tuples(&text), expected, "{text}");
         }
-        let commented = format!("// {} a(pair: (A, B)) {{}}\n", "fn");
-        assert_eq!(tuples(&commented), []);
     }
 }

@@ -76,45 +76,36 @@ impl Bench {
         bench
     }
 
-    pub fn feed(self) -> Feed {
+    pub fn feed(mut self) -> Feed {
         let mut flash = RamFlash::default();
         if let Some(settings) = &self.stored {
             let mut store = FlashStore::new(flash);
             assert!(store.save(Some(settings), true).is_ok());
             flash = store.release();
         }
+        flash.is_worn = self.is_worn;
+        let mut start = Start::new(flash, self.boot.clone());
+        if let Some(settings) = self.in_force {
+            (start.settings, start.source) = (settings, SettingsSource::Sent);
+        }
+        let input = std::mem::replace(&mut self.input, Opened::untouched());
         let (to_feed, telemetry) = channel();
         let (requests, to_board) = channel();
-        let Self { input, boot, .. } = self;
         let mut line = BoardEnd {
+            bench: self,
             to_feed,
             to_board,
-            on_start: self.on_start,
-            altered: self.altered,
-            on_line: self.on_line,
-            received: self.received,
             decoder: Decoder::new(),
             packets: 0,
             bytes: 0,
         };
-        flash.is_worn = self.is_worn;
-        let start = Start::new(flash, boot);
-        let start = match self.in_force {
-            Some(settings) => Start {
-                settings,
-                source: SettingsSource::Sent,
-                ..start
-            },
-            None => start,
-        };
-        let thread =
-            std::thread::spawn(move || simulated::run(input, start, &mut line).map(|_| ()));
+        let board = move || simulated::run(input, start, &mut line).map(|_| ());
         Feed::new(Running {
             telemetry,
             requests: Some(requests),
             unsent: Vec::new(),
             is_waited_for: false,
-            thread: Some(thread),
+            thread: Some(std::thread::spawn(board)),
         })
     }
 
@@ -126,12 +117,9 @@ impl Bench {
 
 /// The board's end of the line.
 struct BoardEnd {
+    bench: Bench,
     to_feed: Sender<Vec<u8>>,
     to_board: Receiver<Vec<u8>>,
-    on_start: fn(&mut Ads1258),
-    altered: Box<dyn FnMut(&mut Packet) + Send>,
-    on_line: OnLine,
-    received: fn(u64, u8) -> Received,
     decoder: Decoder,
     packets: u64,
     bytes: u64,
@@ -139,7 +127,7 @@ struct BoardEnd {
 
 impl Surroundings for BoardEnd {
     fn started(&mut self, board: &SimulatedBoard, _: bool) -> Result<()> {
-        board.with_chip(self.on_start);
+        board.with_chip(self.bench.on_start);
         Ok(())
     }
 
@@ -153,11 +141,11 @@ impl Surroundings for BoardEnd {
                 // No simulated board measures these.
                 (health.load, health.stack_used_bytes, health.stack_bytes) = (0.1, 7000, 32_768);
             }
-            (self.altered)(&mut packet);
+            (self.bench.altered)(&mut packet);
             let mut wire = [0; WIRE_MAX];
             let length = encode(&packet, &mut wire)?;
             let mut packet = wire[..length].to_vec();
-            (self.on_line)(self.packets, &mut packet);
+            (self.bench.on_line)(self.packets, &mut packet);
             self.packets += 1;
             bytes.extend(packet);
         }
@@ -166,7 +154,7 @@ impl Surroundings for BoardEnd {
         let numbered = (self.bytes..).zip(&arrived);
         self.bytes += arrived.len() as u64;
         Ok(numbered
-            .map(|(number, byte)| (self.received)(number, *byte))
+            .map(|(number, byte)| (self.bench.received)(number, *byte))
             .collect())
     }
 }

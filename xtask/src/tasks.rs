@@ -1,0 +1,241 @@
+//! Tasks that run another program of this workspace, with the images that it needs.
+
+use crate::images::{self, Board};
+use crate::tools::{announce, cargo, clean, create, find, read, root, run, target_dir, write};
+use crate::{inspect, python, setup, testing};
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use std::path::Path;
+use std::process::Command;
+use std::{fs, thread};
+
+/// A command of `ridgetone-eval`, built from this tree.
+fn eval(command: &str) -> Command {
+    announce(format_args!(
+        "`ridgetone-eval {command}`, built from this tree"
+    ));
+    cargo(
+        "run --quiet --release --package ridgetone-eval --bin ridgetone-eval --",
+        [command],
+    )
+}
+
+/// True if a flag is among `flags`, with `=` or without.
+fn has(flags: &[String], flag: &str) -> bool {
+    flags
+        .iter()
+        .any(|given| given.split('=').next() == Some(flag))
+}
+
+/// Builds the benchmarks and the images of both boards, counts in the emulator and measures
+/// accuracy here.
+pub fn bench(flags: &[String]) -> Result<()> {
+    let mut bench = eval("bench");
+    bench.args(flags);
+    if has(flags, "--plans") {
+        images::build(Board::FeatherF405.image())?;
+    } else if !has(flags, "--help") && !has(flags, "--converters") {
+        // What measures nothing needs no image.
+        setup::qemu()?;
+        let (_, sizes) = images::build(Board::FeatherF405.image())?;
+        let emulated = [
+            ("--elf", images::BENCH),
+            ("--baselines-elf", images::BASELINES),
+            ("--firmware", Board::Emulated.image()),
+        ];
+        for (flag, image) in emulated {
+            bench.arg(flag).arg(images::build(image)?.0);
+        }
+        bench.args(["--flash-bytes", &sizes.flash.to_string()]);
+        bench.args(["--ram-bytes", &sizes.ram.to_string()]);
+    }
+    run(&mut bench)
+}
+
+/// Builds the bench image and that of the Feather, and counts instructions on the emulator.
+pub fn counts() -> Result<()> {
+    let (flashed, _) = images::build(Board::FeatherF405.image())?;
+    let (bench, _) = images::build(images::COUNTS)?;
+    announce("instructions of the fit, on the emulator");
+    let mut counts = cargo("run --quiet --release --package ridgetone-bench --", []);
+    run(counts.arg(bench).arg(flashed))
+}
+
+/// A command that needs no image: `noise`, `touch`, `real`, `pages`.
+pub fn plain(command: &str, arguments: &[String]) -> Result<()> {
+    run(eval(command).args(arguments))
+}
+
+/// Builds the boards' images and measures them on the register model; with `--write` it fills in
+/// `docs/results/boards.md`.
+pub fn board(write: bool) -> Result<()> {
+    images::build_real()?;
+    let mut board = eval("board");
+    if write {
+        board.arg("--write").arg(root().join("docs/results"));
+    }
+    run(&mut board)
+}
+
+/// Injects faults: ten thousand; with `--quick` one thousand; with `--full` a hundred thousand, for
+/// `docs/results/faults.md`. Fails if a number is not zero that must be.
+pub fn faults(flags: &[String]) -> Result<()> {
+    let mut faults = eval("faults");
+    let amounts = ["--quick", "--full"];
+    faults.args(
+        flags
+            .iter()
+            .filter(|flag| !amounts.contains(&flag.as_str())),
+    );
+    // With a plan it runs on the PC alone.
+    if !has(flags, "--help") && !has(flags, "--plan") {
+        setup::qemu()?;
+        let (injections, emulated) = match amounts.map(|flag| has(flags, flag)) {
+            [true, _] => ("1000", "1"),
+            [_, true] => ("100000", "10"),
+            _ => ("10000", "4"),
+        };
+        faults.args(["--injections", injections, "--emulated", emulated, "--elf"]);
+        faults.arg(images::build(Board::Emulated.image())?.0);
+        if has(flags, "--full") {
+            faults.arg("--write").arg(root().join("docs/results"));
+        }
+    }
+    run(&mut faults)
+}
+
+/// Repeats the paper's experiment. With `--emulated` it builds the image, unless `--elf` names one.
+pub fn reproduce(flags: &[String]) -> Result<()> {
+    let mut reproduce = eval("reproduce");
+    reproduce.args(flags);
+    if has(flags, "--emulated") && !has(flags, "--elf") {
+        setup::qemu()?;
+        let (elf, _) = images::build(Board::Emulated.image())?;
+        reproduce.arg("--elf").arg(elf);
+    }
+    run(&mut reproduce)
+}
+
+/// Computes figures of the papers a second time; with `is_written` it fills in
+/// `docs/results/papers.md`.
+pub fn papers(is_written: bool) -> Result<()> {
+    testing::prepare()?;
+    run(&mut testing::test("--no-run --test tables --test pins"))?;
+    let mut papers = python::script(&python::build()?)?;
+    if !is_written {
+        return run(&mut papers);
+    }
+    run(papers.arg("--write"))?;
+    plain("pages", &["--topic".into(), "papers".into()])
+}
+
+/// Installs and builds everything, runs a scene file or else the default scene, and prints the
+/// path of the picture.
+pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
+    let mut demo = cargo(
+        "run --quiet --release --package ridgetone-host -- demo --force",
+        [],
+    );
+    if let Some(scene) = scene {
+        let scene =
+            fs::canonicalize(scene).with_context(|| format!("cannot read {}", scene.display()));
+        demo.arg("--scene").arg(scene?);
+    }
+    announce("building the image and the command `ridgetone`: a few minutes the first time");
+    let mut command = cargo("build --quiet --release --package ridgetone-host", []);
+    // All at once: the emulator's download needs no core, and the last step of each build has one.
+    let command = thread::spawn(move || run(&mut command));
+    let emulator = thread::spawn(setup::qemu);
+    let image = images::build(Board::Emulated.image());
+    let panicked = |_| anyhow!("the build panicked");
+    // What cannot be installed says so before the builds do.
+    emulator.join().map_err(panicked)??;
+    command.join().map_err(panicked)??;
+    let svg = root().join(svg);
+    create(svg.parent().unwrap_or(root()))?;
+    announce("sliding a grating over the emulated finger");
+    run(demo.arg("--elf").arg(image?.0).arg("--svg").arg(&svg))?;
+    println!("picture         {}", svg.display());
+    Ok(())
+}
+
+/// Builds a board's image, flashes it and shows its log until interrupted.
+pub fn flash(board: Board) -> Result<()> {
+    if board == Board::Emulated {
+        bail!("the emulated board has no flash: `cargo xtask demo` runs it");
+    }
+    flash_image(&images::build(board.image())?.0)
+}
+
+/// Flashes an image that is built already, on the board that it is for. Cargo's runner.
+pub fn flash_image(image: &Path) -> Result<()> {
+    let chip = inspect::chip(&read(image)?);
+    let chip = chip.with_context(|| format!("{} is for no board", image.display()))?;
+    let probe_rs = find("probe-rs").context(
+        "probe-rs is missing; install version 0.28 or later with `cargo install probe-rs-tools --locked` or from \
+         https://probe.rs",
+    )?;
+    // Flags of probe-rs from 0.28 on. Without the last two the probe halts the chip at each reset
+    // and HardFault, and thereby disables the firmware's own recovery: restart, crash record, watchdog.
+    let mut probe = clean(probe_rs);
+    probe.args([
+        "run",
+        "--chip",
+        &chip,
+        "--no-catch-reset",
+        "--no-catch-hardfault",
+    ]);
+    run(probe.arg(image))
+}
+
+/// Writes the schemas, the tables and lists of `host/reference.md` and Python's classes that a
+/// module of the command's library describes: `events` or `settings_form`. The unit test that
+/// compares the files writes them.
+pub fn generate(module: &str) -> Result<()> {
+    announce(format_args!("what follows from host/src/{module}"));
+    let test = format!("{module}::generated");
+    let mut test = cargo(
+        "test --quiet --package ridgetone-host --lib",
+        [test.as_str()],
+    );
+    run(test.env("RIDGETONE_WRITE", "1")).context(module.to_owned())
+}
+
+/// Builds the stimulus in the page of `ridgetone touch`, as WebAssembly, and puts it where the
+/// command has it from.
+pub fn worklet() -> Result<()> {
+    const TARGET: &str = "wasm32-unknown-unknown";
+    ensure!(
+        find("rustup").is_some(),
+        "the target {TARGET} comes with rustup, which is not here"
+    );
+    run(clean("rustup").args(["target", "add", TARGET])).context("the target for WebAssembly")?;
+    announce("building teletaction/assets/touch/stimulus.wasm");
+    let library = "rustc --package ridgetone-teletaction --lib --crate-type cdylib --profile image";
+    let mut cargo = cargo(library, ["--target", TARGET]);
+    for setting in ["strip=true", "panic=\"abort\"", "opt-level=\"s\""] {
+        cargo.args(["--config", &format!("profile.image.{setting}")]);
+    }
+    run(&mut cargo)?;
+    let built = target_dir()
+        .join(TARGET)
+        .join("image/ridgetone_teletaction.wasm");
+    let to = root().join("teletaction/assets/touch/stimulus.wasm");
+    let bytes = read(&built)?;
+    write(&to, &bytes)?;
+    println!("{}: {} bytes", to.display(), bytes.len());
+    Ok(())
+}
+
+/// Checks that the command builds for other systems, if rustup may fetch their core libraries.
+pub fn check_systems() -> Result<()> {
+    for target in ["x86_64-pc-windows-gnu", "aarch64-apple-darwin"] {
+        if run(clean("rustup").args(["--quiet", "target", "add", target])).is_err() {
+            println!("not checked: {target}, since rustup cannot fetch its core library");
+            continue;
+        }
+        announce(format_args!("checking the command for {target}"));
+        let mut check = cargo("check --quiet --package ridgetone-host --target", [target]);
+        run(&mut check).with_context(|| format!("the command does not build for {target}"))?;
+    }
+    Ok(())
+}

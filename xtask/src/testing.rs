@@ -1,0 +1,259 @@
+//! `test`: the tests on the PC and one emulated run of each kind; with `--all` everything; with
+//! `--fresh` the random ones.
+
+use crate::images::{self, Board, Image};
+use crate::tools::{announce, both, cargo, clean, output_of, root, run};
+use crate::{python, setup};
+use anyhow::{Context, Result};
+use std::collections::BTreeSet;
+use std::env;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The emulated runs without `--all`: names of tests in `host/tests`.
+const EMULATED: [&str; 6] = [
+    "a_physical_finger_is_the_same_on_the_chip_and_on_the_pc",
+    "the_readme_shows_what_the_demo_gives",
+    "settings_that_are_kept_survive_a_restart",
+    "the_emulated_board_passes_its_check",
+    "the_log_and_the_greeting_agree",
+    "a_fit_too_slow_for_the_stride_costs_strides",
+];
+
+/// Tests that take minutes and repeat what shorter ones show: `cargo test` runs them by name.
+const NEVER: [&str; 4] = [
+    "touch_after_touch_for_thirty_days",
+    "each_plan_loses_nothing_and_skips_no_stride_in_a_minute_of_the_emulator",
+    "an_hour_and_a_quarter_of_touches_is_as_right_at_its_end",
+    "an_hour_and_a_quarter_of_touches_on_the_register_model",
+];
+
+/// A long test of the program `book` that mostly waits.
+const WAITING: &str = "the_commands_that_take_long_run";
+
+/// Tests in real time, a module of the program `link`: they need a core for themselves.
+const IN_REAL_TIME: &str = "with_a_board::";
+
+/// Tests of the pages in a browser: their module.
+const PAGES: &str = "page::";
+
+/// The test that takes the picture.
+const PICTURE: &str = "the_picture_of_the_page_shows_the_period_of_the_first_scene";
+
+/// Images that only long tests need, with the variables in which these find them.
+const IMAGES: [(&str, Image); 3] = [
+    ("RIDGETONE_CHECKED_ELF", images::OVERFLOW_CHECKED),
+    ("RIDGETONE_BENCH_ELF", images::BENCH),
+    ("RIDGETONE_BASELINES_ELF", images::BASELINES),
+];
+
+/// The seed of a random run to repeat.
+const SEED: &str = "RIDGETONE_SEED";
+
+/// The seed that random tests read. `.cargo/config.toml` fixes it for all other runs.
+const TESTS_SEED: &str = "PROPTEST_RNG_SEED";
+
+/// Paths with the variables in which tests find them.
+type Built = Vec<(&'static str, PathBuf)>;
+
+/// `cargo test` of the whole workspace, always with the same features: so nothing is built twice.
+pub fn test(arguments: &str) -> Command {
+    cargo(&format!("test --workspace {arguments}"), [])
+}
+
+/// What the emulated runs need.
+pub fn prepare() -> Result<()> {
+    setup::qemu()?;
+    images::build(Board::Emulated.image()).map(drop)
+}
+
+/// Runs the tests that take minutes at most.
+pub fn short() -> Result<()> {
+    prepare()?;
+    announce("tests on this PC; beside them the other images, of which each keeps one core busy");
+    both(on_this_pc, images::build_real)?;
+    in_real_time()?;
+    announce("the images of the boards on the register model");
+    run(&mut test(
+        "--test boards --test own_adc --test stylus_image -- --ignored",
+    ))
+    .context("tests of the boards' images")?;
+    announce("one run of each kind on the emulated chip; `cargo xtask test --all` runs all");
+    let mut emulated = test("--test emulated --test crashes --test overload -- --ignored");
+    run(emulated.args(EMULATED)).context("tests of the emulated firmware")
+}
+
+/// Builds all tests, and runs those that need neither an image nor a tool.
+fn on_this_pc() -> Result<()> {
+    run(&mut test("")).context("tests on this PC")
+}
+
+/// Runs the tests that look at a clock, with nothing beside them.
+fn in_real_time() -> Result<()> {
+    announce("tests in real time");
+    let mut tests = test("--test link -- --ignored --test-threads=1");
+    run(tests.arg(IN_REAL_TIME)).context("tests in real time")
+}
+
+/// Takes the pictures of the page that the documents show.
+pub fn take_pictures() -> Result<()> {
+    let browser = setup::browser()?;
+    prepare()?;
+    let mut picture = test("--test view -- --ignored");
+    picture
+        .env("RIDGETONE_BROWSER", browser)
+        .env("RIDGETONE_PICTURES", root().join("docs"));
+    run(picture.arg(PICTURE)).context("the picture of the page")
+}
+
+/// Runs all tests but for [`NEVER`], on two cores at once.
+pub fn all() -> Result<()> {
+    prepare()?;
+    let browser = setup::browser()?;
+    setup::broker()?;
+    let (sender, receiver) = mpsc::channel();
+    announce("all tests: on this PC, long ones, the emulated firmware, the boards' images");
+    both(|| run_busy(&browser, &receiver), || run_beside(&sender))?;
+    in_real_time()?;
+    println!(
+        "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
+         register model, the benchmark, pages in a browser, streams, the Python package, the papers' figures in NumPy"
+    );
+    println!("not run: {}", NEVER.join(", "));
+    Ok(())
+}
+
+/// Tests that keep two cores busy, then those of pages and streams, which look at a clock.
+fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
+    on_this_pc()?;
+    let images = images.recv().context("there are no images")?;
+    announce("long tests, and tests of the emulated firmware");
+    // Not `--lib`: it would build the Python package's library too, which has no tests.
+    let mut long = test("--exclude ridgetone-emulator --tests -- --ignored");
+    let elsewhere = NEVER.into_iter().chain([PAGES, WAITING, IN_REAL_TIME]);
+    long.args(elsewhere.flat_map(|name| ["--skip", name]));
+    run(long.envs(images)).context("long tests")?;
+    announce("tests of the pages in a browser");
+    // One of them prints how late the sound is.
+    let mut pages = test("--test view --test touch --test pins -- --ignored --nocapture");
+    pages
+        .args([PAGES, "--test-threads=1"])
+        .env("RIDGETONE_BROWSER", browser);
+    run(&mut pages).context("tests of the pages")?;
+    setup::broker()?;
+    announce("streams: Foxglove, and MQTT with mosquitto");
+    // Features of other crates as usual, so that little is built again. One test after the other:
+    // they look at a clock while boards run at 2 kHz.
+    let features = "--features ridgetone-host/foxglove,ridgetone-host/mqtt";
+    run(&mut test(&format!(
+        "{features} --test streams -- --test-threads=1"
+    )))
+    .context("tests of streams")
+}
+
+/// What keeps one core busy at most: links images, builds the wheel, waits, or runs in virtual
+/// time. The output of each is printed at its end, as the others print meanwhile.
+fn run_beside(images: &Sender<Built>) -> Result<()> {
+    images::build_real()?;
+    let built: Result<Built> = IMAGES
+        .into_iter()
+        .map(|(name, image)| Ok((name, images::build(image)?.0)))
+        .collect();
+    // Nobody receives them if a test has failed meanwhile.
+    let _ = images.send(built?);
+    let python = python::build()?;
+    let waiting = output_of(test("--test book -- --ignored").arg(WAITING));
+    println!("{}", waiting.context("a long test beside the others")?);
+    let mut boards = test("");
+    let board_programs = programs(&["ls-files", "--", ":(glob)emulator/tests/*.rs"])?;
+    boards.args(board_programs.iter().flat_map(|program| ["--test", program]));
+    boards.args(["--", "--ignored", "--test-threads=1"]);
+    boards.args(NEVER.into_iter().flat_map(|name| ["--skip", name]));
+    println!(
+        "{}",
+        output_of(&mut boards).context("tests of the boards' images")?
+    );
+    println!("{}", python::run_tests(&python)?);
+    println!("{}", python::run_papers(&python)?);
+    Ok(())
+}
+
+/// Programs of tests, files or folders below some `tests/`, that git lists with these arguments.
+fn programs(arguments: &[&str]) -> Result<BTreeSet<String>> {
+    let files = output_of(clean("git").args(arguments))?;
+    let names = files.lines().filter_map(|path| {
+        let (_, program) = path.rsplit_once("tests/")?;
+        Some(program.split(['/', '.']).next()?.to_owned())
+    });
+    Ok(names.collect())
+}
+
+/// The programs of tests that draw random numbers.
+fn random_programs() -> Result<BTreeSet<String>> {
+    programs(&[
+        "grep",
+        "--files-with-matches",
+        "use proptest::",
+        "--",
+        "tests",
+        "*/tests/*.rs",
+    ])
+}
+
+/// Runs the random tests, the long ones too, with a seed from the clock or from [`SEED`].
+pub fn fresh() -> Result<()> {
+    let seed: u64 = match env::var(SEED) {
+        Ok(text) => text
+            .parse()
+            .with_context(|| format!("{SEED}: {text}: not a whole number"))?,
+        Err(_) => SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs(),
+    };
+    let repeat = format!("{SEED}={seed} cargo xtask test --fresh");
+    announce(format_args!("random tests; this run again: {repeat}"));
+    let mut tests = test("");
+    tests.args(
+        random_programs()?
+            .iter()
+            .flat_map(|program| ["--test", program]),
+    );
+    tests.args(["--no-fail-fast", "--", "--include-ignored"]);
+    run(tests.env(TESTS_SEED, seed.to_string()))
+        .with_context(|| format!("random tests; again: {repeat}"))
+}
+
+/// A test that is renamed or moved must not fall out of a list.
+#[test]
+fn the_listed_tests_exist() {
+    let git = |arguments: &[&str]| output_of(clean("git").args(arguments));
+    for name in EMULATED.iter().chain(&NEVER).chain(&[PICTURE, WAITING]) {
+        git(&["grep", "--quiet", &format!("fn {name}"), "--", "*tests/*"]).expect(name);
+    }
+    for (module, program) in [(PAGES, "view"), (IN_REAL_TIME, "link")] {
+        let line = format!("mod {};", module.trim_end_matches("::"));
+        git(&[
+            "grep",
+            "--quiet",
+            &line,
+            "--",
+            &format!("*tests/{program}*"),
+        ])
+        .expect(module);
+    }
+    for program in [
+        "emulator/tests/boards",
+        "emulator/tests/own_adc",
+        "teletaction/tests/stylus_image",
+    ] {
+        assert!(root().join(format!("{program}.rs")).is_file(), "{program}");
+    }
+    assert!(random_programs().expect("programs").contains("extremes"));
+}
+
+/// Without this seed `proptest` would draw one in every run.
+#[test]
+fn cargo_fixes_the_seed_of_every_other_run() {
+    let seed = env::var(TESTS_SEED).expect("set by .cargo/config.toml");
+    assert!(seed.parse::<u64>().is_ok(), "{seed}");
+}
