@@ -4,7 +4,7 @@ use crate::images::{self, Board, Image};
 use crate::python;
 use crate::setup;
 use crate::streams;
-use crate::test::{IN_REAL_TIME, in_real_time, on_this_pc, prepare, test};
+use crate::test::{on_this_pc, prepare, test};
 use crate::tools::{announce, both, output_of, root, run};
 use anyhow::{Context, Result};
 use std::fs;
@@ -48,7 +48,6 @@ pub fn run_tests() -> Result<()> {
         "all tests: those on this PC, long ones, those of the emulated firmware and of the boards' images",
     );
     both(|| run_busy(&browser, &receiver), || run_beside(&sender))?;
-    in_real_time()?;
     println!(
         "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
          register model, the benchmark, pages in a browser, streams, the Python package, the papers' figures in NumPy"
@@ -73,8 +72,6 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
         PAGES,
         "--skip",
         WAITING.1,
-        "--skip",
-        IN_REAL_TIME.1,
     ]);
     run(long
         .args(NEVER.map(|name| ["--skip", name]).concat())

@@ -23,9 +23,6 @@ const RIG: [(&str, &str); 3] = [
     ("teletaction", "stylus_image"),
 ];
 
-/// Tests in real time: their program and module. They need a core for themselves.
-pub const IN_REAL_TIME: (&str, &str) = ("link", "with_a_board::");
-
 /// The one that takes the picture.
 const PICTURE: &str = "the_picture_of_the_page_shows_the_period_of_the_first_scene";
 
@@ -51,7 +48,6 @@ pub fn run_tests() -> Result<()> {
             .into_iter()
             .try_for_each(|board| images::build(board.image()).map(drop))
     })?;
-    in_real_time()?;
     announce("the images of the boards on the register model");
     let mut rig = test(&RIG.map(|(_, program)| ["--test", program]).concat());
     run(rig.args(["--", "--ignored"])).context("tests of the boards' images")?;
@@ -74,14 +70,6 @@ pub fn run_tests() -> Result<()> {
 /// Builds all tests, and runs those that need neither an image nor a tool.
 pub fn on_this_pc() -> Result<()> {
     run(&mut test(&[])).context("tests on this PC")
-}
-
-/// Runs the tests that look at a clock, with nothing beside them.
-pub fn in_real_time() -> Result<()> {
-    announce("tests in real time");
-    let (program, module) = IN_REAL_TIME;
-    let mut tests = test(&["--test", program, "--", "--ignored", "--test-threads=1"]);
-    run(tests.arg(module)).context("tests in real time")
 }
 
 /// Takes the pictures of the page that the documents show.
@@ -126,8 +114,6 @@ mod tests {
             assert!(tests.contains(&format!("fn {name}")), "{name}");
         }
         assert!(tests.contains("mod page;"));
-        let link = fs::read_to_string(root().join("teletaction/tests/link.rs")).expect("a file");
-        assert!(link.contains("mod with_a_board;"));
         assert!(RIG.iter().all(|(folder, program)| {
             root()
                 .join(format!("{folder}/tests/{program}.rs"))

@@ -51,14 +51,17 @@ impl Parameters {
     /// A stimulus with these parameters, or the parameter that is impossible.
     pub fn stimulus(&self) -> Result<Stimulus, SettingsError> {
         self.check().map_err(refusal)?;
-        let rate_hz = SAMPLE_HZ as f32;
-        let own_s = CONVERTER_SAMPLES / rate_hz;
         let encoder = Encoder {
             count_mm: self.count_mm,
-            rate_hz,
-            latency_s: own_s + self.latency_s,
+            rate_hz: SAMPLE_HZ as f32,
+            latency_s: self.whole_latency_s(),
         };
         Stimulus::new(self.actuator, encoder, self.law).map_err(refusal)
+    }
+
+    /// Latency with the converter's own, seconds.
+    pub fn whole_latency_s(&self) -> f32 {
+        CONVERTER_SAMPLES / SAMPLE_HZ as f32 + self.latency_s
     }
 
     fn check(&self) -> Result<(), Error> {
