@@ -7,7 +7,6 @@
 //! | parameters with their bounds | [`parameters`] |
 //! | the interrupt of a sample: encoder in, code of the converter out | [`sampler`] |
 //! | conditions under which it vibrates | [`gate`] |
-//! | the encoder's counter of 16 bits | [`counter`] |
 //! | volts to codes of the converter, within the slew | [`dac`] |
 //! | requests, and its reports | [`requests`], [`reports`] |
 //!
@@ -24,7 +23,6 @@
     deny(clippy::unreachable, clippy::todo, clippy::unimplemented)
 )]
 
-pub mod counter;
 pub mod dac;
 pub mod gate;
 pub mod message;

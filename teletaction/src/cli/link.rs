@@ -6,6 +6,7 @@ use crate::link::simulated::Simulated;
 use crate::link::socket::Socket;
 use crate::link::{Ends, Hand, Link, Options, run};
 use crate::stylus::parameters::Parameters;
+use crate::texture::Follower;
 use crate::touch::Output;
 use anyhow::{Context, Result};
 use clap::Args;
@@ -146,14 +147,15 @@ impl LinkArgs {
             _ => Some(self.stylus(output, hand, &options)?),
         };
         stop::on_signal()?;
-        let feed = match &ends {
+        let mut finger = match &ends {
             Ends::Stylus(_) => None,
-            _ => Some(self.open(finger)?),
+            _ => Some(Follower::new(self.open(finger)?)),
         };
         let mut link = Link::new(&options, ends, stylus)?;
-        let (feed, done) = run(feed, &mut link, self.json, self.seconds);
-        if let Some(feed) = feed {
-            report(feed.counts());
+        let done = run(&mut finger, &mut link, self.json, self.seconds);
+        link.stop_softly();
+        if let Some(finger) = finger {
+            report(finger.into_feed().counts());
         }
         done
     }

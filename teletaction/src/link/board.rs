@@ -30,7 +30,7 @@ pub enum Line {
 }
 
 /// State and counts of the board, in a report.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Doing {
     /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; none while nothing is
     /// heard of it.
@@ -91,13 +91,7 @@ impl BoardEnd {
             heard_s: Some(0.0),
             is_lost: false,
             starts: Starts::new(),
-            doing: Doing {
-                state: None,
-                deadlines_missed: 0,
-                packets_lost: 0,
-                packets_damaged: 0,
-                silences: 0,
-            },
+            doing: Doing::default(),
         })
     }
 
@@ -261,7 +255,6 @@ impl BoardEnd {
                 }
                 None => {}
             },
-            Event::Damaged(_) => {}
         }
         Ok(())
     }

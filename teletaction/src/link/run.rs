@@ -9,7 +9,6 @@ use crate::stimulus::Delay;
 use crate::texture::{Follower, News};
 use anyhow::Result;
 use ridgetone_host::digits::plus_minus;
-use ridgetone_host::feed::Feed;
 use ridgetone_host::note;
 use ridgetone_host::{output, stop};
 use serde::Serialize;
@@ -171,7 +170,7 @@ impl Link {
     }
 
     /// A stylus' board must not go on until its line is silent for it.
-    fn stop_softly(&mut self) {
+    pub fn stop_softly(&mut self) {
         let (begun, Some(stylus)) = (Instant::now(), &mut self.stylus) else {
             return;
         };
@@ -280,21 +279,9 @@ fn take(finger: &mut Follower, end: &mut FingerEnd, begun: Instant) -> Result<bo
 }
 
 /// Runs the link in real time until its finger is over, for `seconds`, or until this process is to
-/// stop. Gives the feed back, if there is one, for its counts.
+/// stop. The finger is the one that is here.
 pub fn run(
-    feed: Option<Feed>,
-    link: &mut Link,
-    json: bool,
-    seconds: Option<f64>,
-) -> (Option<Feed>, Result<()>) {
-    let mut finger = feed.map(Follower::new);
-    let done = follow(finger.as_mut(), link, json, seconds);
-    link.stop_softly();
-    (finger.map(Follower::into_feed), done)
-}
-
-fn follow(
-    mut finger: Option<&mut Follower>,
+    finger: &mut Option<Follower>,
     link: &mut Link,
     json: bool,
     seconds: Option<f64>,
@@ -302,7 +289,7 @@ fn follow(
     let (begun, mut reported_s) = (Instant::now(), 0.0);
     let mut goes_on = true;
     while goes_on && !stop::is_requested() {
-        match finger.as_deref_mut() {
+        match finger {
             None => std::thread::sleep(STEP),
             Some(finger) => match take(finger, &mut link.finger, begun) {
                 // Ctrl-C reaches an emulator too, which may end first.

@@ -1,6 +1,6 @@
 //! A feed to updates of the display, printed line by line.
 
-use super::player::{Player, SILENCE_S, Update};
+use super::player::{Player, SILENCE_S};
 use anyhow::Result;
 use ridgetone_host::feed::{Feed, Requester};
 use ridgetone_host::listen::{Heard, Listener};
@@ -17,21 +17,11 @@ pub fn run(feed: Feed, player: &mut Player, is_json: bool) -> (Feed, Result<()>)
     let mut requester = Requester::default();
     requester.want_raw_if(feed.has_board());
     let mut listener = Listener::new(feed, requester);
-    let done = follow(&mut listener, player, &mut |update, gain| {
-        output::line(&if is_json {
-            serde_json::to_string(update)?
-        } else {
-            update.text(gain)
-        })
-    });
+    let done = follow(&mut listener, player, is_json);
     (listener.feed, done)
 }
 
-fn follow(
-    listener: &mut Listener,
-    player: &mut Player,
-    print: &mut dyn FnMut(&Update, f64) -> Result<()>,
-) -> Result<()> {
+fn follow(listener: &mut Listener, player: &mut Player, is_json: bool) -> Result<()> {
     let mut heard_at = Instant::now();
     while !stop::is_requested() {
         let heard = match listener.next(LOOK) {
@@ -50,7 +40,11 @@ fn follow(
             _ => None,
         };
         if let Some(update) = update {
-            print(&update, player.setup().gain)?;
+            output::line(&if is_json {
+                serde_json::to_string(&update)?
+            } else {
+                update.text(player.setup().gain)
+            })?;
         }
     }
     Ok(())

@@ -30,8 +30,6 @@ pub struct Parameters {
     /// Without a whole request for this time the vibration stops, until it is enabled again;
     /// seconds, 0.01 to 60.
     pub silence_s: f32,
-    /// Events `Position` a second, 0 to 250; 0: none.
-    pub positions_hz: f32,
 }
 
 impl Parameters {
@@ -45,7 +43,6 @@ impl Parameters {
         law: AmplitudeLaw::OKAMOTO,
         still_s: 0.5,
         silence_s: 0.5,
-        positions_hz: 250.0,
     };
 
     /// A stimulus with these parameters, or the parameter that is impossible.
@@ -67,7 +64,6 @@ impl Parameters {
     fn check(&self) -> Result<(), Error> {
         within("still_s", self.still_s, 0.01, 60.0)?;
         within("silence_s", self.silence_s, 0.01, 60.0)?;
-        within("positions_hz", self.positions_hz, 0.0, 250.0)?;
         // Without the latency of the converter, so that the bounds are those of the field.
         within("latency_s", self.latency_s, 0.0, 0.0198)
     }
@@ -102,10 +98,9 @@ mod tests {
     fn the_defaults_are_possible_and_impossible_parameters_are_named() {
         assert!(Parameters::DEFAULT.stimulus().is_ok());
         type Change = fn(&mut Parameters);
-        let cases: [(Change, &str); 8] = [
+        let cases: [(Change, &str); 7] = [
             (|p| p.still_s = f32::NAN, "still_s"),
             (|p| p.silence_s = 0.0, "silence_s"),
-            (|p| p.positions_hz = 251.0, "positions_hz"),
             (|p| p.latency_s = 0.0199, "latency_s"),
             (|p| p.count_mm = -0.005, "count_mm"),
             (|p| p.actuator.voltage_v = f32::NAN, "voltage_v"),

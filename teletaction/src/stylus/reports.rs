@@ -1,7 +1,7 @@
-//! The task `requests`: takes requests, and reports: positions, changes, damage, health.
+//! The task `requests`: takes requests, and reports: positions, changes, health.
 
 use super::gate::State;
-use super::message::{Change, Damaged, Event, Health, Hello, Mark, PROTOCOL};
+use super::message::{Change, Event, Health, Hello, Mark, PROTOCOL};
 use super::requests::Requests;
 use super::sampler::{Look, Sampler};
 use super::{REPORT_SAMPLES, SAMPLE_HZ};
@@ -26,7 +26,6 @@ pub struct Reports {
     healthy: u32,
     greeted: Option<u32>,
     state: State,
-    damaged: u32,
     /// Samples at the latest run.
     seen: u32,
 }
@@ -34,15 +33,13 @@ pub struct Reports {
 impl Reports {
     /// Nothing reported yet. `boot`: how this run began.
     pub const fn new(boot: Boot) -> Self {
-        let (placed, healthy, damaged) = (0, 0, 0);
         Self {
             requests: Requests::new(),
             boot,
-            placed,
-            healthy,
+            placed: 0,
+            healthy: 0,
             greeted: None,
             state: State::Disabled,
-            damaged,
             seen: 0,
         }
     }
@@ -66,7 +63,14 @@ impl Reports {
                 .is_none_or(|at| since(at) >= HELLO_S * SAMPLE_HZ)
         {
             self.greeted = Some(look.samples);
-            emit(Event::Hello(self.hello(t_us)));
+            emit(Event::Hello(Hello {
+                protocol: PROTOCOL,
+                version: VERSION,
+                sample_hz: SAMPLE_HZ,
+                parameters: self.requests.parameters,
+                boot: self.boot.clone(),
+                t_us,
+            }));
         }
         if self.state != look.state {
             self.state = look.state;
@@ -75,28 +79,14 @@ impl Reports {
                 state: look.state,
             }));
         }
-        let requests = shared
-            .diagnostics
-            .requests_damaged
-            .get()
-            .wrapping_sub(self.damaged);
-        if requests > 0 {
-            self.damaged = self.damaged.wrapping_add(requests);
-            emit(Event::Damaged(Damaged { t_us, requests }));
-        }
-        let positions_hz = self.requests.parameters.positions_hz;
         // Half a run early, so that a run more or less of the timer's does not skip one.
-        let period = SAMPLE_HZ as f32 / positions_hz - 0.5 * REPORT_SAMPLES as f32;
-        if positions_hz > 0.0 && since(self.placed) as f32 >= period {
+        if since(self.placed) >= REPORT_SAMPLES / 2 {
             self.placed = look.samples;
             emit(Event::Position(look.position));
         }
         if since(self.healthy) >= HEALTH_S * SAMPLE_HZ {
             self.healthy = look.samples;
             emit(Event::Health(health(&look, shared)));
-        }
-        if self.requests.is_restarting() && look.is_down {
-            shared.restart();
         }
         // The finger's policy feeds the watchdog; here samples stand for conversions, and a run of
         // this for a run of `detect`.
@@ -105,17 +95,6 @@ impl Reports {
             shared.liveness.acquired.bump();
         }
         shared.liveness.detected.bump();
-    }
-
-    fn hello(&self, t_us: u64) -> Hello {
-        Hello {
-            protocol: PROTOCOL,
-            version: VERSION,
-            sample_hz: SAMPLE_HZ,
-            parameters: self.requests.parameters,
-            boot: self.boot.clone(),
-            t_us,
-        }
     }
 }
 

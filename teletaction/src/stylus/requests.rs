@@ -16,7 +16,6 @@ pub struct Requests {
     /// The parameters in force.
     pub parameters: Parameters,
     latest: Option<Reply>,
-    is_restarting: bool,
 }
 
 impl Default for Requests {
@@ -31,17 +30,11 @@ impl Requests {
         Self {
             parameters: Parameters::DEFAULT,
             latest: None,
-            is_restarting: false,
         }
     }
 
-    /// The board resets as soon as its output is down.
-    pub const fn is_restarting(&self) -> bool {
-        self.is_restarting
-    }
-
     /// Carries out the request in the inbox, if there is one, and posts its reply. Gives whether
-    /// `hello` is due, as a greeting or as new parameters demand.
+    /// `hello` is due, as new parameters demand.
     pub fn step<P: Platform>(
         &mut self,
         sampler: &mut impl Mutex<T = Sampler>,
@@ -71,15 +64,12 @@ impl Requests {
         // A PC that repeats a request which came too early must get a new decision.
         self.latest = Some(reply.clone()).filter(|reply| reply.outcome != Outcome::NotAtRest);
         outbox.lock(|outbox| outbox.send(Mark(Event::Reply(reply)), shared));
-        is_new && is_done && matches!(command, Command::Greet | Command::Configure(_))
+        is_new && is_done && matches!(command, Command::Configure(_))
     }
 
     fn carry_out(&mut self, command: &Command, sampler: &mut impl Mutex<T = Sampler>) -> Outcome {
-        if self.is_restarting {
-            return Outcome::Restarting;
-        }
         match command {
-            Command::Greet | Command::Alive => {}
+            Command::Alive => {}
             Command::Texture(texture) => {
                 // Doubles, without making a sample wait.
                 match sampler.lock(|sampler| sampler.stimulus()).prepare(texture) {
@@ -98,10 +88,6 @@ impl Requests {
             },
             Command::Enable => sampler.lock(|sampler| sampler.enable(true)),
             Command::Disable => sampler.lock(|sampler| sampler.enable(false)),
-            Command::Restart => {
-                self.is_restarting = true;
-                sampler.lock(|sampler| sampler.fall());
-            }
         }
         Outcome::Done
     }

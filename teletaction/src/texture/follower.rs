@@ -1,6 +1,6 @@
 //! Follows the textures and windows that a finger reports, and notices its silence.
 
-use super::found::found;
+use super::found;
 use crate::stimulus::Texture;
 use anyhow::Result;
 use ridgetone_host::feed::{Feed, Requester, new_requests};
