@@ -67,7 +67,7 @@ mod tests {
                     period_sigma_mm: 0.01,
                     power_v2,
                     power_sigma_v2: 1e-8,
-                    overtones: [[0.0; 2], [-0.5, overtone], [0.0; 2]],
+                    overtones: [[0.0, 0.25], [-0.5, overtone], [0.0; 2]],
                     level_v: None,
                 }),
             })
@@ -75,7 +75,9 @@ mod tests {
         let felt = reported(3.6, 1e-6, 0.0).expect("felt");
         let values = (felt.period_mm, felt.period_sigma_mm, felt.power);
         assert_eq!(values, (3.6, 0.01, 1e-6));
-        assert_eq!(felt.overtones.map(|of| of.amplitude), [0.0, 0.5, 0.0]);
+        // The event's, as sines.
+        assert_eq!(felt.overtones.map(|of| of.amplitude), [0.25, 0.5, 0.0]);
+        assert_eq!(felt.overtones[0].phase_cycles, 0.0);
         for (period_mm, power_v2, overtone) in [
             (f32::NAN, 1e-6, 0.0),
             (f32::INFINITY, 1e-6, 0.0),

@@ -79,16 +79,16 @@ impl Platform for Called {
 }
 
 /// The tasks of the image.
-struct Tasks {
-    sampler: Sampler,
+pub struct Tasks {
+    pub sampler: Sampler,
     reports: Reports,
     inbox: RequestInbox,
     outbox: Outbox<PACKETS, Mark<Event>>,
     shared: Shared<Called>,
 }
 
-impl Tasks {
-    fn new() -> Self {
+impl Default for Tasks {
+    fn default() -> Self {
         Self {
             sampler: Sampler::new(),
             reports: Reports::new(Boot::UNKNOWN),
@@ -96,6 +96,18 @@ impl Tasks {
             outbox: Outbox::new(),
             shared: Shared::new(Called, Plan::PAPER),
         }
+    }
+}
+
+impl Tasks {
+    /// Takes bytes of requests. Gives what is sent then.
+    pub fn receive(&mut self, bytes: &[u8]) -> Vec<Packet> {
+        let mut packets = Vec::new();
+        for byte in bytes {
+            receive(&mut self.inbox, Received::Byte(*byte), &self.shared);
+            packets.extend(self.run_requests());
+        }
+        packets
     }
 
     fn run_requests(&mut self) -> impl Iterator<Item = Packet> {
@@ -106,6 +118,10 @@ impl Tasks {
             &self.shared,
         );
         std::iter::from_fn(|| self.outbox.take())
+    }
+
+    pub fn requests_damaged(&self) -> u32 {
+        self.shared.diagnostics.requests_damaged.get()
     }
 }
 
@@ -141,7 +157,7 @@ impl Simulated {
             is_mute: false,
             code: 0,
             steepest: 0,
-            tasks: Tasks::new(),
+            tasks: Tasks::default(),
             hand,
             output,
             count_mm: parameters.count_mm.into(),
@@ -158,7 +174,7 @@ impl Simulated {
 
     /// Starts again, as after a loss of power: its encoder counts from 0.
     pub fn restart(&mut self) {
-        (self.tasks, self.zero, self.code) = (Tasks::new(), self.counts, 0);
+        (self.tasks, self.zero, self.code) = (Tasks::default(), self.counts, 0);
     }
 
     pub fn state(&self) -> State {
@@ -167,14 +183,8 @@ impl Simulated {
 
     /// Takes bytes of requests.
     pub fn hear(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            receive(
-                &mut self.tasks.inbox,
-                Received::Byte(*byte),
-                &self.tasks.shared,
-            );
-            self.run_requests();
-        }
+        let packets = self.tasks.receive(bytes);
+        self.send(packets);
         let stimulus = self.tasks.sampler.stimulus();
         if stimulus.period_mm() != self.period_mm {
             // The phase goes on where it is: no hand feels where a texture began. Half a count is
@@ -202,14 +212,15 @@ impl Simulated {
             self.code = code;
             self.compare(now_s, found);
             if self.tasks.sampler.written(false) {
-                self.run_requests();
+                let packets = self.tasks.run_requests().collect();
+                self.send(packets);
             }
         }
         std::mem::take(&mut self.sent)
     }
 
-    fn run_requests(&mut self) {
-        for packet in self.tasks.run_requests() {
+    fn send(&mut self, packets: Vec<Packet>) {
+        for packet in packets {
             let mut wire = [0; WIRE_MAX];
             // The longest packet fits.
             if !self.is_mute

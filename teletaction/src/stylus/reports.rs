@@ -1,15 +1,17 @@
-//! The task `requests`: takes requests, and reports: positions, changes, health.
+//! The task `requests`. Each request is decided, carried out within a short lock, and answered; a
+//! damaged one is refused without its number. And it reports: positions, changes, health.
 
 use super::gate::State;
-use super::message::{Change, Event, Health, Hello, Mark, PROTOCOL};
-use super::requests::Requests;
+use super::message::{
+    Change, Command, Event, Health, Hello, Mark, Outcome, PROTOCOL, Reply, Request,
+};
+use super::parameters::{Parameters, refusal};
 use super::sampler::{Look, Sampler};
 use super::{REPORT_SAMPLES, SAMPLE_HZ};
-use ridgetone_finger::tasks::Outbox;
-use ridgetone_finger::tasks::RequestInbox;
-use ridgetone_finger::tasks::{PACKETS, Platform, Shared};
+use ridgetone_finger::tasks::{Outbox, PACKETS, Platform, RequestInbox, Shared};
 use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::Boot;
+use ridgetone_proto::framing::decode;
 use rtic_core::Mutex;
 
 /// Seconds from one `health` to the next, and from one `hello` to the next.
@@ -19,7 +21,9 @@ const HELLO_S: u32 = 10;
 /// State owned by the task.
 #[derive(Debug)]
 pub struct Reports {
-    requests: Requests,
+    /// The parameters in force.
+    parameters: Parameters,
+    latest: Option<Reply>,
     boot: Boot,
     /// Samples at the latest position, health and greeting.
     placed: u32,
@@ -34,7 +38,8 @@ impl Reports {
     /// Nothing reported yet. `boot`: how this run began.
     pub const fn new(boot: Boot) -> Self {
         Self {
-            requests: Requests::new(),
+            parameters: Parameters::DEFAULT,
+            latest: None,
             boot,
             placed: 0,
             healthy: 0,
@@ -52,7 +57,7 @@ impl Reports {
         outbox: &mut impl Mutex<T = Outbox<PACKETS, Mark<Event>>>,
         shared: &Shared<P>,
     ) {
-        let is_asked = self.requests.step(sampler, inbox, outbox, shared);
+        let is_asked = self.request(sampler, inbox, outbox, shared);
         let look = sampler.lock(|sampler| sampler.look());
         let mut emit = |event| outbox.lock(|outbox| outbox.send(Mark(event), shared));
         let t_us = look.position.t_us;
@@ -67,7 +72,7 @@ impl Reports {
                 protocol: PROTOCOL,
                 version: VERSION,
                 sample_hz: SAMPLE_HZ,
-                parameters: self.requests.parameters,
+                parameters: self.parameters,
                 boot: self.boot.clone(),
                 t_us,
             }));
@@ -95,6 +100,65 @@ impl Reports {
             shared.liveness.acquired.bump();
         }
         shared.liveness.detected.bump();
+    }
+
+    /// Carries out the request in the inbox, if there is one, and posts its reply. Gives whether
+    /// `hello` is due, as new parameters demand.
+    fn request<P: Platform>(
+        &mut self,
+        sampler: &mut impl Mutex<T = Sampler>,
+        inbox: &mut impl Mutex<T = RequestInbox>,
+        outbox: &mut impl Mutex<T = Outbox<PACKETS, Mark<Event>>>,
+        shared: &Shared<P>,
+    ) -> bool {
+        let Some(mut frame) = inbox.lock(|inbox| inbox.take()) else {
+            return false;
+        };
+        let Some(Request {
+            number,
+            command: Mark(command),
+        }) = decode(&mut frame)
+        else {
+            shared.diagnostics.requests_damaged.add(1);
+            return false;
+        };
+        sampler.lock(|sampler| sampler.heard());
+        let again = self.latest.as_ref().filter(|reply| reply.number == number);
+        let is_new = again.is_none();
+        let reply = again.cloned().unwrap_or_else(|| Reply {
+            number,
+            outcome: self.carry_out(&command, sampler),
+        });
+        let is_done = reply.outcome == Outcome::Done;
+        // A PC that repeats a request which came too early must get a new decision.
+        self.latest = Some(reply.clone()).filter(|reply| reply.outcome != Outcome::NotAtRest);
+        outbox.lock(|outbox| outbox.send(Mark(Event::Reply(reply)), shared));
+        is_new && is_done && matches!(command, Command::Configure(_))
+    }
+
+    fn carry_out(&mut self, command: &Command, sampler: &mut impl Mutex<T = Sampler>) -> Outcome {
+        match command {
+            Command::Alive => {}
+            Command::Texture(texture) => {
+                // Doubles, without making a sample wait.
+                match sampler.lock(|sampler| sampler.stimulus()).prepare(texture) {
+                    Ok(prepared) => sampler.lock(|sampler| sampler.texture(&prepared)),
+                    Err(error) => return Outcome::Refused(refusal(error)),
+                }
+            }
+            Command::Configure(parameters) => match parameters.stimulus() {
+                Ok(stimulus)
+                    if sampler.lock(|sampler| sampler.configure(parameters, &stimulus)) =>
+                {
+                    self.parameters = *parameters;
+                }
+                Ok(_) => return Outcome::NotAtRest,
+                Err(error) => return Outcome::Refused(error),
+            },
+            Command::Enable => sampler.lock(|sampler| sampler.enable(true)),
+            Command::Disable => sampler.lock(|sampler| sampler.enable(false)),
+        }
+        Outcome::Done
     }
 }
 
