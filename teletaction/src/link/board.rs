@@ -11,7 +11,6 @@ use crate::stylus::parameters::Parameters;
 use crate::touch::Output;
 use anyhow::{Result, bail};
 use ridgetone_host::feed::{FeedEvent, Source};
-use ridgetone_host::names::name;
 use ridgetone_host::note;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
@@ -60,7 +59,6 @@ pub struct BoardEnd {
     /// When the finger's end was heard, and the board; none: it is silent.
     link_heard_s: Option<f64>,
     heard_s: Option<f64>,
-    is_lost: bool,
     starts: Starts,
     doing: Doing,
 }
@@ -89,7 +87,6 @@ impl BoardEnd {
             travelled: 0,
             link_heard_s: None,
             heard_s: Some(0.0),
-            is_lost: false,
             starts: Starts::new(),
             doing: Doing::default(),
         })
@@ -205,10 +202,9 @@ impl BoardEnd {
                 }
                 continue;
             };
-            if std::mem::take(&mut self.is_lost) {
+            if self.heard_s.replace(t_s).is_none() {
                 note!("{}: the stylus is back", self.name());
             }
-            self.heard_s = Some(t_s);
             self.take_packet(t_s, packet)?;
         }
         Ok(())
@@ -269,7 +265,7 @@ impl BoardEnd {
     fn lose(&mut self, why: &str) {
         if self.heard_s.take().is_some() {
             note!("{why}");
-            (self.is_lost, self.doing.state) = (true, None);
+            self.doing.state = None;
             self.doing.silences += 1;
             self.requests.forget();
         }
@@ -290,22 +286,5 @@ impl BoardEnd {
                 Line::Simulated(stylus) => stylus.hear(&wire[..used]),
             }
         }
-    }
-}
-
-impl Doing {
-    /// A line for people.
-    pub fn text(&self) -> String {
-        let Self {
-            deadlines_missed,
-            packets_lost,
-            packets_damaged,
-            silences,
-            ..
-        } = self;
-        format!(
-            "stylus {}; {deadlines_missed} samples late, {packets_lost} packets lost, {packets_damaged} damaged, silent {silences} times",
-            self.state.map_or("silent", name)
-        )
     }
 }

@@ -9,6 +9,7 @@ use crate::stimulus::Delay;
 use crate::texture::{Follower, News};
 use anyhow::Result;
 use ridgetone_host::digits::plus_minus;
+use ridgetone_host::names::name;
 use ridgetone_host::note;
 use ridgetone_host::{output, stop};
 use serde::Serialize;
@@ -215,16 +216,10 @@ impl Link {
 impl Report {
     /// A line for people.
     pub fn text(&self) -> String {
-        let way = |name: &str, sent: u64, counts: &Counts| {
-            let Counts {
-                received,
-                lost,
-                late,
-                doubled,
-                damaged,
-            } = counts;
+        let way = |way: &str, sent: u64, counts: &Counts| {
             format!(
-                "{name} {sent} sent, {received} received, {lost} lost, {late} late, {doubled} duplicated, {damaged} damaged"
+                "{way} {sent} sent, {} received, {} lost, {} late, {} duplicated, {} damaged",
+                counts.received, counts.lost, counts.late, counts.doubled, counts.damaged
             )
         };
         let texture = match self.period_mm.zip(self.period_sigma_mm) {
@@ -245,7 +240,14 @@ impl Report {
             _ => "no vibration".into(),
         };
         let stylus = self.stylus.map_or(String::new(), |stylus| {
-            format!("\n           {}", stylus.text())
+            format!(
+                "\n           stylus {}; {} samples late, {} packets lost, {} damaged, silent {} times",
+                stylus.state.map_or("silent", name),
+                stylus.deadlines_missed,
+                stylus.packets_lost,
+                stylus.packets_damaged,
+                stylus.silences
+            )
         });
         let behind = self.behind_mm.map_or(String::new(), |mm| {
             format!("; hand position at the finger: {mm:.1} mm error")

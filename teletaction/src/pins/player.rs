@@ -1,6 +1,6 @@
 //! A board's packets to the forces of a display, update by update.
 
-use super::error::Error;
+use super::Error;
 use super::grid::{Grid, Layer, Quantity};
 use super::limits::{Limits, Pins};
 use super::matching::Matching;

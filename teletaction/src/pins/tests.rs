@@ -1,6 +1,5 @@
 //! The player with frames of a known pressure.
 
-use super::player::SILENCE_S;
 use super::*;
 use ridgetone_host::static_image::PLACES;
 use ridgetone_proto::settings::{Settings, TAXELS};
