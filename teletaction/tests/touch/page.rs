@@ -330,6 +330,17 @@ fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
     let samples: Vec<f64> = serde_json::from_value(samples).expect("samples");
     let loudest = samples.iter().fold(0.0f64, |most, y| most.max(y.abs()));
     assert!(loudest > 0.2, "{loudest}");
+    // A browser that is held up leaves the hand at rest, and the tone fades: the usual cycle is the
+    // tone's.
+    let rate_hz = browser.value("globalThis.ridgetone.recorded.rate_hz");
+    let rises: Vec<usize> = (1..samples.len())
+        .filter(|n| samples[n - 1] < 0.0 && samples[*n] >= 0.0)
+        .collect();
+    let mut cycles: Vec<usize> = rises.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    cycles.sort_unstable();
+    assert!(cycles.len() > 20, "{} cycles", cycles.len());
+    let usual_s = cycles[cycles.len() / 2] as f64 / rate_hz.as_f64().expect("a rate");
+    assert!((usual_s * 180.0 - 1.0).abs() < 0.02, "{usual_s} s");
     key(&mut browser, "keyUp", "ArrowRight");
     browser.wait("document.getElementById('speed').textContent === '0 mm/s'");
     assert_eq!(browser.errors(), Vec::<String>::new());
