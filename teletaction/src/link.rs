@@ -5,25 +5,24 @@
 //! | step | file |
 //! |---|---|
 //! | messages, and their counts | [`message`] |
-//! | a simulated network that delays, loses, duplicates and damages | [`network`] |
+//! | a simulated network that delays and loses | [`network`] |
 //! | one end or the other over UDP | [`socket`] |
 //! | the finger's end | [`finger`] |
 //! | the period of the surface by the path of the hand | [`wavelength`] |
-//! | the stylus' end: a simulated hand and actuator, and the error of the stimulus | [`stylus`], [`hand`] |
-//! | that end on a board of its own, and the requests to it | [`board`], [`requests`] |
+//! | the stylus' end: a board of its own, and the requests to it | [`board`], [`requests`] |
+//! | a simulated board under a simulated hand, and the error of the stimulus | [`simulated`] |
 //! | both ends, and their reports | [`run`](mod@run) |
 
 pub mod board;
 pub mod finger;
-pub mod hand;
 pub mod message;
 pub mod network;
 pub mod requests;
 pub mod run;
+pub mod simulated;
 pub mod socket;
-pub mod stylus;
 pub mod wavelength;
 
 pub use board::BoardEnd;
-pub use hand::Hand;
 pub use run::{Ends, Link, Options, run};
+pub use simulated::Hand;

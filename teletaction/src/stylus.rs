@@ -7,9 +7,8 @@
 //! | parameters with their bounds | [`parameters`] |
 //! | the interrupt of a sample: encoder in, code of the converter out | [`sampler`] |
 //! | conditions under which it vibrates | [`gate`] |
-//! | the encoder's counter of 16 bits | [`counter`] |
 //! | volts to codes of the converter, within the slew | [`dac`] |
-//! | requests, and its reports | [`requests`], [`reports`] |
+//! | requests, and its reports | [`reports`] |
 //!
 //! The vibration itself is [`crate::stimulus`]'s; framing and checksums are
 //! [`ridgetone_proto::framing`]'s; line, packets and idle time are the finger's own tasks
@@ -24,13 +23,11 @@
     deny(clippy::unreachable, clippy::todo, clippy::unimplemented)
 )]
 
-pub mod counter;
 pub mod dac;
 pub mod gate;
 pub mod message;
 pub mod parameters;
 pub mod reports;
-pub mod requests;
 pub mod sampler;
 
 /// Samples a second. Twice the paper's (Okamoto et al., section III-A): the converter's steps are

@@ -1,39 +1,18 @@
 //! Samples and requests on a PC, without a board: time, deadlines, limits, and what is refused.
 
 use proptest::prelude::*;
-use ridgetone_finger::tasks::Outbox;
-use ridgetone_finger::tasks::RequestInbox;
-use ridgetone_finger::tasks::{Platform, Shared, Task};
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
-use ridgetone_proto::plan::Plan;
-use ridgetone_proto::telemetry::WIRE_MAX;
+use ridgetone_teletaction::link::simulated::Tasks;
 use ridgetone_teletaction::stimulus::{Actuator, Texture};
 use ridgetone_teletaction::stylus::gate::State;
 use ridgetone_teletaction::stylus::message::{Command, Event, Mark, Outcome, Request};
 use ridgetone_teletaction::stylus::parameters::Parameters;
-use ridgetone_teletaction::stylus::requests::Requests;
-use ridgetone_teletaction::stylus::sampler::Sampler;
-use rtic_core::Exclusive;
-
-/// Nothing runs by itself.
-struct Still;
-
-impl Platform for Still {
-    fn pend(_: &Shared<Self>, _: Task) {}
-
-    fn now_us(&self) -> u32 {
-        0
-    }
-}
+use ridgetone_teletaction::stylus::sampler::Look;
 
 /// A stylus without a board.
 struct Bench {
-    sampler: Sampler,
-    requests: Requests,
-    inbox: RequestInbox,
-    outbox: Outbox<Mark<Event>>,
-    shared: Shared<Still>,
+    tasks: Tasks,
     now_us: u32,
     number: u16,
 }
@@ -41,11 +20,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         Self {
-            sampler: Sampler::new(),
-            requests: Requests::new(),
-            inbox: RequestInbox::new(),
-            outbox: Outbox::new(),
-            shared: Shared::new(Still, Plan::PAPER),
+            tasks: Tasks::default(),
             // The counter wraps soon.
             now_us: u32::MAX - 5000,
             number: 0,
@@ -55,26 +30,22 @@ impl Bench {
     /// A sample in time. Gives the code.
     fn sample(&mut self, counter: i32) -> u16 {
         self.now_us = self.now_us.wrapping_add(100);
-        let code = self.sampler.next(self.now_us, 0, counter as u16);
-        self.sampler.written(false);
+        let code = self.tasks.sampler.next(self.now_us, 0, counter as u16);
+        self.tasks.sampler.written(false);
         code
     }
 
+    fn look(&self) -> Look {
+        self.tasks.sampler.look()
+    }
+
     fn bytes(&mut self, bytes: &[u8]) -> Option<Outcome> {
-        let (mut sampler, mut inbox, mut outbox) = (
-            Exclusive(&mut self.sampler),
-            Exclusive(&mut self.inbox),
-            Exclusive(&mut self.outbox),
-        );
-        for byte in bytes {
-            inbox.0.push(*byte);
-        }
-        self.requests
-            .step(&mut sampler, &mut inbox, &mut outbox, &self.shared);
-        match self.outbox.take()?.event.0 {
+        let packets = self.tasks.receive(bytes).into_iter();
+        let mut replies = packets.filter_map(|packet| match packet.event.0 {
             Event::Reply(reply) => Some(reply.outcome),
-            event => panic!("{event:?}"),
-        }
+            _ => None,
+        });
+        replies.next()
     }
 
     fn command(&mut self, command: Command) -> Option<Outcome> {
@@ -89,45 +60,26 @@ impl Bench {
     }
 }
 
-#[test]
-fn the_longest_requests_fit_the_wire() {
-    let mut wire = [0; REQUEST_WIRE_MAX];
-    for command in [
-        Command::Configure(Parameters::DEFAULT),
-        Command::Texture(Texture::new(1.4)),
-    ] {
-        let request = Request {
-            number: u16::MAX,
-            command: Mark(command),
-        };
-        let used = framing::encode(&request, &mut wire).expect("it fits");
-        assert!(used <= REQUEST_WIRE_MAX, "{used}");
-    }
-    assert!(framing::encode(&request_of_the_finger(), &mut [0; WIRE_MAX]).is_ok());
-}
-
-fn request_of_the_finger() -> ridgetone_proto::command::Request {
-    ridgetone_proto::command::Request {
-        number: 1,
-        command: ridgetone_proto::command::Command::Greet,
-    }
-}
-
+/// The longest requests fit the wire, and neither the finger nor the stylus takes the other's.
 #[test]
 fn neither_takes_the_others_messages() {
     let mut wire = [0; REQUEST_WIRE_MAX];
-    let used = framing::encode(&request_of_the_finger(), &mut wire).expect("it fits");
+    let finger = ridgetone_proto::command::Request {
+        number: 1,
+        command: ridgetone_proto::command::Command::Greet,
+    };
+    let used = framing::encode(&finger, &mut wire).expect("it fits");
     let mut bench = Bench::new();
     assert_eq!(bench.bytes(&wire[..used]), None);
-    assert_eq!(bench.shared.diagnostics.requests_damaged.get(), 1);
+    assert_eq!(bench.tasks.requests_damaged(), 1);
     for command in [
-        Command::Greet,
+        Command::Configure(Parameters::DEFAULT),
+        Command::Texture(Texture::new(1.4)),
         Command::Enable,
-        Command::Restart,
-        Command::Texture(Texture::new(1.0)),
+        Command::Alive,
     ] {
         let request = Request {
-            number: 1,
+            number: u16::MAX,
             command: Mark(command),
         };
         let used = framing::encode(&request, &mut wire).expect("it fits");
@@ -141,23 +93,29 @@ fn time_goes_on_over_a_wrap_and_missed_triggers_are_counted() {
     let mut bench = Bench::new();
     for n in 1..=100u32 {
         bench.sample(0);
-        let look = bench.sampler.look();
+        let look = bench.look();
         assert_eq!(
             (look.position.t_us, look.samples, look.deadlines_missed),
             (u64::from(100 * n), n, 0)
         );
     }
     // A run that is late by 30 us is in time; the counters step at different moments.
-    bench.sampler.next(bench.now_us.wrapping_add(131), 30, 0);
-    let look = bench.sampler.look();
+    bench
+        .tasks
+        .sampler
+        .next(bench.now_us.wrapping_add(131), 30, 0);
+    let look = bench.look();
     assert_eq!(
         (look.samples, look.deadlines_missed, look.latest_reading_us),
         (101, 0, 30)
     );
     // Three triggers without a run, and a code that is not there in time.
-    bench.sampler.next(bench.now_us.wrapping_add(500), 0, 0);
-    bench.sampler.written(true);
-    let look = bench.sampler.look();
+    bench
+        .tasks
+        .sampler
+        .next(bench.now_us.wrapping_add(500), 0, 0);
+    bench.tasks.sampler.written(true);
+    let look = bench.look();
     assert_eq!(
         (look.position.t_us, look.samples, look.deadlines_missed),
         (10_500, 105, 4)
@@ -178,7 +136,7 @@ fn a_texture_is_taken_and_impossible_ones_are_named() {
     );
     assert_eq!(bench.command(Command::Enable), Some(Outcome::Done));
     let codes: Vec<u16> = (0..2000).map(|n| bench.sample(3 * n)).collect();
-    assert_eq!(bench.sampler.look().state, State::Vibrating);
+    assert_eq!(bench.look().state, State::Vibrating);
     assert!(codes.iter().max() > Some(&2500) && codes[1000..].iter().min() < Some(&1600));
     assert_eq!(
         bench.command(Command::Configure(Parameters::DEFAULT)),
@@ -189,24 +147,11 @@ fn a_texture_is_taken_and_impossible_ones_are_named() {
         bench.sample(6000);
     }
     assert_eq!(bench.sample(6000), 2048);
-    let actuator = Actuator {
-        voltage_v: 5.0,
-        ..Actuator::PIEZO
-    };
-    assert_eq!(
-        bench.command(Command::Configure(Parameters {
-            actuator,
-            ..Parameters::DEFAULT
-        })),
-        Some(Outcome::Done)
-    );
+    let mut parameters = Parameters::DEFAULT;
+    parameters.actuator.voltage_v = 5.0;
+    let configured = bench.command(Command::Configure(parameters));
+    assert_eq!(configured, Some(Outcome::Done));
     assert_eq!(bench.sample(6000), 2048, "the middle is the middle");
-    assert_eq!(bench.command(Command::Restart), Some(Outcome::Done));
-    for _ in 0..400 {
-        bench.sample(6000);
-    }
-    assert!(bench.sampler.look().is_down && bench.requests.is_restarting());
-    assert_eq!(bench.command(Command::Enable), Some(Outcome::Restarting));
 }
 
 proptest! {

@@ -33,9 +33,6 @@ const NEVER: [&str; 4] = [
 /// A long test of the program `book` that mostly waits.
 const WAITING: &str = "the_commands_that_take_long_run";
 
-/// Tests in real time, a module of the program `link`: they need a core for themselves.
-const IN_REAL_TIME: &str = "with_a_board::";
-
 /// Tests of the pages in a browser: their module.
 const PAGES: &str = "page::";
 
@@ -74,7 +71,6 @@ pub fn short() -> Result<()> {
     prepare()?;
     announce("tests on this PC; beside them the other images, of which each keeps one core busy");
     both(on_this_pc, images::build_real)?;
-    in_real_time()?;
     announce("the images of the boards on the register model");
     run(&mut test(
         "--test boards --test own_adc --test stylus_image -- --ignored",
@@ -88,13 +84,6 @@ pub fn short() -> Result<()> {
 /// Builds all tests, and runs those that need neither an image nor a tool.
 fn on_this_pc() -> Result<()> {
     run(&mut test("")).context("tests on this PC")
-}
-
-/// Runs the tests that look at a clock, with nothing beside them.
-fn in_real_time() -> Result<()> {
-    announce("tests in real time");
-    let mut tests = test("--test link -- --ignored --test-threads=1");
-    run(tests.arg(IN_REAL_TIME)).context("tests in real time")
 }
 
 /// Takes the pictures of the page that the documents show.
@@ -116,7 +105,6 @@ pub fn all() -> Result<()> {
     let (sender, receiver) = mpsc::channel();
     announce("all tests: on this PC, long ones, the emulated firmware, the boards' images");
     both(|| run_busy(&browser, &receiver), || run_beside(&sender))?;
-    in_real_time()?;
     println!(
         "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
          register model, the benchmark, pages in a browser, streams, the Python package, the papers' figures in NumPy"
@@ -132,7 +120,7 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     announce("long tests, and tests of the emulated firmware");
     // Not `--lib`: it would build the Python package's library too, which has no tests.
     let mut long = test("--exclude ridgetone-emulator --tests -- --ignored");
-    let elsewhere = NEVER.into_iter().chain([PAGES, WAITING, IN_REAL_TIME]);
+    let elsewhere = NEVER.into_iter().chain([PAGES, WAITING]);
     long.args(elsewhere.flat_map(|name| ["--skip", name]));
     run(long.envs(images)).context("long tests")?;
     announce("tests of the pages in a browser");
@@ -168,7 +156,11 @@ fn run_beside(images: &Sender<Built>) -> Result<()> {
     println!("{}", waiting.context("a long test beside the others")?);
     let mut boards = test("");
     let board_programs = programs(&["ls-files", "--", ":(glob)emulator/tests/*.rs"])?;
-    boards.args(board_programs.iter().flat_map(|program| ["--test", program]));
+    boards.args(
+        board_programs
+            .iter()
+            .flat_map(|program| ["--test", program]),
+    );
     boards.args(["--", "--ignored", "--test-threads=1"]);
     boards.args(NEVER.into_iter().flat_map(|name| ["--skip", name]));
     println!(
@@ -230,17 +222,8 @@ fn the_listed_tests_exist() {
     for name in EMULATED.iter().chain(&NEVER).chain(&[PICTURE, WAITING]) {
         git(&["grep", "--quiet", &format!("fn {name}"), "--", "*tests/*"]).expect(name);
     }
-    for (module, program) in [(PAGES, "view"), (IN_REAL_TIME, "link")] {
-        let line = format!("mod {};", module.trim_end_matches("::"));
-        git(&[
-            "grep",
-            "--quiet",
-            &line,
-            "--",
-            &format!("*tests/{program}*"),
-        ])
-        .expect(module);
-    }
+    let pages = format!("mod {};", PAGES.trim_end_matches("::"));
+    git(&["grep", "--quiet", &pages, "--", "*tests/view*"]).expect(PAGES);
     for program in [
         "emulator/tests/boards",
         "emulator/tests/own_adc",

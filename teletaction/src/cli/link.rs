@@ -1,10 +1,13 @@
 //! `link`: a finger and a stylus, with a network between them.
 
 use super::actuator::{ActuatorOptions, DelayOptions, HandOptions};
-use crate::link::network::Impairments;
+use crate::link::board::{BoardEnd, Line};
+use crate::link::simulated::Simulated;
 use crate::link::socket::Socket;
-use crate::link::{BoardEnd, Ends, Hand, Link, Options, run};
+use crate::link::{Ends, Hand, Link, Options, run};
 use crate::stylus::parameters::Parameters;
+use crate::texture::Follower;
+use crate::touch::Output;
 use anyhow::{Context, Result};
 use clap::Args;
 use ridgetone_host::cli::firmware::FirmwareOptions;
@@ -26,7 +29,7 @@ A stylus' board (the image stylus-f405) has an encoder under a real hand and mak
 actuator first, which the options above say; then textures; and is disabled at the end. A board that is silent for a second is
 reported, and stops by itself.
 
-The delay, the loss and the rest are made here, each way, and come on top of what a real network does. With udp: one end is another
+Delay and loss are made here, each way, and come on top of what a real network does. With udp: one end is another
 `ridgetone link` elsewhere: what travels is not encrypted, and the finger answers whoever sends it a position.
 
 Examples:
@@ -62,12 +65,6 @@ pub struct LinkArgs {
     /// Fraction of the messages that are lost, percent.
     #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
     loss: f64,
-    /// Fraction that arrives twice, percent.
-    #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
-    doubled: f64,
-    /// Fraction with one bit flipped, percent.
-    #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
-    damaged: f64,
     /// Seed of the network.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(..1 << 60))]
     seed: u64,
@@ -75,11 +72,11 @@ pub struct LinkArgs {
     hand: HandOptions,
     #[command(flatten)]
     actuator: ActuatorOptions,
-    /// Distance of one count of the stylus board's encoder, all four edges counted, mm [default: the
+    /// Distance of one count of the stylus' encoder, all four edges counted, mm [default: the
     /// paper's 0.005].
     #[arg(long, value_name = "MM", value_parser = positive)]
     count_mm: Option<f64>,
-    /// Latency after the stylus board's converter, such as that of a filter, ms.
+    /// Latency after the stylus' converter, such as that of a filter, ms.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     latency_ms: f64,
     /// End after this time, s [default: never].
@@ -115,15 +112,9 @@ impl LinkArgs {
         getrandom::fill(&mut bytes).map_err(|error| anyhow::anyhow!("random numbers: {error}"))?;
         let options = Options {
             delay_ms: (delay_ms, jitter_ms),
-            impairments: Impairments {
-                loss: self.loss,
-                doubled: self.doubled,
-                damaged: self.damaged,
-            },
+            loss: self.loss,
             seed: self.seed,
             run: u32::from_le_bytes(bytes),
-            hand,
-            output,
             follows: self.follows,
         };
         let finger = self.finger.as_deref().unwrap_or("emulated");
@@ -151,26 +142,25 @@ impl LinkArgs {
             (Some(address), None) => Ends::Stylus(Socket::to(address)?),
             (None, None) => Ends::Here,
         };
-        let board = match (&ends, self.stylus.as_str()) {
-            (Ends::Finger(_), _) | (_, "simulated") => None,
-            (_, port) => Some(self.board(port, &options)?),
+        let stylus = match ends {
+            Ends::Finger(_) => None,
+            _ => Some(self.stylus(output, hand, &options)?),
         };
         stop::on_signal()?;
-        let feed = match &ends {
+        let mut finger = match &ends {
             Ends::Stylus(_) => None,
-            _ => Some(self.open(finger)?),
+            _ => Some(Follower::new(self.open(finger)?)),
         };
-        let mut link = Link::new(&options, ends, board)?;
-        let (feed, done) = run(feed, &mut link, self.json, self.seconds);
-        if let Some(feed) = feed {
-            report(feed.counts());
+        let mut link = Link::new(&options, ends, stylus)?;
+        let done = run(&mut finger, &mut link, self.json, self.seconds);
+        link.stop_softly();
+        if let Some(finger) = finger {
+            report(finger.into_feed().counts());
         }
         done
     }
 
-    fn board(&self, port: &str, options: &Options) -> Result<BoardEnd> {
-        let line = port::Link::open(port::System, Wanted::Name(port.to_owned()))
-            .context("--stylus: simulated, udp:ADDRESS:PORT or a serial port")?;
+    fn stylus(&self, output: Output, hand: Hand, options: &Options) -> Result<BoardEnd> {
         let parameters = Parameters {
             count_mm: self
                 .count_mm
@@ -178,7 +168,15 @@ impl LinkArgs {
             latency_s: (self.latency_ms / 1e3) as f32,
             ..Parameters::DEFAULT
         };
-        BoardEnd::new(Box::new(line), options.output, parameters, options.run)
+        let line = if self.stylus == "simulated" {
+            let delay_s = options.delay_ms.0 / 1e3;
+            Line::Simulated(Box::new(Simulated::new(hand, output, &parameters, delay_s)))
+        } else {
+            let port = port::Link::open(port::System, Wanted::Name(self.stylus.clone()))
+                .context("--stylus: simulated, udp:ADDRESS:PORT or a serial port")?;
+            Line::Port(Box::new(port))
+        };
+        BoardEnd::new(line, output, parameters, options.run)
             .map_err(|error| UsageError(format!("{error:#}")).into())
     }
 

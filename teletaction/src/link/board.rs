@@ -1,9 +1,9 @@
-//! The stylus' end on a board of its own, the image `stylus-f405`: positions of its encoder come from
-//! it, textures and parameters go to it, and the vibration is made there.
+//! The stylus' end: a board of its own (the image `stylus-f405`), or a simulated one. Positions of its
+//! encoder come from it, textures and parameters go to it, and the vibration is made there.
 
 use super::message::{Body, Message, Receiver};
 use super::requests::StylusRequests;
-use super::stylus::SILENT_S;
+use super::simulated::Simulated;
 use crate::stimulus::Texture;
 use crate::stylus::gate::State;
 use crate::stylus::message::{Command, Decoder, Event, Mark, PROTOCOL, Packet, Request};
@@ -11,7 +11,6 @@ use crate::stylus::parameters::Parameters;
 use crate::touch::Output;
 use anyhow::{Result, bail};
 use ridgetone_host::feed::{FeedEvent, Source};
-use ridgetone_host::names::name;
 use ridgetone_host::note;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
@@ -20,8 +19,17 @@ use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::Duration;
 
+/// Time without a message after which the link is dead, and the vibration fades, seconds: four of
+/// them are missing.
+const SILENT_S: f64 = 1.0;
+
+pub enum Line {
+    Port(Box<dyn Source>),
+    Simulated(Box<Simulated>),
+}
+
 /// State and counts of the board, in a report.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Doing {
     /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; none while nothing is
     /// heard of it.
@@ -37,7 +45,7 @@ pub struct Doing {
 
 pub struct BoardEnd {
     pub receiver: Receiver,
-    line: Box<dyn Source>,
+    line: Line,
     decoder: Decoder,
     requests: StylusRequests,
     output: Output,
@@ -51,7 +59,6 @@ pub struct BoardEnd {
     /// When the finger's end was heard, and the board; none: it is silent.
     link_heard_s: Option<f64>,
     heard_s: Option<f64>,
-    is_lost: bool,
     starts: Starts,
     doing: Doing,
 }
@@ -59,12 +66,7 @@ pub struct BoardEnd {
 impl BoardEnd {
     /// A board on a line. `parameters` come from the caller but for the actuator and the law, which
     /// are `output`'s.
-    pub fn new(
-        line: Box<dyn Source>,
-        output: Output,
-        parameters: Parameters,
-        run: u32,
-    ) -> Result<Self> {
+    pub fn new(line: Line, output: Output, parameters: Parameters, run: u32) -> Result<Self> {
         let parameters = Parameters {
             actuator: output.actuator,
             law: output.law(),
@@ -85,15 +87,8 @@ impl BoardEnd {
             travelled: 0,
             link_heard_s: None,
             heard_s: Some(0.0),
-            is_lost: false,
             starts: Starts::new(),
-            doing: Doing {
-                state: None,
-                deadlines_missed: 0,
-                packets_lost: 0,
-                packets_damaged: 0,
-                silences: 0,
-            },
+            doing: Doing::default(),
         })
     }
 
@@ -138,20 +133,42 @@ impl BoardEnd {
         }
     }
 
-    /// Takes what the board has sent by now, and sends what is due. Times must not decrease.
-    pub fn step(&mut self, t_s: f64) -> Result<()> {
-        while let Some(event) = self.line.next(Duration::ZERO)? {
+    /// The simulated stylus, if it is one.
+    pub fn simulated(&mut self) -> Option<&mut Simulated> {
+        match &mut self.line {
+            Line::Simulated(stylus) => Some(stylus),
+            Line::Port(_) => None,
+        }
+    }
+
+    fn name(&self) -> String {
+        match &self.line {
+            Line::Port(port) => port.name(),
+            Line::Simulated(_) => "the simulated stylus".into(),
+        }
+    }
+
+    /// Takes what the board has sent by now, and sends what is due. Times must not decrease. `found`
+    /// is the texture under the finger, if it is known here.
+    pub fn step(&mut self, t_s: f64, found: Option<Texture>) -> Result<()> {
+        if let Line::Simulated(stylus) = &mut self.line {
+            let bytes = stylus.run(t_s, found);
+            self.hear(t_s, &bytes)?;
+        }
+        while let Line::Port(port) = &mut self.line
+            && let Some(event) = port.next(Duration::ZERO)?
+        {
             match event {
                 FeedEvent::Data(bytes) => self.hear(t_s, &bytes)?,
                 FeedEvent::Disconnected(name, why) => {
                     self.lose(&format!("{name}: {why}; waiting for the stylus"))
                 }
                 FeedEvent::Connected(_) => {}
-                FeedEvent::Over => bail!("{}: the stylus' line is over", self.line.name()),
+                FeedEvent::Over => bail!("{}: the stylus' line is over", self.name()),
             }
         }
         if self.heard_s.is_some_and(|heard_s| t_s - heard_s > SILENT_S) {
-            let name = self.line.name();
+            let name = self.name();
             self.lose(&format!(
                 "{name}: the stylus is silent; without requests its vibration stops by itself"
             ));
@@ -178,17 +195,16 @@ impl BoardEnd {
         for byte in bytes {
             let Some(packet) = self.decoder.push(*byte) else {
                 if let Some(protocol) = self.decoder.foreign {
-                    let name = self.line.name();
+                    let name = self.name();
                     bail!(
                         "{name}: the stylus speaks protocol {protocol}, this command {PROTOCOL}: build both from one version"
                     );
                 }
                 continue;
             };
-            if std::mem::take(&mut self.is_lost) {
-                note!("{}: the stylus is back", self.line.name());
+            if self.heard_s.replace(t_s).is_none() {
+                note!("{}: the stylus is back", self.name());
             }
-            self.heard_s = Some(t_s);
             self.take_packet(t_s, packet)?;
         }
         Ok(())
@@ -230,13 +246,11 @@ impl BoardEnd {
                         texture.period_mm
                     );
                 }
-                Some((_, why)) => bail!(
-                    "{}: the stylus refuses its parameters: {why}",
-                    self.line.name()
-                ),
+                Some((_, why)) => {
+                    bail!("{}: the stylus refuses its parameters: {why}", self.name())
+                }
                 None => {}
             },
-            Event::Damaged(_) => {}
         }
         Ok(())
     }
@@ -251,7 +265,7 @@ impl BoardEnd {
     fn lose(&mut self, why: &str) {
         if self.heard_s.take().is_some() {
             note!("{why}");
-            (self.is_lost, self.doing.state) = (true, None);
+            self.doing.state = None;
             self.doing.silences += 1;
             self.requests.forget();
         }
@@ -267,104 +281,10 @@ impl BoardEnd {
             },
             &mut wire,
         ) {
-            let _ = self.line.send(&wire[..used]);
+            match &mut self.line {
+                Line::Port(port) => drop(port.send(&wire[..used])),
+                Line::Simulated(stylus) => stylus.hear(&wire[..used]),
+            }
         }
-    }
-}
-
-impl Doing {
-    /// A line for people.
-    pub fn text(&self) -> String {
-        let Self {
-            deadlines_missed,
-            packets_lost,
-            packets_damaged,
-            silences,
-            ..
-        } = self;
-        format!(
-            "stylus {}; {deadlines_missed} samples late, {packets_lost} packets lost, {packets_damaged} damaged, silent {silences} times",
-            self.state.map_or("silent", name)
-        )
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::stimulus::Actuator;
-    use crate::stylus::SAMPLE_HZ;
-    use crate::stylus::message::{Hello, Position};
-    use ridgetone_proto::boot::Boot;
-    use ridgetone_proto::telemetry::WIRE_MAX;
-
-    /// A line that says nothing by itself.
-    struct Silent;
-
-    impl Source for Silent {
-        fn name(&self) -> String {
-            "a line".into()
-        }
-
-        fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
-            Ok(None)
-        }
-
-        fn send(&mut self, _: &[u8]) -> Result<()> {
-            Ok(())
-        }
-    }
-
-    fn hear(end: &mut BoardEnd, sequence: u16, event: Event) {
-        let mut wire = [0; WIRE_MAX];
-        let used = framing::encode(
-            &Packet {
-                sequence,
-                event: Mark(event),
-            },
-            &mut wire,
-        )
-        .expect("it fits");
-        end.hear(1.0, &wire[..used]).expect("heard");
-    }
-
-    /// Counts of the hand after a position at 9 s, then a greeting under number 0 at `t_us` and a position
-    /// of `counts` counts.
-    fn counts(t_us: u64, counts: i32) -> Option<f64> {
-        let output = Output::new(Actuator::PIEZO, None).expect("an output");
-        let mut end =
-            BoardEnd::new(Box::new(Silent), output, Parameters::DEFAULT, 1).expect("an end");
-        let position = |t_us, counts| {
-            Event::Position(Position {
-                t_us,
-                counts,
-                speed_mm_s: 0.0,
-            })
-        };
-        hear(&mut end, u16::MAX - 1, position(8_900_000, 0));
-        hear(&mut end, u16::MAX, position(9_000_000, 1000));
-        let (version, parameters, boot) = ([0; 3], Parameters::DEFAULT, Boot::UNKNOWN);
-        hear(
-            &mut end,
-            0,
-            Event::Hello(Hello {
-                protocol: PROTOCOL,
-                version,
-                sample_hz: SAMPLE_HZ,
-                parameters,
-                boot,
-                t_us,
-            }),
-        );
-        hear(&mut end, 1, position(t_us + 1000, counts));
-        end.position_mm().map(|mm| (mm / end.count_mm).round())
-    }
-
-    /// The encoder of a board that has started counts from 0, where the hand is; that of one whose
-    /// number wraps goes on.
-    #[test]
-    fn a_number_that_wraps_is_no_restart() {
-        assert_eq!(counts(9_001_000, 1200), Some(1200.0));
-        assert_eq!(counts(10_000, 200), Some(1200.0));
     }
 }

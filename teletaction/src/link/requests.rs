@@ -145,10 +145,9 @@ impl StylusRequests {
             (Outcome::Done, Command::Disable) => {
                 (self.done.is_enabled, self.done.is_at_rest) = (false, true)
             }
-            (Outcome::Done, Command::Greet | Command::Alive | Command::Restart) => {}
+            (Outcome::Done, Command::Alive) => {}
             // Its output still falls: the same once more, soon.
             (Outcome::NotAtRest, _) => (sent.is_answered, sent.t_s) = (false, t_s),
-            (Outcome::Restarting, _) => self.forget(),
             (Outcome::Refused(why), command) => {
                 if let Command::Texture(texture) = command {
                     self.refused = Some(texture);
@@ -245,72 +244,36 @@ mod tests {
         let mut bench = Bench::ready();
         let [first, second] = [1.4, 0.9].map(Texture::new);
         let all = [&SET_UP[..], &[Command::Texture(second), Command::Enable]].concat();
-        type Change = fn(&mut StylusRequests, Texture);
-        let cases: [(&str, Change, Texture, &[Command]); 9] = [
+        type Change = fn(&mut StylusRequests);
+        let nothing: Change = |_| {};
+        let line_silent: Change = |requests| requests.is_now(State::LineSilent);
+        let started: Change = |requests| requests.has(&Parameters::DEFAULT);
+        let the_same: Change = |requests| requests.has(&WANTED);
+        let disabled: Change = |requests| requests.is_now(State::Disabled);
+        // It has started again, and its greeting was lost.
+        let no_texture: Change = |requests| requests.is_now(State::NoTexture);
+        let cases: [(Change, Option<Texture>, &[Command]); 9] = [
             (
-                "a texture",
-                |requests, texture| requests.texture = Some(texture),
-                first,
+                nothing,
+                Some(first),
                 &[Command::Texture(first), Command::Enable],
             ),
-            (
-                "another texture",
-                |requests, texture| requests.texture = Some(texture),
-                second,
-                &[Command::Texture(second)],
-            ),
-            (
-                "no texture",
-                |requests, _| requests.texture = None,
-                second,
-                &[Command::Disable],
-            ),
-            (
-                "an equal texture, which the board still has",
-                |requests, texture| requests.texture = Some(texture),
-                second,
-                &[Command::Enable],
-            ),
-            (
-                "the line was silent for the board",
-                |requests, _| requests.is_now(State::LineSilent),
-                second,
-                &[Command::Enable],
-            ),
-            (
-                "the board has started again",
-                |requests, _| requests.has(&Parameters::DEFAULT),
-                second,
-                &all,
-            ),
-            (
-                "the parameters are the wanted ones",
-                |requests, _| requests.has(&WANTED),
-                second,
-                &[],
-            ),
-            (
-                "the board was disabled",
-                |requests, _| requests.is_now(State::Disabled),
-                second,
-                &[Command::Enable],
-            ),
-            (
-                "the board has started again, and its greeting was lost",
-                |requests, _| requests.is_now(State::NoTexture),
-                second,
-                &all,
-            ),
+            (nothing, Some(second), &[Command::Texture(second)]),
+            (nothing, None, &[Command::Disable]),
+            // The board still has it.
+            (nothing, Some(second), &[Command::Enable]),
+            (line_silent, Some(second), &[Command::Enable]),
+            (started, Some(second), &all),
+            (the_same, Some(second), &[]),
+            (disabled, Some(second), &[Command::Enable]),
+            (no_texture, Some(second), &all),
         ];
-        for (case, change, texture, commands) in cases {
-            change(&mut bench.requests, texture);
+        for (case, (change, texture, commands)) in cases.into_iter().enumerate() {
+            bench.requests.texture = texture;
+            change(&mut bench.requests);
             assert_eq!(bench.commands_until_idle(), commands, "{case}");
-            let is_done = bench.requests.texture.is_some();
-            assert_eq!(
-                (bench.requests.is_done(), bench.requests.is_at_rest()),
-                (is_done, !is_done),
-                "{case}"
-            );
+            let is_done = (bench.requests.is_done(), bench.requests.is_at_rest());
+            assert_eq!(is_done, (texture.is_some(), texture.is_none()), "{case}");
         }
     }
 

@@ -2,17 +2,14 @@
 
 use super::board::{BoardEnd, Doing};
 use super::finger::{FingerEnd, PeriodBy};
-use super::hand::Hand;
 use super::message::Counts;
-use super::network::{Impairments, Network};
+use super::network::Network;
 use super::socket::Socket;
-use super::stylus::{Error, StylusEnd};
 use crate::stimulus::Delay;
 use crate::texture::{Follower, News};
-use crate::touch::Output;
 use anyhow::Result;
 use ridgetone_host::digits::plus_minus;
-use ridgetone_host::feed::Feed;
+use ridgetone_host::names::name;
 use ridgetone_host::note;
 use ridgetone_host::{output, stop};
 use serde::Serialize;
@@ -37,17 +34,16 @@ pub enum Ends {
     Stylus(Socket),
 }
 
-/// The network, each way, the hand and the actuator.
+/// The network, each way.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// Mean and standard deviation, milliseconds.
     pub delay_ms: (f64, f64),
-    pub impairments: Impairments,
+    /// Fraction of the messages that is lost, 0 to 1.
+    pub loss: f64,
     pub seed: u64,
     /// A number that the messages of an earlier run do not have.
     pub run: u32,
-    pub hand: Hand,
-    pub output: Output,
     /// A robot moves the finger as the hand moves.
     pub follows: bool,
 }
@@ -55,11 +51,10 @@ pub struct Options {
 /// A finger's end, a stylus' end, and a network each way.
 pub struct Link {
     pub finger: FingerEnd,
-    pub stylus: StylusEnd,
+    /// None: it is elsewhere.
+    pub stylus: Option<BoardEnd>,
     pub to_finger: Network,
     pub to_stylus: Network,
-    /// instead of `stylus`, if there is one.
-    board: Option<BoardEnd>,
     ends: Ends,
     /// Time of the latest step, seconds.
     t_s: f64,
@@ -78,7 +73,7 @@ pub struct Report {
     pub textures_sent: u64,
     pub textures: Counts,
     pub is_felt: bool,
-    /// A stylus' board; `None` for a simulated stylus.
+    /// None: it is elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stylus: Option<Doing>,
     /// Period of the texture that is felt.
@@ -92,24 +87,22 @@ pub struct Report {
     /// Error of the stimulus against the texture under the finger at the position of the hand, rms
     /// over the amplitude.
     pub error_percent: Option<f64>,
-    pub error_cycles: Option<f64>,
     /// Error of a vibration that would have travelled.
     pub as_vibration_percent: Option<f64>,
 }
 
 impl Link {
-    /// With a board the hand and the actuator are its own; without one they are simulated.
-    pub fn new(options: &Options, ends: Ends, board: Option<BoardEnd>) -> Result<Self> {
+    /// `stylus` is the one that is here.
+    pub fn new(options: &Options, ends: Ends, stylus: Option<BoardEnd>) -> Result<Self> {
         let (mean_ms, sigma_ms) = options.delay_ms;
         let delay =
             |seed: u64| Delay::new((mean_ms / 1e3) as f32, (sigma_ms / 1e3) as f32, seed as u32);
-        let network = |seed: u64| anyhow::Ok(Network::new(delay(seed)?, options.impairments, seed));
+        let network = |seed: u64| anyhow::Ok(Network::new(delay(seed)?, options.loss, seed));
         Ok(Self {
             finger: FingerEnd::new(options.run, options.follows),
-            stylus: StylusEnd::new(options.output, options.hand, mean_ms / 1e3, options.run)?,
+            stylus,
             to_finger: network(2 * options.seed)?,
             to_stylus: network(2 * options.seed + 1)?,
-            board,
             ends,
             t_s: 0.0,
         })
@@ -123,24 +116,24 @@ impl Link {
             stylus,
             to_finger,
             to_stylus,
-            board,
             ends,
             ..
         } = self;
-        if let Some(board) = board {
-            board.step(t_s)?;
-            while let Some(message) = board.due() {
-                to_finger.send(message.t_s, message.bytes());
-            }
-        } else if !matches!(ends, Ends::Finger(_)) {
-            while let Some(message) = stylus.due(t_s) {
+        if let Some(stylus) = stylus {
+            // What a finger elsewhere has now nobody knows here.
+            let found = match ends {
+                Ends::Here => finger.texture(),
+                _ => stylus.texture(),
+            };
+            stylus.step(t_s, found)?;
+            while let Some(message) = stylus.due() {
                 to_finger.send(message.t_s, message.bytes());
             }
         }
-        let is_simulated = board.is_none();
-        let mut felt = |bytes: &[u8]| match board {
-            Some(board) => board.take(t_s, bytes),
-            None => stylus.take(t_s, bytes),
+        let mut felt = |bytes: &[u8]| {
+            if let Some(stylus) = stylus {
+                stylus.take(t_s, bytes);
+            }
         };
         if !matches!(ends, Ends::Stylus(_))
             && let Some(message) = finger.due(t_s)
@@ -160,7 +153,6 @@ impl Link {
             }
         }
         match ends {
-            Ends::Here if is_simulated => stylus.advance(t_s, finger.texture()),
             Ends::Here => {}
             Ends::Finger(socket) => {
                 while let Some((bytes, from)) = socket.receive()? {
@@ -173,26 +165,20 @@ impl Link {
                 while let Some((bytes, _)) = socket.receive()? {
                     felt(&bytes);
                 }
-                if is_simulated {
-                    // What the finger has now nobody knows here.
-                    stylus.advance(t_s, stylus.texture);
-                }
             }
         }
         Ok(())
     }
 
     /// A stylus' board must not go on until its line is silent for it.
-    fn stop_softly(&mut self) {
-        let (begun, Some(board)) = (Instant::now(), &mut self.board) else {
+    pub fn stop_softly(&mut self) {
+        let (begun, Some(stylus)) = (Instant::now(), &mut self.stylus) else {
             return;
         };
-        while !board.stop_softly() && begun.elapsed() < REST {
+        while !stylus.stop_softly() && begun.elapsed() < REST {
             std::thread::sleep(STEP);
-            if board
-                .step(self.t_s + begun.elapsed().as_secs_f64())
-                .is_err()
-            {
+            let t_s = self.t_s + begun.elapsed().as_secs_f64();
+            if stylus.step(t_s, None).is_err() {
                 break;
             }
         }
@@ -200,44 +186,29 @@ impl Link {
 
     /// The report of the time since the one before.
     pub fn report(&mut self, t_s: f64) -> Report {
-        let error = std::mem::take::<Error>(&mut self.stylus.error);
-        let texture = match (&self.ends, &self.board) {
-            (Ends::Finger(_), _) => self.finger.texture(),
-            (_, Some(board)) => board.texture(),
-            _ => self.stylus.texture.filter(|_| self.stylus.is_felt()),
-        };
-        let is_here = matches!(self.ends, Ends::Here);
-        let hand_mm = self
-            .board
-            .as_ref()
-            .map_or(Some(self.stylus.position_mm(t_s)), BoardEnd::position_mm);
-        let receiver = self
-            .board
-            .as_ref()
-            .map_or(&self.stylus.receiver, |board| &board.receiver);
+        let mut stylus = self.stylus.as_mut();
+        let simulated = stylus.as_mut().and_then(|stylus| stylus.simulated());
+        let error = simulated.and_then(|stylus| std::mem::take(&mut stylus.error).percent());
+        let stylus = stylus.as_deref();
+        let texture = stylus.map_or_else(|| self.finger.texture(), BoardEnd::texture);
+        let behind = self
+            .finger
+            .position_mm
+            .zip(stylus.and_then(BoardEnd::position_mm));
         Report {
             t_s,
             positions_sent: self.to_finger.sent,
             positions: self.finger.receiver.counts,
             textures_sent: self.to_stylus.sent,
-            textures: receiver.counts,
-            is_felt: self
-                .board
-                .as_ref()
-                .map_or(self.stylus.is_felt(), BoardEnd::is_felt),
+            textures: stylus.map_or_else(Counts::default, |stylus| stylus.receiver.counts),
+            is_felt: stylus.is_some_and(BoardEnd::is_felt),
             period_mm: texture.map(|texture| texture.period_mm),
             period_sigma_mm: texture.map(|texture| texture.period_sigma_mm),
             period_by: self.finger.period_by().filter(|_| texture.is_some()),
-            behind_mm: self
-                .finger
-                .position_mm
-                .filter(|_| is_here)
-                .zip(hand_mm)
-                .map(|(mm, hand_mm)| (mm - hand_mm).abs()),
-            stylus: self.board.as_ref().map(BoardEnd::doing),
-            error_percent: error.percent(),
-            error_cycles: error.cycles(),
-            as_vibration_percent: error.late_percent(),
+            behind_mm: behind.map(|(mm, hand_mm)| (mm - hand_mm).abs()),
+            stylus: stylus.map(BoardEnd::doing),
+            error_percent: error.map(|(percent, _)| percent),
+            as_vibration_percent: error.map(|(_, percent)| percent),
         }
     }
 }
@@ -245,16 +216,10 @@ impl Link {
 impl Report {
     /// A line for people.
     pub fn text(&self) -> String {
-        let way = |name: &str, sent: u64, counts: &Counts| {
-            let Counts {
-                received,
-                lost,
-                late,
-                doubled,
-                damaged,
-            } = counts;
+        let way = |way: &str, sent: u64, counts: &Counts| {
             format!(
-                "{name} {sent} sent, {received} received, {lost} lost, {late} late, {doubled} duplicated, {damaged} damaged"
+                "{way} {sent} sent, {} received, {} lost, {} late, {} duplicated, {} damaged",
+                counts.received, counts.lost, counts.late, counts.doubled, counts.damaged
             )
         };
         let texture = match self.period_mm.zip(self.period_sigma_mm) {
@@ -268,19 +233,21 @@ impl Report {
             None => "no texture yet".into(),
         };
         let error = match (self.error_percent, self.as_vibration_percent) {
-            (Some(percent), Some(late)) => {
-                let cycles = self.error_cycles.map_or(String::new(), |cycles| {
-                    format!(", {cycles:.4} cycles in phase")
-                });
-                format!(
-                    "stimulus error: {percent:.2} % of amplitude{cycles} (a transmitted vibration: {late:.0} %)"
-                )
-            }
-            _ if self.stylus.is_some() && self.is_felt => "vibration on".into(),
+            (Some(percent), Some(late)) => format!(
+                "stimulus error: {percent:.2} % of amplitude (a transmitted vibration: {late:.0} %)"
+            ),
+            _ if self.is_felt => "vibration on".into(),
             _ => "no vibration".into(),
         };
         let stylus = self.stylus.map_or(String::new(), |stylus| {
-            format!("\n           {}", stylus.text())
+            format!(
+                "\n           stylus {}; {} samples late, {} packets lost, {} damaged, silent {} times",
+                stylus.state.map_or("silent", name),
+                stylus.deadlines_missed,
+                stylus.packets_lost,
+                stylus.packets_damaged,
+                stylus.silences
+            )
         });
         let behind = self.behind_mm.map_or(String::new(), |mm| {
             format!("; hand position at the finger: {mm:.1} mm error")
@@ -314,21 +281,9 @@ fn take(finger: &mut Follower, end: &mut FingerEnd, begun: Instant) -> Result<bo
 }
 
 /// Runs the link in real time until its finger is over, for `seconds`, or until this process is to
-/// stop. Gives the feed back, if there is one, for its counts.
+/// stop. The finger is the one that is here.
 pub fn run(
-    feed: Option<Feed>,
-    link: &mut Link,
-    json: bool,
-    seconds: Option<f64>,
-) -> (Option<Feed>, Result<()>) {
-    let mut finger = feed.map(Follower::new);
-    let done = follow(finger.as_mut(), link, json, seconds);
-    link.stop_softly();
-    (finger.map(Follower::into_feed), done)
-}
-
-fn follow(
-    mut finger: Option<&mut Follower>,
+    finger: &mut Option<Follower>,
     link: &mut Link,
     json: bool,
     seconds: Option<f64>,
@@ -336,7 +291,7 @@ fn follow(
     let (begun, mut reported_s) = (Instant::now(), 0.0);
     let mut goes_on = true;
     while goes_on && !stop::is_requested() {
-        match finger.as_deref_mut() {
+        match finger {
             None => std::thread::sleep(STEP),
             Some(finger) => match take(finger, &mut link.finger, begun) {
                 // Ctrl-C reaches an emulator too, which may end first.

@@ -135,17 +135,18 @@ mod tests {
 
     #[test]
     fn a_path_without_a_turn_has_a_length() {
-        let steady = path(|t_s| -40.0 * t_s);
-        let length = steady.length(1.001, 2.003).expect("known");
-        assert!((length.mm - 40.08).abs() < 1e-9, "{length:?}");
-        // Steps of 0.16 mm at both ends, and no change of the speed.
-        let sigma_mm = 0.16 / 6.0f64.sqrt();
-        assert!((length.sigma_mm - sigma_mm).abs() < 1e-6, "{length:?}");
-        // 40 mm/s more at the end: 10 ms are 0.4 mm.
-        let faster = path(|t_s| 20.0 * t_s * t_s)
-            .length(1.0, 2.0)
-            .expect("known");
-        assert!((faster.mm - 60.0).abs() < 1e-9 && (faster.sigma_mm - 0.4).abs() < 0.05);
+        // Steps of 0.16 mm at both ends, and no change of the speed; 40 mm/s more at the end: 10 ms
+        // are 0.4 mm.
+        let steady = path(|t_s| -40.0 * t_s).length(1.001, 2.003);
+        let faster = path(|t_s| 20.0 * t_s * t_s).length(1.0, 2.0);
+        for (length, mm, sigma_mm, most) in [
+            (steady, 40.08, 0.16 / 6.0f64.sqrt(), 1e-6),
+            (faster, 60.0, 0.4, 0.05),
+        ] {
+            let length = length.expect("known");
+            assert!((length.mm - mm).abs() < 1e-9, "{length:?}");
+            assert!((length.sigma_mm - sigma_mm).abs() < most, "{length:?}");
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! Mechanics*, section 3.2, equation 3.18). Compression is positive. Strains are times Young's
 //! modulus and per newton, so that strains and stresses are per square millimetre.
 
-use super::error::Error;
+use super::Error;
 use crate::stimulus::within;
 use std::f64::consts::PI;
 

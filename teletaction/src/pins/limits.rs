@@ -1,6 +1,6 @@
 //! Limits of a real display: force, stroke, updates, levels, slew.
 
-use super::error::Error;
+use super::Error;
 use crate::stimulus::within;
 
 /// Limits of a display whose pins are all alike.

@@ -11,7 +11,7 @@
 //! pin that presses is its row times v. The gradient of an idle pin is -c times its row times v:
 //! an idle pin with a positive product has to press.
 
-use super::error::Error;
+use super::Error;
 use super::grid::{Grid, Layer};
 use crate::stimulus::within;
 

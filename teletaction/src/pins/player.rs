@@ -1,6 +1,6 @@
 //! A board's packets to the forces of a display, update by update.
 
-use super::error::Error;
+use super::Error;
 use super::grid::{Grid, Layer, Quantity};
 use super::limits::{Limits, Pins};
 use super::matching::Matching;
@@ -53,9 +53,11 @@ impl Setup {
     }
 }
 
-/// Forces of a display's pins.
+/// One update of the display. Strains have no unit; where stresses are matched, they are stresses
+/// over Young's modulus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct PinForces {
+#[serde(tag = "type", rename = "pins")]
+pub struct Update {
     /// Device time, seconds.
     pub t_s: f64,
     pub rows: usize,
@@ -69,15 +71,6 @@ pub struct PinForces {
     pub is_optimal: bool,
     /// Bit k: taxel k counts.
     pub taxels: u16,
-}
-
-/// One update of the display. Strains have no unit; where stresses are matched, they are stresses
-/// over Young's modulus.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "type", rename = "pins")]
-pub struct Update {
-    #[serde(flatten)]
-    pub pins: PinForces,
     /// Strain in the sensor, 4 x 4 row by row.
     pub sensor_strain: Vec<f32>,
     /// Strain in the finger at the same positions.
@@ -101,18 +94,18 @@ impl Update {
     /// A line for people.
     pub fn text(&self, gain: f64) -> String {
         let max = |values: &[f32]| f64::from(values.iter().copied().fold(f32::MIN, f32::max));
-        let limited = match self.pins.limited {
+        let limited = match self.limited {
             0 => String::new(),
             limited => format!(", {limited} pins at their limit"),
         };
         format!(
             "{:8.3} s  sensor {} %  finger {} %, error {:.2} % rms; pins: {:.2} N max, {:.2} N total{limited}",
-            self.pins.t_s,
+            self.t_s,
             number(100.0 * gain * max(&self.sensor_strain)),
             number(100.0 * max(&self.felt_strain)),
             100.0 * self.error(gain),
-            max(&self.pins.forces_n),
-            self.pins.forces_n.iter().sum::<f32>(),
+            max(&self.forces_n),
+            self.forces_n.iter().sum::<f32>(),
         )
     }
 }
@@ -205,25 +198,7 @@ impl Player {
         let sums = std::mem::take(&mut self.sums);
         let volts = sums.map(|(sum, count)| (count > 0).then(|| (sum / f64::from(count)) as f32));
         self.updated_s = Some(frame.t_s);
-        let taxels = (0..TAXELS)
-            .filter(|taxel| volts[*taxel].is_some())
-            .fold(0, |bits, taxel| bits | 1 << taxel);
-        self.update(
-            frame.t_s,
-            since_s,
-            strains(&volts, self.setup.volts_per_strain),
-            taxels,
-        )
-        .map(Some)
-    }
-
-    fn update(
-        &mut self,
-        t_s: f64,
-        since_s: f64,
-        sensor: [f32; SENSORS],
-        taxels: u16,
-    ) -> Result<Update, Error> {
+        let sensor = strains(&volts, self.setup.volts_per_strain);
         // Matching has the unit of stress: newtons per square millimetre.
         let per_strain = self.setup.gain * self.setup.modulus_mpa;
         let wanted = sensor.map(|strain| per_strain * f64::from(strain));
@@ -233,13 +208,13 @@ impl Player {
             .display
             .advance(since_s.min(1e3) as f32, solution.forces)?
             .unwrap_or(0);
-        let pins = PinForces {
+        let taxels = (0..TAXELS).filter(|taxel| volts[*taxel].is_some());
+        Ok(Some(Update {
             limited,
             is_optimal,
-            taxels,
-            ..self.pins(t_s)
-        };
-        Ok(self.felt(sensor, pins))
+            taxels: taxels.fold(0, |bits, taxel| bits | 1 << taxel),
+            ..self.now(frame.t_s, sensor)
+        }))
     }
 
     /// The line has been silent for `dt_s` seconds: the pins go down. Gives an update while they do.
@@ -249,13 +224,14 @@ impl Player {
         }
         self.display.release(dt_s.clamp(0.0, 1e3) as f32)?;
         let t_s = self.updated_s.unwrap_or(0.0);
-        Ok(Some(self.felt([0.0; SENSORS], self.pins(t_s))))
+        Ok(Some(self.now(t_s, [0.0; SENSORS])))
     }
 
-    /// The forces of the pins as they are, for no strain.
-    fn pins(&self, t_s: f64) -> PinForces {
+    /// Forces of the pins as they are, and the strain under them.
+    fn now(&self, t_s: f64, sensor: [f32; SENSORS]) -> Update {
         let Setup { pins, limits, .. } = &self.setup;
-        PinForces {
+        let felt = self.matching.felt(self.display.forces_n()).into_iter();
+        Update {
             t_s,
             rows: pins.rows(),
             columns: pins.columns(),
@@ -264,17 +240,8 @@ impl Player {
             limited: 0,
             is_optimal: true,
             taxels: 0,
-        }
-    }
-
-    /// The strain in the finger under the pins as they are.
-    fn felt(&self, sensor: [f32; SENSORS], pins: PinForces) -> Update {
-        let strains = self.matching.felt(self.display.forces_n());
-        Update {
-            pins,
             sensor_strain: sensor.to_vec(),
-            felt_strain: strains
-                .into_iter()
+            felt_strain: felt
                 .map(|value| (value / self.setup.modulus_mpa) as f32)
                 .collect(),
         }

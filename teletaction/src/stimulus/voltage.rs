@@ -204,6 +204,11 @@ impl Stimulus {
         self.phase_at(self.counts) as f32 / TURN
     }
 
+    /// Spatial period, millimetres; infinite before the first texture.
+    pub fn period_mm(&self) -> f32 {
+        self.encoder.count_mm / self.step_cycles
+    }
+
     /// Amplitude of the fundamental now, volts.
     pub fn amplitude_v(&self) -> f32 {
         self.amplitude_v

@@ -102,57 +102,38 @@ impl Gate {
 mod tests {
     use super::*;
 
-    /// A gate that stops after 100 samples without movement and 300 without a request.
-    fn gate() -> Gate {
+    /// It opens only when all is there; a hand that stays stops it, and a silent line stops it for
+    /// good.
+    #[test]
+    fn it_vibrates_only_when_all_is_there() {
+        // 100 samples without movement, 300 without a request.
         let mut gate = Gate::new(100, 300);
         gate.step(0);
-        gate
-    }
-
-    #[test]
-    fn it_opens_only_when_all_is_there() {
-        let mut gate = gate();
         assert_eq!(gate.state(), State::Disabled);
         gate.enable(true);
         gate.step(5);
         assert_eq!(gate.state(), State::NoTexture);
         gate.textured();
-        assert_eq!(gate.state(), State::Vibrating);
         gate.enable(false);
         assert_eq!(gate.state(), State::Disabled);
-    }
-
-    #[test]
-    fn a_hand_that_stays_stops_it_and_one_that_moves_starts_it() {
-        let mut gate = gate();
-        gate.textured();
         gate.enable(true);
-        gate.step(5);
+        gate.step(10);
         // To and fro on an edge is no movement.
         for n in 0..100 {
             assert_eq!(gate.state(), State::Vibrating, "{n}");
-            gate.step(5 + n % 2);
+            gate.step(10 + n % 2);
         }
         assert_eq!(gate.state(), State::HandStill);
-        gate.step(7);
-        assert_eq!(gate.state(), State::Vibrating);
-    }
-
-    #[test]
-    fn a_silent_line_stops_it_for_good() {
-        let mut gate = gate();
-        gate.textured();
-        gate.enable(true);
-        for n in 1..300 {
-            gate.step(5 * n);
-            assert_eq!(gate.state(), State::Vibrating, "{n}");
-        }
         gate.heard();
         for n in 0..300 {
-            assert_eq!(gate.state(), State::Vibrating, "{n}");
             gate.step(-5 * n);
+            let state = if n < 299 {
+                State::Vibrating
+            } else {
+                State::LineSilent
+            };
+            assert_eq!(gate.state(), state, "{n}");
         }
-        assert_eq!(gate.state(), State::LineSilent);
         gate.heard();
         gate.step(0);
         assert_eq!(gate.state(), State::LineSilent, "until it is enabled");

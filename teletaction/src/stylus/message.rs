@@ -15,7 +15,7 @@ use ridgetone_proto::telemetry::{self, Events, PacketDecoder, WIRE_MAX};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
 /// Version of the stylus's wire contract; a reader refuses another one.
-pub const PROTOCOL: u8 = 2;
+pub const PROTOCOL: u8 = 3;
 
 /// The byte before every command and every event. The finger's enumerations are shorter than this.
 const MARK: u8 = b'S';
@@ -79,7 +79,6 @@ impl Events for Mark<Event> {
         match &self.0 {
             Event::Hello(hello) => Some(hello.t_us),
             Event::Reply(_) => None,
-            Event::Damaged(damaged) => Some(damaged.t_us),
             Event::State(change) => Some(change.t_us),
             Event::Position(position) => Some(position.t_us),
             Event::Health(health) => Some(health.t_us),
@@ -102,8 +101,6 @@ impl Events for Mark<Event> {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Command {
-    /// Send `hello`, which carries the parameters in force.
-    Greet,
     /// Use this texture, from the next sample on.
     Texture(Texture),
     /// Use these parameters. Only at rest: see [`Outcome::NotAtRest`]. The texture is forgotten,
@@ -116,8 +113,6 @@ pub enum Command {
     /// Nothing but that the line is alive: any whole request says so. Without one for
     /// [`Parameters::silence_s`] the stylus stops.
     Alive,
-    /// Stop, go down to 0 V, softly, and reset the board.
-    Restart,
 }
 
 /// A command with its number, which the reply repeats.
@@ -126,83 +121,58 @@ pub struct Request {
     /// Chosen by the PC. A repeated number is a repeated request: the stylus replies, but does not
     /// carry it out twice.
     pub number: u16,
-    /// The command.
     pub command: Mark<Command>,
 }
 
 /// The reply to a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reply {
-    /// The request's number.
     pub number: u16,
-    /// The result.
     pub outcome: Outcome,
 }
 
 /// Result of a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Outcome {
-    /// Done.
     Done,
     /// A value of a texture or a parameter is impossible, a NaN among them; nothing has changed.
     Refused(SettingsError),
     /// Parameters change only while the output rests: send `Disable` first, and wait for
     /// [`Parameters`]' `fade_s`.
     NotAtRest,
-    /// The board is about to reset.
-    Restarting,
 }
 
 /// A report of the stylus.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Event {
-    /// It has started, or answers a greeting.
+    /// It has started, or has new parameters.
     Hello(Hello),
     /// The answer to a request.
     Reply(Reply),
-    /// Requests have arrived damaged: nobody knows which, so they are refused without a number.
-    Damaged(Damaged),
     /// It begins or stops to vibrate.
     State(Change),
-    /// Position of the hand.
     Position(Position),
-    /// Counters and readings.
     Health(Health),
 }
 
 /// First event after start-up, and again about every ten seconds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello {
-    /// [`PROTOCOL`].
     pub protocol: u8,
     /// Firmware version: major, minor, patch.
     pub version: [u8; 3],
-    /// Samples a second.
     pub sample_hz: u32,
-    /// Parameters in force.
     pub parameters: Parameters,
     /// Why the board started.
     pub boot: Boot,
-    /// Device time, microseconds.
     pub t_us: u64,
-}
-
-/// Requests that were refused because they arrived damaged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Damaged {
-    /// Device time, microseconds.
-    pub t_us: u64,
-    /// Count since the last such event.
-    pub requests: u32,
 }
 
 /// It begins or stops to vibrate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Change {
-    /// Device time, microseconds.
     pub t_us: u64,
-    /// New state.
     pub state: State,
 }
 
@@ -220,7 +190,6 @@ pub struct Position {
 /// Counters and readings, about once a second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Health {
-    /// Device time, microseconds.
     pub t_us: u64,
     /// Samples since start-up, wrapping; those that were missed count.
     pub samples: u32,
@@ -229,7 +198,6 @@ pub struct Health {
     /// Longest time from a sample's trigger to the reading of the encoder, microseconds, whole
     /// ones.
     pub latest_reading_us: u32,
-    /// State of the stylus.
     pub state: State,
     /// Amplitude of the fundamental now, volts.
     pub amplitude_v: f32,
@@ -241,7 +209,6 @@ pub struct Health {
     pub messages_dropped: u32,
     /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
     pub stack_used_bytes: u32,
-    /// Size of the stack, bytes; zero where nothing measures it.
     pub stack_bytes: u32,
     /// Fraction of time that the processor was busy, 0 to 1; zero where nothing measures it.
     pub load: f32,

@@ -30,8 +30,6 @@ pub struct Parameters {
     /// Without a whole request for this time the vibration stops, until it is enabled again;
     /// seconds, 0.01 to 60.
     pub silence_s: f32,
-    /// Events `Position` a second, 0 to 250; 0: none.
-    pub positions_hz: f32,
 }
 
 impl Parameters {
@@ -45,26 +43,27 @@ impl Parameters {
         law: AmplitudeLaw::OKAMOTO,
         still_s: 0.5,
         silence_s: 0.5,
-        positions_hz: 250.0,
     };
 
     /// A stimulus with these parameters, or the parameter that is impossible.
     pub fn stimulus(&self) -> Result<Stimulus, SettingsError> {
         self.check().map_err(refusal)?;
-        let rate_hz = SAMPLE_HZ as f32;
-        let own_s = CONVERTER_SAMPLES / rate_hz;
         let encoder = Encoder {
             count_mm: self.count_mm,
-            rate_hz,
-            latency_s: own_s + self.latency_s,
+            rate_hz: SAMPLE_HZ as f32,
+            latency_s: self.whole_latency_s(),
         };
         Stimulus::new(self.actuator, encoder, self.law).map_err(refusal)
+    }
+
+    /// Latency with the converter's own, seconds.
+    pub fn whole_latency_s(&self) -> f32 {
+        CONVERTER_SAMPLES / SAMPLE_HZ as f32 + self.latency_s
     }
 
     fn check(&self) -> Result<(), Error> {
         within("still_s", self.still_s, 0.01, 60.0)?;
         within("silence_s", self.silence_s, 0.01, 60.0)?;
-        within("positions_hz", self.positions_hz, 0.0, 250.0)?;
         // Without the latency of the converter, so that the bounds are those of the field.
         within("latency_s", self.latency_s, 0.0, 0.0198)
     }
@@ -99,10 +98,9 @@ mod tests {
     fn the_defaults_are_possible_and_impossible_parameters_are_named() {
         assert!(Parameters::DEFAULT.stimulus().is_ok());
         type Change = fn(&mut Parameters);
-        let cases: [(Change, &str); 8] = [
+        let cases: [(Change, &str); 7] = [
             (|p| p.still_s = f32::NAN, "still_s"),
             (|p| p.silence_s = 0.0, "silence_s"),
-            (|p| p.positions_hz = 251.0, "positions_hz"),
             (|p| p.latency_s = 0.0199, "latency_s"),
             (|p| p.count_mm = -0.005, "count_mm"),
             (|p| p.actuator.voltage_v = f32::NAN, "voltage_v"),

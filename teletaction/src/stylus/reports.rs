@@ -1,15 +1,17 @@
-//! The task `requests`: takes requests, and reports: positions, changes, damage, health.
+//! The task `requests`. Each request is decided, carried out within a short lock, and answered; a
+//! damaged one is refused without its number. And it reports: positions, changes, health.
 
 use super::gate::State;
-use super::message::{Change, Damaged, Event, Health, Hello, Mark, PROTOCOL};
-use super::requests::Requests;
+use super::message::{
+    Change, Command, Event, Health, Hello, Mark, Outcome, PROTOCOL, Reply, Request,
+};
+use super::parameters::{Parameters, refusal};
 use super::sampler::{Look, Sampler};
 use super::{REPORT_SAMPLES, SAMPLE_HZ};
-use ridgetone_finger::tasks::Outbox;
-use ridgetone_finger::tasks::RequestInbox;
-use ridgetone_finger::tasks::{Platform, Shared};
+use ridgetone_finger::tasks::{Outbox, Platform, RequestInbox, Shared};
 use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::Boot;
+use ridgetone_proto::framing::decode;
 use rtic_core::Mutex;
 
 /// Seconds from one `health` to the next, and from one `hello` to the next.
@@ -19,14 +21,15 @@ const HELLO_S: u32 = 10;
 /// State owned by the task.
 #[derive(Debug)]
 pub struct Reports {
-    requests: Requests,
+    /// The parameters in force.
+    parameters: Parameters,
+    latest: Option<Reply>,
     boot: Boot,
     /// Samples at the latest position, health and greeting.
     placed: u32,
     healthy: u32,
     greeted: Option<u32>,
     state: State,
-    damaged: u32,
     /// Samples at the latest run.
     seen: u32,
 }
@@ -34,15 +37,14 @@ pub struct Reports {
 impl Reports {
     /// Nothing reported yet. `boot`: how this run began.
     pub const fn new(boot: Boot) -> Self {
-        let (placed, healthy, damaged) = (0, 0, 0);
         Self {
-            requests: Requests::new(),
+            parameters: Parameters::DEFAULT,
+            latest: None,
             boot,
-            placed,
-            healthy,
+            placed: 0,
+            healthy: 0,
             greeted: None,
             state: State::Disabled,
-            damaged,
             seen: 0,
         }
     }
@@ -55,7 +57,7 @@ impl Reports {
         outbox: &mut impl Mutex<T = Outbox<Mark<Event>>>,
         shared: &Shared<P>,
     ) {
-        let is_asked = self.requests.step(sampler, inbox, outbox, shared);
+        let is_asked = self.request(sampler, inbox, outbox, shared);
         let look = sampler.lock(|sampler| sampler.look());
         let mut emit = |event| outbox.lock(|outbox| outbox.send(Mark(event), shared));
         let t_us = look.position.t_us;
@@ -66,7 +68,14 @@ impl Reports {
                 .is_none_or(|at| since(at) >= HELLO_S * SAMPLE_HZ)
         {
             self.greeted = Some(look.samples);
-            emit(Event::Hello(self.hello(t_us)));
+            emit(Event::Hello(Hello {
+                protocol: PROTOCOL,
+                version: VERSION,
+                sample_hz: SAMPLE_HZ,
+                parameters: self.parameters,
+                boot: self.boot.clone(),
+                t_us,
+            }));
         }
         if self.state != look.state {
             self.state = look.state;
@@ -75,28 +84,14 @@ impl Reports {
                 state: look.state,
             }));
         }
-        let requests = shared
-            .diagnostics
-            .requests_damaged
-            .get()
-            .wrapping_sub(self.damaged);
-        if requests > 0 {
-            self.damaged = self.damaged.wrapping_add(requests);
-            emit(Event::Damaged(Damaged { t_us, requests }));
-        }
-        let positions_hz = self.requests.parameters.positions_hz;
         // Half a run early, so that a run more or less of the timer's does not skip one.
-        let period = SAMPLE_HZ as f32 / positions_hz - 0.5 * REPORT_SAMPLES as f32;
-        if positions_hz > 0.0 && since(self.placed) as f32 >= period {
+        if since(self.placed) >= REPORT_SAMPLES / 2 {
             self.placed = look.samples;
             emit(Event::Position(look.position));
         }
         if since(self.healthy) >= HEALTH_S * SAMPLE_HZ {
             self.healthy = look.samples;
             emit(Event::Health(health(&look, shared)));
-        }
-        if self.requests.is_restarting() && look.is_down {
-            shared.restart();
         }
         // The finger's policy feeds the watchdog; here samples stand for conversions, and a run of
         // this for a run of `detect`.
@@ -107,15 +102,63 @@ impl Reports {
         shared.liveness.detected.bump();
     }
 
-    fn hello(&self, t_us: u64) -> Hello {
-        Hello {
-            protocol: PROTOCOL,
-            version: VERSION,
-            sample_hz: SAMPLE_HZ,
-            parameters: self.requests.parameters,
-            boot: self.boot.clone(),
-            t_us,
+    /// Carries out the request in the inbox, if there is one, and posts its reply. Gives whether
+    /// `hello` is due, as new parameters demand.
+    fn request<P: Platform>(
+        &mut self,
+        sampler: &mut impl Mutex<T = Sampler>,
+        inbox: &mut impl Mutex<T = RequestInbox>,
+        outbox: &mut impl Mutex<T = Outbox<Mark<Event>>>,
+        shared: &Shared<P>,
+    ) -> bool {
+        let Some(mut frame) = inbox.lock(|inbox| inbox.take()) else {
+            return false;
+        };
+        let Some(Request {
+            number,
+            command: Mark(command),
+        }) = decode(&mut frame)
+        else {
+            shared.diagnostics.requests_damaged.add(1);
+            return false;
+        };
+        sampler.lock(|sampler| sampler.heard());
+        let again = self.latest.as_ref().filter(|reply| reply.number == number);
+        let is_new = again.is_none();
+        let reply = again.cloned().unwrap_or_else(|| Reply {
+            number,
+            outcome: self.carry_out(&command, sampler),
+        });
+        let is_done = reply.outcome == Outcome::Done;
+        // A PC that repeats a request which came too early must get a new decision.
+        self.latest = Some(reply.clone()).filter(|reply| reply.outcome != Outcome::NotAtRest);
+        outbox.lock(|outbox| outbox.send(Mark(Event::Reply(reply)), shared));
+        is_new && is_done && matches!(command, Command::Configure(_))
+    }
+
+    fn carry_out(&mut self, command: &Command, sampler: &mut impl Mutex<T = Sampler>) -> Outcome {
+        match command {
+            Command::Alive => {}
+            Command::Texture(texture) => {
+                // Doubles, without making a sample wait.
+                match sampler.lock(|sampler| sampler.stimulus()).prepare(texture) {
+                    Ok(prepared) => sampler.lock(|sampler| sampler.texture(&prepared)),
+                    Err(error) => return Outcome::Refused(refusal(error)),
+                }
+            }
+            Command::Configure(parameters) => match parameters.stimulus() {
+                Ok(stimulus)
+                    if sampler.lock(|sampler| sampler.configure(parameters, &stimulus)) =>
+                {
+                    self.parameters = *parameters;
+                }
+                Ok(_) => return Outcome::NotAtRest,
+                Err(error) => return Outcome::Refused(error),
+            },
+            Command::Enable => sampler.lock(|sampler| sampler.enable(true)),
+            Command::Disable => sampler.lock(|sampler| sampler.enable(false)),
         }
+        Outcome::Done
     }
 }
 

@@ -33,41 +33,25 @@ pub struct Options {
 
 /// Serves the page until this process is to stop. Gives the feed back, if there was one, for its
 /// counts.
-pub fn serve(
-    textures: Textures,
-    output: Output,
-    options: Options,
-) -> (Option<Box<Feed>>, Result<()>) {
-    let shown = |source: String, status: &str, texture| Shown {
+pub fn serve(textures: Textures, output: Output, options: Options) -> (Option<Feed>, Result<()>) {
+    let (source, texture, mut finger) = match textures {
+        Textures::Fixed(name, texture) => (name, Some(texture), None),
+        Textures::Finger(feed) => (feed.name(), None, Some(Follower::new(*feed))),
+    };
+    let shown = Shown {
         source,
-        status: status.into(),
+        status: match texture {
+            Some(_) => "A texture of a file.".into(),
+            None => WAITING.into(),
+        },
         is_silent: false,
         texture,
         number: u64::from(texture.is_some()),
         delay_ms: options.delay_ms,
         carrier_hz: options.carrier_hz,
     };
-    match textures {
-        Textures::Fixed(name, texture) => {
-            let shown = shown(name, "A texture of a file.", Some(texture));
-            (
-                None,
-                with_page(shown, output, options, &mut |_| std::thread::sleep(LOOK)).map(drop),
-            )
-        }
-        Textures::Finger(feed) => {
-            let shown = shown(feed.name(), WAITING, None);
-            let mut finger = Follower::new(*feed);
-            let mut failed = Ok(());
-            let served = with_page(shown, output, options, &mut |page| {
-                if let Err(error) = step(&mut finger, page) {
-                    failed = Err(error);
-                    stop::request();
-                }
-            });
-            (Some(Box::new(finger.into_feed())), served.and(failed))
-        }
-    }
+    let served = with_page(shown, output, options, &mut finger);
+    (finger.map(Follower::into_feed), served)
 }
 
 const WAITING: &str = "No texture yet: the finger has to slide over one.";
@@ -77,13 +61,16 @@ fn with_page(
     shown: Shown,
     output: Output,
     options: Options,
-    step: &mut dyn FnMut(&Page),
+    finger: &mut Option<Follower>,
 ) -> Result<()> {
     let page = Page::new(output, shown)?;
     let server = Server::start(&[options.address], page.routes())?;
     announce::announce(&server, options.open)?;
     while !stop::is_requested() {
-        step(&page);
+        match finger {
+            Some(finger) => step(finger, &page)?,
+            None => std::thread::sleep(LOOK),
+        }
     }
     Ok(())
 }

@@ -59,7 +59,7 @@ const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; 
     form-action 'none'; frame-ancestors 'none'";
 
 /// State of the page.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Shown {
     pub source: String,
     pub status: String,
@@ -77,19 +77,12 @@ pub struct Shown {
 
 #[derive(Serialize)]
 struct Json<'a> {
-    source: &'a str,
-    status: &'a str,
-    is_silent: bool,
-    texture: Option<Texture>,
+    #[serde(flatten)]
+    shown: &'a Shown,
     /// Amplitude as a fraction of the actuator's maximum.
     fraction: Option<f32>,
-    number: u64,
-    delay_ms: (f64, f64),
-    carrier_hz: Option<f32>,
-    voltage_v: f32,
-    cutoff_hz: f32,
-    slew_v_s: f32,
-    fade_s: f32,
+    #[serde(flatten)]
+    actuator: Actuator,
 }
 
 /// State shared by all open pages.
@@ -161,29 +154,11 @@ impl Page {
 }
 
 fn json(output: &Output, shown: &Shown) -> Result<String> {
-    let Actuator {
-        voltage_v,
-        cutoff_hz,
-        slew_v_s,
-        fade_s,
-        ..
-    } = output.actuator;
+    let fraction = |texture: &Texture| output.fraction(texture);
     Ok(serde_json::to_string(&Json {
-        source: &shown.source,
-        status: &shown.status,
-        is_silent: shown.is_silent,
-        texture: shown.texture,
-        fraction: shown
-            .texture
-            .as_ref()
-            .map(|texture| output.fraction(texture)),
-        number: shown.number,
-        delay_ms: shown.delay_ms,
-        carrier_hz: shown.carrier_hz,
-        voltage_v,
-        cutoff_hz,
-        slew_v_s,
-        fade_s,
+        shown,
+        fraction: shown.texture.as_ref().map(fraction),
+        actuator: output.actuator,
     })?)
 }
 

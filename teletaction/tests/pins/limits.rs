@@ -78,51 +78,34 @@ fn a_step_takes_as_long_as_the_slew_says() {
 }
 
 #[test]
-fn the_stroke_bounds_the_force() {
-    assert_eq!(
-        Limits {
-            stroke_mm: 0.5,
-            ..DISPLAY
-        }
-        .max_n(),
-        0.25
-    );
-    assert_eq!(DISPLAY.max_n(), 1.0);
-}
-
-#[test]
 fn impossible_displays_are_refused() {
-    let refused = |limits: Limits| Pins::new(limits, 1).expect_err("refused");
-    let with = |change: fn(&mut Limits)| {
+    type Change = fn(&mut Limits);
+    let refused = |change: Change| {
         let mut limits = DISPLAY;
         change(&mut limits);
-        limits
+        Pins::new(limits, 1).expect_err("refused")
     };
-    for (limits, setting) in [
-        (with(|limits| limits.force_n = 0.0), "force_n"),
-        (with(|limits| limits.force_n = f32::NAN), "force_n"),
-        (with(|limits| limits.stroke_mm = -1.0), "stroke_mm"),
+    let cases: [(Change, &str); 7] = [
+        (|limits| limits.force_n = 0.0, "force_n"),
+        (|limits| limits.force_n = f32::NAN, "force_n"),
+        (|limits| limits.stroke_mm = -1.0, "stroke_mm"),
         (
-            with(|limits| limits.stiffness_n_mm = f32::INFINITY),
+            |limits| limits.stiffness_n_mm = f32::INFINITY,
             "stiffness_n_mm",
         ),
-        (with(|limits| limits.update_hz = 0.0), "update_hz"),
-        (with(|limits| limits.levels = 0), "levels"),
-        (with(|limits| limits.slew_n_s = 0.0), "slew_n_s"),
-    ] {
-        let Error::Setting(error) = refused(limits) else {
+        (|limits| limits.update_hz = 0.0, "update_hz"),
+        (|limits| limits.levels = 0, "levels"),
+        (|limits| limits.slew_n_s = 0.0, "slew_n_s"),
+    ];
+    for (change, setting) in cases {
+        let Error::Setting(error) = refused(change) else {
             panic!("{setting}")
         };
         assert_eq!(error.name, setting);
     }
     // 0.05 N an update, and levels of 0.1 N.
-    assert!(matches!(
-        refused(Limits {
-            slew_n_s: 1.0,
-            ..DISPLAY
-        }),
-        Error::Frozen { .. }
-    ));
+    let frozen = refused(|limits| limits.slew_n_s = 1.0);
+    assert!(matches!(frozen, Error::Frozen { .. }));
     let mut pins = Pins::new(DISPLAY, 1).expect("a display");
     assert!(
         pins.advance(-0.1, &[0.0]).is_err()
