@@ -25,10 +25,7 @@ pub struct Image {
 pub const BENCH: Image = image("bench", "ridgetone-eval", "ridgetone-bench", &[]);
 
 /// The bench image: the fit in each scene, with its windows in it.
-pub const COUNTS: Image = Image {
-    package: "ridgetone-bench",
-    ..bench("bench", "bench-image")
-};
+pub const COUNTS: Image = image("bench", "ridgetone-bench", "bench-image", &[]);
 
 /// The benchmark of the methods that the fit is compared with.
 pub const BASELINES: Image = image("bench-baselines", "ridgetone-eval", "baselines-bench", &[]);
