@@ -6,7 +6,7 @@ mod common;
 
 use common::{assert_one_line, directory, json_lines, ridgetone, run, text};
 use hal_mock::Sliding;
-use ridgetone_host::input::{Input, Source};
+use ridgetone_host::input::Input;
 use ridgetone_host::recording::{self, Keep};
 use ridgetone_host::replay;
 use ridgetone_host::touches::PERIODS_MM;
@@ -234,11 +234,11 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
         swings: 3.0,
     };
     let input = Input {
-        source: Source::Scene(Sliding {
+        scene: Sliding {
             period_mm: PERIOD_MM,
             hand: Some(scene_hand),
             ..Sliding::physical()
-        }),
+        },
         ..Input::default()
     };
     let opened = input.open().expect("a scene");
