@@ -47,8 +47,7 @@ fn noisy(reverse: bool, period_mm: f64) -> Sliding {
 
 /// Asserts the verdict on the direction, and the period to a fraction.
 #[track_caller]
-fn assert_travel(fit: &Estimate, status: TravelStatus, reverse: bool, period: (f64, f64)) {
-    let (period_mm, within) = period;
+fn assert_travel(fit: &Estimate, status: TravelStatus, reverse: bool, period_mm: f64, within: f64) {
     let found = (fit.travel.status, fit.travel.direction);
     assert_eq!(found, (status, towards(reverse)), "{fit:?}");
     let off = f64::from(fit.travel.spatial_period_mm) / period_mm - 1.0;
@@ -125,7 +124,7 @@ fn a_fast_grating_is_as_good_as_a_slow_one() {
             ..noisy(reverse, 2.6)
         };
         for fit in estimates(fast, with_array(CALIBRATED)) {
-            assert_travel(&fit, TravelStatus::Unique, reverse, (2.6, 0.01));
+            assert_travel(&fit, TravelStatus::Unique, reverse, 2.6, 0.01);
         }
     }
 }
@@ -150,7 +149,7 @@ fn with_a_given_speed_the_period_comes_from_it() {
             estimates(noisy(reverse, 3.6), settings)
         };
         for fit in fits_at(30.0) {
-            assert_travel(&fit, TravelStatus::Given, reverse, (3.6, 0.002));
+            assert_travel(&fit, TravelStatus::Given, reverse, 3.6, 0.002);
             let travel = fit.travel;
             assert_eq!((travel.speed_mm_s, travel.speed_sigma_mm_s), (30.0, 0.0));
             let expected_mm = 3.6 * fit.sigma / fit.frequency;

@@ -84,7 +84,7 @@ impl Line {
 }
 
 /// 5 V, two resistors of 820 ohm, 0.2 per unit of shear and half that of normal strain.
-fn bridge_v(tilt: f64, (normal, shear): (f64, f64)) -> f64 {
+fn bridge_v(tilt: f64, normal: f64, shear: f64) -> f64 {
     2.5 + 5.0 / 4.0 * 0.2 * (tilt * shear + 0.5 * normal)
 }
 
@@ -147,7 +147,7 @@ fn the_series_is_the_sum_of_the_line_loads() {
                 for (input, sensor_mm, tilt) in SENSORS {
                     let strains =
                         summed(&parameters, sensor_mm, place_mm, way * friction, way * 0.5);
-                    let wanted = bridge_v(tilt, strains);
+                    let wanted = bridge_v(tilt, strains.0, strains.1);
                     let got = scene.clean_volts(input, t_s);
                     // The tone is 1 to 15 mV.
                     assert!(
@@ -207,7 +207,8 @@ fn under_a_ridged_skin_the_series_is_the_sum_of_the_ridges_that_meet() {
             let t_s = scene.truth().slide_start_s + 0.3 + 0.0067 * f64::from(step);
             for (input, sensor_mm, tilt) in SENSORS {
                 let place_mm = scene.position_mm(t_s);
-                let wanted = bridge_v(tilt, summed_under_ridges(&parameters, sensor_mm, place_mm));
+                let (normal, shear) = summed_under_ridges(&parameters, sensor_mm, place_mm);
+                let wanted = bridge_v(tilt, normal, shear);
                 let got = scene.clean_volts(input, t_s);
                 // The load makes some 10 mV. Overtones beyond the 24th are left out: at 1.2 mm all
                 // odd ones reach the sensors.

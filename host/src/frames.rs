@@ -3,6 +3,7 @@
 //! and only what follows from the frames is reported.
 
 mod board;
+mod frame;
 mod table;
 
 use crate::messages::Form;
@@ -12,40 +13,17 @@ use crate::stop;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use board::Board;
-use ridgetone_finger::{Detector, Diagnostics, Outputs, Pipeline, PlainFrame, Ring};
+use frame::Frame;
+pub use frame::Reading;
+use ridgetone_finger::{Detector, Diagnostics, Outputs, Pipeline, Ring};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, Slide, SlideRule};
-use ridgetone_proto::telemetry::{Estimate, Event, Packet, Raw};
+use ridgetone_proto::telemetry::{Estimate, Event, Packet};
 use std::ops::ControlFlow;
 use table::Table;
 
 /// Frames between two reports of progress.
 const PROGRESS_EVERY: u64 = 4096;
-
-/// How the rows of a table are read.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
-    /// Rows per second, whatever their stamps; by the stamps if none.
-    pub rate_hz: Option<f64>,
-    pub volts_per_unit: f64,
-}
-
-impl Default for Reading {
-    fn default() -> Self {
-        Self {
-            rate_hz: None,
-            volts_per_unit: 1.0,
-        }
-    }
-}
-
-/// A frame of a recording.
-enum Frame<'a> {
-    Raw(Raw),
-    Plain(PlainFrame<'a>),
-    /// The board restarted here: what follows is another run.
-    Restart,
-}
 
 enum Source {
     Board(Board),

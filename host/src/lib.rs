@@ -19,7 +19,7 @@
 //! | the state of a board, for a screen | [`live`], [`analysis`], [`harmonics`] |
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
 //! | the messages of many boards on the buses of a robot | [`serve`] |
-//! | telemetry in a file, and in other formats | [`recording`], `export` |
+//! | telemetry in a file, and in other formats | [`recording`], [`record`], `export` |
 //! | packets as text, as JSON | [`events`], [`names`], `tone`, [`overtones`], `remarks` |
 //! | a board's clock beside UTC | [`utc`] |
 //! | settings as TOML and `name=value` | [`settings_form`] |
@@ -72,6 +72,7 @@ pub mod program;
 #[path = "../tests/common/ram_flash.rs"]
 mod ram_flash;
 mod raw_rows;
+pub mod record;
 pub mod recording;
 mod remarks;
 pub mod replay;

@@ -65,7 +65,7 @@ impl PositionFile {
             clock,
             after_s: board.middle_s() - LOW_PASS_S,
         });
-        joined.check_overlap(samples.name(), board.frames_s)?;
+        joined.check_overlap(samples.name(), board.frames_s.0, board.frames_s.1)?;
         let mut selection = selection.clone();
         selection.position = Some(Column::millimetres(JOINED));
         selection.alignment = Some(Alignment {
@@ -372,8 +372,8 @@ impl Joined {
         self.clock.time_s(t_s + self.after_s)
     }
 
-    fn check_overlap(&self, recording: &str, frames_s: (f64, f64)) -> Result<()> {
-        let (first_s, last_s) = (self.time_s(frames_s.0), self.time_s(frames_s.1));
+    fn check_overlap(&self, recording: &str, first_s: f64, last_s: f64) -> Result<()> {
+        let (first_s, last_s) = (self.time_s(first_s), self.time_s(last_s));
         let (from_s, to_s) = self.track.range_s();
         let unit = if self.track.is_utc() {
             "s since 1970"

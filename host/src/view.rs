@@ -15,6 +15,7 @@
 //! ([uPlot](https://github.com/leeoniya/uPlot), MIT). It loads nothing from anywhere else.
 
 pub mod announce;
+pub mod answer;
 pub mod files;
 pub mod guard;
 pub mod hub;
@@ -29,11 +30,12 @@ pub mod status;
 use crate::feed::{Feed, Following};
 use crate::note;
 use crate::stop;
+use answer::App;
 use anyhow::{Context, Result};
 use hub::{Hub, UPDATE_EVERY};
 use ridgetone_proto::settings::Settings;
 use runs::{How, Runs};
-use server::{App, Server};
+use server::Server;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -98,7 +98,7 @@ fn stamps(
     pace: f64,
     zero: impl FnOnce() -> SystemTime,
 ) -> Vec<Stamp> {
-    let (feed, ended) = recording::record(feed, path, requester, None).expect("a recording");
+    let (feed, ended) = record::record(feed, path, requester, None).expect("a recording");
     ended.expect("an end");
     drop(feed);
     let zero = zero().duration_since(UNIX_EPOCH).expect("a clock");

@@ -39,8 +39,8 @@ const REST_CODE: u16 = 2048;
 const MAX_CODE: f32 = 4095.0;
 
 /// A mean delay, and the paper's standard deviation of it, milliseconds.
-const STEADY: (f64, f64) = (120.0, 0.0);
-const PAPER: (f64, f64) = (120.0, 40.0);
+const STEADY: [f64; 2] = [120.0, 0.0];
+const PAPER: [f64; 2] = [120.0, 40.0];
 
 /// A link in steps of a millisecond.
 struct Bench {
@@ -49,17 +49,19 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(hand: Hand, delay_ms: (f64, f64), loss: f64, follows: bool) -> Self {
+    fn new(hand: Hand, delay_ms: [f64; 2], loss: f64, follows: bool) -> Self {
+        let [delay_ms, jitter_ms] = delay_ms;
         let output = Output::new(ACTUATOR, None).expect("an output");
         let options = Options {
             delay_ms,
+            jitter_ms,
             loss,
             seed: 5,
             run: 70_000,
             follows,
         };
         let parameters = Parameters::DEFAULT;
-        let stylus = Simulated::new(hand, output, &parameters, delay_ms.0 / 1e3);
+        let stylus = Simulated::new(hand, output, &parameters, delay_ms / 1e3);
         let line = Line::Simulated(Box::new(stylus));
         let end = BoardEnd::new(line, output, parameters, options.run).expect("an end");
         let link = Link::new(&options, Ends::Here, Some(end)).expect("a link");
@@ -67,7 +69,7 @@ impl Bench {
     }
 
     /// With a texture under the finger.
-    fn touching(period_mm: f32, delay_ms: (f64, f64), loss: f64) -> Self {
+    fn touching(period_mm: f32, delay_ms: [f64; 2], loss: f64) -> Self {
         let mut bench = Self::new(Hand::OKAMOTO, delay_ms, loss, false);
         bench.link.finger.found(Some(Texture::new(period_mm)));
         bench
@@ -255,7 +257,7 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
     replay::run(opened, settings, &mut sink, &mut |_, _| {}).expect("a run");
 
     // The hand of the link begins to move at 0 s, and the finger a delay later.
-    let delay_s = STEADY.0 / 1e3;
+    let delay_s = STEADY[0] / 1e3;
     let linked_s = |device_us: u64| device_us as f64 * 1e-6 - slide_start_s + delay_s;
     let hand = Hand {
         speed_mm_s: scene_hand.peak_mm_s / FRAC_PI_2,

@@ -26,6 +26,7 @@ mod plan_request;
 pub(crate) mod report;
 pub(crate) mod requests;
 pub(crate) mod shared;
+mod watch;
 
 pub use detect::Detect;
 pub use drdy::{Drdy, DrdyPin};

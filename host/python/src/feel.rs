@@ -44,10 +44,6 @@ impl Spectra {
     }
 }
 
-fn measured((value, sigma): (f32, f32)) -> Measured {
-    Measured { value, sigma }
-}
-
 fn pair(measured: Measured) -> (f32, f32) {
     (measured.value, measured.sigma)
 }
@@ -68,7 +64,11 @@ pub fn feel(
             .collect();
         firing.push(&Firing::mean(channels.iter()));
     }
-    let indices = Indices::new(&firing, sigma_fraction, m.map(measured));
+    let indices = Indices::new(
+        &firing,
+        sigma_fraction,
+        m.map(|(value, sigma)| Measured { value, sigma }),
+    );
     let receptor = |receptor: Receptor| -> Row {
         let absent = Firing::absent(receptor, spectra.bins, spectra.windows.bin_hz());
         let found = indices.get(receptor as usize).map(pair);
@@ -118,7 +118,10 @@ pub fn volts_per_um(
 ) -> PyResult<Vec<Option<(f32, f32)>>> {
     let spectra = Spectra::new(spectra, measured_s)?;
     let reference = Reference {
-        ra_um: measured((surface.ra_um, surface.ra_sigma_um)),
+        ra_um: Measured {
+            value: surface.ra_um,
+            sigma: surface.ra_sigma_um,
+        },
         rsm_mm: surface.rsm_mm,
         speed_mm_s: surface.speed_mm_s,
     };

@@ -207,7 +207,7 @@ impl Strips {
 
     /// Maps a value to pixels: in the middle of its row, to the column's scale or to one that fills
     /// the row.
-    fn scaled(&self, column: &Column, (low, high): (f64, f64), middle: f64) -> (f64, f64) {
+    fn scaled(&self, column: &Column, low: f64, high: f64, middle: f64) -> (f64, f64) {
         let own = if high > low {
             FILLED * self.row_height() / (high - low)
         } else {
@@ -226,7 +226,7 @@ impl Strips {
             .fold(0.0, |greatest: f64, (_, left)| left.abs().max(greatest));
         let missing = (greatest - 0.5 * (high - low)).max(0.0);
         (low, high) = (low - missing, high + missing);
-        let (pixels, zero) = self.scaled(column, (low, high), middle);
+        let (pixels, zero) = self.scaled(column, low, high, middle);
         let points = |points: &Points, zero: f64| {
             let at = |(at, value): &(f64, f64)| (column.axis.place(*at), zero - pixels * value);
             thinned(&points.iter().map(at).collect::<Points>())
@@ -239,7 +239,8 @@ impl Strips {
 
     fn close_up(&self, svg: &mut Svg, column: &Column, strip: &Strip, middle: f64) {
         let readings = || inside(&strip.readings, &column.range);
-        let (pixels, zero) = self.scaled(column, extremes(readings().chain(&strip.curve)), middle);
+        let (low, high) = extremes(readings().chain(&strip.curve));
+        let (pixels, zero) = self.scaled(column, low, high, middle);
         let at = |(at, value): &(f64, f64)| (column.axis.place(*at), zero - pixels * value);
         let dots: Points = readings().map(at).collect();
         if dots.len() > DOTS_MAX {

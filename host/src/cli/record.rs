@@ -4,7 +4,7 @@ use super::board::BoardOptions;
 use super::lines::report;
 use super::parse::positive;
 use crate::feed::Requester;
-use crate::{recording, settings_form, stop};
+use crate::{record, settings_form, stop};
 use anyhow::Result;
 use clap::Args;
 use std::path::PathBuf;
@@ -50,7 +50,7 @@ impl RecordArgs {
         // A request takes a moment: a board that runs ahead of it would have sent much by then.
         let pace = (self.raw || settings.is_some()).then_some(1.0);
         let feed = self.board.open(pace, false)?;
-        let (feed, recorded) = recording::record(feed, &self.output, requester, self.length)?;
+        let (feed, recorded) = record::record(feed, &self.output, requester, self.length)?;
         report(feed.counts());
         recorded
     }

@@ -1,6 +1,6 @@
 //! The raw frames of a board's recording, codes of its converter.
 
-use super::Frame;
+use super::frame::Frame;
 use crate::messages::{Form, Message, messages};
 use crate::settings_form;
 use anyhow::{Result, bail, ensure};

@@ -1,6 +1,6 @@
 //! The rows of a table as plain frames.
 
-use super::{Frame, Reading};
+use super::frame::{Frame, Reading};
 use crate::digits::significant;
 use crate::input::rate_of;
 use crate::output::Progress;

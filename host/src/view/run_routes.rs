@@ -13,11 +13,11 @@
 //! | POST `/record` | begins to record; the answer to the next one is the run |
 //! | POST `/record/latest` | a run of the latest minute |
 
+use super::answer::{App, answer, to_json};
 use super::hub;
 use super::recorder::Recorder;
 use super::run::Part;
 use super::runs::How;
-use super::server::{App, answer, to_json};
 use anyhow::{Context, Result, ensure};
 use axum::Router;
 use axum::body::Body;

@@ -9,12 +9,12 @@
 //! | `/settings` | POST: some settings for the board, as a JSON object |
 //! | `/runs`, `/record` | [`super::run_routes`] |
 
+use super::answer::{App, answer};
 use super::files::{FILES, File};
 use super::guard::guard;
 use super::hub::Hub;
 use super::message::Message;
 use super::run_routes;
-use super::runs::Runs;
 use crate::events::view::{Missed, Note};
 use anyhow::{Context, Result};
 use axum::Router;
@@ -27,8 +27,6 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use futures_util::future::select;
 use futures_util::stream::{Stream, unfold};
-use hal_mock::printable;
-use serde::Serialize;
 use serde_json::json;
 use std::convert::Infallible;
 use std::future::IntoFuture;
@@ -88,35 +86,6 @@ impl Server {
 fn listed(addresses: &[SocketAddr]) -> String {
     let all: Vec<_> = addresses.iter().map(SocketAddr::to_string).collect();
     all.join(" or ")
-}
-
-/// What the paths of `view` are served from.
-#[derive(Clone)]
-pub struct App {
-    pub hub: Arc<Hub>,
-    pub runs: Arc<Runs>,
-}
-
-/// Text or JSON, with a status by its success.
-pub fn answer(done: Result<String>) -> Response {
-    match done {
-        Ok(text) if text.starts_with(['{', '[']) => {
-            ([(header::CONTENT_TYPE, "application/json")], text).into_response()
-        }
-        Ok(text) => text.into_response(),
-        Err(error) => {
-            let why = format!("{error:#}");
-            (
-                StatusCode::UNPROCESSABLE_ENTITY,
-                printable(&why).into_owned(),
-            )
-                .into_response()
-        }
-    }
-}
-
-pub fn to_json(value: &impl Serialize) -> Result<String> {
-    Ok(serde_json::to_string(value)?)
 }
 
 /// The page of `view`: the hub's messages and the runs.

@@ -111,7 +111,8 @@ impl LinkArgs {
         let mut bytes = [0; 4];
         getrandom::fill(&mut bytes).map_err(|error| anyhow::anyhow!("random numbers: {error}"))?;
         let options = Options {
-            delay_ms: (delay_ms, jitter_ms),
+            delay_ms,
+            jitter_ms,
             loss: self.loss,
             seed: self.seed,
             run: u32::from_le_bytes(bytes),
@@ -169,7 +170,7 @@ impl LinkArgs {
             ..Parameters::DEFAULT
         };
         let line = if self.stylus == "simulated" {
-            let delay_s = options.delay_ms.0 / 1e3;
+            let delay_s = options.delay_ms / 1e3;
             Line::Simulated(Box::new(Simulated::new(hand, output, &parameters, delay_s)))
         } else {
             let port = port::Link::open(port::System, Wanted::Name(self.stylus.clone()))

@@ -37,8 +37,10 @@ pub enum Ends {
 /// The network, each way.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// Mean and standard deviation, milliseconds.
-    pub delay_ms: (f64, f64),
+    /// Mean delay, milliseconds.
+    pub delay_ms: f64,
+    /// Standard deviation of the delay, milliseconds.
+    pub jitter_ms: f64,
     /// Fraction of the messages that is lost, 0 to 1.
     pub loss: f64,
     pub seed: u64,
@@ -94,9 +96,8 @@ pub struct Report {
 impl Link {
     /// `stylus` is the one that is here.
     pub fn new(options: &Options, ends: Ends, stylus: Option<BoardEnd>) -> Result<Self> {
-        let (mean_ms, sigma_ms) = options.delay_ms;
-        let delay =
-            |seed: u64| Delay::new((mean_ms / 1e3) as f32, (sigma_ms / 1e3) as f32, seed as u32);
+        let [mean_s, sigma_s] = [options.delay_ms, options.jitter_ms].map(|ms| (ms / 1e3) as f32);
+        let delay = |seed: u64| Delay::new(mean_s, sigma_s, seed as u32);
         let network = |seed: u64| anyhow::Ok(Network::new(delay(seed)?, options.loss, seed));
         Ok(Self {
             finger: FingerEnd::new(options.run, options.follows),

@@ -13,7 +13,6 @@
 //! higher priority hangs, the watchdog is not fed. The line does not count: a blocked line costs
 //! telemetry, and a reset would not free it.
 
-use super::shared::{Platform, Shared, Task};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Period of the watchdog, seconds: to erase a sector of flash stops the processor for up to 2 s at
@@ -99,19 +98,6 @@ impl WatchdogPolicy {
             *self = now;
         }
         alive
-    }
-
-    /// Runs twice a second, above `fit`, so that a busy fit does not delay it. Requests a check of
-    /// the chip, with the next conversion, or at once if none is likely soon. Returns whether the
-    /// watchdog is to be fed.
-    #[must_use]
-    pub fn run<P: Platform>(&mut self, shared: &Shared<P>) -> bool {
-        let is_alive = self.feeds(&shared.liveness);
-        shared.check.store(true, Relaxed);
-        shared.look.store(true, Relaxed);
-        shared.health.store(!shared.touched.load(Relaxed), Relaxed);
-        P::pend(shared, Task::Drdy);
-        is_alive
     }
 }
 

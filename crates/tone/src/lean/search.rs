@@ -86,9 +86,10 @@ pub struct Second {
     pub power: f32,
 }
 
-/// What a mixture is made with: weights of the channels, and the slope of their sum.
+/// A sum of a half of the channels, with weights.
 #[derive(Clone, Copy)]
 struct Mixture {
+    half: usize,
     weights: [f32; MIXED],
     level: [f32; MIXED],
 }
@@ -104,12 +105,16 @@ impl Mixture {
                 *weight = -*weight;
             }
         }
-        Self { weights, level }
+        Self {
+            half,
+            weights,
+            level,
+        }
     }
 
     #[inline(always)]
-    fn value(&self, half: usize, values: &Values) -> f32 {
-        let values = &values.as_chunks::<MIXED>().0[half % 2];
+    fn value(&self, values: &Values) -> f32 {
+        let values = &values.as_chunks::<MIXED>().0[self.half % 2];
         let mut sums = [0.0; 2];
         for k in 0..MIXED {
             sums[k % 2] += self.weights[k] * (values[k] - self.level[k]);
@@ -192,7 +197,8 @@ impl<'m> Search<'m> {
                 continue;
             };
             if !both {
-                mix_half(span, reference, &self.grid, (half, number), signal)?;
+                let mixture = Mixture::new(reference, half, number);
+                mix_half(span, reference, &self.grid, &mixture, signal)?;
             }
             straighten(signal, pieces);
             transform(signal);
@@ -337,8 +343,8 @@ fn mix_both(
         let values = reference.clean(values, &mut memory);
         let point = frame as usize / grid.each.max(1);
         if let (Some(a), Some(b)) = (first.get_mut(point), second.get_mut(point)) {
-            *a += mixtures[0].value(0, values);
-            *b += mixtures[1].value(1, values);
+            *a += mixtures[0].value(values);
+            *b += mixtures[1].value(values);
         }
     })
 }
@@ -349,16 +355,15 @@ fn mix_half(
     span: &mut FrameSpan,
     reference: &Reference,
     grid: &Grid,
-    (half, number): (usize, usize),
+    mixture: &Mixture,
     signal: &mut [f32],
 ) -> Result<(), Overwritten> {
-    let mixture = Mixture::new(reference, half, number);
     signal.fill(0.0);
     let mut memory = [0.0; CHANNELS_MAX];
     span.visit(reference.wanted, &mut |frame, values| {
         let values = reference.clean(values, &mut memory);
         if let Some(place) = signal.get_mut(frame as usize / grid.each.max(1)) {
-            *place += mixture.value(half, values);
+            *place += mixture.value(values);
         }
     })
 }

@@ -1,0 +1,29 @@
+//! A frame of a recording, and how the rows of a table become frames.
+
+use ridgetone_finger::PlainFrame;
+use ridgetone_proto::telemetry::Raw;
+
+/// How the rows of a table are read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Rows per second, whatever their stamps; by the stamps if none.
+    pub rate_hz: Option<f64>,
+    pub volts_per_unit: f64,
+}
+
+impl Default for Reading {
+    fn default() -> Self {
+        Self {
+            rate_hz: None,
+            volts_per_unit: 1.0,
+        }
+    }
+}
+
+/// A frame of a recording.
+pub enum Frame<'a> {
+    Raw(Raw),
+    Plain(PlainFrame<'a>),
+    /// The board restarted here: what follows is another run.
+    Restart,
+}
