@@ -15,7 +15,7 @@ use ridgetone_host::input::{Input, Opened};
 use ridgetone_host::port::BYTE_S;
 use ridgetone_host::touches::Again;
 use ridgetone_host::utc::Receipt;
-use ridgetone_host::{recording, replay};
+use ridgetone_host::{record, replay};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 use std::collections::VecDeque;
