@@ -373,6 +373,13 @@ fn channels_have_positions_of_their_own() {
     assert!(without > 3.0 * with, "{with} {without}");
 }
 
+/// The greeting of a board with this plan. A pipeline is large: it is not inlined, so that the stack
+/// holds one at a time.
+#[inline(never)]
+fn hello(plan: Plan) -> Event {
+    Box::new(Pipeline::new(Settings::DEFAULT.with_plan(plan))).hello()
+}
+
 /// A copy of a recording with other events or receipts.
 fn copied(from: &Path, name: &str, change: &dyn Fn(&mut Event, &mut Option<Receipt>)) -> PathBuf {
     let path = from.with_file_name(name);
@@ -429,7 +436,7 @@ fn what_does_not_go_is_named() {
     {
         // A recording without raw frames.
         let mut out = recording::create(&empty, "a test", BYTE_S).expect("a recording");
-        let hello = Pipeline::new(Settings::DEFAULT).hello();
+        let hello = hello(Plan::PAPER);
         let mut wire = [0; WIRE_MAX];
         let packet = Packet {
             sequence: 0,
@@ -442,10 +449,14 @@ fn what_does_not_go_is_named() {
         *receipt = None
     });
     // A frame becomes a greeting with another plan.
-    let hello = Pipeline::new(Settings::DEFAULT.with_plan(Plan::HAND)).hello();
     let changed = copied(&recorded.path, "changed.rec", &|event, _| {
-        if matches!(event, Event::Raw(raw) if raw.number == 100) {
-            *event = hello.clone();
+        let t_us = match event {
+            Event::Raw(raw) if raw.number == 100 => raw.t_us,
+            _ => return,
+        };
+        *event = hello(Plan::HAND);
+        if let Event::Hello(hello) = event {
+            hello.t_us = t_us;
         }
     });
     let touch = text(&recorded.path);
