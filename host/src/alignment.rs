@@ -2,10 +2,6 @@
 //! channels, the delay of the low-pass, and the uncertain delay.
 
 use ridgetone_proto::settings::TAXELS;
-use std::f64::consts::TAU;
-
-/// Phases below which the dispersion of the low-pass is left out, turns.
-const NEGLIGIBLE_TURNS: f64 = 1e-5;
 
 /// How the positions of another file belong to a recording's frames.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,31 +17,6 @@ pub struct Alignment {
 }
 
 impl Alignment {
-    /// Positions for a tone of some cycles a millimetre: the low-pass delays a tone of f hertz by
-    /// atan(2 pi f t) / (2 pi f) alone. None if that changes less than [`NEGLIGIBLE_TURNS`].
-    pub fn without_dispersion(
-        &self,
-        positions_mm: &[f32],
-        rate_hz: f64,
-        per_mm: f64,
-    ) -> Option<Vec<f32>> {
-        let last = positions_mm.len().checked_sub(1)?;
-        let ahead_turns = |frame: usize| {
-            let (before, after) = (frame.saturating_sub(1), last.min(frame + 1));
-            let step_mm = f64::from(positions_mm[after] - positions_mm[before]);
-            let angle =
-                TAU * per_mm * self.low_pass_s * step_mm * rate_hz / (after - before).max(1) as f64;
-            (angle - angle.atan()) / TAU
-        };
-        let ahead: Vec<f64> = (0..=last).map(ahead_turns).collect();
-        let most = ahead.iter().fold(0f64, |most, turns| most.max(turns.abs()));
-        let corrected = positions_mm
-            .iter()
-            .zip(&ahead)
-            .map(|(mm, turns)| mm + (turns / per_mm) as f32);
-        (most > NEGLIGIBLE_TURNS).then(|| corrected.collect())
-    }
-
     /// Standard deviation of a frequency by positions, as a fraction of it, that follows from the
     /// uncertain delay: positions that are late by a time are wrong by the speed times that, and
     /// the slope of this error over the position is the error of the frequency. At a constant

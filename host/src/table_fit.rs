@@ -11,7 +11,7 @@ use crate::part::{Part, named_in};
 use crate::speed::{Column, Quantity};
 use crate::tone::{Domain, Tone, WithSigma};
 use anyhow::{Result, bail, ensure};
-use estimate::{Estimated, Motion};
+use estimate::{Delays, Estimated, Motion};
 use hal_mock::RowReader;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Status;
@@ -194,36 +194,24 @@ pub fn fit_part(
         // Uneven times are positions, in seconds.
         None => grid.uneven_s.iter().map(|t_s| *t_s as f32).collect(),
     };
-    let mut motion = Motion {
-        positions,
-        skew_frames: None,
-    };
-    if let Some(alignment) = &selection.alignment {
+    let delays = selection.alignment.as_ref().map(|alignment| {
         let mut skew_frames = [0.0; TAXELS];
         for (skew, column) in skew_frames.iter_mut().zip(columns) {
             *skew = alignment.skew_frames.get(*column).copied().unwrap_or(0.0);
         }
-        motion.skew_frames = Some(skew_frames);
-    }
+        Delays {
+            skew_frames,
+            low_pass_frames: (alignment.low_pass_s * grid.rate_hz) as f32,
+        }
+    });
+    let motion = Motion { positions, delays };
     let readings = scaled.readings;
     let (zeros, units) = (scaled.zeros.clone(), scaled.units.clone());
-    let fit = |motion: &Motion| estimate::estimate(file, scaled.clone(), motion, &grid, selection);
-    let mut estimated = fit(&motion)?;
-    if let (Some(alignment), true) = (&selection.alignment, estimated.found.status.has_tone())
-        && let Some(positions) = alignment.without_dispersion(
-            &motion.positions,
-            grid.rate_hz,
-            estimated.found.frequency.into(),
-        )
-    {
-        motion.positions = positions;
-        estimated = fit(&motion)?;
-    }
     let Estimated {
         found,
         slots_per_frame,
         note,
-    } = estimated;
+    } = estimate::estimate(file, scaled, &motion, &grid, selection)?;
     let frames_per_s = grid.rate_hz / slots_per_frame as f64;
 
     let rate_share = grid.rate_sigma_hz / grid.rate_hz;

@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_finger::{Pipeline, TimedConversion};
+use ridgetone_host::messages::{Form, Message, messages};
 use ridgetone_host::part::Selection;
 use ridgetone_host::positions::PositionFile;
 use ridgetone_host::recording::{self, Keep};
@@ -372,6 +373,29 @@ fn channels_have_positions_of_their_own() {
     assert!(without > 3.0 * with, "{with} {without}");
 }
 
+/// The greeting of a board with this plan. A pipeline is large: it is not inlined, so that the stack
+/// holds one at a time.
+#[inline(never)]
+fn hello(plan: Plan) -> Event {
+    Box::new(Pipeline::new(Settings::DEFAULT.with_plan(plan))).hello()
+}
+
+/// A copy of a recording with other events or receipts.
+fn copied(from: &Path, name: &str, change: &dyn Fn(&mut Event, &mut Option<Receipt>)) -> PathBuf {
+    let path = from.with_file_name(name);
+    let mut out = recording::create(&path, "a test", BYTE_S).expect("a recording");
+    for message in messages(from, Form::Telemetry).expect("a recording") {
+        let Message::Packet(mut packet, mut receipt) = message.expect("a message") else {
+            continue;
+        };
+        change(&mut packet.event, &mut receipt);
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(&packet, &mut wire).expect("it fits");
+        out.keep(&wire[..used], receipt).expect("it is kept");
+    }
+    path
+}
+
 /// Each message names what was found and what to do.
 #[test]
 fn what_does_not_go_is_named() {
@@ -412,7 +436,7 @@ fn what_does_not_go_is_named() {
     {
         // A recording without raw frames.
         let mut out = recording::create(&empty, "a test", BYTE_S).expect("a recording");
-        let hello = Pipeline::new(Settings::DEFAULT).hello();
+        let hello = hello(Plan::PAPER);
         let mut wire = [0; WIRE_MAX];
         let packet = Packet {
             sequence: 0,
@@ -421,6 +445,20 @@ fn what_does_not_go_is_named() {
         let used = encode(&packet, &mut wire).expect("it fits");
         out.keep(&wire[..used], None).expect("it is kept");
     }
+    let unreceived = copied(&recorded.path, "unreceived.rec", &|_, receipt| {
+        *receipt = None
+    });
+    // A frame becomes a greeting with another plan.
+    let changed = copied(&recorded.path, "changed.rec", &|event, _| {
+        let t_us = match event {
+            Event::Raw(raw) if raw.number == 100 => raw.t_us,
+            _ => return,
+        };
+        *event = hello(Plan::HAND);
+        if let Event::Hello(hello) = event {
+            hello.t_us = t_us;
+        }
+    });
     let touch = text(&recorded.path);
     for (arguments, status, parts) in [
         (
@@ -477,6 +515,16 @@ fn what_does_not_go_is_named() {
             vec![text(&empty), "--positions", text(&good)],
             1,
             &["empty.rec", "--raw"],
+        ),
+        (
+            vec![text(&unreceived), "--positions", text(&good)],
+            1,
+            &["unreceived.rec", "no times of receipt", "time_s"],
+        ),
+        (
+            vec![text(&changed), "--positions", text(&good)],
+            1,
+            &["changed.rec", "the plan changes", "each plan by itself"],
         ),
         (
             vec![text(&good), "--positions", text(&good)],

@@ -144,7 +144,7 @@ impl Data<'_, '_> {
                 fit.status = Status::NoTone;
                 return;
             };
-            if attempt == 1 && self.span.late.is_some() && self.has_late(memory, scene, &comb) {
+            if attempt == 1 && self.span.is_late() && self.has_late(memory, scene, &comb) {
                 known = Some(comb.course.cycles);
                 continue;
             }
@@ -168,8 +168,8 @@ impl Data<'_, '_> {
         memory.blocks.start(self, lines, scene.may_share())
     }
 
-    /// Takes the lateness of channels out of the frames, by a comb; false if it is less than the
-    /// noise.
+    /// Takes the lateness of channels and the low-pass out of the frames, by a comb; false if they
+    /// are less than the noise.
     #[inline(never)]
     fn has_late(&mut self, memory: &mut Memory, scene: &Scene, comb: &Comb) -> bool {
         let mut course = comb.course;

@@ -24,6 +24,8 @@ pub struct FrameSpan<'a> {
     domain: Domain<'a>,
     /// Frames by which each channel is read after its frame's position.
     pub(crate) late: Option<&'a Values>,
+    /// Time constant of the low-pass before the converter, frames.
+    pub(crate) low_pass: f32,
 }
 
 impl<'a> FrameSpan<'a> {
@@ -39,6 +41,7 @@ impl<'a> FrameSpan<'a> {
             rate: 1.0,
             domain: Domain::time(frames),
             late: None,
+            low_pass: 0.0,
         }
     }
 
@@ -96,6 +99,22 @@ impl<'a> FrameSpan<'a> {
             late: Some(frames),
             ..self
         }
+    }
+
+    /// Declares a low-pass of first order before the converter, with a time constant of so many
+    /// frames; the positions of a path are those of that much earlier. Fast tones are delayed less
+    /// and weakened more, each harmonic by its own frequency: along a path whose speed varies that is
+    /// no longer the same amplitude and phase everywhere.
+    pub fn with_low_pass(self, frames: f32) -> Self {
+        Self {
+            low_pass: frames,
+            ..self
+        }
+    }
+
+    /// Whether frames have more than the wave at their position.
+    pub(crate) fn is_late(&self) -> bool {
+        self.late.is_some() || self.low_pass > 0.0
     }
 
     /// Where its frames are.

@@ -1,6 +1,7 @@
-//! Channels that are read one after the other: along a path each is at a position of its own. At the
-//! mean speed that is a phase, and stays in it; what it is beside the mean is subtracted from the
-//! frames, by the waves that were fitted.
+//! Channels that are read one after the other, and behind a low-pass: along a path each is at a
+//! position of its own, and harmonics are ahead and weaker where the path is fast. At the mean speed
+//! that is a phase and an amplitude, and stays in them; what it is beside the mean is subtracted from
+//! the frames, by the waves that were fitted.
 
 use crate::data::{Data, Frame};
 use crate::domain::Domain;
@@ -13,6 +14,25 @@ use crate::source::Values;
 use crate::work::Work;
 use core::f32::consts::PI;
 
+/// What a low-pass does to a line at some speed: the angle by which it is ahead of its position, and
+/// its gain.
+#[derive(Clone, Copy, Debug, Default)]
+struct Response {
+    ahead: f32,
+    gain: f32,
+}
+
+impl Response {
+    /// Of a line that turns by `turn` radians in the low-pass's time constant. Positions are those
+    /// of a time constant ago, so that slow lines are neither ahead nor late.
+    fn at(turn: f32) -> Self {
+        Self {
+            ahead: turn - libm::atanf(turn),
+            gain: 1.0 / libm::sqrtf(1.0 + turn * turn),
+        }
+    }
+}
+
 /// The waves of a tone in channels that are read late.
 #[derive(Clone, Debug)]
 pub struct Late {
@@ -22,6 +42,10 @@ pub struct Late {
     step: f32,
     /// Number of the last frame.
     last: u32,
+    /// Time constant of the low-pass, frames.
+    low_pass: f32,
+    /// Its mean response to each line, by order.
+    mean: [Response; HARMONICS_MAX + 1],
     course: Course,
     lines: Lines,
     /// Cosine and sine of each line.
@@ -31,26 +55,58 @@ pub struct Late {
 impl Late {
     /// The waves of a solution, where channels are late along a path.
     fn new(data: &Data, solution: &Solution, course: &Course) -> Option<Self> {
-        let (late, last) = (data.span.late?, data.count().checked_sub(1)?);
+        let last = data.count().checked_sub(1)?;
         if matches!(data.domain, Domain::Time { .. }) || last == 0 {
             return None;
         }
         let mut frames = [0.0; CHANNELS_MAX];
         let order = data.statistics.order.iter().take(data.width());
         for (frames, channel) in frames.iter_mut().zip(order) {
-            *frames = late[usize::from(*channel) % CHANNELS_MAX];
+            *frames = data
+                .span
+                .late
+                .map_or(0.0, |late| late[usize::from(*channel) % CHANNELS_MAX]);
         }
         let mut waves = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
         let pairs = waves.iter_mut().zip(solution.lines());
         pairs.for_each(|(wave, line)| *wave = *line);
-        Some(Self {
+        let mut late = Self {
             frames,
             step: (data.domain.u(last) - data.domain.u(0)) / last as f32,
             last,
+            low_pass: data.span.low_pass,
+            mean: [Response::default(); HARMONICS_MAX + 1],
             course: *course,
             lines: solution.shape.lines,
             waves,
-        })
+        };
+        late.mean = late.mean_response(&data.domain);
+        Some(late)
+    }
+
+    /// Mean responses of the low-pass to the lines.
+    fn mean_response(&self, domain: &Domain) -> [Response; HARMONICS_MAX + 1] {
+        let mut mean = [Response::default(); HARMONICS_MAX + 1];
+        for frame in 0..=self.last {
+            let step = self.step_at(domain, frame);
+            for (line, mean) in mean.iter_mut().enumerate() {
+                let Response { ahead, gain } = self.response(step, line);
+                mean.ahead += ahead / (self.last + 1) as f32;
+                mean.gain += gain / (self.last + 1) as f32;
+            }
+        }
+        mean
+    }
+
+    /// Response of the low-pass to a line where `u` goes on by `step` a frame.
+    fn response(&self, step: f32, line: usize) -> Response {
+        Response::at(PI * self.course.cycles * step * line as f32 * self.low_pass)
+    }
+
+    /// By how much `u` goes on from frame to frame, about a frame.
+    fn step_at(&self, domain: &Domain, frame: u32) -> f32 {
+        let (before, after) = (frame.saturating_sub(1), (frame + 1).min(self.last));
+        (domain.u(after) - domain.u(before)) / (after - before).max(1) as f32
     }
 
     /// Finds what lateness changes, by the latest solution. From then on each visit takes it out of
@@ -80,28 +136,33 @@ impl Late {
         pairs.for_each(|(value, change)| *value -= change);
     }
 
-    /// How much each channel of a frame differs from one that is read at the frame's position, to second
-    /// order of the angle.
+    /// How much each channel of a frame differs from one that is read at the frame's position at
+    /// the mean speed; to second order of the angle by which it is late.
     fn change(&self, domain: &Domain, frame: &Frame) -> Values {
-        let (before, after) = (
-            frame.number.saturating_sub(1),
-            (frame.number + 1).min(self.last),
-        );
-        let step = (domain.u(after) - domain.u(before)) / (after - before).max(1) as f32;
+        let step = self.step_at(domain, frame.number);
         let turn = PI * self.course.cycles * (step - self.step);
         let powers: [_; HARMONICS_MAX + 1] =
             first_powers(self.course.at(frame.u, 1.0), self.lines.most());
         let mut change = [0.0; CHANNELS_MAX];
         let pairs = self.waves.as_chunks::<2>().0.iter();
         for ([of_cos, of_sin], line) in pairs.zip(self.lines.iter()) {
-            let [cos, sin] = powers[line.min(HARMONICS_MAX)];
+            let line = line.min(HARMONICS_MAX);
+            let [cos, sin] = powers[line];
+            let (own, mean) = (self.response(step, line), self.mean[line]);
+            let gain = own.gain / mean.gain;
+            let (sin_ahead, cos_ahead) = libm::sincosf(own.ahead - mean.ahead);
+            let (ahead_cos, ahead_sin) = (
+                gain * (cos * cos_ahead - sin * sin_ahead),
+                gain * (sin * cos_ahead + cos * sin_ahead),
+            );
             for k in 0..CHANNELS_MAX {
                 let angle = turn * line as f32 * self.frames[k];
                 let (wave, quarter) = (
-                    of_cos[k] * cos + of_sin[k] * sin,
-                    of_sin[k] * cos - of_cos[k] * sin,
+                    of_cos[k] * ahead_cos + of_sin[k] * ahead_sin,
+                    of_sin[k] * ahead_cos - of_cos[k] * ahead_sin,
                 );
-                change[k] += angle * quarter - 0.5 * angle * angle * wave;
+                let at_mean = of_cos[k] * cos + of_sin[k] * sin;
+                change[k] += wave - at_mean + angle * quarter - 0.5 * angle * angle * wave;
             }
         }
         change

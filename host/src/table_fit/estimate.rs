@@ -25,8 +25,16 @@ pub struct Estimated {
 pub struct Motion {
     /// Position of each frame; none to fit by time.
     pub positions: Vec<f32>,
+    /// Delays of the readings, where these are known.
+    pub delays: Option<Delays>,
+}
+
+/// Delays of the readings against the positions of their frames.
+pub struct Delays {
     /// Frames by which each column is read after its frame's position.
-    pub skew_frames: Option<Values>,
+    pub skew_frames: Values,
+    /// Time constant of the low-pass before the converter, frames.
+    pub low_pass_frames: f32,
 }
 
 /// Frames, and what is known of them.
@@ -175,8 +183,10 @@ impl Frames<'_> {
                 }
             };
             span = along;
-            if let Some(skew_frames) = &self.motion.skew_frames {
-                span = span.with_lateness(skew_frames);
+            if let Some(delays) = &self.motion.delays {
+                span = span
+                    .with_lateness(&delays.skew_frames)
+                    .with_low_pass(delays.low_pass_frames);
             }
         }
         let mut fitter = Box::new(Fitter::new());
