@@ -37,7 +37,7 @@ const LOW_PASS_S: f64 = 0.41e-3;
 
 /// Standard deviation of a delay that no clock shows, seconds: the least one of a USB adapter, up to
 /// 1 ms, and the tolerance of the low-pass.
-pub const DELAY_SIGMA_S: f64 = 0.5e-3;
+const DELAY_SIGMA_S: f64 = 0.5e-3;
 
 /// Device time from one relation of the clocks to the next, seconds.
 const RELATION_S: f64 = 10.0;

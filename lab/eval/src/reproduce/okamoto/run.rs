@@ -12,7 +12,6 @@ use ridgetone_finger::TimedConversion;
 use ridgetone_host::alignment::Alignment;
 use ridgetone_host::input::{Input, Opened};
 use ridgetone_host::part::Selection;
-use ridgetone_host::positions::DELAY_SIGMA_S;
 use ridgetone_host::replay::{self, START_US};
 use ridgetone_host::samples::Samples;
 use ridgetone_host::speed::Column;
@@ -20,7 +19,6 @@ use ridgetone_host::table_fit;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Estimate, Event, Packet, Span, Status};
-use std::ops::Range;
 use std::sync::Arc;
 
 /// Frames that a window which grows begins with.
@@ -208,7 +206,7 @@ impl Slid {
             if until_s - from_s < GROWING_FRAMES_MIN * frame_s {
                 continue;
             }
-            let Some(answer) = self.fit(&samples, &settings, from_s..until_s)? else {
+            let Some(answer) = self.fit(&samples, &settings, (from_s, until_s))? else {
                 continue;
             };
             let is_accurate = matches!(answer.status, Status::Good | Status::Unsteady)
@@ -226,20 +224,20 @@ impl Slid {
         &self,
         samples: &Samples,
         settings: &Settings,
-        part_s: Range<f64>,
+        (from_s, until_s): (f64, f64),
     ) -> Result<Option<Answer>> {
         let middle = (TAXELS as f32 - 1.0) / 2.0;
         let slots = settings.plan.slots() as f32;
         let selection = Selection {
-            from_s: Some(part_s.start),
-            to_s: Some(part_s.end),
+            from_s: Some(from_s),
+            to_s: Some(until_s),
             harmonics: Some(settings.harmonics),
             position: Some(Column::millimetres(POSITION)),
             alignment: Some(Alignment {
                 file: "the hand".into(),
                 skew_frames: std::array::from_fn(|taxel| (taxel as f32 - middle) / slots),
                 low_pass_s: FILTER_S,
-                sigma_s: DELAY_SIGMA_S,
+                sigma_s: 0.0,
             }),
             ..Selection::default()
         };
@@ -248,8 +246,8 @@ impl Slid {
         Ok(found.map(|found| Answer {
             span: Span::Window,
             status: fit.status,
-            from_s: part_s.start,
-            until_s: part_s.end,
+            from_s,
+            until_s,
             frequency: found.value,
             sigma: found.sigma,
             square_v2: 0.0,
