@@ -29,7 +29,13 @@ pub fn scan(wavelength_mm: f64, motion: Motion, skin: Skin) -> Result<Vec<Scan>>
     let slid = Slid::new(wavelength_mm, motion, skin)?;
     let bound = Bound::new(&slid)?;
     let short = slid.answers(settings(skin, WINDOW_S, 0.0), FELT_LATE_S)?;
-    let long = slid.answers(settings(skin, LONGEST_S, ACCURACY), FELT_LATE_S)?;
+    // A fit by position has no part for the tolerance of the low-pass in its sigma, as the chip had:
+    // half the sigma is asked for.
+    let accuracy = match motion {
+        Motion::Hand => 0.5 * ACCURACY,
+        Motion::Steady(_) => ACCURACY,
+    };
+    let long = slid.answers(settings(skin, LONGEST_S, accuracy), FELT_LATE_S)?;
     let of_slide = short
         .iter()
         .find(|answer| answer.span == Span::Slide && answer.status == Status::Good);
