@@ -1,7 +1,6 @@
 //! `demo`: from nothing to a frequency and a picture.
 
 use crate::images::{self, Board};
-use crate::setup;
 use crate::toolchain::Toolchain;
 use crate::tools::{announce, clean, create, program, root, run};
 use anyhow::{Context, Result, anyhow};
@@ -49,13 +48,12 @@ fn build() -> Result<PathBuf> {
         "--package",
         "ridgetone-host",
     ]);
-    // All at once: the emulator's download needs no core, and the last step of each build has one.
+    // Both at once: the last step of each build has one core.
     let command = thread::spawn(move || run(&mut command));
-    let emulator = thread::spawn(setup::qemu);
-    let image = Toolchain::find_or_install().and_then(|_| images::build(Board::Emulated.image()));
-    let panicked = |_| anyhow!("the build panicked");
-    // What cannot be installed says so before the builds do.
-    emulator.join().map_err(panicked)??;
-    command.join().map_err(panicked)??;
+    let image =
+        Toolchain::find_or_install().and_then(|_| images::build(Board::FeatherF405.image()));
+    command
+        .join()
+        .map_err(|_| anyhow!("the build panicked"))??;
     Ok(image?.0)
 }

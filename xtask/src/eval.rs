@@ -2,7 +2,6 @@
 //! `touch`, `faults`, `reproduce`.
 
 use crate::images::{self, Board};
-use crate::setup;
 use crate::tools::{announce, program, root, run};
 use anyhow::Result;
 use std::process::Command;
@@ -15,39 +14,12 @@ fn eval(command: &str) -> Command {
     program("ridgetone-eval", "ridgetone-eval", command)
 }
 
-/// Builds the benchmarks and the images of both boards, counts in the emulator and measures
-/// accuracy here.
+/// Measures accuracy here, and scan plans on the Feather's image.
 pub fn bench(flags: &[String]) -> Result<()> {
-    let mut bench = eval("bench");
-    bench.args(flags);
-    let measures = |what: &str| {
-        let mut names = flags.iter().filter_map(|flag| flag.split('=').next());
-        names.any(|name| name == what)
-    };
-    if measures("--plans") {
+    if flags.iter().any(|flag| flag.starts_with("--plans")) {
         images::build(Board::FeatherF405.image())?;
-    } else if !measures("--help") && !measures("--converters") {
-        // What measures nothing needs no image.
-        setup::qemu()?;
-        let (_, sizes) = images::build(Board::FeatherF405.image())?;
-        let (elf, _) = images::build(images::BENCH)?;
-        let (baselines, _) = images::build(images::BASELINES)?;
-        let (firmware, _) = images::build(Board::Emulated.image())?;
-        bench
-            .arg("--elf")
-            .arg(elf)
-            .arg("--baselines-elf")
-            .arg(baselines)
-            .arg("--firmware")
-            .arg(firmware);
-        bench.args([
-            "--flash-bytes",
-            &sizes.flash.to_string(),
-            "--ram-bytes",
-            &sizes.ram.to_string(),
-        ]);
     }
-    run(&mut bench)
+    run(eval("bench").args(flags))
 }
 
 /// Builds the bench image and that of the Feather, and counts instructions on the emulator.
@@ -82,7 +54,7 @@ pub fn board(write: bool) -> Result<()> {
     run(&mut board)
 }
 
-/// Builds the emulated board's image and injects faults: ten thousand; with `--quick` one thousand;
+/// Builds the Feather's image and injects faults: ten thousand; with `--quick` one thousand;
 /// with `--full` a hundred thousand, for `docs/results/faults.md`. Fails if a number is not zero that must
 /// be.
 pub fn faults(flags: &[String]) -> Result<()> {
@@ -98,8 +70,7 @@ pub fn faults(flags: &[String]) -> Result<()> {
             .iter()
             .any(|flag| flag == "--plan" || flag.starts_with("--plan="))
     {
-        setup::qemu()?;
-        let (elf, _) = images::build(Board::Emulated.image())?;
+        let (elf, _) = images::build(Board::FeatherF405.image())?;
         let (injections, emulated) = match (has(flags, "--quick"), has(flags, "--full")) {
             (true, _) => ("1000", "1"),
             (_, true) => ("100000", "10"),
@@ -120,10 +91,9 @@ pub fn reproduce(flags: &[String]) -> Result<()> {
     let mut reproduce = eval("reproduce");
     reproduce.args(flags);
     if has(flags, "--emulated") && !has(flags, "--elf") {
-        setup::qemu()?;
         reproduce
             .arg("--elf")
-            .arg(images::build(Board::Emulated.image())?.0);
+            .arg(images::build(Board::FeatherF405.image())?.0);
     }
     run(&mut reproduce)
 }

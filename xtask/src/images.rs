@@ -22,32 +22,19 @@ pub struct Image {
     interrupts: &'static [Interrupt],
 }
 
-/// The benchmark in the emulator.
-pub const BENCH: Image = bench("bench", "ridgetone-bench");
-
 /// The bench image: the fit in each scene, with its windows in it.
 pub const COUNTS: Image = Image {
     package: "ridgetone-bench",
-    ..bench("bench", "bench-image")
+    name: "bench",
+    binary: "bench-image",
+    profile: USUAL,
+    interrupts: &[],
 };
 
-/// The benchmark of the methods that the fit is compared with.
-pub const BASELINES: Image = bench("bench-baselines", "baselines-bench");
-
-const fn bench(name: &'static str, binary: &'static str) -> Image {
-    Image {
-        package: "ridgetone-eval",
-        name,
-        binary,
-        profile: USUAL,
-        interrupts: &[],
-    }
-}
-
-/// The emulated board's firmware with every addition checked for overflow.
+/// The Feather's firmware with every addition checked for overflow.
 pub const OVERFLOW_CHECKED: Image = Image {
     profile: "overflow-checked",
-    ..Board::Emulated.image()
+    ..Board::FeatherF405.image()
 };
 
 /// The profile of all that is not for a test alone, in the workspace's `Cargo.toml`.
@@ -71,14 +58,12 @@ pub enum Board {
     FeatherF405Adc,
     /// The Nucleo without another chip.
     NucleoF446reAdc,
-    /// QEMU's netduinoplus2, with the ADS1258 on the PC.
-    Emulated,
     /// Adafruit Feather STM32F405 Express with an encoder and an actuator: a stylus.
     StylusF405,
 }
 
 impl Board {
-    /// The boards that exist, all but the emulated one.
+    /// All of them.
     pub const REAL: [Self; 5] = [
         Self::FeatherF405,
         Self::NucleoF446re,
@@ -102,7 +87,6 @@ impl Board {
                 "nucleo-f446re-adc",
                 &[inspect::DRDY, inspect::DMA, inspect::USART2],
             ),
-            Self::Emulated => ("emulated", &[inspect::DRDY, inspect::USART3]),
             Self::StylusF405 => ("stylus-f405", &[inspect::TIM6, inspect::USART3]),
         };
         let (package, binary) = match self {
@@ -146,7 +130,7 @@ impl Image {
 }
 
 /// Builds an image and checks it. Gives its path, such as
-/// `target/firmware/emulated/ridgetone-firmware.elf`, and sizes.
+/// `target/firmware/feather-f405/ridgetone-firmware.elf`, and sizes.
 pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let Image {
         name,
@@ -195,14 +179,14 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
     Ok(())
 }
 
-/// Lints the firmware and the benchmarks. Debian's packages have no clippy: there the compiler's
+/// Lints the firmware and the bench image. Debian's packages have no clippy: there the compiler's
 /// own warnings are denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
     for image in Board::value_variants()
         .iter()
         .map(|board| board.image())
-        .chain([BENCH, BASELINES, COUNTS])
+        .chain([COUNTS])
     {
         announce(format_args!("linting the image {}", image.name));
         let clippy = toolchain == Toolchain::Rustup;

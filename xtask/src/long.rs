@@ -29,11 +29,7 @@ const PAGES: &str = "page::";
 const EMULATOR: &str = "ridgetone-emulator";
 
 /// Images that only long tests need, with the variables in which these find them.
-const IMAGES: [(&str, Image); 3] = [
-    ("RIDGETONE_CHECKED_ELF", images::OVERFLOW_CHECKED),
-    ("RIDGETONE_BENCH_ELF", images::BENCH),
-    ("RIDGETONE_BASELINES_ELF", images::BASELINES),
-];
+const IMAGES: [(&str, Image); 1] = [("RIDGETONE_CHECKED_ELF", images::OVERFLOW_CHECKED)];
 
 /// Paths with the variables in which tests find them.
 type Built = Vec<(&'static str, PathBuf)>;
@@ -51,7 +47,7 @@ pub fn run_tests() -> Result<()> {
     in_real_time()?;
     println!(
         "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
-         register model, the benchmark, pages in a browser, streams, the Python package, the papers' figures in NumPy"
+         register model, pages in a browser, streams, the Python package, the papers' figures in NumPy"
     );
     println!("not run: {}", NEVER.join(", "));
     Ok(())

@@ -1,9 +1,9 @@
-//! `setup`: the tools of the firmware, its emulator and the tests.
+//! `setup`: the tools of the firmware and the tests.
 
 use crate::install;
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{clean, find, output_of};
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
 
 /// Programs of the browser that a test looks at pages with; the first is Debian's.
@@ -14,12 +14,6 @@ const BROWSER_PACKAGES: [&str; 2] = ["chromium", "fonts-dejavu-core"];
 
 /// What Debian has a broker of MQTT and its clients in.
 const BROKER_PACKAGES: [&str; 2] = ["mosquitto", "mosquitto-clients"];
-
-/// The emulator's program.
-const QEMU: &str = "qemu-system-arm";
-
-/// The machine it must know: an STM32F405.
-const MACHINE: &str = "netduinoplus2";
 
 /// Finds or installs everything, and prints the result.
 pub fn run() -> Result<()> {
@@ -32,9 +26,6 @@ pub fn run() -> Result<()> {
             );
         }
     }
-    let qemu = qemu()?;
-    let version = output_of(clean(&qemu).arg("--version"))?;
-    println!("emulator: {}", version.lines().next().unwrap_or_default());
     match browser() {
         Ok(path) => println!("browser: {}", path.display()),
         Err(error) => println!("browser: not there ({error:#}); needed for one of the tests only"),
@@ -54,22 +45,6 @@ pub fn run() -> Result<()> {
         None => println!("probe-rs: not there; needed for `flash` only, see https://probe.rs"),
     }
     Ok(())
-}
-
-/// The emulator, installed if it is missing.
-pub fn qemu() -> Result<PathBuf> {
-    if find(QEMU).is_none() {
-        install::debian(&[QEMU]).context("the emulator is missing")?;
-    }
-    let path = find(QEMU).with_context(|| format!("{QEMU} is not in PATH"))?;
-    let machines = output_of(clean(&path).args(["-machine", "help"]))?;
-    let is_known = machines.lines().any(|line| line.starts_with(MACHINE));
-    ensure!(
-        is_known,
-        "{} does not know the machine {MACHINE}",
-        path.display()
-    );
-    Ok(path)
 }
 
 /// A browser, installed if there is none.

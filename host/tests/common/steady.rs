@@ -152,10 +152,7 @@ pub fn run(end_s: f64, alone: bool) {
     }
 
     let (first, last) = (seen.first.expect("health"), seen.last.expect("health"));
-    println!(
-        "first and last health:\n{first:?}\n{last:?}\n{}",
-        outcome.messages
-    );
+    println!("first and last health:\n{first:?}\n{last:?}");
     // One a second, and one at the end.
     let seconds = u64::from(last.frames) / FRAME_RATE_HZ as u64;
     assert!(
