@@ -372,11 +372,11 @@ fn two_runs_give_the_same_bytes() {
     assert_eq!(first.conversions.len() as u64, first.conversions_served);
 }
 
-/// The short sister of the hour in `tests/emulated_hour.rs`.
+/// `emulator/tests/long.rs` has more of them.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_minute_of_touches_is_as_right_at_its_end_as_at_its_beginning() {
-    steady::run(60.0, false);
+    steady::run(60.0);
 }
 
 /// The README's picture and figures are those of `cargo xtask demo`. With `RIDGETONE_OVERWRITE=1`

@@ -12,10 +12,8 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
 
 /// Tests that take minutes and repeat what shorter ones show: `cargo test` runs them by name.
-pub const NEVER: [&str; 4] = [
+pub const NEVER: [&str; 2] = [
     "touch_after_touch_for_thirty_days",
-    "each_plan_loses_nothing_and_skips_no_stride_in_a_minute_of_the_emulator",
-    "an_hour_and_a_quarter_of_touches_is_as_right_at_its_end",
     "an_hour_and_a_quarter_of_touches_on_the_register_model",
 ];
 
