@@ -9,6 +9,7 @@ use crate::picture::{self, Recording};
 use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
+use ridgetone_finger::TimedConversion;
 use ridgetone_proto::telemetry::{Event, Hold, Packet, Span, Status, TravelStatus};
 use std::fmt;
 
@@ -48,9 +49,9 @@ pub fn run(
     // The scene alone is drawn, and not what follows until the last message.
     let first_us = outcome.conversions.first().map_or(0, |first| first.t_us);
     let end_us = ((truth.end_s - zero_s(&outcome)) * 1e6) as u32;
-    outcome
-        .conversions
-        .retain(|one| one.t_us.wrapping_sub(first_us) <= end_us);
+    let is_in = |one: &TimedConversion| one.t_us.wrapping_sub(first_us) < end_us;
+    let until = outcome.conversions.partition_point(is_in) + 1;
+    outcome.conversions.truncate(until);
     outcome.conversions_served = outcome.conversions.len() as u64;
     Ok(Demo {
         speed_mm_s,

@@ -36,6 +36,9 @@ const LAST_STEPS: usize = 100;
 /// Volts on every input of a processor's own ADC with nothing on the finger: the middle of a bridge.
 const REST_V: f64 = 2.5;
 
+/// FLASH_OPTCR with brown-out level 3, as the guide has one set it (RM0090, 3.9.10).
+const OPTION_BYTES: u32 = 0x0FFF_AAE1;
+
 /// What the emulator runs, and what it keeps.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
@@ -102,6 +105,7 @@ pub type Exchange<'a> = dyn FnMut(Duration, &[u8]) -> Result<Vec<u8>> + 'a;
 pub fn board(firmware: &Firmware, input: Opened) -> Result<Emulator> {
     let start = Start {
         adc: input.options,
+        option_bytes: OPTION_BYTES,
         ..Start::default()
     };
     let emulator = Emulator::new(firmware.board, &firmware.image, input.scene, start);

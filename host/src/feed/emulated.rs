@@ -117,9 +117,6 @@ pub fn end(session: Option<Session>) -> Result<()> {
     let summary = session
         .end()
         .map_err(|error| anyhow!("{EMULATED}: {error}"))?;
-    for finding in &summary.findings {
-        note!("{EMULATED}: a rule is broken: {finding}");
-    }
     if !summary.behind.is_zero() {
         note!(
             "{EMULATED}: {:.1} s behind: this computer is too slow for the pace",
