@@ -136,8 +136,9 @@ fn gratings_under_a_hands_speed_are_those_of_the_pc_bit_for_bit() {
             // Where the hand starts and stops its speed is another.
             .filter(|one| one.movement.wander < 0.05)
             .collect::<Vec<_>>();
-        // The first and the last may hold it too, where two cycles do not show how it changes.
-        let inner = windows.get(1..windows.len().saturating_sub(1));
+        // The first and the last of short windows may hold it too: two cycles do not show it.
+        let edge = usize::from(window_s < 0.1);
+        let inner = windows.get(edge..windows.len().saturating_sub(edge));
         let windows = inner.unwrap_or_default().iter();
         // Windows of two cycles have a standard deviation of 3 %.
         let good = windows.inspect(|one| {
