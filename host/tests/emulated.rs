@@ -411,7 +411,7 @@ fn the_readme_shows_what_the_demo_gives() {
     }
     let plain = demo::run(Sliding::default(), Options::new(&elf), &mut |_, _| {}).expect("a demo");
     assert!(
-        (0.30..0.45).contains(&plain.load()),
+        (0.40..0.55).contains(&plain.load()),
         "load {}",
         plain.load()
     );

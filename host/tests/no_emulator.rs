@@ -55,7 +55,7 @@ fn images_that_are_not_ours() {
         "EXTI4",
         b"code",
     );
-    assert_one_line(&emulate(&foreign), 1, &["pc.elf", "X86_64"]);
+    assert_one_line(&emulate(&foreign), 1, &["pc.elf", "ELF"]);
     let other = elf(
         folder.path(),
         "other.elf",
