@@ -8,8 +8,6 @@ fn main() {
     // This file and the linker script are part of the script itself: when they change it is built,
     // and run, anew.
     println!("cargo::rerun-if-changed=Cargo.toml");
-    // The stylus shares files of `src/board/` and has no emulated image.
-    println!("cargo::rustc-check-cfg=cfg(feature, values(\"emulated\"))");
     let bare = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
     let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
     if !bare || !(has("FIRMWARE") || has("BENCH")) {

@@ -23,21 +23,17 @@
 #[cfg(all(
     target_os = "none",
     any(
-        all(feature = "stm32f4", feature = "emulated"),
         all(feature = "spi-adc", feature = "own-adc"),
         all(feature = "feather-f405", feature = "nucleo-f446re"),
         all(feature = "feather-f405-adc", feature = "nucleo-f446re-adc")
     )
 ))]
 compile_error!(
-    "choose one board: the feature `feather-f405`, `nucleo-f446re`, one of these with `-adc`, or `emulated`"
+    "choose one board: the feature `feather-f405`, `nucleo-f446re`, or one of these with `-adc`"
 );
-#[cfg(all(
-    target_os = "none",
-    not(any(feature = "stm32f4", feature = "emulated"))
-))]
+#[cfg(all(target_os = "none", not(feature = "stm32f4")))]
 compile_error!(
-    "choose a board: the feature `feather-f405`, `nucleo-f446re`, one of these with `-adc`, or `emulated`"
+    "choose a board: the feature `feather-f405`, `nucleo-f446re`, or one of these with `-adc`"
 );
 
 #[cfg(target_os = "none")]
@@ -103,7 +99,7 @@ mod app {
         }
 
         fn has_ended(&self) -> bool {
-            board::ended()
+            false
         }
     }
 
@@ -295,7 +291,8 @@ mod app {
                     Wait.delay_us(50);
                     board::restart();
                 }
-                Next::Leave => board::leave(),
+                // A board's signal has no end.
+                Next::Leave => {}
             }
         }
     }

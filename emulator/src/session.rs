@@ -81,6 +81,16 @@ impl Session {
         pace: f64,
         make: impl FnOnce() -> Result<Emulator, E> + Send + 'static,
     ) -> Self {
+        Self::start_until(pace, make, |_| false)
+    }
+
+    /// As [`Self::start`], for a board that ends when `is_over`, which is asked after each
+    /// millisecond of board time.
+    pub fn start_until<E: Into<Reason>>(
+        pace: f64,
+        make: impl FnOnce() -> Result<Emulator, E> + Send + 'static,
+        mut is_over: impl FnMut(&mut Emulator) -> bool + Send + 'static,
+    ) -> Self {
         let (to_reader, sent) = sync_channel(STEPS_MAX);
         let (jobs, from_user) = channel();
         let shared = Arc::new(Shared::default());
@@ -94,7 +104,7 @@ impl Session {
                 jobs: from_user,
                 shared: theirs,
             }
-            .run()
+            .run(&mut is_over)
         });
         Self {
             sent,
@@ -173,8 +183,8 @@ struct Runner {
 }
 
 impl Runner {
-    fn run(mut self) -> Result<Summary, Reason> {
-        while !self.shared.stops.load(Ordering::Relaxed) {
+    fn run(mut self, is_over: &mut dyn FnMut(&mut Emulator) -> bool) -> Result<Summary, Reason> {
+        while !self.shared.stops.load(Ordering::Relaxed) && !is_over(&mut self.emulator) {
             if self.shared.is_paused.load(Ordering::Relaxed) {
                 self.hold();
                 continue;
@@ -313,6 +323,14 @@ mod tests {
 
     #[test]
     fn a_board_that_ends_says_why() {
+        let over = |emulator: &mut Emulator| emulator.now_ns() >= 5_000_000;
+        let session = Session::start_until(0.0, || board(BRANCH_TO_ITSELF), over);
+        while session.receive(Duration::from_secs(1)).is_some() {}
+        let summary = session.end().expect("a board that runs");
+        assert!(
+            (5_000_000..6_100_000).contains(&summary.board_ns),
+            "{summary:?}"
+        );
         let session = Session::start(0.0, || board(BREAKPOINT));
         while session.receive(Duration::from_secs(1)).is_some() {}
         let reason = session.end().expect_err("a failure").to_string();

@@ -58,7 +58,7 @@ enum Command {
     /// Calibrate the array, so that phases give spatial periods, from recordings of gratings of
     /// known period.
     Calibrate(calibrate::CalibrateArgs),
-    /// Run the firmware image in an emulator, with a simulated ADS1258.
+    /// Run the firmware image on an emulated board, in front of a scene; with --port as a serial port.
     Emulate(Box<emulate::EmulateArgs>),
     /// Check every part of a board after its first power-up, and name the page of the guide that
     /// helps.

@@ -9,6 +9,7 @@ use crate::picture::{self, Recording};
 use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
+use ridgetone_finger::TimedConversion;
 use ridgetone_proto::telemetry::{Event, Hold, Packet, Span, Status, TravelStatus};
 use std::fmt;
 
@@ -36,7 +37,7 @@ pub fn run(
         packets.push(packet.clone());
         Ok(())
     };
-    let outcome = emulator::run(
+    let mut outcome = emulator::run(
         input,
         Options {
             keep_conversions: true,
@@ -45,15 +46,26 @@ pub fn run(
         &mut sink,
         progress,
     )?;
-    // Scene time begins when the board starts the chip, device time with the first result.
-    let zero_s = (outcome.start_us as f64 - outcome.first_edge_us as f64) / 1e6;
+    // The scene alone is drawn, and not what follows until the last message.
+    let first_us = outcome.conversions.first().map_or(0, |first| first.t_us);
+    let end_us = ((truth.end_s - zero_s(&outcome)) * 1e6) as u32;
+    let is_in = |one: &TimedConversion| one.t_us.wrapping_sub(first_us) < end_us;
+    let until = outcome.conversions.partition_point(is_in) + 1;
+    outcome.conversions.truncate(until);
+    outcome.conversions_served = outcome.conversions.len() as u64;
     Ok(Demo {
         speed_mm_s,
         period_mm,
-        truth: later(truth, zero_s),
+        truth: later(truth, -zero_s(&outcome)),
         outcome,
         packets,
     })
+}
+
+/// Zero of the device time in scene time, seconds: the scene begins when the board starts the chip,
+/// device time with the first result.
+fn zero_s(outcome: &Outcome) -> f64 {
+    (outcome.first_edge_us as f64 - outcome.start_us as f64) / 1e6
 }
 
 impl Demo {
@@ -227,11 +239,7 @@ impl fmt::Display for Demo {
                 e.window_s
             )?;
         }
-        writeln!(
-            f,
-            "processor load  {:.1} % at most (instructions of 8 ns)",
-            100.0 * self.load()
-        )?;
+        writeln!(f, "processor load  {:.1} % at most", 100.0 * self.load())?;
         let (read, lost) = (outcome.conversions_served, outcome.chip.lost);
         let (skipped, dropped) =
             health.map_or((0, 0), |health| (health.overruns, health.messages_dropped));

@@ -1,49 +1,150 @@
-//! `emulate`: the firmware image itself, in QEMU, with the simulated chip at the other end of its
-//! bridge.
+//! The firmware image that gets flashed, on the register model of its board, in front of a scene: as
+//! fast as it goes. In real time it is [`feed::Emulated`](crate::feed::Emulated).
 
-#[cfg(not(unix))]
-mod absent;
-#[cfg(unix)]
-mod chip_end;
 pub mod image;
-#[cfg(unix)]
-mod log;
-mod options;
-mod outcome;
-#[cfg(unix)]
-pub mod process;
-#[cfg(unix)]
-mod session;
 
-#[cfg(not(unix))]
-pub use absent::run_bytes;
-pub use options::Options;
-pub use outcome::{Exchange, Outcome};
-#[cfg(unix)]
-pub use process::QEMU;
-#[cfg(unix)]
-pub use session::run_bytes;
+pub use image::Firmware;
 
 use crate::events;
 use crate::input::Opened;
 use crate::live::Counts;
 use crate::requests::Requests;
-use anyhow::{Result, bail};
+use crate::stop;
+use ads1258::Conversion;
+use anyhow::{Result, anyhow, bail, ensure};
+use hal_mock::{Constant, Scene};
+use ridgetone_emulator::{Board, Emulator, Finding, Start};
+use ridgetone_finger::TimedConversion;
 use ridgetone_proto::command::{Command, Outcome as Answer};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
 use std::time::Duration;
+
+/// Board time between two exchanges with the PC, nanoseconds.
+const STEP_NS: u64 = 1_000_000;
+
+/// Board time after the end of a scene in which the last fit ends and health is reported once more,
+/// seconds.
+const TAIL_S: f64 = 1.1;
+
+/// Board time that the firmware has to start its converter, seconds.
+const PATIENCE_S: f64 = 10.0;
+
+/// Longest wait for the firmware to read the latest conversion at the end, in steps of 10 us.
+const LAST_STEPS: usize = 100;
+
+/// Volts on every input of a processor's own ADC with nothing on the finger: the middle of a bridge.
+const REST_V: f64 = 2.5;
+
+/// FLASH_OPTCR with brown-out level 3, as the guide has one set it (RM0090, 3.9.10).
+const OPTION_BYTES: u32 = 0x0FFF_AAE1;
+
+/// What the emulator runs, and what it keeps.
+#[derive(Clone, Copy, Debug)]
+pub struct Options<'a> {
+    pub firmware: &'a Firmware,
+    /// Whether to fill [`Outcome::conversions`].
+    pub keep_conversions: bool,
+    /// Whether to fill [`Outcome::serial`].
+    pub keep_serial: bool,
+    /// Settings of the firmware: [`run`] sends others than its own after the greeting.
+    pub settings: Settings,
+}
+
+impl<'a> Options<'a> {
+    /// Default options: nothing is kept, and the firmware has its own settings.
+    pub fn new(firmware: &'a Firmware) -> Self {
+        Self {
+            firmware,
+            keep_conversions: false,
+            keep_serial: false,
+            settings: Settings::DEFAULT,
+        }
+    }
+}
+
+/// Results of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Every byte of the telemetry line, if `Options::keep_serial`.
+    pub serial: Vec<u8>,
+    pub counts: Counts,
+    pub conversions_served: u64,
+    pub chip: hal_mock::Counters,
+    /// Conversions of which at least one read arrived as converted; one that was read a single time
+    /// only if it is the last.
+    pub arrived: u64,
+    /// Conversions that the board has read a single time, so that nothing confirms them: the next one
+    /// was ready before.
+    pub read_once: u64,
+    /// When each injected fault acted, nanoseconds of board time.
+    pub injected: Vec<hal_mock::Injected>,
+    pub registers: [u8; hal_mock::chip::REGISTERS],
+    /// Those read, with the firmware's time of their DRDY edge, if `Options::keep_conversions`.
+    pub conversions: Vec<TimedConversion>,
+    /// Board time at which START first rose, microseconds: zero of the scene's time.
+    pub start_us: u64,
+    /// Board time of the first DRDY edge, microseconds: zero of the device time.
+    pub first_edge_us: u64,
+    /// Board time at the end, microseconds.
+    pub end_us: u64,
+    /// Rules of the manuals that the firmware has broken.
+    pub findings: Vec<Finding>,
+}
 
 /// The PC's end of the line, packet by packet: takes the board's time and a received packet, and
 /// gives the bytes to send. It is called with every packet, and without one whenever the board has
 /// sent anything else.
 pub type Talk<'a> = dyn FnMut(Duration, Option<&Packet>) -> Result<Vec<u8>> + 'a;
 
-/// Runs the firmware on `input` until the input is over and the firmware has left, or this process
-/// is to stop (Ctrl-C). Packets go to `sink` as they arrive; `progress` takes the seconds of the
-/// input done, and its length. Fails if the image is not ours, the emulator is missing or fails,
-/// the firmware fails, falls silent or refuses its settings, or `sink` fails. The emulator has
-/// ended by then in any case.
+/// The PC's end of the line: takes the board's time and the received bytes, and gives the bytes to
+/// send.
+pub type Exchange<'a> = dyn FnMut(Duration, &[u8]) -> Result<Vec<u8>> + 'a;
+
+/// A board in front of `input`.
+pub fn board(firmware: &Firmware, input: Opened) -> Result<Emulator> {
+    let start = Start {
+        adc: input.options,
+        option_bytes: OPTION_BYTES,
+        ..Start::default()
+    };
+    let emulator = Emulator::new(firmware.board, &firmware.image, input.scene, start);
+    emulator.map_err(|failure| anyhow!("{failure}"))
+}
+
+/// Nothing on the finger of this board.
+pub fn untouched(firmware: &Firmware) -> Opened {
+    if !Board::OWN_ADC.contains(&firmware.board) {
+        return Opened::untouched();
+    }
+    let scene: Box<dyn Scene> = Box::new(Constant {
+        volts: [REST_V; 16],
+        ..Constant::default()
+    });
+    Opened {
+        scene,
+        ..Opened::untouched()
+    }
+}
+
+/// Scene time, seconds; none before the converter has started.
+fn scene_s(emulator: &mut Emulator) -> Option<f64> {
+    let zero_ns = emulator
+        .adc()
+        .scene_zero_ns()
+        .or_else(|| emulator.sensors_zero_ns())?;
+    Some(emulator.now_ns().saturating_sub(zero_ns) as f64 * 1e-9)
+}
+
+/// Whether a scene of this length is over, and all that the board reports of it.
+pub fn is_over(emulator: &mut Emulator, end_s: f64) -> bool {
+    scene_s(emulator).is_some_and(|at_s| at_s >= end_s + TAIL_S)
+}
+
+/// Runs the firmware on `input` until the input is over, or this process is to stop (Ctrl-C).
+/// Packets go to `sink` as they arrive; `progress` takes the seconds of the input done, and its
+/// length. Fails if the firmware does what is not modelled, does not start, or refuses its settings,
+/// or if `sink` fails.
 pub fn run(
     input: Opened,
     options: Options<'_>,
@@ -79,8 +180,7 @@ pub fn run(
     run_packets(input, options, &mut talk, progress)
 }
 
-/// A run in which the PC also sends. This PC's speed decides when bytes arrive: such a run does not
-/// repeat to the bit.
+/// A run in which the PC also sends.
 pub fn run_packets(
     input: Opened,
     options: Options<'_>,
@@ -109,4 +209,91 @@ pub fn run_packets(
         counts: Counts::of(&decoder, received),
         ..outcome
     })
+}
+
+/// As [`run_packets`] with the bytes of the line: it neither decodes nor counts packets.
+pub fn run_bytes(
+    input: Opened,
+    options: Options<'_>,
+    exchange: &mut Exchange<'_>,
+    progress: &mut dyn FnMut(f64, f64),
+) -> Result<Outcome> {
+    let end_s = input.end_s;
+    let mut emulator = board(options.firmware, input)?;
+    let (mut outcome, mut first_ns, mut last_ns) = (Outcome::default(), None, None);
+    while !stop::is_requested() && !is_over(&mut emulator, end_s) {
+        emulator
+            .run_ns(STEP_NS)
+            .map_err(|failure| anyhow!("the firmware fails: {failure}"))?;
+        take_readings(
+            &mut emulator,
+            options,
+            &mut outcome,
+            &mut first_ns,
+            &mut last_ns,
+        );
+        let bytes = emulator.take_sent();
+        let now = Duration::from_nanos(emulator.now_ns());
+        if options.keep_serial {
+            outcome.serial.extend(&bytes);
+        }
+        let reply = exchange(now, &bytes)?;
+        if !reply.is_empty() {
+            emulator.send(&reply);
+        }
+        let done_s = scene_s(&mut emulator);
+        progress(done_s.unwrap_or(0.0).min(end_s), end_s);
+        ensure!(
+            done_s.is_some() || now.as_secs_f64() < PATIENCE_S,
+            "the firmware has not started its converter within {PATIENCE_S} s of board time"
+        );
+    }
+    // So that every conversion that was made is read or lost.
+    for _ in 0..LAST_STEPS {
+        if emulator.adc().latest_drdy_fall_ns() == last_ns {
+            break;
+        }
+        emulator
+            .run_ns(10_000)
+            .map_err(|failure| anyhow!("the firmware fails: {failure}"))?;
+        take_readings(
+            &mut emulator,
+            options,
+            &mut outcome,
+            &mut first_ns,
+            &mut last_ns,
+        );
+    }
+    let zero_ns = emulator.started_ns().or_else(|| emulator.sensors_zero_ns());
+    let us = |ns: Option<u64>| ns.unwrap_or(0) / 1000;
+    (outcome.arrived, outcome.read_once) = (emulator.arrived(), emulator.read_once());
+    outcome.findings = emulator.findings().to_vec();
+    outcome.end_us = emulator.now_ns() / 1000;
+    (outcome.start_us, outcome.first_edge_us) = (us(zero_ns), us(first_ns.or(zero_ns)));
+    let chip = emulator.adc();
+    (outcome.chip, outcome.injected) = (chip.counters(), chip.injected().to_vec());
+    outcome.registers = chip.registers();
+    Ok(outcome)
+}
+
+fn take_readings(
+    emulator: &mut Emulator,
+    options: Options<'_>,
+    outcome: &mut Outcome,
+    first_ns: &mut Option<u64>,
+    last_ns: &mut Option<u64>,
+) {
+    let readings = emulator.take_readings();
+    if let (Some(first), Some(last)) = (readings.first(), readings.last()) {
+        first_ns.get_or_insert(first.edge_ns);
+        *last_ns = Some(last.edge_ns);
+    }
+    outcome.conversions_served += readings.len() as u64;
+    if options.keep_conversions {
+        outcome.conversions.extend(
+            readings
+                .iter()
+                .map(|one| TimedConversion::new(one.t_us, Conversion::from_bytes(one.bytes))),
+        );
+    }
 }

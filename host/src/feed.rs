@@ -12,7 +12,7 @@ mod requester;
 mod source;
 
 pub use decoded::Feed;
-pub use emulated::{EMULATED, Emulated, Emulation, emulated, untouched};
+pub use emulated::{EMULATED, Emulated, Emulation, emulated, end, scene_input, untouched};
 pub use following::{Following, RawFrames, SettingsReply};
 pub use pace::Pace;
 pub use requester::{Requester, new_requests, other_requests, request};

@@ -11,7 +11,7 @@
 //! | the library on this PC, behind the simulated chip | [`replay`] |
 //! | calibration of the array with gratings of known period | `calibrate` |
 //! | the firmware's tasks on this PC, behind the simulated chip and its faults | [`simulated`] |
-//! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
+//! | the firmware image on the register model of its board | [`emulator`] |
 //! | a board on a serial line | `port` |
 //! | packets from a board, the emulated board or a recording | [`feed`], `listen` |
 //! | requests to a board | [`requests`], `client` |
@@ -68,6 +68,7 @@ pub mod picture;
 pub mod port;
 pub mod positions;
 pub mod program;
+mod pseudo_terminal;
 #[cfg(test)]
 #[path = "../tests/common/ram_flash.rs"]
 mod ram_flash;

@@ -23,13 +23,14 @@ pub mod schema;
 pub mod source;
 pub mod topic;
 
+use crate::emulator::Firmware;
 use crate::usage::UsageError;
 use crate::{note, output, stop};
 use anyhow::{Result, bail};
 use finger::Finger;
 use publisher::Publisher;
 use queue::{Queue, Sink};
-use source::{Emulator, Source};
+use source::Source;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::{JoinHandle, sleep};
@@ -93,7 +94,8 @@ pub struct Serve {
     pub names: Names,
     /// In the order of the names.
     pub sources: Vec<Source>,
-    pub emulator: Option<Emulator>,
+    /// Firmware of the emulated boards.
+    pub firmware: Option<Firmware>,
     /// True if every frame is requested.
     pub frames: bool,
 }
@@ -106,7 +108,7 @@ pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
             UsageError("nothing to serve to: choose --foxglove, --mqtt or --json".into()).into(),
         );
     }
-    let (names, emulator) = (Arc::new(serve.names), serve.emulator.map(Arc::new));
+    let (names, firmware) = (Arc::new(serve.names), serve.firmware);
     let (mut queues, mut delivering) = (Vec::new(), Vec::new());
     for sink in sinks {
         let queue = Arc::new(Queue::new(sink.name(), names.fingers.len()));
@@ -126,7 +128,7 @@ pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
             names.fingers[number].clone(),
             source,
             serve.frames,
-            emulator.clone(),
+            firmware.clone(),
         );
         reading.push(std::thread::spawn(move || finger.run(publisher)));
     }

@@ -20,7 +20,8 @@ pub struct Again<S> {
 
 impl<S: Scene> Scene for Again<S> {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        self.scene.volts(input, t_s.max(0.0) % self.every_s)
+        self.scene
+            .volts(input, t_s.clamp(0.0, self.end_s) % self.every_s)
     }
 
     fn end_s(&self) -> f64 {

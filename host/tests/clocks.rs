@@ -289,7 +289,7 @@ impl Source for Firmware {
         let at_ns = at.duration_since(UNIX_EPOCH)?.as_nanos() as u64;
         // A line keeps the order.
         self.arrived_ns = self.arrived_ns.max(at_ns);
-        // QEMU gives bytes one by one; the next packet has a delay of its own.
+        // The next packet has a delay of its own.
         if bytes.contains(&PACKET_END) {
             let share = (f64::from(self.random.next_u32()) + 0.5) / 4_294_967_296.0;
             self.late_s = -share.ln() * 1e-3

@@ -1,9 +1,10 @@
 //! The firmware image in the emulator. `cargo xtask test` builds the image and runs these.
-#![cfg(target_os = "linux")]
 
 mod common;
 #[path = "emulated/live.rs"]
 mod live;
+#[path = "emulated/overflows.rs"]
+mod overflows;
 #[path = "emulated/plans.rs"]
 mod plans;
 #[path = "emulated/requests.rs"]
@@ -14,12 +15,12 @@ mod steady;
 mod wavelengths;
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, load_scene, write_csv};
+use ridgetone_finger::Pipeline;
 use ridgetone_host::demo;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::frames::{Frames, Reading};
 use ridgetone_host::input::{Input, SLOT_S, first_scene, frame_rate_hz};
 use ridgetone_host::names::name;
-use ridgetone_host::replay;
 use ridgetone_host::samples::Samples;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Direction, Event, Hold, Packet, Span, Status, TravelStatus};
@@ -27,20 +28,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
-fn emulate(input: &Input, keep_conversions: bool) -> (Outcome, Vec<Packet>) {
-    emulate_with(input, Settings::DEFAULT, keep_conversions)
-}
-
-fn emulate_with(
-    input: &Input,
-    settings: Settings,
-    keep_conversions: bool,
-) -> (Outcome, Vec<Packet>) {
+fn emulate(input: &Input) -> (Outcome, Vec<Packet>) {
     let elf = emulator::image::find().expect("an image");
     let options = Options {
-        keep_conversions,
+        keep_conversions: true,
         keep_serial: true,
-        settings,
         ..Options::new(&elf)
     };
     let mut packets = Vec::new();
@@ -53,29 +45,26 @@ fn emulate_with(
     (outcome, packets)
 }
 
-fn replayed(input: &Input) -> Vec<Packet> {
-    replayed_with(input, Settings::DEFAULT)
+/// What the library gives on this PC from the conversions that the board has read.
+fn on_pc(outcome: &Outcome) -> Vec<Event> {
+    let (mut pipeline, mut events) = (Box::new(Pipeline::new(Settings::DEFAULT)), Vec::new());
+    for timed in &outcome.conversions {
+        pipeline.push(*timed, &mut |event| events.push(event));
+    }
+    events
 }
 
-fn replayed_with(input: &Input, settings: Settings) -> Vec<Packet> {
-    let mut packets = Vec::new();
-    let mut sink = |packet: &Packet| {
-        packets.push(packet.clone());
-        Ok(())
-    };
-    let input = input.open().expect("an input");
-    replay::run(input, settings, &mut sink, &mut |_, _| {}).expect("a replay");
-    packets
+fn events(packets: &[Packet]) -> Vec<Event> {
+    packets.iter().map(|packet| packet.event.clone()).collect()
 }
 
-/// The events of each kind as they follow, but for the processor's load and stack and the converter,
-/// which a pipeline on a PC does not have. Kinds may overtake each other: on the chip a
+/// The events of each kind as they follow, but for the processor's load and stack, the converter and
+/// the greeting, which a pipeline on a PC does not have. Kinds may overtake each other: on the chip a
 /// fit takes a while, on the PC it is done at once.
-fn by_kind(packets: &[Packet]) -> BTreeMap<&'static str, Vec<Event>> {
+fn by_kind(events: Vec<Event>) -> BTreeMap<&'static str, Vec<Event>> {
     let mut kinds = BTreeMap::new();
-    for packet in packets {
-        let mut event = packet.event.clone();
-        if matches!(event, Event::Converter(_)) {
+    for mut event in events {
+        if matches!(event, Event::Converter(_) | Event::Hello(_)) {
             continue;
         }
         if let Event::Health(health) = &mut event {
@@ -183,11 +172,11 @@ fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
             scene: scene.clone(),
             seed: scene.seed,
         };
-        let (outcome, packets) = emulate(&input, false);
+        let (outcome, packets) = emulate(&input);
         assert_within_bars(&what, &packets, &outcome, &truth);
         assert_eq!(
-            by_kind(&packets),
-            by_kind(&replayed(&input)),
+            by_kind(events(&packets)),
+            by_kind(on_pc(&outcome)),
             "{what}: the PC gives other numbers"
         );
     });
@@ -219,7 +208,7 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
             scene: scene.clone(),
             seed,
         };
-        let (outcome, packets) = emulate(&input, false);
+        let (outcome, packets) = emulate(&input);
         let towards = if reverse {
             Direction::Backward
         } else {
@@ -260,7 +249,7 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
                     outcome.chip.lost
                 ) == (0, 0, 0)
         );
-        let kinds = by_kind(&packets);
+        let kinds = by_kind(events(&packets));
         let Some(Event::Texture(texture)) = kinds.get("Texture").and_then(|found| found.first())
         else {
             panic!("c{number}: no texture")
@@ -270,8 +259,8 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
             "c{number}: {texture:?}"
         );
         assert_eq!(
-            by_kind(&packets),
-            by_kind(&replayed(&input)),
+            by_kind(events(&packets)),
+            by_kind(on_pc(&outcome)),
             "c{number}: the PC gives other numbers"
         );
     });
@@ -305,7 +294,7 @@ fn a_scene_s_table_agrees_with_the_emulated_board_within_a_third_of_sigma() {
         let file = std::fs::File::create(&path).expect("a file");
         write_csv(&mut made, frame_rate_hz(), SLOT_S, file).expect("a trace");
         let what = path.display().to_string();
-        let (outcome, packets) = emulate(&Input::of(scene.clone()), false);
+        let (outcome, packets) = emulate(&Input::of(scene.clone()));
         assert_within_bars(&what, &packets, &outcome, &made.truth());
         let samples = Samples::file(&path).expect("a file");
         let frames = Frames::open(&samples, Reading::default()).expect("frames");
@@ -347,11 +336,11 @@ fn a_physical_finger_is_the_same_on_the_chip_and_on_the_pc() {
             scene: sliding,
             ..Input::default()
         };
-        let (outcome, packets) = emulate(&input, false);
+        let (outcome, packets) = emulate(&input);
         assert_within_bars(&what, &packets, &outcome, &truth);
         assert_eq!(
-            by_kind(&packets),
-            by_kind(&replayed(&input)),
+            by_kind(events(&packets)),
+            by_kind(on_pc(&outcome)),
             "{what}: the PC gives other numbers"
         );
         let end_us = packets.iter().find_map(|packet| match &packet.event {
@@ -370,8 +359,8 @@ fn a_physical_finger_is_the_same_on_the_chip_and_on_the_pc() {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn two_runs_give_the_same_bytes() {
-    let (first, packets) = emulate(&Input::default(), true);
-    let (second, _) = emulate(&Input::default(), false);
+    let (first, packets) = emulate(&Input::default());
+    let (second, _) = emulate(&Input::default());
     assert!(!first.serial.is_empty());
     assert_eq!(first.serial, second.serial);
     assert!(matches!(packets[0].event, Event::Hello(_)));
@@ -381,14 +370,13 @@ fn two_runs_give_the_same_bytes() {
     );
     assert_eq!(first.counts.received, packets.len() as u64);
     assert_eq!(first.conversions.len() as u64, first.conversions_served);
-    assert!(second.conversions.is_empty());
 }
 
-/// The short sister of the hour in `tests/emulated_hour.rs`.
+/// `emulator/tests/long.rs` has more of them.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_minute_of_touches_is_as_right_at_its_end_as_at_its_beginning() {
-    steady::run(60.0, false);
+    steady::run(60.0);
 }
 
 /// The README's picture and figures are those of `cargo xtask demo`. With `RIDGETONE_OVERWRITE=1`
@@ -423,7 +411,7 @@ fn the_readme_shows_what_the_demo_gives() {
     }
     let plain = demo::run(Sliding::default(), Options::new(&elf), &mut |_, _| {}).expect("a demo");
     assert!(
-        (0.30..0.45).contains(&plain.load()),
+        (0.40..0.55).contains(&plain.load()),
         "load {}",
         plain.load()
     );

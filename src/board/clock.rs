@@ -18,15 +18,7 @@ pub fn start(timer: TIM2, rcc: &mut RCC, ticks_per_us: u32) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Lets the counter go on from `now_us`.
-#[cfg(feature = "emulated")]
-pub fn set_us(now_us: u32) {
-    // SAFETY: TIM2 always exists, and any value is valid.
-    unsafe { (*TIM2::ptr()).cnt().write(|w| w.bits(now_us)) };
-}
-
 /// Starts the interrupt TIM4, every half second. `ticks_per_us`: as above, at most 130.
-#[cfg(feature = "stm32f4")]
 pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
     TIM4::enable(rcc);
     TIM4::reset(rcc);

@@ -22,7 +22,7 @@ use stm32f4xx_hal::prelude::*;
 
 pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
-pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
 
 pub type Converter = WiredAds1258<converter::Spi<'A', 4>, PC5<Output>, PC6<Output>, TimerClock>;
 pub type Drdy = converter::Drdy<'C', 4>;

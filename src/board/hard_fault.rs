@@ -1,10 +1,7 @@
 //! The handler of HardFaults: makes the record, and ends the run as the board does.
 
 use super::clock::now_us;
-#[cfg(feature = "emulated")]
-use super::emulated::die;
 use super::stack;
-#[cfg(feature = "stm32f4")]
 use super::stm32f4::die;
 use cortex_m_rt::ExceptionFrame;
 use ridgetone_proto::boot::Record;

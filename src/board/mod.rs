@@ -20,9 +20,7 @@
 //! | `acknowledge_heartbeat()` | clears that interrupt, and keeps the chip open for a debugger |
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
 //! | `sleep()` | waits until an interrupt is pending, also a masked one; a debugger must stay connected |
-//! | `ended() -> bool` | whether the signal is over; a real board's never is |
 //! | `restart()` | resets the processor |
-//! | `leave()` | ends the run after `ended`; a real board has nowhere to go |
 //! | `Board::boot` | the cause of the reset, and the record of a crash before it ([`crash::take_record`]) |
 //! | `feed_watchdog()` | puts off the reset by the watchdog, which `init` has started, by [`WATCHDOG_S`] |
 //! | `die(record)` | keeps the record ([`crash::keep`]) and resets; the handlers of panics and of HardFault call it |
@@ -42,8 +40,8 @@
 //! [`DrdyPin`]: ridgetone_finger::tasks::DrdyPin
 //! [`WATCHDOG_S`]: ridgetone_finger::tasks::WATCHDOG_S
 
-// The only place of the firmware where unsafe code is allowed: registers, linker symbols, host
-// calls of the emulator.
+// The only place of the firmware where unsafe code is allowed: registers and
+// linker symbols.
 #![allow(unsafe_code)]
 
 #[cfg(feature = "spi-adc")]
@@ -58,13 +56,10 @@ mod serial_line;
 mod stack;
 mod wait;
 
-#[cfg(feature = "emulated")]
-mod emulated;
 #[cfg(feature = "feather-f405")]
 mod feather_f405;
 #[cfg(feature = "feather-f405-adc")]
 mod feather_f405_adc;
-#[cfg(feature = "stm32f4")]
 mod flash;
 #[cfg(feature = "nucleo-f446re")]
 mod nucleo_f446re;
@@ -72,13 +67,10 @@ mod nucleo_f446re;
 mod nucleo_f446re_adc;
 #[cfg(feature = "own-adc")]
 mod stm32_adc;
-#[cfg(feature = "stm32f4")]
 mod stm32f4;
 #[cfg(any(feature = "nucleo-f446re", feature = "nucleo-f446re-adc"))]
 mod usart2;
 
-#[cfg(feature = "emulated")]
-pub use emulated::*;
 #[cfg(feature = "feather-f405")]
 pub use feather_f405::*;
 #[cfg(feature = "feather-f405-adc")]

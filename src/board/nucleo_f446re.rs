@@ -20,7 +20,7 @@ use stm32f4xx_hal::prelude::*;
 
 pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
-pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
 
 pub type Converter = WiredAds1258<converter::Spi<'B', 6>, PC7<Output>, PA9<Output>, TimerClock>;
 pub type Drdy = converter::Drdy<'A', 4>;

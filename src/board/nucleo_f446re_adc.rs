@@ -16,7 +16,7 @@ use stm32f4xx_hal::prelude::*;
 
 pub use super::flash::SettingsFlash;
 pub use super::stm32_adc::POWER_UP_US;
-pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
 
 /// All inputs, at 237 frames a second.
 pub type Converter = Stm32Adc<14, 93>;

@@ -1,12 +1,8 @@
 //! The line: the board's USART, telemetry out and requests in, one byte per interrupt.
 
-#[cfg(feature = "emulated")]
-use super::emulated::link;
 use ridgetone_finger::tasks::{Received, SerialPort};
 use stm32f4xx_hal::gpio::PushPull;
 use stm32f4xx_hal::pac::usart1::RegisterBlock;
-#[cfg(feature = "emulated")]
-use stm32f4xx_hal::pac::{Interrupt, NVIC};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::serial::{Config, Instance, RxListen, SerialExt, Tx, TxISR, TxListen};
@@ -62,11 +58,6 @@ impl<Usart: Instance<RB = RegisterBlock>> SerialPort for SerialLine<Usart> {
     }
 
     fn is_ready(&self) -> bool {
-        // The emulator's transmitter is always empty: the bridge knows whether the line is blocked.
-        #[cfg(feature = "emulated")]
-        if link::is_line_blocked() {
-            return false;
-        }
         self.tx.is_tx_empty()
     }
 
@@ -74,12 +65,6 @@ impl<Usart: Instance<RB = RegisterBlock>> SerialPort for SerialLine<Usart> {
         // Refused only if not ready.
         let _ = self.tx.write(byte);
         self.tx.listen();
-        // QEMU before 8.2 has no "transmitter empty" interrupt; its transmitter is empty at once.
-        #[cfg(feature = "emulated")]
-        {
-            link::take_line_byte();
-            NVIC::pend(Interrupt::USART3);
-        }
     }
 
     fn stop_transmitting(&mut self) {

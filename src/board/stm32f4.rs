@@ -210,10 +210,3 @@ pub fn sleep() {
 pub fn restart() -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
-
-pub const fn ended() -> bool {
-    false
-}
-
-/// Never called, as [`ended`] is never true.
-pub const fn leave() {}

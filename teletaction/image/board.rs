@@ -26,7 +26,7 @@ mod stm32f4;
 
 pub use clock::now_us;
 pub use stack::{word as stack_word, words as stack_words};
-pub use stm32f4::{acknowledge_heartbeat, ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
 
 use ridgetone_proto::boot::Boot;
 use ridgetone_teletaction::stylus::SAMPLE_US;

@@ -21,19 +21,13 @@ pub struct Image {
     interrupts: &'static [Interrupt],
 }
 
-/// The benchmark in the emulator.
-pub const BENCH: Image = image("bench", "ridgetone-eval", "ridgetone-bench", &[]);
-
 /// The bench image: the fit in each scene, with its windows in it.
 pub const COUNTS: Image = image("bench", "ridgetone-bench", "bench-image", &[]);
 
-/// The benchmark of the methods that the fit is compared with.
-pub const BASELINES: Image = image("bench-baselines", "ridgetone-eval", "baselines-bench", &[]);
-
-/// The emulated board's firmware with every addition checked for overflow.
+/// The Feather's firmware with every addition checked for overflow.
 pub const OVERFLOW_CHECKED: Image = Image {
     profile: "overflow-checked",
-    ..Board::Emulated.image()
+    ..Board::FeatherF405.image()
 };
 
 /// The profile of all that is not for a test alone, in the workspace's `Cargo.toml`.
@@ -66,14 +60,12 @@ pub enum Board {
     FeatherF405Adc,
     /// The Nucleo without another chip.
     NucleoF446reAdc,
-    /// QEMU's netduinoplus2, with the ADS1258 on the PC.
-    Emulated,
     /// Adafruit Feather STM32F405 Express with an encoder and an actuator: a stylus.
     StylusF405,
 }
 
 impl Board {
-    /// The boards that exist, all but the emulated one.
+    /// All of them.
     pub const REAL: [Self; 5] = [
         Self::FeatherF405,
         Self::NucleoF446re,
@@ -90,7 +82,6 @@ impl Board {
             Self::NucleoF446re => ("nucleo-f446re", &[DRDY, USART2]),
             Self::FeatherF405Adc => ("feather-f405-adc", &[DRDY, DMA, USART3]),
             Self::NucleoF446reAdc => ("nucleo-f446re-adc", &[DRDY, DMA, USART2]),
-            Self::Emulated => ("emulated", &[DRDY, USART3]),
             Self::StylusF405 => ("stylus-f405", &[TIM6, USART3]),
         };
         let (package, binary) = match self {
@@ -118,7 +109,7 @@ impl Image {
 }
 
 /// Builds an image and checks it. Gives its path, such as
-/// `target/firmware/emulated/ridgetone-firmware.elf`, and sizes.
+/// `target/firmware/feather-f405/ridgetone-firmware.elf`, and sizes.
 pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let Image {
         name,
@@ -173,12 +164,12 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
     Ok(())
 }
 
-/// Lints the firmware and the benchmarks. Debian's packages have no clippy: there the compiler's
+/// Lints the firmware and the bench image. Debian's packages have no clippy: there the compiler's
 /// own warnings are denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
     let images = Board::value_variants().iter().map(|board| board.image());
-    for image in images.chain([BENCH, BASELINES, COUNTS]) {
+    for image in images.chain([COUNTS]) {
         announce(format_args!("linting the image {}", image.name));
         let clippy = toolchain == Toolchain::Rustup;
         let mut cargo = image.cargo(&toolchain, if clippy { "clippy" } else { "check" });

@@ -52,9 +52,8 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         scene: Option<PathBuf>,
     },
-    /// Counts the instructions of the firmware's steps on the emulated chip and measures its
-    /// accuracy beside other methods', with the bars they have to meet. With --write it fills in
-    /// docs/results/trade.md.
+    /// Measures the accuracy of each choice beside other methods'. With --write it fills in
+    /// docs/results/trade.md and docs/results/scene.md, with the instructions that are there.
     #[command(disable_help_flag = true)]
     Bench(Flags),
     /// Counts the instructions of the fit in each scene on the emulator, next to a Hann FFT, IEEE 1057
@@ -99,7 +98,7 @@ enum Task {
     CheckSystems,
     /// Runs the tests on this PC and one emulated run of each kind.
     Test {
-        /// Everything: long tests, every emulated run, the benchmark, the pages in a browser,
+        /// Everything: long tests, every emulated run, the pages in a browser,
         /// streams, the Python package.
         #[arg(long)]
         all: bool,
@@ -120,7 +119,7 @@ enum Task {
     /// table in crates/proto/src/settings.rs.
     Settings,
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M,
-    /// the emulator, a browser, a broker of MQTT, Python.
+    /// a browser, a broker of MQTT, Python.
     Setup,
     /// Builds the firmware images, checks that there is code in them and no unknown panic, and prints
     /// their sizes, of flash by crate and of RAM by static.

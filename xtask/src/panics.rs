@@ -22,7 +22,6 @@ postcard/src/varint.rs            4  a byte of a number, counted up to the most 
 heapless/src/spsc.rs              2  remainder by the queue's size, a constant
 defmt-rtt/src/lib.rs              2  a log within a log: nothing that is logged logs
 embedded-hal-bus/src/spi/mod.rs   1  a delay within a transfer: the driver has none
-src/board/emulated/link.rs        1  emulated board only: the panic that a test requests
 ";
 
 /// Places that a file may have by [`ALLOWED`].

@@ -1,9 +1,9 @@
-//! `setup`: the tools of the firmware, its emulator and the tests.
+//! `setup`: the tools of the firmware and the tests.
 
 use crate::install;
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{clean, find, output_of};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use std::path::PathBuf;
 
 /// Finds or installs everything, and prints the result.
@@ -18,8 +18,6 @@ pub fn run() -> Result<()> {
         }
     };
     println!("core library for {TARGET}: {library}");
-    let version = output_of(clean(qemu()?).arg("--version"))?;
-    println!("emulator: {}", version.lines().next().unwrap_or_default());
     for (name, found, use_of_it) in [
         ("browser", browser(), "one of the tests"),
         ("broker", broker(), "the tests of streams"),
@@ -49,22 +47,6 @@ fn find_or_install(
     }
     install::debian(packages).with_context(|| format!("{what} is missing"))?;
     there().with_context(|| format!("{what} is not in PATH"))
-}
-
-/// The emulator, installed if it is missing. It must know an STM32F405.
-pub fn qemu() -> Result<PathBuf> {
-    let program = "qemu-system-arm";
-    let path = find_or_install("the emulator", || find(program), &[program])?;
-    let machines = output_of(clean(&path).args(["-machine", "help"]))?;
-    let is_known = machines
-        .lines()
-        .any(|line| line.starts_with("netduinoplus2"));
-    ensure!(
-        is_known,
-        "{} does not know the machine netduinoplus2",
-        path.display()
-    );
-    Ok(path)
 }
 
 /// A browser with letters, installed if there is none.

@@ -2,7 +2,7 @@
 
 use crate::images::{self, Board};
 use crate::tools::{announce, cargo, clean, create, find, read, root, run, target_dir, write};
-use crate::{inspect, python, setup, testing};
+use crate::{inspect, python, testing};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use std::path::Path;
 use std::process::Command;
@@ -26,29 +26,12 @@ fn has(flags: &[String], flag: &str) -> bool {
         .any(|given| given.split('=').next() == Some(flag))
 }
 
-/// Builds the benchmarks and the images of both boards, counts in the emulator and measures
-/// accuracy here.
+/// Measures accuracy here, and scan plans on the Feather's image.
 pub fn bench(flags: &[String]) -> Result<()> {
-    let mut bench = eval("bench");
-    bench.args(flags);
     if has(flags, "--plans") {
         images::build(Board::FeatherF405.image())?;
-    } else if !has(flags, "--help") && !has(flags, "--converters") {
-        // What measures nothing needs no image.
-        setup::qemu()?;
-        let (_, sizes) = images::build(Board::FeatherF405.image())?;
-        let emulated = [
-            ("--elf", images::BENCH),
-            ("--baselines-elf", images::BASELINES),
-            ("--firmware", Board::Emulated.image()),
-        ];
-        for (flag, image) in emulated {
-            bench.arg(flag).arg(images::build(image)?.0);
-        }
-        bench.args(["--flash-bytes", &sizes.flash.to_string()]);
-        bench.args(["--ram-bytes", &sizes.ram.to_string()]);
     }
-    run(&mut bench)
+    run(eval("bench").args(flags))
 }
 
 /// Builds the bench image and that of the Feather, and counts instructions on the emulator.
@@ -88,14 +71,13 @@ pub fn faults(flags: &[String]) -> Result<()> {
     );
     // With a plan it runs on the PC alone.
     if !has(flags, "--help") && !has(flags, "--plan") {
-        setup::qemu()?;
         let (injections, emulated) = match amounts.map(|flag| has(flags, flag)) {
             [true, _] => ("1000", "1"),
             [_, true] => ("100000", "10"),
             _ => ("10000", "4"),
         };
         faults.args(["--injections", injections, "--emulated", emulated, "--elf"]);
-        faults.arg(images::build(Board::Emulated.image())?.0);
+        faults.arg(images::build(Board::FeatherF405.image())?.0);
         if has(flags, "--full") {
             faults.arg("--write").arg(root().join("docs/results"));
         }
@@ -108,8 +90,7 @@ pub fn reproduce(flags: &[String]) -> Result<()> {
     let mut reproduce = eval("reproduce");
     reproduce.args(flags);
     if has(flags, "--emulated") && !has(flags, "--elf") {
-        setup::qemu()?;
-        let (elf, _) = images::build(Board::Emulated.image())?;
+        let (elf, _) = images::build(Board::FeatherF405.image())?;
         reproduce.arg("--elf").arg(elf);
     }
     run(&mut reproduce)
@@ -142,14 +123,12 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     }
     announce("building the image and the command `ridgetone`: a few minutes the first time");
     let mut command = cargo("build --quiet --release --package ridgetone-host", []);
-    // All at once: the emulator's download needs no core, and the last step of each build has one.
+    // Both at once: the last step of each build has one core.
     let command = thread::spawn(move || run(&mut command));
-    let emulator = thread::spawn(setup::qemu);
-    let image = images::build(Board::Emulated.image());
-    let panicked = |_| anyhow!("the build panicked");
-    // What cannot be installed says so before the builds do.
-    emulator.join().map_err(panicked)??;
-    command.join().map_err(panicked)??;
+    let image = images::build(Board::FeatherF405.image());
+    command
+        .join()
+        .map_err(|_| anyhow!("the build panicked"))??;
     let svg = root().join(svg);
     create(svg.parent().unwrap_or(root()))?;
     announce("sliding a grating over the emulated finger");
@@ -160,7 +139,7 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
 
 /// Builds a board's image, flashes it and shows its log until interrupted.
 pub fn flash(board: Board) -> Result<()> {
-    if board == Board::Emulated {
+    if board == Board::FeatherF405 {
         bail!("the emulated board has no flash: `cargo xtask demo` runs it");
     }
     flash_image(&images::build(board.image())?.0)

@@ -156,6 +156,12 @@ impl Emulator {
         self.bus.adc.read_once
     }
 
+    /// Results of which at least one read has arrived as converted. One that was read a single time
+    /// counts only as long as it is the latest.
+    pub fn arrived(&self) -> u64 {
+        self.bus.adc.arrived
+    }
+
     /// Takes those that were read since the last call.
     pub fn take_readings(&mut self) -> Vec<Reading> {
         std::mem::take(&mut self.bus.adc.readings)

@@ -38,8 +38,14 @@ pub struct Adc {
     pub readings: Vec<Reading>,
     /// Results that were read a single time: the next one was ready before a second read.
     pub read_once: u64,
+    /// Results of which a read has arrived as converted; those read a single time left out, but for
+    /// the latest.
+    pub arrived: u64,
     /// Reads of the latest result.
     reads: u32,
+    /// Edges of the result that arrived last, and of the one that was read last.
+    arrived_ns: Option<u64>,
+    read_ns: Option<u64>,
     /// The first rising START, nanoseconds.
     pub started_ns: Option<u64>,
 }
@@ -56,7 +62,10 @@ impl Adc {
             t_us: 0,
             readings: Vec::new(),
             read_once: 0,
+            arrived: 0,
             reads: 0,
+            arrived_ns: None,
+            read_ns: None,
             started_ns: None,
         }
     }
@@ -102,15 +111,26 @@ impl Adc {
         let [(READ_RESULT, _), (_, a), (_, b), (_, c), (_, d), ..] = *self.bytes else {
             return;
         };
-        if a & NEW == 0 {
+        let edge_ns = self.chip.latest_drdy_fall_ns();
+        let is_new = a & NEW != 0;
+        if is_new && self.reads == 1 {
+            self.read_once += 1;
+            // The firmware counts it as lost: no second read has confirmed it.
+            let had_arrived = self.arrived_ns.is_some() && self.arrived_ns == self.read_ns;
+            self.arrived -= u64::from(had_arrived && edge_ns != self.read_ns);
+        }
+        let code = i32::from_be_bytes([b, c, d, 0]) >> 8;
+        let is_right = (a & !NEW, code) == self.chip.latest_results()[0];
+        if is_right && edge_ns != self.arrived_ns {
+            (self.arrived, self.arrived_ns) = (self.arrived + 1, edge_ns);
+        }
+        if !is_new {
             self.reads += 1;
             return;
         }
-        self.read_once += u64::from(self.reads == 1);
-        self.reads = 1;
-        let edge_ns = self.chip.latest_drdy_fall_ns().unwrap_or(0);
+        (self.reads, self.read_ns) = (1, edge_ns);
         self.readings.push(Reading {
-            edge_ns,
+            edge_ns: edge_ns.unwrap_or(0),
             t_us: self.t_us,
             bytes: [a, b, c, d],
         });

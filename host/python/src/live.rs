@@ -4,7 +4,7 @@ use crate::raised;
 use anyhow::{Result, bail};
 use pyo3::prelude::*;
 use ridgetone_host::client::Client;
-use ridgetone_host::emulator;
+use ridgetone_host::emulator::image;
 use ridgetone_host::events::JsonLines;
 use ridgetone_host::feed::{Emulation, Feed, Requester, emulated};
 use ridgetone_host::listen::{Heard, Listener};
@@ -19,9 +19,6 @@ use std::time::Duration;
 /// A board that is listened to. Closed, it is none.
 #[pyclass(frozen)]
 pub struct Board(Mutex<Option<(Listener, JsonLines)>>);
-
-/// Time without a sign of life after which the emulator is given up.
-const SILENCE: Duration = Duration::from_secs(30);
 
 #[pymethods]
 impl Board {
@@ -150,8 +147,7 @@ impl Board {
 
 fn emulate(scene: Option<&Path>, once: bool, pace: f64, elf: Option<PathBuf>) -> Result<Feed> {
     let how = Emulation {
-        elf: elf.map_or_else(emulator::image::find, Ok)?,
-        silence: SILENCE,
+        firmware: elf.as_deref().map_or_else(image::find, image::read)?,
         pace: (pace > 0.0).then_some(pace),
         repeats: !once,
     };

@@ -38,10 +38,8 @@ impl BoardOptions {
     }
 
     fn emulation(&self, pace: Option<f64>, repeats: bool) -> Result<Emulation> {
-        let elf = self.firmware.image()?;
         Ok(Emulation {
-            silence: self.firmware.options(&elf).silence,
-            elf,
+            firmware: self.firmware.image()?,
             pace,
             repeats,
         })

@@ -1,6 +1,7 @@
 //! `demo`: a scene through the emulated firmware, beside the truth.
 
 use super::firmware::FirmwareOptions;
+use crate::emulator::Options;
 use crate::input::{first_scene, frame_rate_hz};
 use crate::{demo, output, settings_form};
 use anyhow::{Result, bail};
@@ -37,8 +38,8 @@ impl DemoArgs {
             bail!("a hand has no single speed to compare with: use `ridgetone emulate --scene`");
         }
         self.svg.as_deref().map_or(Ok(()), output::check_new)?;
-        let elf = self.firmware.image()?;
-        let mut options = self.firmware.options(&elf);
+        let firmware = self.firmware.image()?;
+        let mut options = Options::new(&firmware);
         if let Some(path) = &self.settings {
             options.settings = settings_form::load(path)?;
         }

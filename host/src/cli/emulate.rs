@@ -1,4 +1,4 @@
-//! `emulate`: the firmware image in the emulator, in front of a scene.
+//! `emulate`: the firmware image on an emulated board, in front of a scene.
 
 use super::firmware::FirmwareOptions;
 use super::lines::{LineOptions, Printer, report};
@@ -7,6 +7,8 @@ use super::settings::SettingsOptions;
 use crate::input::{SLOT_S, check_length, frame_rate_hz};
 use crate::note;
 use crate::picture::Recording;
+use crate::pseudo_terminal;
+use crate::touches::first_touches;
 use crate::usage::UsageError;
 use crate::{emulator, output, picture, stop};
 use anyhow::Result;
@@ -19,11 +21,11 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-`cargo xtask setup` installs the emulator.
+`cargo xtask firmware` builds the image. With --port the board runs in real time and is touched again and again, until Ctrl-C.
 
 Examples:
   ridgetone emulate
-  ridgetone emulate --log
+  ridgetone emulate --port
   ridgetone emulate hal-mock/scenes/c7.toml --json > events.jsonl
   ridgetone emulate --settings finger.toml
   ridgetone emulate --scene-speed 48 --period 3.1 --svg run.svg --serial-out run.bin
@@ -37,15 +39,16 @@ pub struct EmulateArgs {
     scene_options: SceneOptions,
     /// Emulate nothing, but write the scene as a table, and print its true values: time_s and 16
     /// columns of volts, read one after the other as the scan does, 241.14 times a second.
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["odometry", "log", "serial_out", "svg", "settings_file", "elf"])]
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["odometry", "port", "serial_out", "svg", "settings_file", "elf"])]
     print_scene: Option<PathBuf>,
     #[command(flatten)]
     settings: SettingsOptions,
     #[command(flatten)]
     firmware: FirmwareOptions,
-    /// Show the firmware's log, defmt, on standard error.
-    #[arg(long)]
-    log: bool,
+    /// Print the path of a pseudo-terminal that is the board's serial line, in real time: any program
+    /// can open it as a serial port.
+    #[arg(long, conflicts_with_all = ["serial_out", "svg", "json", "settings_file"])]
+    port: bool,
     /// Write the raw bytes of the telemetry line here.
     #[arg(long, value_name = "FILE")]
     serial_out: Option<PathBuf>,
@@ -99,7 +102,7 @@ impl EmulateArgs {
             .iter()
             .chain(&self.serial_out)
             .try_for_each(|path| output::check_new(path))?;
-        let elf = self.firmware.image()?;
+        let firmware = self.firmware.image()?;
         let settings = self.settings.settings()?;
         let plan = &settings.plan;
         let input = self.scene_options.input(self.scene.as_deref(), plan)?;
@@ -107,14 +110,18 @@ impl EmulateArgs {
         if let Some(warning) = &input.warning {
             note!("warning: {warning}");
         }
+        if self.port {
+            let input = match self.scene {
+                Some(_) => input.repeated(),
+                None => first_touches()?,
+            };
+            return pseudo_terminal::run(input, firmware);
+        }
         let options = emulator::Options {
             settings,
             keep_conversions: self.svg.is_some(),
             keep_serial: self.serial_out.is_some(),
-            log: self
-                .log
-                .then_some(|line| output::error_line(format_args!("log: {line}"))),
-            ..self.firmware.options(&elf)
+            firmware: &firmware,
         };
         let mut printer = Printer::new(LineOptions { json: self.json }, true);
         let mut packets = Vec::new();
@@ -127,8 +134,8 @@ impl EmulateArgs {
         let outcome =
             output::with_progress(|progress| emulator::run(input, options, &mut sink, progress))?;
         drop(printer);
-        for line in outcome.messages.lines() {
-            output::error_line(format_args!("firmware: {line}"));
+        for finding in &outcome.findings {
+            note!("a rule is broken: {finding}");
         }
         if let Some(path) = &self.serial_out {
             output::new_file(path, |file| Ok(file.write_all(&outcome.serial)?))?;

@@ -1,7 +1,7 @@
 //! `serve`: the messages of many boards for other programs.
 
 use super::firmware::FirmwareOptions;
-use crate::serve::source::{Emulator, Source, check, fingers};
+use crate::serve::source::{Source, check, fingers};
 use crate::serve::topic::Names;
 use crate::serve::{self, Serve};
 use crate::stop;
@@ -62,14 +62,9 @@ impl ServeArgs {
         let is_emulated = sources
             .iter()
             .any(|source| matches!(source, Source::Emulated(_)));
-        let emulator = match is_emulated || self.firmware.elf.is_some() {
-            true => {
-                let elf = self.firmware.image()?;
-                let silence = self.firmware.options(&elf).silence;
-                Some(Emulator { elf, silence })
-            }
-            false => None,
-        };
+        let firmware = (is_emulated || self.firmware.elf.is_some())
+            .then(|| self.firmware.image())
+            .transpose()?;
         stop::on_signal()?;
         let names = Names {
             board: self.board,
@@ -79,7 +74,7 @@ impl ServeArgs {
             Serve {
                 names,
                 sources,
-                emulator,
+                firmware,
                 frames: !self.no_frames,
             },
             sinks,

@@ -1,24 +1,35 @@
-//! The firmware image: its place, and checks that a file is one.
+//! The firmware image to emulate: its place, and the board that it is for.
 
 use anyhow::{Context, Result, bail, ensure};
-use object::{Architecture, Object, ObjectSymbol};
+use ridgetone_emulator::{Board, Image};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// Where `cargo xtask firmware` puts the emulated board's image, from cargo's target directory.
-const IMAGE: &str = "firmware/emulated/ridgetone-firmware.elf";
+// Images that were there when this command was built: names of boards, and ELF files.
+include!(concat!(env!("OUT_DIR"), "/images.rs"));
 
-/// DRDY's interrupt handler: an image without it is not ours.
-const HANDLER: &str = "EXTI4";
+/// Where `cargo xtask firmware` puts the usual image, from cargo's target directory.
+const IMAGE: &str = "firmware/feather-f405/ridgetone-firmware.elf";
+
+/// The usual board.
+const BOARD: Board = Board::FeatherF405;
 
 /// Handler of all interrupts without their own.
 const NO_HANDLER: &str = "DefaultHandler";
 
-/// A file name that is only in the image for the emulator.
-const MARKER: &[u8] = b"spi.request\0";
+/// An image of a finger's firmware, and the board that it runs on.
+#[derive(Clone, Debug)]
+pub struct Firmware {
+    pub board: Board,
+    pub image: Arc<Image>,
+}
 
-/// The default image: in `CARGO_TARGET_DIR`, else in `target` of the workspace around the current
-/// directory, else of the one this program was built in.
-pub fn find() -> Result<PathBuf> {
+/// The usual image: embedded in this command, else in `CARGO_TARGET_DIR`, else in `target` of the
+/// workspace around the current directory, else of the one this program was built in.
+pub fn find() -> Result<Firmware> {
+    if let Some((name, bytes)) = EMBEDDED.iter().find(|(name, _)| *name == BOARD.name()) {
+        return of_bytes(bytes, name.as_ref());
+    }
     let here = std::env::current_dir().unwrap_or_default();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"))
         .parent()
@@ -31,49 +42,50 @@ pub fn find() -> Result<PathBuf> {
     let found = chosen
         .into_iter()
         .chain(usual)
-        .map(|target| target.join(IMAGE))
+        .map(|target: PathBuf| target.join(IMAGE))
         .find(|image| image.is_file());
-    found.with_context(|| {
-        format!("firmware image target/{IMAGE} not found: build it with `cargo xtask firmware --board emulated` in a clone of the repository, and run this in there or name the file with --elf FILE")
-    })
+    let found = found.with_context(|| {
+        format!("firmware image target/{IMAGE} not found: build it with `cargo xtask firmware` in a clone of the repository, and run this in there or name the file with --elf FILE")
+    })?;
+    read(&found)
 }
 
-/// The bytes of an image's file. A device may never end.
-pub fn bytes(path: &Path) -> Result<Vec<u8>> {
-    let named = || path.display().to_string();
-    ensure!(
-        std::fs::metadata(path).with_context(named)?.is_file(),
-        "{}: not a file",
-        named()
-    );
-    std::fs::read(path).with_context(named)
-}
-
-/// Checks that a file is an image of our firmware; gives its absolute path.
-pub fn check(path: &Path) -> Result<PathBuf> {
+/// Reads a file. A device may never end.
+pub fn read(path: &Path) -> Result<Firmware> {
     let shown = path.display();
-    let bytes = bytes(path)?;
-    let Ok(file) = object::File::parse(&*bytes) else {
-        bail!("{shown}: not an ELF file");
+    let found = std::fs::metadata(path).with_context(|| {
+        format!("{shown}: there is no such firmware image; `cargo xtask firmware` builds one")
+    })?;
+    ensure!(found.is_file(), "{shown}: not a file");
+    of_bytes(
+        &std::fs::read(path).with_context(|| shown.to_string())?,
+        path,
+    )
+}
+
+fn of_bytes(bytes: &[u8], name: &Path) -> Result<Firmware> {
+    let image = Image::parse(bytes, name)?;
+    let Some(board) = board(&image) else {
+        bail!(
+            "{}: not Ridgetone's firmware (or stripped): it does not handle DRDY's interrupt",
+            name.display()
+        );
     };
-    ensure!(
-        file.architecture() == Architecture::Arm && !file.is_64() && file.is_little_endian(),
-        "{shown}: built for {:?}, not for the 32-bit ARM of the fingertip",
-        file.architecture()
-    );
-    let address = |name| {
-        file.symbols()
-            .find(|s| s.name() == Ok(name) && s.is_definition())
-            .map(|s| s.address())
+    let image = Arc::new(image);
+    Ok(Firmware { board, image })
+}
+
+/// The board by the interrupts that its image handles. EXTI4 is DRDY's, USART2 that of the Nucleo's
+/// line, and the DMA fetches what the processor's own ADC converts.
+fn board(image: &Image) -> Option<Board> {
+    let handles = |name| {
+        let handler = image.symbol(name);
+        handler.is_some() && handler != image.symbol(NO_HANDLER)
     };
-    let handler = address(HANDLER);
-    ensure!(
-        handler.is_some() && handler != address(NO_HANDLER),
-        "{shown}: not Ridgetone's firmware (or stripped): it has no handler {HANDLER}"
-    );
-    ensure!(
-        bytes.windows(MARKER.len()).any(|window| window == MARKER),
-        "{shown}: not built for the emulator; build that image with `cargo xtask firmware --board emulated`"
-    );
-    path.canonicalize().with_context(|| format!("{shown}"))
+    handles("EXTI4").then(|| match (handles("USART2"), handles("DMA2_STREAM0")) {
+        (false, false) => Board::FeatherF405,
+        (false, true) => Board::FeatherF405Adc,
+        (true, false) => Board::NucleoF446re,
+        (true, true) => Board::NucleoF446reAdc,
+    })
 }

@@ -1,7 +1,8 @@
 //! A finger: its source is read to the end. A port that fails is opened again.
 
 use super::publisher::Publisher;
-use super::source::{Emulator, Source};
+use super::source::Source;
+use crate::emulator::Firmware;
 use crate::events::JsonLines;
 use crate::events::view::{self, ConnectionState, Note};
 use crate::feed::Requester;
@@ -11,7 +12,6 @@ use crate::note;
 use crate::stop;
 use crate::utc::Receipt;
 use anyhow::Result;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Longest wait for a message.
@@ -25,22 +25,17 @@ pub struct Finger {
     source: Source,
     /// True if every frame is requested.
     frames: bool,
-    emulator: Option<Arc<Emulator>>,
+    firmware: Option<Firmware>,
     counts: Counts,
 }
 
 impl Finger {
-    pub fn new(
-        name: String,
-        source: Source,
-        frames: bool,
-        emulator: Option<Arc<Emulator>>,
-    ) -> Self {
+    pub fn new(name: String, source: Source, frames: bool, firmware: Option<Firmware>) -> Self {
         Self {
             name,
             source,
             frames,
-            emulator,
+            firmware,
             counts: Counts::default(),
         }
     }
@@ -51,7 +46,6 @@ impl Finger {
         let mut reported = String::new();
         while let Err(error) = self.read(&mut publisher) {
             let why = format!("{error:#}");
-            // Ctrl-C reaches an emulator too, which may end first.
             if stop::is_requested() {
                 break;
             }
@@ -90,7 +84,7 @@ impl Finger {
     }
 
     fn read(&mut self, publisher: &mut Publisher) -> Result<()> {
-        let feed = self.source.open(self.emulator.as_deref())?;
+        let feed = self.source.open(self.firmware.as_ref())?;
         let mut requester = Requester::default();
         requester.want_raw_if(self.frames && feed.has_board());
         let mut listener = Listener::new(feed, requester);

@@ -1,21 +1,12 @@
 //! Fingers and their sources on the command line: `left=/dev/ttyUSB0`.
 
-use crate::feed::{Emulated, Feed, Pace};
-use crate::input::frame_rate_hz;
+use crate::emulator::Firmware;
+use crate::feed::{Emulation, Feed, Pace, emulated};
 use crate::port::{Link, System, Wanted};
 use crate::recording::{Recorded, is_telemetry};
-use crate::touches::{first_touches, of_scene};
 use crate::usage::UsageError;
 use anyhow::{Context, Result};
 use std::path::PathBuf;
-use std::time::Duration;
-
-/// Firmware image of the emulated boards.
-pub struct Emulator {
-    pub elf: PathBuf,
-    /// Time without a sign of life after which an emulated board is given up.
-    pub silence: Duration,
-}
 
 /// Source of a finger's messages.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,21 +50,20 @@ impl Source {
 
     /// Opens the source. An emulated board runs at the speed of a real one, and is touched again
     /// and again.
-    pub fn open(&self, emulator: Option<&Emulator>) -> Result<Feed> {
+    pub fn open(&self, firmware: Option<&Firmware>) -> Result<Feed> {
         Ok(match self {
             Self::Recording(path) => Feed::new(Recorded::open(path)?).paced(Pace::new(1.0)),
             Self::Port(name) => {
                 Feed::new(Link::open(System, Wanted::new(Some(name.clone()), None))?)
             }
             Self::Emulated(scene) => {
-                let Emulator { elf, silence } = emulator.context("no firmware image to emulate")?;
-                let input = match scene {
-                    Some(path) => {
-                        of_scene(hal_mock::load_scene(path, frame_rate_hz())?)?.repeated()
-                    }
-                    None => first_touches()?,
+                let firmware = firmware.context("no firmware image to emulate")?.clone();
+                let how = Emulation {
+                    firmware,
+                    pace: Some(1.0),
+                    repeats: true,
                 };
-                Feed::new(Emulated::start(input, elf.clone(), *silence, Some(1.0)))
+                emulated(scene.as_deref(), how)?
             }
         })
     }

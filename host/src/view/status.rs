@@ -13,7 +13,7 @@ pub fn status(live: &Live, age: Option<Duration>) -> String {
         }
         (Connection::Over, _) => "The recording is over. The page shows its end.".into(),
         (_, None) if live.now.source == EMULATED => {
-            "The emulated board is starting, which takes some seconds.".into()
+            "The emulated board is starting.".into()
         }
         (_, None) => {
             "Nothing was received from the board yet. Is it powered, and its TX on this port, at 921600 baud?".into()

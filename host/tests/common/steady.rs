@@ -1,10 +1,6 @@
 //! One touch over and over on the emulated chip: nothing may drift, leak or get lost.
 
-#[path = "../../../tests/support/memory.rs"]
-mod memory;
-
 use hal_mock::{Options, Sliding, SlidingScene};
-use memory::resident_bytes;
 use ridgetone_finger::converter::SCAN;
 use ridgetone_host::emulator;
 use ridgetone_host::input::Opened;
@@ -20,9 +16,6 @@ const EVERY_S: f64 = 6.0;
 /// What a contact, a slide and a frequency may be off: the bars of `emulated.rs`.
 const OFF_S: f64 = 0.020;
 const OFF: f64 = 0.002;
-
-/// Bytes by which the memory of this process may grow: what the allocator keeps in reserve.
-const GROWTH_BYTES: u64 = 4 << 20;
 
 /// How much deeper the stack may get after two touches, bytes: the tasks above the fit may meet it
 /// at its deepest later only, each with a frame of up to 104 bytes and what it takes itself.
@@ -41,13 +34,10 @@ struct Seen {
     last: Option<Health>,
     /// After two touches, when all has happened once.
     after_two: Option<Health>,
-    /// Resident bytes then, and at the latest health.
-    resident: Option<(u64, u64)>,
 }
 
-/// Runs touches for `end_s` seconds of virtual time and checks all of them; `alone` in its process
-/// also that this does not grow.
-pub fn run(end_s: f64, alone: bool) {
+/// Runs touches for `end_s` seconds of virtual time and checks all of them.
+pub fn run(end_s: f64) {
     let elf = emulator::image::find().expect("an image");
     let scene = SlidingScene::new(Sliding::default()).expect("a scene");
     let truth = scene.truth();
@@ -152,10 +142,7 @@ pub fn run(end_s: f64, alone: bool) {
     }
 
     let (first, last) = (seen.first.expect("health"), seen.last.expect("health"));
-    println!(
-        "first and last health:\n{first:?}\n{last:?}\n{}",
-        outcome.messages
-    );
+    println!("first and last health:\n{first:?}\n{last:?}");
     // One a second, and one at the end.
     let seconds = u64::from(last.frames) / FRAME_RATE_HZ as u64;
     assert!(
@@ -198,13 +185,6 @@ pub fn run(end_s: f64, alone: bool) {
         board_us.abs_diff((served_s * 1e6) as u64) < 20_000,
         "{board_us} us, {served_s} s"
     );
-    if let Some((from, to)) = seen.resident.filter(|_| alone) {
-        println!("resident memory of this process: {from} bytes at first, {to} at last");
-        assert!(
-            to.saturating_sub(from) < GROWTH_BYTES,
-            "{from} to {to} bytes"
-        );
-    }
 }
 
 impl Seen {
@@ -234,9 +214,6 @@ impl Seen {
             return;
         }
         self.after_two.get_or_insert(health);
-        if let Some(bytes) = resident_bytes() {
-            self.resident = Some((self.resident.map_or(bytes, |(from, _)| from), bytes));
-        }
     }
 }
 

@@ -16,11 +16,12 @@ fn the_emulated_board_is_recorded_with_raw_frames_from_which_the_library_gets_th
     );
     let events = json_lines(&run(&["replay", text(&recording), "--json"]));
     let tone = |lines: &[serde_json::Value]| {
-        let whole = lines
+        // While raw frames are sent, the board has no time for the whole slide: it is overwritten.
+        let last = lines
             .iter()
-            .find(|line| line["span"] == "slide")
-            .expect("an estimate of the slide");
-        whole["frequency_hz"].as_f64().expect("a tone")
+            .rfind(|line| line["type"] == "estimate" && line["status"] == "good")
+            .expect("an estimate");
+        last["frequency_hz"].as_f64().expect("a tone")
     };
     let numbers: Vec<u64> = events
         .iter()
@@ -118,7 +119,19 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
     };
     let found = estimates("emulate");
     assert!(found.len() > 10, "{}", found.len());
-    assert_eq!(found, estimates("replay"));
+    // The board stamps some conversions a microsecond later than the replay, which starts its chip at
+    // a whole microsecond.
+    let here = estimates("replay");
+    assert_eq!(found.len(), here.len());
+    for (found, here) in found.iter().zip(&here) {
+        for key in ["span", "status", "harmonics"] {
+            assert_eq!(found[key], here[key], "{found} {here}");
+        }
+        let of = |key: &str| [found, here].map(|line| line[key].as_f64().expect("a number"));
+        let ([hz, here_hz], [t_s, here_t_s]) = (of("frequency_hz"), of("t_s"));
+        assert!((hz / here_hz - 1.0).abs() < 5e-6, "{found} {here}");
+        assert!((t_s - here_t_s).abs() < 1.5e-6, "{found} {here}");
+    }
     let demo = run(&["demo", "--settings", text(&file)]);
     assert!(
         demo.status.success() && stdout(&demo).contains("4.16"),
@@ -163,14 +176,10 @@ fn the_emulated_board_passes_its_check() {
             .filter_map(|check| check["name"].as_str())
             .collect()
     };
-    assert_eq!(
-        verdicts("skipped"),
-        ["reset", "brown_out", "oscillator", "noise"],
-        "{checks:?}"
-    );
+    assert_eq!(verdicts("skipped"), ["noise"], "{checks:?}");
     assert_eq!(
         (verdicts("pass").len(), &summary["verdict"]),
-        (checks.len() - 4, &"pass".into()),
+        (checks.len() - 1, &"pass".into()),
         "{checks:?}"
     );
     let whole: serde_json::Value =

@@ -1,10 +1,9 @@
 //! Every scan plan in the emulator: stored before the start, or sent by a request.
 
 use super::requests::talk;
-use hal_mock::{Scene, Sliding, SlidingScene};
+use hal_mock::Sliding;
 use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::{Input, Opened};
-use ridgetone_host::touches::Again;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::plan::{Converters, Plan};
 use ridgetone_proto::settings::Settings;
@@ -102,54 +101,6 @@ fn each_plan_finds_its_tone_in_the_emulator() {
             "{name}: {health:?}"
         );
         assert!((health.supply_v - 5.0).abs() < 0.01, "{name}: {health:?}");
-    }
-}
-
-/// A minute of touches with the plan's default windows and four harmonics. The register model has
-/// the same in `cargo xtask test --all`.
-#[test]
-#[ignore = "takes five to ten minutes in the emulator"]
-fn each_plan_loses_nothing_and_skips_no_stride_in_a_minute_of_the_emulator() {
-    for (name, plan) in Plan::usual(Converters::ADS1258) {
-        let scene = SlidingScene::new(scene(&plan)).expect("a scene");
-        let every_s = scene.end_s();
-        let scene = Box::new(Again {
-            scene,
-            every_s,
-            end_s: 60.0,
-        });
-        let (mut good, mut slides, mut loads) = (0, 0, Vec::new());
-        for packet in run(
-            name,
-            plan,
-            Opened {
-                scene,
-                end_s: 60.0,
-                ..Opened::untouched()
-            },
-        ) {
-            match packet.event {
-                Event::Estimate(one) => good += u32::from(one.status == Status::Good),
-                Event::Slide(slide) => slides += u32::from(slide.end_us.is_some()),
-                Event::Health(health) => loads.push(health.load),
-                Event::Fault(fault) => panic!("{name}: {fault:?}"),
-                _ => {}
-            }
-        }
-        let busiest = loads.iter().copied().fold(0.0, f32::max);
-        println!(
-            "{name}: {slides} slides, {good} good estimates, load {:.1} % in its busiest second",
-            100.0 * busiest
-        );
-        assert!(
-            loads.len() > 50,
-            "{name}: {} readings of health",
-            loads.len()
-        );
-        assert!(
-            slides >= (60.0 / every_s) as u32 - 1 && good >= slides,
-            "{name}: {slides}, {good}"
-        );
     }
 }
 

@@ -201,7 +201,7 @@ fn settings_that_are_kept_survive_a_restart() {
         .collect();
     let expected = [
         (
-            ResetCause::Unknown,
+            ResetCause::Power,
             Settings::DEFAULT,
             SettingsSource::Default,
         ),

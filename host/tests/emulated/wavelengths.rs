@@ -134,13 +134,17 @@ fn gratings_under_a_hands_speed_are_those_of_the_pc_bit_for_bit() {
             .iter()
             .filter(|one| one.span == Span::Window && one.status == Status::Good)
             // Where the hand starts and stops its speed is another.
-            .filter(|one| one.movement.wander < 0.05);
+            .filter(|one| one.movement.wander < 0.05)
+            .collect::<Vec<_>>();
+        // The first and the last of short windows may hold it too: two cycles do not show it.
+        let edge = usize::from(window_s < 0.1);
+        let inner = windows.get(edge..windows.len().saturating_sub(edge));
         // Windows of two cycles have a standard deviation of 3 %.
-        let good = windows.inspect(|one| {
+        for one in inner.unwrap_or_default() {
             let off_hz = (f64::from(one.frequency) - frequency_hz).abs();
             let min_hz = 0.015 * frequency_hz;
-            assert!(off_hz < min_hz.max(3.0 * f64::from(one.sigma)), "{one:?}")
-        });
-        assert!(good.count() >= 5, "{wavelength_mm} mm: {on_chip:?}");
+            assert!(off_hz < min_hz.max(3.0 * f64::from(one.sigma)), "{one:?}");
+        }
+        assert!(windows.len() >= 5, "{wavelength_mm} mm: {on_chip:?}");
     }
 }

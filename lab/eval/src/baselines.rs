@@ -16,7 +16,6 @@
 //! least squares.
 
 pub mod ieee1057;
-#[cfg(not(target_os = "none"))]
 pub mod nls;
 pub mod oddo2009;
 pub mod periodogram;

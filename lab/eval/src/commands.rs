@@ -1,7 +1,5 @@
 //! The commands: arguments in, output out.
 
-use crate::bench::report::Report;
-use crate::bench::{self, BenchArgs};
 use crate::board::{self, BoardArgs};
 use crate::faults::{self, FaultsArgs};
 use crate::noise::{self, NoiseArgs};
@@ -16,9 +14,9 @@ use crate::trade::results::Trade;
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 use ridgetone_host::cli::firmware::FirmwareOptions;
+use ridgetone_host::emulator::Options;
 use ridgetone_host::output;
 use ridgetone_host::usage::UsageError;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -34,7 +32,7 @@ struct Cli {
 enum Command {
     /// Repeat the paper's experiment on the physical finger, figure for figure beside its own.
     Reproduce(ReproduceArgs),
-    /// Count the instructions of the firmware's steps and measure their accuracy.
+    /// Measure the accuracy of each choice, and of the scan plans and converters.
     Bench(BenchArgs),
     /// Measure start, load, interrupts and jitter of the boards' images on the register model.
     Board(BoardArgs),
@@ -66,8 +64,8 @@ Examples:
   cargo xtask reproduce --emulated --out paper
   cargo xtask reproduce --wavelengths")]
 struct ReproduceArgs {
-    /// Run the firmware image in QEMU instead of its library on this PC; both give the same
-    /// numbers.
+    /// Run the firmware image on an emulated board instead of its library on this PC; both give the
+    /// same numbers.
     #[arg(long)]
     emulated: bool,
     #[command(flatten)]
@@ -83,12 +81,26 @@ struct ReproduceArgs {
     wavelengths: bool,
 }
 
-/// The counts on the chip, and the trade.
-#[derive(Serialize)]
-struct BenchJson<'a> {
-    #[serde(flatten)]
-    chip: Option<&'a Report>,
-    trade: Option<&'a Trade>,
+#[derive(Debug, Args)]
+struct BenchArgs {
+    /// Fewer windows, for a look.
+    #[arg(long)]
+    quick: bool,
+    /// Write trade.json, scene.json and their pages into a folder, with the instructions that are
+    /// there. `cargo xtask counts` counts them anew.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", conflicts_with = "quick")]
+    write: Option<PathBuf>,
+    /// Measure the scan plans instead: accuracy here, load and latency on the register model.
+    /// Writes them into trade.json and trade.md in a folder. Takes three minutes.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", exclusive = true)]
+    plans: Option<PathBuf>,
+    /// Measure the STM32's own converter beside the ADS1258 instead. Writes them into trade.json and
+    /// trade.md in a folder. Takes two minutes.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", exclusive = true)]
+    converters: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
 }
 
 fn run_bench(args: &BenchArgs) -> Result<()> {
@@ -112,50 +124,21 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
             folder,
         );
     }
-    let images = args
-        .elf
-        .as_ref()
-        .zip(args.baselines_elf.as_ref())
-        .zip(args.flash_bytes.zip(args.ram_bytes));
-    let firmware = args.firmware.as_deref();
-    let chip = images
-        .map(|((elf, baselines), (flash, ram))| bench::run(elf, baselines, firmware, flash, ram))
-        .transpose()?;
-    if let Some(chip) = chip.as_ref().filter(|_| !args.json) {
-        page::print(&chip.tables())?;
-    }
     let effort = if args.quick {
         trade::QUICK
     } else {
         trade::FULL
     };
-    let trade = (!args.chip)
-        .then(|| trade::measure(effort, chip.as_ref()))
-        .transpose()?;
-    if args.json {
-        return output::line(&serde_json::to_string(&BenchJson {
-            chip: chip.as_ref(),
-            trade: trade.as_ref(),
-        })?);
-    }
-    match (trade, &args.write) {
-        (None, _) => Ok(()),
-        (Some(trade), None) => page::print(&trade::figures(trade).tables),
-        (Some(trade), Some(folder)) => {
-            if let Some(chip) = &chip {
-                trade::scenes::write(trade::scenes::measure(chip)?, folder)?;
-            }
-            let Trade {
-                plans, converters, ..
-            } = trade::load(folder)?;
-            let trade = Trade {
-                plans,
-                converters,
-                ..trade
-            };
-            trade::write(trade, folder)
+    let Some(folder) = &args.write else {
+        let trade = trade::measure(effort, Trade::default())?;
+        if args.json {
+            return output::line(&serde_json::to_string(&trade)?);
         }
-    }
+        return page::print(&trade::figures(trade).tables);
+    };
+    let scenes = trade::scenes::measure(trade::scenes::load(folder)?)?;
+    trade::scenes::write(scenes, folder)?;
+    trade::write(trade::measure(effort, trade::load(folder)?)?, folder)
 }
 
 /// Makes the tables and pictures of a folder again; what is not measured there is left out.
@@ -188,8 +171,8 @@ fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
         )
         .into());
     }
-    let elf = args.emulated.then(|| args.firmware.image()).transpose()?;
-    let options = elf.as_ref().map(|elf| args.firmware.options(elf));
+    let firmware = args.emulated.then(|| args.firmware.image()).transpose()?;
+    let options = firmware.as_ref().map(Options::new);
     let place = options.as_ref().map_or(Place::Pc, Place::Emulator);
     reproduce::write(reproduce::measure(args.runs, place)?, &args.out)
 }

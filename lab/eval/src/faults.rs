@@ -33,6 +33,7 @@ use anyhow::{Context, Result, ensure};
 use campaign::Campaign;
 use family::Family;
 use ridgetone_host::cli::firmware::FirmwareOptions;
+use ridgetone_host::emulator::Options;
 use ridgetone_host::output;
 use ridgetone_proto::plan::Plan;
 use std::path::PathBuf;
@@ -82,8 +83,8 @@ pub fn run(args: &FaultsArgs) -> Result<()> {
             campaign.on_lines(args.injections)?;
         }
         if args.emulated > 0 {
-            let elf = args.firmware.image()?;
-            campaign.on_emulator(args.emulated, args.only, args.firmware.options(&elf))?;
+            let firmware = args.firmware.image()?;
+            campaign.on_emulator(args.emulated, args.only, Options::new(&firmware))?;
         }
         conclude(args, &campaign, None)?
     } else {

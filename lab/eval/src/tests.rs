@@ -1,7 +1,6 @@
 //! Tests of several modules together, and that the pages in `docs/results` are what their figures
 //! give.
 
-mod bench;
 mod board;
 mod bound;
 mod emulated_faults;

@@ -1,19 +1,18 @@
 //! The cost and the accuracy of each choice: accuracy on this PC, with the code of the chip, beside
-//! instructions counted on the emulated chip; for docs/results/trade.md.
+//! instructions that were counted before; for docs/results/trade.md.
 
 pub mod contender;
 pub mod converters;
-mod grid;
+pub mod grid;
 pub mod plans;
 pub mod results;
 pub mod scenes;
 pub mod setups;
 
 use crate::baselines::Method;
-use crate::bench::fits::{HARMONICS, WINDOWS_S};
-use crate::bench::report::Report;
 use crate::page::{self, Figures, Table, Tables, figure, fixed, percent};
 use anyhow::Result;
+use grid::{HARMONICS, WINDOWS_S};
 use results::{NLS, RIDGETONE, Row, Trade};
 use ridgetone_host::chart::{Curve, Look, Panel, Scale, chart};
 use ridgetone_host::output::whole_text;
@@ -27,20 +26,17 @@ pub const QUICK: u32 = 10;
 
 pub const TOPIC: &str = "trade";
 
-/// Measures accuracy here and takes the instructions from a report of the chip, if there is one.
-pub fn measure(windows: u32, chip: Option<&Report>) -> Result<Trade> {
+/// Measures accuracy here. Instructions, plans and converters are those of `before`.
+pub fn measure(windows: u32, before: Trade) -> Result<Trade> {
     let mut rows = grid::measure(windows)?;
-    if let Some(chip) = chip {
-        rows.iter_mut()
-            .for_each(|row| row.instructions = grid::instructions(row, chip));
+    for row in &mut rows {
+        let same = before.rows.iter().find(|one| one.key() == row.key());
+        row.instructions = same.and_then(|one| one.instructions);
     }
-    let chip = chip.map(|chip| chip.bars.clone()).unwrap_or_default();
     Ok(Trade {
         windows,
         rows,
-        chip,
-        plans: Vec::new(),
-        converters: Vec::new(),
+        ..before
     })
 }
 

@@ -15,7 +15,7 @@ use ridgetone_host::cli::lines::report;
 use ridgetone_host::cli::parse::{number, positive};
 use ridgetone_host::note;
 use ridgetone_host::port::{self, Wanted};
-use ridgetone_host::serve::source::{Emulator, Source};
+use ridgetone_host::serve::source::Source;
 use ridgetone_host::stop;
 use ridgetone_host::usage::UsageError;
 
@@ -189,14 +189,9 @@ impl LinkArgs {
             ))
             .into());
         }
-        let emulator = match &source {
-            Source::Emulated(_) => {
-                let elf = self.firmware.image()?;
-                let silence = self.firmware.options(&elf).silence;
-                Some(Emulator { elf, silence })
-            }
-            _ => None,
-        };
-        source.open(emulator.as_ref())
+        let firmware = matches!(source, Source::Emulated(_))
+            .then(|| self.firmware.image())
+            .transpose()?;
+        source.open(firmware.as_ref())
     }
 }

@@ -31,6 +31,9 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
 /// delivered.
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
+    // The firmware's counter starts some time after power-up.
+    let first_us = outcome.conversions.first().map_or(0, |first| first.t_us);
+    let since_ns = |t_us: u32| u64::from(t_us.wrapping_sub(first_us)) * 1000;
     let mut order = ScanOrder::new(&SCAN);
     let whole = outcome
         .conversions
@@ -49,7 +52,9 @@ fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
         unseen_ns: Vec::new(),
         readings_ns: Vec::new(),
         // Runs are much shorter than the 71 minutes after which the board's counter wraps.
-        whole_ns: whole.map(|timed| u64::from(timed.t_us) * 1000).collect(),
+        whole_ns: whole
+            .map(|timed| outcome.first_edge_us * 1000 + since_ns(timed.t_us))
+            .collect(),
         zero_ns: outcome.first_edge_us * 1000,
         end_ns: outcome.end_us * 1000,
         registers_right: outcome.registers[..writable] == image[..writable],

@@ -63,7 +63,10 @@ impl Taken {
                 };
                 let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {})?;
                 conversions = outcome.conversions;
-                outcome.start_us
+                // In the time of the firmware's own counter.
+                let zero_us = outcome.first_edge_us - outcome.start_us;
+                let first_us = conversions.first().map_or(0, |first| first.t_us);
+                u64::from(first_us).saturating_sub(zero_us)
             }
         };
         let first_us = conversions

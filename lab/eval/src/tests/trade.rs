@@ -9,7 +9,7 @@ use serde_json::Value;
 
 #[test]
 fn the_least_run_measures_every_choice() {
-    let mut trade = trade::measure(1, None).expect("a run");
+    let mut trade = trade::measure(1, trade::results::Trade::default()).expect("a run");
     // Six windows of: four harmonics with four channel counts; three other settings in a grating,
     // one in a pure tone; four other methods in two scenes.
     assert_eq!(trade.rows.len(), 6 * (16 + 4 + 2 * 4));

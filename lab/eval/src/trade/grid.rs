@@ -4,9 +4,6 @@ use super::contender::{Contender, samples};
 use super::results::{NLS, RIDGETONE, Row};
 use crate::accuracy::{Accuracy, Sample};
 use crate::baselines::Method;
-use crate::bench::baselines;
-use crate::bench::fits::{CHANNELS, HARMONICS, SNR_DB, WINDOWS_S, is_measured};
-use crate::bench::report::Report;
 use crate::parallel;
 use crate::setting::{Length, Setting};
 use anyhow::Result;
@@ -17,22 +14,29 @@ const SLOW_EVERY: u64 = 10;
 /// Seeds of a window's and scene's windows begin at multiples of this.
 const SEEDS: u64 = 10_000_000;
 
-/// Instructions of a row's costliest window on the chip, where they were counted.
-pub fn instructions(row: &Row, chip: &Report) -> Option<u32> {
-    let key = (row.window_s, row.carried, row.harmonics, row.channels);
-    if row.method == RIDGETONE {
-        let same = chip
-            .fits
-            .iter()
-            .find(|fit| (fit.window_s, fit.carried, fit.harmonics, fit.channels) == key);
-        return same.map(|fit| fit.instructions_worst);
-    }
-    let mut own = chip
-        .baselines
-        .iter()
-        .filter(|cell| cell.method == row.method);
-    let same = own.find(|cell| (cell.window_s, cell.carried, 1, cell.channels) == key);
-    same.map(|cell| cell.instructions_worst)
+/// Lengths of windows, seconds: from the shortest of the bars to the longest setting.
+pub const WINDOWS_S: [f64; 6] = [0.2, 0.3, 0.4, 0.6, 1.0, 3.9];
+const CHANNELS: [u8; 4] = [1, 2, 4, 16];
+/// Harmonics of a scene, and most of a fit, the fundamental included.
+pub const HARMONICS: [u8; 4] = [1, 2, 3, 4];
+/// Harmonics of the other methods' scenes: the tone alone, which all of them assume, and those of a
+/// grating.
+const CARRIED: [u8; 2] = [1, 4];
+/// Noise, decibels below the tone.
+const SNR_DB: f64 = 20.0;
+
+/// Instructions of one pass of cosine and sine over 16 x 240 samples: the unit of costs.
+pub const PASS_INSTRUCTIONS: f64 = 14_300.0;
+/// Clock of the STM32F405, hertz.
+pub const CLOCK_HZ: f64 = 168e6;
+
+/// Whether a fit of up to `harmonics` harmonics is measured in a scene of `carried`: as many as
+/// there are, with any number of channels; what fewer do to a scene like a grating's, and what the
+/// default does to a pure tone, with all.
+fn is_measured(carried: u8, harmonics: u8, channels: u8) -> bool {
+    let [fewest, .., most] = HARMONICS;
+    let all = usize::from(channels) == TAXELS;
+    carried == harmonics || all && (carried == most || carried == fewest && harmonics == most)
 }
 
 /// The estimators for scenes of `carried` harmonics.
@@ -47,7 +51,7 @@ fn contenders(carried: u8) -> Vec<Contender> {
             channels,
         })
         .collect();
-    if baselines::CARRIED.contains(&carried) {
+    if CARRIED.contains(&carried) {
         all.extend(Method::ALL.map(|method| Contender::Baseline {
             method,
             channels: method.channels_max() as u8,

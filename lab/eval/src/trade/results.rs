@@ -1,9 +1,8 @@
 //! The data of a trade, as `trade.json` has them.
 
+use super::grid::{CLOCK_HZ, PASS_INSTRUCTIONS};
 use super::{converters, plans};
 use crate::accuracy::Accuracy;
-use crate::bench::emulated::CLOCK_HZ;
-use crate::bench::fits::PASS_INSTRUCTIONS;
 use crate::page::Bar;
 use serde::{Deserialize, Serialize};
 
@@ -37,15 +36,7 @@ impl Trade {
         channels: u8,
     ) -> Option<&Row> {
         let key = (RIDGETONE, window_s, carried, harmonics, channels);
-        self.rows.iter().find(|row| {
-            (
-                row.method.as_str(),
-                row.window_s,
-                row.carried,
-                row.harmonics,
-                row.channels,
-            ) == key
-        })
+        self.rows.iter().find(|row| row.key() == key)
     }
 
     /// Rows of another method in scenes of `carried` harmonics: on all channels, and on those that
@@ -74,6 +65,17 @@ pub struct Row {
 }
 
 impl Row {
+    /// Everything that was chosen.
+    pub fn key(&self) -> (&str, f64, u8, u8, u8) {
+        (
+            &self.method,
+            self.window_s,
+            self.carried,
+            self.harmonics,
+            self.channels,
+        )
+    }
+
     /// From the first frame of the window to the estimate, seconds: one instruction a cycle.
     pub fn latency_s(&self) -> Option<f64> {
         self.instructions

@@ -4,8 +4,6 @@ use ridgetone_proto::settings::Declared;
 
 /// Windows, seconds.
 pub const SCENES_S: [f64; 4] = [0.2, 0.4, 1.0, 3.9];
-/// The number of the lean scene.
-pub const LEAN: usize = SCENES.len() - 1;
 
 /// What is fitted.
 pub struct Setup {
