@@ -1,5 +1,6 @@
 //! The board under test: the processor with everything connected to it, and the ends of its cables.
 
+mod counts;
 mod ends;
 mod event;
 mod functions;

@@ -1,5 +1,6 @@
 //! Instructions and cycles by function.
 
+use super::counts::Counts;
 use super::run::Emulator;
 use crate::cpu::FLASH;
 use crate::image::Image;
@@ -13,23 +14,6 @@ pub struct FunctionCounts {
     pub instructions: u64,
     /// Cycles that they took, waits for registers and the flash included.
     pub cycles: u64,
-}
-
-/// Instructions and cycles by half words of the flash.
-pub(super) struct Counts(Vec<[u64; 2]>);
-
-impl Counts {
-    fn new(flash_bytes: usize) -> Self {
-        Self(vec![[0; 2]; flash_bytes / 2])
-    }
-
-    #[inline(always)]
-    pub fn add(&mut self, pc: u32, cycles: u64) {
-        if let Some([instructions, sum]) = self.0.get_mut((pc.wrapping_sub(FLASH) >> 1) as usize) {
-            *instructions += 1;
-            *sum += cycles;
-        }
-    }
 }
 
 impl Emulator {

@@ -1,6 +1,6 @@
 //! The loop: instructions, events, resets, interrupts, sleep.
 
-use super::functions::Counts;
+use super::counts::Counts;
 use super::start::Start;
 use crate::board::Board;
 use crate::bus::Bus;
