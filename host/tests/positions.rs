@@ -118,10 +118,10 @@ impl Recorded {
             finger,
             ..Sliding::physical()
         };
-        Self::of(base, motion, period_mm, (plan, seed))
+        Self::of(base, motion, period_mm, plan, seed)
     }
 
-    fn of(base: Sliding, motion: Motion, period_mm: f64, (plan, seed): (Plan, u64)) -> Self {
+    fn of(base: Sliding, motion: Motion, period_mm: f64, plan: Plan, seed: u64) -> Self {
         let (hand, speed_mm_s) = match motion {
             Motion::Hand(hand) => (Some(hand), hand.peak_mm_s),
             Motion::Varying { mean_mm_s } => (None, mean_mm_s),
@@ -340,7 +340,7 @@ fn channels_have_positions_of_their_own() {
         snr_db: Some(40.0),
         ..Sliding::default()
     };
-    let recorded = Recorded::of(quiet, motion, 2.6, (Plan::PAPER, 1));
+    let recorded = Recorded::of(quiet, motion, 2.6, Plan::PAPER, 1);
     let positions = PositionFile {
         path: recorded.log("utc_s,position_mm", 250.0, Recorded::utc_mm),
         column: None,

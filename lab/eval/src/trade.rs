@@ -8,6 +8,7 @@ pub mod plans;
 pub mod results;
 pub mod scenes;
 pub mod setups;
+mod units;
 
 use crate::baselines::Method;
 use crate::page::{self, Figures, Table, Tables, figure, fixed, percent};

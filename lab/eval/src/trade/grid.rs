@@ -25,11 +25,6 @@ const CARRIED: [u8; 2] = [1, 4];
 /// Noise, decibels below the tone.
 const SNR_DB: f64 = 20.0;
 
-/// Instructions of one pass of cosine and sine over 16 x 240 samples: the unit of costs.
-pub const PASS_INSTRUCTIONS: f64 = 14_300.0;
-/// Clock of the STM32F405, hertz.
-pub const CLOCK_HZ: f64 = 168e6;
-
 /// Whether a fit of up to `harmonics` harmonics is measured in a scene of `carried`: as many as
 /// there are, with any number of channels; what fewer do to a scene like a grating's, and what the
 /// default does to a pure tone, with all.

@@ -1,6 +1,6 @@
 //! The data of a trade, as `trade.json` has them.
 
-use super::grid::{CLOCK_HZ, PASS_INSTRUCTIONS};
+use super::units::{CLOCK_HZ, PASS_INSTRUCTIONS};
 use super::{converters, plans};
 use crate::accuracy::Accuracy;
 use crate::page::Bar;

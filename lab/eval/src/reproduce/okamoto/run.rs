@@ -19,6 +19,7 @@ use ridgetone_host::table_fit;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Estimate, Event, Packet, Span, Status};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Frames that a window which grows begins with.
@@ -206,7 +207,7 @@ impl Slid {
             if until_s - from_s < GROWING_FRAMES_MIN * frame_s {
                 continue;
             }
-            let Some(answer) = self.fit(&samples, &settings, (from_s, until_s))? else {
+            let Some(answer) = self.fit(&samples, &settings, from_s..until_s)? else {
                 continue;
             };
             let is_accurate = matches!(answer.status, Status::Good | Status::Unsteady)
@@ -224,13 +225,13 @@ impl Slid {
         &self,
         samples: &Samples,
         settings: &Settings,
-        (from_s, until_s): (f64, f64),
+        part_s: Range<f64>,
     ) -> Result<Option<Answer>> {
         let middle = (TAXELS as f32 - 1.0) / 2.0;
         let slots = settings.plan.slots() as f32;
         let selection = Selection {
-            from_s: Some(from_s),
-            to_s: Some(until_s),
+            from_s: Some(part_s.start),
+            to_s: Some(part_s.end),
             harmonics: Some(settings.harmonics),
             position: Some(Column::millimetres(POSITION)),
             alignment: Some(Alignment {
@@ -246,8 +247,8 @@ impl Slid {
         Ok(found.map(|found| Answer {
             span: Span::Window,
             status: fit.status,
-            from_s,
-            until_s,
+            from_s: part_s.start,
+            until_s: part_s.end,
             frequency: found.value,
             sigma: found.sigma,
             square_v2: 0.0,

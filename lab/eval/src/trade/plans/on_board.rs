@@ -4,7 +4,7 @@ use super::accuracy::{TONES_HZ, scene};
 use super::{Choice, OnBoard};
 use crate::accuracy::rounded;
 use crate::board::{FIT_IRQ, request};
-use crate::trade::grid::CLOCK_HZ;
+use crate::trade::units::CLOCK_HZ;
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Sliding, SlidingScene};
 use ridgetone_emulator::{Board, Emulator, Image, Start};
