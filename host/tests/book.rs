@@ -73,14 +73,13 @@ fn pages() -> Vec<PathBuf> {
 
 /// Documents besides the results and the guide. The crates' READMEs are documentation of Rust, whose
 /// code runs as such.
-const MORE: [&str; 7] = [
+const MORE: [&str; 6] = [
     "CONTRIBUTING.md",
     "hal-mock/README.md",
     "host/python/README.md",
     "host/reference.md",
     "emulator/README.md",
     "teletaction/README.md",
-    "teletaction/stimulus/README.md",
 ];
 
 /// The results, the guide, the READMEs and [`MORE`].

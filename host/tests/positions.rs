@@ -377,7 +377,7 @@ fn channels_have_positions_of_their_own() {
 /// holds one at a time.
 #[inline(never)]
 fn hello(plan: Plan) -> Event {
-    Box::new(Pipeline::new(Settings::DEFAULT.with_plan(plan))).hello()
+    Pipeline::new(Settings::DEFAULT.with_plan(plan)).hello()
 }
 
 /// A copy of a recording with other events or receipts.

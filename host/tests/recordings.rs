@@ -37,65 +37,6 @@ fn interrupt(child: &Child) {
     kill_process(id, Signal::INT).expect("a signal");
 }
 
-/// One image every 0.2 s of the run; a program without animation shows the last one.
-#[test]
-fn the_screen_of_a_recording_is_a_moving_picture() {
-    let folder = directory();
-    let (path, svg) = (recording(folder.path()), folder.path().join("touch.svg"));
-    let arguments = [
-        "monitor",
-        "--file",
-        text(&path),
-        "--pace",
-        "0",
-        "--svg",
-        text(&svg),
-    ];
-    assert!(run(&arguments).status.success());
-    let picture = std::fs::read_to_string(&svg).expect("a picture");
-    let height: f64 = picture
-        .split_once("height=\"")
-        .and_then(|(_, rest)| rest.split('"').next()?.parse().ok())
-        .expect("px");
-    assert!(
-        picture.contains(r#"<g class="film" xml:space="preserve">"#),
-        "programs other than browsers would draw several blanks as one"
-    );
-    let images = picture.matches(">ridgetone<").count();
-    let times = picture
-        .split(concat!("firmware ", env!("CARGO_PKG_VERSION"), "  "))
-        .skip(1)
-        .map(|rest| rest.split(" s").next()?.parse().ok());
-    let times: Vec<f64> = times
-        .collect::<Option<_>>()
-        .expect("the time of each image");
-    let took_s = times[images - 1] - times[0];
-    assert_eq!(times.len(), images);
-    assert!(
-        (images as f64 * 0.2 - took_s).abs() < 0.5,
-        "{images} images of {took_s} s"
-    );
-    assert!(times.is_sorted());
-    let still = format!(
-        ".film{{transform:translateY({}px)",
-        -height * (images - 1) as f64
-    );
-    assert!(picture.contains(&still), "{still}");
-    // Browsers differ in what they make of two keyframes at one time.
-    let keyframes = picture.split_once("@keyframes film{").expect("a film").1;
-    assert_eq!(
-        keyframes
-            .split("}}")
-            .next()
-            .expect("keyframes")
-            .matches('%')
-            .count(),
-        3
-    );
-    assert_eq!(picture.matches("  over").count(), 1);
-    assert_one_line(&run(&arguments), 1, &["touch.svg", "--force"]);
-}
-
 #[test]
 fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     let (board, folder, bytes) = (Terminal::new(80, 24), directory(), telemetry());

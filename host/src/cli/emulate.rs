@@ -39,7 +39,7 @@ pub struct EmulateArgs {
     scene_options: SceneOptions,
     /// Emulate nothing, but write the scene as a table, and print its true values: time_s and 16
     /// columns of volts, read one after the other as the scan does, 241.14 times a second.
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["odometry", "port", "serial_out", "svg", "settings_file", "elf"])]
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["port", "serial_out", "svg", "settings_file", "elf"])]
     print_scene: Option<PathBuf>,
     #[command(flatten)]
     settings: SettingsOptions,
