@@ -356,7 +356,12 @@ fn the_commands_with_a_board_parse() {
 #[test]
 fn the_commands_of_cargo_name_what_exists() {
     let lock = read(&root().join("Cargo.lock"));
-    let folders = ["tests", "host/tests", "crates/finger/examples"];
+    let folders = [
+        "tests",
+        "host/tests",
+        "crates/finger/examples",
+        "emulator/examples",
+    ];
     for command in commands() {
         let words: Vec<&str> = command.split_whitespace().collect();
         for pair in words.windows(2).filter(|_| words[0] == "cargo") {
