@@ -4,6 +4,7 @@ use ridgetone_host::emulator::image::{self, Firmware};
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::Input;
 use ridgetone_proto::telemetry::{Event, Packet};
+use std::mem::discriminant;
 use std::path::PathBuf;
 
 fn run(elf: &Firmware) -> (Outcome, Vec<Packet>) {
@@ -18,8 +19,8 @@ fn run(elf: &Firmware) -> (Outcome, Vec<Packet>) {
     (outcome, packets)
 }
 
-/// Arithmetic wraps silently in the release image and panics in this one. A touch gives equal bits
-/// in both.
+/// Arithmetic wraps silently in the release image and panics in this one. A touch gives the same
+/// messages in both; the slower image dates some of them a microsecond later, and may skip windows.
 #[test]
 #[ignore = "needs the emulator and an image in RIDGETONE_CHECKED_ELF: cargo xtask test"]
 fn no_arithmetic_overflows_in_a_touch() {
@@ -46,8 +47,27 @@ fn no_arithmetic_overflows_in_a_touch() {
     };
     let checked =
         PathBuf::from(std::env::var_os("RIDGETONE_CHECKED_ELF").expect("RIDGETONE_CHECKED_ELF"));
-    assert_eq!(
-        events(&image::read(&checked).expect("an image")),
-        events(&image::find().expect("an image"))
-    );
+    let (checked_fits, checked_others) = events(&image::read(&checked).expect("an image"));
+    let (fits, others) = events(&image::find().expect("an image"));
+    assert_eq!(checked_others.len(), others.len());
+    for (checked, usual) in checked_others.iter().zip(&others) {
+        assert_eq!(discriminant(checked), discriminant(usual));
+        let [at_us, usual_us] = [checked, usual].map(|event| event.t_us().unwrap_or_default());
+        assert!(at_us.abs_diff(usual_us) <= 2, "{checked:?} {usual:?}");
+    }
+    for fit in &checked_fits {
+        let Event::Estimate(checked) = fit else {
+            continue;
+        };
+        let same = fits.iter().find_map(|usual| match usual {
+            Event::Estimate(usual) => {
+                let is_same = usual.span == checked.span && usual.t_us.abs_diff(checked.t_us) <= 2;
+                is_same.then_some(usual)
+            }
+            _ => None,
+        });
+        let usual = same.expect("the same window");
+        let off = (checked.frequency - usual.frequency).abs();
+        assert!(off < 0.1 * usual.sigma, "{checked:?} {usual:?}");
+    }
 }
