@@ -28,6 +28,17 @@ fn packets(until_s: f64) -> Vec<Packet> {
 }
 
 fn packets_with(settings: Settings, until_s: f64) -> Vec<Packet> {
+    packets_of(Input::default(), settings, until_s)
+}
+
+/// The packets of a slide at another speed.
+fn packets_at(speed_mm_s: f64) -> Vec<Packet> {
+    let mut input = Input::default();
+    input.scene.speed_mm_s = speed_mm_s;
+    packets_of(input, Settings::DEFAULT, f64::INFINITY)
+}
+
+fn packets_of(input: Input, settings: Settings, until_s: f64) -> Vec<Packet> {
     let mut events = Vec::new();
     let mut pipeline = Box::new(Pipeline::new(settings));
     pipeline.report_raw(u32::MAX);
@@ -40,7 +51,7 @@ fn packets_with(settings: Settings, until_s: f64) -> Vec<Packet> {
         }
         Ok(())
     };
-    replay::conversions(Input::default().open().expect("a scene"), &mut take).expect("a run");
+    replay::conversions(input.open().expect("a scene"), &mut take).expect("a run");
     (0..)
         .zip(events)
         .map(|(sequence, event)| Packet { sequence, event })

@@ -4,7 +4,7 @@
 use super::browser::Browser;
 use super::{LOOK, Look, PHONE, TARGETS, View, assert_drawn, press, save, text};
 use crate::common;
-use crate::{packets, recorded, recorded_as};
+use crate::{packets, packets_at, recorded, recorded_as};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::thread::sleep;
@@ -49,9 +49,10 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(f64::INFINITY));
     let quiet = recorded_as(folder.path(), "quiet.rec", &packets(0.5));
+    let slower = recorded_as(folder.path(), "slower.rec", &packets_at(20.0));
     let other = folder.path().join("other.mcap");
     assert!(
-        common::run(&["export", common::text(&path), "-o", common::text(&other)])
+        common::run(&["export", common::text(&slower), "-o", common::text(&other)])
             .status
             .success()
     );
@@ -152,7 +153,7 @@ fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
     );
     let apart = text(&mut browser, "difference");
     let apart_hz: f64 = apart
-        .split("csv: ")
+        .split("mcap: ")
         .nth(1)
         .and_then(|hz| hz.split(' ').next()?.parse().ok())
         .expect("a difference");
@@ -266,79 +267,6 @@ fn drop_file(browser: &mut Browser, path: &Path) {
             json!({"type": kind, "x": 300, "y": 300, "data": data}),
         );
     }
-}
-
-/// Three channels beyond the converter's range at 250 rows a second, and two columns that may be
-/// the time: one has the rate of the other halved.
-fn accelerations() -> String {
-    let mut csv = "time_ms,clock,ax,ay,az\n".to_owned();
-    for row in 0..1500 {
-        let t_s = f64::from(row) / 250.0;
-        let noise = 0.02 * f64::from(row * 7919 % 13 - 6);
-        let value = |channel: f64| {
-            5.0 * channel + 3.0 * (std::f64::consts::TAU * 12.34 * t_s + channel).sin() + noise
-        };
-        csv += &format!(
-            "{:.1},{:.1},{:.4},{:.4},{:.4}\n",
-            1e3 * t_s,
-            2e3 * t_s,
-            value(0.0),
-            value(1.0),
-            value(2.0)
-        );
-    }
-    csv
-}
-
-#[test]
-#[ignore = "needs a browser; cargo xtask test installs one"]
-fn a_table_is_looked_at_and_fitted_without_a_board() {
-    let folder = common::directory();
-    let path = common::file(folder.path(), "accelerations.csv", &accelerations());
-    let view = View::start(&[common::text(&path)]);
-    let mut browser = Browser::start(LOOK);
-    browser.open(&view.url);
-    browser.wait("document.getElementById('run-name')?.textContent === 'accelerations.csv'");
-    browser.wait("document.getElementById('frequency').textContent.startsWith('12.3')");
-    assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit"]);
-    let message = text(&mut browser, "runs-message");
-    assert!(
-        message.contains("1 V on this page is 10 in the file"),
-        "{message}"
-    );
-    // Nothing else is there to go back to.
-    assert_eq!(
-        browser.value("document.getElementById('live').hidden"),
-        json!(true)
-    );
-
-    browser.value("document.getElementById('mark-all').click()");
-    browser.wait("document.getElementById('frequency-small').textContent.includes('of 6.0')");
-    let found = text(&mut browser, "frequency");
-    let hz: f64 = found
-        .split(' ')
-        .next()
-        .and_then(|hz| hz.parse().ok())
-        .expect("a frequency");
-    assert!((hz - 12.34).abs() < 0.002, "{found}");
-
-    // By the other column the same rows last twice as long.
-    let take = |browser: &mut Browser, column: &str| {
-        browser.value(&format!(
-            "(() => {{ const column = document.getElementById('time-column'); column.value = '{column}'; \
-             column.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
-        ));
-    };
-    take(&mut browser, "clock:ms");
-    browser.wait("document.getElementById('frequency').textContent.startsWith('6.1')");
-    // What is no time is refused in words, and what is shown stays.
-    take(&mut browser, "ax");
-    browser.wait("document.getElementById('runs-message').classList.contains('alarm')");
-    assert_eq!(
-        browser.value("document.getElementById('time-column').value"),
-        json!("clock")
-    );
-    assert_eq!(browser.errors().len(), 1, "{:?}", browser.errors());
 }
 
 #[test]
