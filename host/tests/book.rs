@@ -233,13 +233,13 @@ fn run_all(long: bool) {
         "speed.csv",
         "time_s,speed_mm_s\n0,30\n4,30\n",
     );
-    let rows: String = (0..200)
+    let rows: String = (0..500)
         .map(|row| format!("{},{}\n", f64::from(row) * 0.02, f64::from(row) * 0.6))
         .collect();
     file(
         folder.path(),
         "robot.csv",
-        &format!("time_s,place_mm\n{rows}"),
+        &format!("time_s,position_mm\n{rows}"),
     );
     // Surfaces with a tone of 100 Hz, and what people say of them.
     let mut scores = String::from("file,soft,m\n");
