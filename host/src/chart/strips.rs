@@ -25,7 +25,7 @@ const BAR: f64 = 40.0;
 const GAP: f64 = 30.0;
 /// Fraction of a row's height that its curves fill.
 const FILLED: f64 = 0.84;
-/// Most readings of a close-up that are drawn as dots: more would run together.
+/// Maximum number of readings that a close-up draws as dots: more would run together.
 const DOTS_MAX: usize = 240;
 /// Longest name, characters.
 const NAME_MAX: usize = 18;

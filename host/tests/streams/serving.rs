@@ -26,7 +26,7 @@ impl Serving {
         Self::start(board, &["--mqtt", &format!("mqtt://127.0.0.1:{port}")])
     }
 
-    /// Interrupts it as Ctrl-C does and returns its report. It must end well.
+    /// Interrupts the command as Ctrl-C does, checks its exit status and returns its report.
     pub fn interrupt(mut self) -> String {
         let child = &mut self.0;
         let pid = Pid::from_raw(child.id() as i32).expect("a process");

@@ -190,7 +190,7 @@ mod tests {
         }
     }
 
-    /// A status and direction that are expected, with the period to a fraction.
+    /// Expected status and direction, and the period's relative tolerance.
     #[track_caller]
     fn assert_unique(travel: &Travel, direction: Direction, period_mm: f64) {
         assert_eq!(
