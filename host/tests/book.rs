@@ -30,7 +30,8 @@ const WITH_A_BOARD: [&str; 7] = [
 ];
 
 /// Commands that go on until somebody interrupts them, with a part of the output by then.
-const ENDLESS: [(&str, &str); 3] = [
+const ENDLESS: [(&str, &str); 4] = [
+    ("emulate --port", "/dev/"),
     ("monitor", " estimate "),
     ("serve", "/ridgetone/left/tone"),
     ("view", "http://127.0.0.1:8321/"),
@@ -38,6 +39,9 @@ const ENDLESS: [(&str, &str); 3] = [
 
 /// How long an endless command runs, seconds.
 const RUN_S: &str = "15";
+
+/// A command that takes longer is stopped and fails, seconds.
+const LONGEST_S: &str = "600";
 
 /// Words that mark a command as one that needs the emulator, minutes, or a file that another of
 /// these has written.
@@ -284,11 +288,16 @@ fn run_all(long: bool) {
         {
             continue;
         }
-        // Interrupted as Ctrl-C does, once; without `--foreground` it would be twice.
-        let endless = ENDLESS.iter().find(|(name, _)| *name == words[1]);
-        let shell = endless.map_or(command.clone(), |_| {
-            format!("timeout --foreground --preserve-status --signal INT {RUN_S} {command}")
+        let endless = ENDLESS.iter().find(|(name, _)| {
+            let mut following = words[1..].iter();
+            name.split(' ').all(|word| following.next() == Some(&word))
         });
+        // Interrupted as Ctrl-C does, once; without `--foreground` it would be twice.
+        let limit = match endless {
+            Some(_) => format!("--preserve-status --signal INT {RUN_S}"),
+            None => LONGEST_S.to_owned(),
+        };
+        let shell = format!("timeout --foreground {limit} {command}");
         let output = Command::new("sh")
             .args(["-c", &shell])
             .current_dir(folder.path())
