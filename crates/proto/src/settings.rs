@@ -104,8 +104,11 @@ table::settings! {
     }
 
     /// What a window may hold beside the tone. What is not declared is not modelled: fewer
-    /// instructions, and wrong answers where it is there after all (`docs/results/scene.md`).
+    /// instructions, and wrong answers where it is there after all (`docs/results/scene.md`). With
+    /// none of them it is the lean scene, whose fit is a path of its own.
     scene: Declared "Scene" {
+        /// Whether the tone may have overtones, up to `harmonics`; otherwise it is a single sine.
+        31 overtones: bool = true, "", Any;
         /// Whether levels may bend over a window, as under a skin that creeps; otherwise they have a
         /// slope alone.
         25 curved_baseline: bool = true, "", Any;

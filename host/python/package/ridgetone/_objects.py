@@ -84,6 +84,8 @@ class ArraySettings(Object):
 class SceneSettings(Object):
     """Settings `scene`."""
 
+    overtones: bool
+    """Whether the tone may have overtones, up to `harmonics`; otherwise it is a single sine."""
     curved_baseline: bool
     """Whether levels may bend over a window, as under a skin that creeps; otherwise they have a slope alone."""
     coloured_noise: bool
