@@ -192,7 +192,8 @@ pub fn outcome(events: &[Event]) -> Outcome {
             | Event::Fault(_)
             | Event::Reply(_)
             | Event::Raw(_)
-            | Event::Converter(_) => {}
+            | Event::Converter(_)
+            | Event::Track(_) => {}
         }
     }
     out

@@ -13,7 +13,7 @@ pub enum Topic {
     Frames,
     /// What touches the finger: contact, slide, release, static image.
     Contact,
-    /// Estimates of the tone.
+    /// Estimates of the tone, whole and in brief.
     Tone,
     /// What is under the finger.
     Texture,
@@ -38,7 +38,7 @@ impl Topic {
         match kind {
             "raw" => Self::Frames,
             "contact" | "slide" | "release" | "image" => Self::Contact,
-            "estimate" => Self::Tone,
+            "estimate" | "track" => Self::Tone,
             "texture" => Self::Texture,
             "health" => Self::Health,
             _ => Self::Diagnostics,

@@ -25,6 +25,7 @@ __all__ = [
     "Reply",
     "Slide",
     "Texture",
+    "Track",
 ]
 
 
@@ -89,6 +90,8 @@ class Contact(Event):
     """Height of the spike over the level without touch, signed [V]."""
     onset_s: float
     """When the load began to rise: of one that creeps in long before the spike [s]."""
+    reported_after_s: float
+    """From `t_s` until the event left the board's detector [s]."""
 
 
 class Slide(Event):
@@ -103,6 +106,8 @@ class Slide(Event):
     """Device time of the end; null while it lasts [s]."""
     state: Literal["start", "end"]
     """Whether the slide begins or is over."""
+    reported_after_s: float
+    """From `t_s` until the event left the board's detector [s]."""
 
 
 class Estimate(Event):
@@ -157,6 +162,20 @@ class Estimate(Event):
     """The valid channels."""
 
 
+class Track(Event):
+    """One fit in brief, for each window where they follow each other faster than every 0.05 s; an `estimate` of
+    the same window comes no more than twenty times a second."""
+
+    t_s: float
+    """Device time of the window's end [s]."""
+    frequency_hz: float | None
+    """Common frequency: its mean over the window; null without a tone [Hz]."""
+    sigma_hz: float | None
+    """Standard deviation of the frequency [Hz]."""
+    status: Literal["good", "no_tone", "too_short", "nothing", "ambiguous", "doubtful", "unsteady"]
+    """How far the fit can be trusted."""
+
+
 class Texture(Event):
     """What is under the finger: once a touch, on request with `hello`, and again when it has changed by more
     than three standard deviations of the difference."""
@@ -185,6 +204,8 @@ class Release(Event):
 
     t_s: float
     """Device time [s]."""
+    reported_after_s: float
+    """From `t_s` until the event left the board's detector [s]."""
 
 
 class Image(Event):
@@ -419,6 +440,7 @@ _KINDS: dict[str, type[Event]] = {
     "contact": Contact,
     "slide": Slide,
     "estimate": Estimate,
+    "track": Track,
     "texture": Texture,
     "release": Release,
     "image": Image,

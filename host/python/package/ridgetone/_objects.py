@@ -106,7 +106,7 @@ class Settings(Object):
     window_s: float
     """Length of a window. [s]"""
     stride_s: float
-    """Time from the start of one window to the start of the next. [s]"""
+    """Time from the start of one window to the start of the next; below 0.05 s each window is reported as a short `track`. [s]"""
     harmonics: int
     """Most harmonics to fit, the fundamental included."""
     accuracy: float
