@@ -193,7 +193,8 @@ pub fn outcome(events: &[Event]) -> Outcome {
             | Event::Reply(_)
             | Event::Raw(_)
             | Event::Converter(_)
-            | Event::Track(_) => {}
+            | Event::Track(_)
+            | Event::Moving(_) => {}
         }
     }
     out

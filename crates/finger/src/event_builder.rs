@@ -5,7 +5,7 @@ use crate::ring::Ring;
 use crate::touch::change::Change;
 use crate::touch::image::{HoldMean, IdleMean, image};
 use ads1258::reading;
-use ridgetone_proto::telemetry::{Contact, Event, Release, Slide};
+use ridgetone_proto::telemetry::{Contact, Event, Moving, Release, Slide};
 
 /// Builds events.
 #[derive(Clone, Debug)]
@@ -63,6 +63,13 @@ impl EventBuilder {
                     frames: idle_frames,
                 };
                 Event::Image(image(hold, idle, weights, self.volts_per_code))
+            }
+            Change::Moving(since) => {
+                let t_us = clock.time_us(since, ring);
+                Event::Moving(Moving {
+                    t_us,
+                    reported_after_us: clock.since_us(t_us),
+                })
             }
             Change::SlideStart(start) => {
                 self.slide_start_us = clock.time_us(start, ring);

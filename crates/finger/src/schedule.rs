@@ -179,7 +179,7 @@ impl WindowScheduler {
                 self.touch_first = frame;
                 self.level_v = f32::NAN;
             }
-            Change::HoldEnd { .. } => {}
+            Change::HoldEnd { .. } | Change::Moving(_) => {}
         }
     }
 

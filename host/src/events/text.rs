@@ -26,6 +26,7 @@ pub fn text(packet: &Packet) -> String {
             "contact",
             &format!("taxel {}, spike of {:.2} mV", e.taxel, 1e3 * e.height_v),
         ),
+        Event::Moving(e) => line(e.t_us, "moving", "first sign of a slide"),
         Event::Slide(e) => match e.end_us {
             None => line(e.start_us, "slide", "begins"),
             Some(end_us) => {

@@ -69,6 +69,7 @@ pub enum View {
     Texture(Texture),
     Converter(Converter),
     Track(Track),
+    Moving(Moving),
 }
 
 impl Message {
@@ -88,6 +89,7 @@ impl Message {
             Event::Texture(event) => View::Texture(event.into()),
             Event::Converter(event) => View::Converter(event.into()),
             Event::Track(event) => View::Track(event.into()),
+            Event::Moving(event) => View::Moving(event.into()),
         };
         Self {
             r#type: name(&packet.event).to_lowercase(),
@@ -217,6 +219,26 @@ impl From<&wire::Contact> for Contact {
             taxel: event.taxel,
             height_v: event.height_v,
             onset_s: seconds(event.onset_us),
+            reported_after_s: seconds(event.reported_after_us.into()),
+        }
+    }
+}
+
+/// The first sign of a motion along the surface in a hold. A `slide` follows if the motion lasts; a
+/// knock has none.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Moving {
+    /// Device time of the first frame of those that show the motion.
+    pub t_s: f64,
+    /// From `t_s` until the event left the board's detector.
+    pub reported_after_s: f64,
+}
+
+impl From<&wire::Moving> for Moving {
+    fn from(event: &wire::Moving) -> Self {
+        Self {
+            t_s: seconds(event.t_us),
             reported_after_s: seconds(event.reported_after_us.into()),
         }
     }
@@ -762,6 +784,7 @@ pub fn schemas() -> Vec<(&'static str, serde_json::Value)> {
     vec![
         ("hello", with_envelope::<Hello>()),
         ("contact", with_envelope::<Contact>()),
+        ("moving", with_envelope::<Moving>()),
         ("slide", with_envelope::<Slide>()),
         ("estimate", with_envelope::<Estimate>()),
         ("track", with_envelope::<Track>()),

@@ -40,6 +40,8 @@ pub enum Event {
     Converter(ConverterState),
     /// A fit in brief, where windows follow each other fast.
     Track(Track),
+    /// The first sign of tangential motion.
+    Moving(Moving),
 }
 
 /// First event after start-up, and again about every ten seconds.
@@ -94,6 +96,15 @@ pub struct Slide {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Release {
     /// Device time, microseconds.
+    pub t_us: u64,
+    /// From then until the event left the detector, microseconds.
+    pub reported_after_us: u32,
+}
+
+/// The first sign of tangential motion in a hold. A [`Slide`] follows if the motion lasts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Moving {
+    /// Device time of the first frame of those that show the motion, microseconds.
     pub t_us: u64,
     /// From then until the event left the detector, microseconds.
     pub reported_after_us: u32,
@@ -235,6 +246,7 @@ impl Event {
             Self::Texture(e) => e.t_us,
             Self::Converter(e) => e.t_us,
             Self::Track(e) => e.t_us,
+            Self::Moving(e) => e.t_us,
         })
     }
 }

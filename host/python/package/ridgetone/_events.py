@@ -20,6 +20,7 @@ __all__ = [
     "Image",
     "Lost",
     "Missed",
+    "Moving",
     "Raw",
     "Release",
     "Reply",
@@ -90,6 +91,16 @@ class Contact(Event):
     """Height of the spike over the level without touch, signed [V]."""
     onset_s: float
     """When the load began to rise: of one that creeps in long before the spike [s]."""
+    reported_after_s: float
+    """From `t_s` until the event left the board's detector [s]."""
+
+
+class Moving(Event):
+    """The first sign of a motion along the surface in a hold. A `slide` follows if the motion lasts; a knock has
+    none."""
+
+    t_s: float
+    """Device time of the first frame of those that show the motion [s]."""
     reported_after_s: float
     """From `t_s` until the event left the board's detector [s]."""
 
@@ -438,6 +449,7 @@ class Fit(Object):
 _KINDS: dict[str, type[Event]] = {
     "hello": Hello,
     "contact": Contact,
+    "moving": Moving,
     "slide": Slide,
     "estimate": Estimate,
     "track": Track,

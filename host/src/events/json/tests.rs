@@ -26,7 +26,7 @@ fn f32_values_read_back_to_the_last_bit() {
     assert_eq!(
         line,
         format!(
-            r#"{{"type":"contact","sequence":7,"t_s":0.510003,"taxel":3,"height_v":{height_v},"onset_s":0.0}}"#
+            r#"{{"type":"contact","sequence":7,"t_s":0.510003,"taxel":3,"height_v":{height_v},"onset_s":0.0,"reported_after_s":0.0}}"#
         )
     );
     let (_, text) = line.split_once("\"height_v\":").unwrap();
