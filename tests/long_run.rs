@@ -328,8 +328,12 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
         // Mostly one; sometimes more than fit.
         let burst = if posted % 1013 < 5 { 20 } else { 1 };
         for _ in 0..burst {
-            dropped +=
-                u64::from(outbox.post(Event::Release(Release { t_us: posted })) != Posted::Queued);
+            dropped += u64::from(
+                outbox.post(Event::Release(Release {
+                    t_us: posted,
+                    reported_after_us: 0,
+                })) != Posted::Queued,
+            );
             posted += 1;
         }
         while let Some(packet) = outbox.take() {

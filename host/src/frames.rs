@@ -18,7 +18,7 @@ pub use frame::Reading;
 use ridgetone_finger::{Detector, Diagnostics, Outputs, Pipeline, Ring};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, Slide, SlideRule};
-use ridgetone_proto::telemetry::{Estimate, Event, Packet};
+use ridgetone_proto::telemetry::{Estimate, Event, Packet, Track};
 use std::ops::ControlFlow;
 use table::Table;
 
@@ -222,6 +222,9 @@ impl Frames {
         if let (
             Source::Table(table),
             Event::Estimate(Estimate {
+                sigma, frequency, ..
+            })
+            | Event::Track(Track {
                 sigma, frequency, ..
             }),
         ) = (&self.source, event)

@@ -137,7 +137,7 @@ pub struct Live {
     /// The latest raw frames: empty unless they were requested.
     #[serde(serialize_with = "columns")]
     pub strips: Strips,
-    /// Events, a line each, oldest first: all packets but estimates, health, raw frames and
+    /// Events, a line each, oldest first: all packets but estimates, tracks, health, raw frames and
     /// requests done.
     pub log: Log,
     #[serde(skip)]
@@ -221,7 +221,11 @@ impl Live {
         // The log takes only what no other part of the screen shows. A request that succeeded, or a
         // converter that answers, is not logged.
         let is_usual = match &packet.event {
-            Event::Estimate(_) | Event::Health(_) | Event::Raw(_) | Event::Hello(_) => true,
+            Event::Estimate(_)
+            | Event::Track(_)
+            | Event::Health(_)
+            | Event::Raw(_)
+            | Event::Hello(_) => true,
             Event::Reply(reply) => reply.outcome == Outcome::Done,
             Event::Converter(state) => state.answers,
             _ => false,

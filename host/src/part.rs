@@ -36,6 +36,8 @@ pub struct Selection {
 /// What a scene holds by default and may be left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Exclude {
+    /// The tone is a single sine, whatever --harmonics says.
+    Overtones,
     /// Levels have a slope alone.
     CurvedBaseline,
     /// Noise is white.
@@ -44,7 +46,7 @@ pub enum Exclude {
     SharedNoise,
     /// No single value is far off.
     Impulses,
-    /// All of these.
+    /// All of these: the lean scene, whose fit is the fastest.
     All,
 }
 
@@ -66,6 +68,7 @@ impl Exclude {
     /// Takes it out of a scene.
     pub fn leave_out(self, declared: &mut Declared) {
         let place = match self {
+            Self::Overtones => &mut declared.overtones,
             Self::CurvedBaseline => &mut declared.curved_baseline,
             Self::ColouredNoise => &mut declared.coloured_noise,
             Self::SharedNoise => &mut declared.shared_noise,

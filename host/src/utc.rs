@@ -382,7 +382,10 @@ mod tests {
     fn release(clock: &mut UtcClock, t_us: u64, utc_s: f64) {
         let packet = Packet {
             sequence: 1,
-            event: Event::Release(Release { t_us }),
+            event: Event::Release(Release {
+                t_us,
+                reported_after_us: 0,
+            }),
         };
         clock.take(
             &packet,

@@ -56,6 +56,33 @@ fn frequency_amplitudes_and_phases_are_found() {
 }
 
 #[test]
+fn the_lean_scene_is_declared_by_all_of_its_parts() {
+    let folder = directory();
+    let path = file(folder.path(), "tone.csv", &tone(16, 1000, 241.0, 8.0, 0.0));
+    let settings = file(
+        folder.path(),
+        "lean.toml",
+        "[scene]\novertones = false\ncurved_baseline = false\ncoloured_noise = false\n\
+         shared_noise = false\nimpulses = false\n",
+    );
+    let parts = "overtones,curved-baseline,coloured-noise,shared-noise,impulses";
+    let all = fit(&[text(&path), "--exclude", "all"]);
+    for ways in [
+        &["--exclude", parts][..],
+        &["--settings", text(&settings)],
+        &["--exclude", "all", "--harmonics", "5"],
+    ] {
+        assert_eq!(fit(&[&[text(&path)], ways].concat()), all, "{ways:?}");
+    }
+    assert_eq!(all["harmonics"].as_u64(), Some(1));
+    // The tone has an overtone: it is not what was declared.
+    assert_eq!(all["status"].as_str(), Some("ambiguous"));
+    assert!((number(&all, "frequency_hz") - 8.0).abs() < 0.01);
+    let refused = run(&["fit", text(&path), "--exclude", "everything"]);
+    assert!(!refused.status.success() && stderr(&refused).contains("overtones"));
+}
+
+#[test]
 fn the_unit_does_not_matter() {
     let folder = directory();
     let table = tone(4, 400, 100.0, 3.0, 0.0);

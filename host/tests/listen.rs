@@ -52,6 +52,7 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
             taxel: 3,
             height_v: 0.02,
             onset_us: 0,
+            reported_after_us: 0,
         };
         let packet = Packet {
             sequence,
@@ -172,7 +173,10 @@ fn send(board: &mut File, sequence: u16, event: Event) {
 #[test]
 fn a_board_with_another_protocol_is_refused_before_anything_is_printed() {
     let (mut board, child, messages) = listening();
-    let release = Event::Release(Release { t_us: 5 });
+    let release = Event::Release(Release {
+        t_us: 5,
+        reported_after_us: 0,
+    });
     let foreign = Hello {
         protocol: PROTOCOL + 1,
         version: [0, 1, 0],
@@ -197,7 +201,14 @@ fn a_board_with_another_protocol_is_refused_before_anything_is_printed() {
 fn a_packet_that_comes_twice_is_printed_once_and_counted() {
     let (mut board, child, messages) = listening();
     for (sequence, t_us) in [(7, 5), (7, 5), (8, 6), (8, 6), (9, 7)] {
-        send(&mut board, sequence, Event::Release(Release { t_us }));
+        send(
+            &mut board,
+            sequence,
+            Event::Release(Release {
+                t_us,
+                reported_after_us: 0,
+            }),
+        );
     }
     std::thread::sleep(std::time::Duration::from_secs(3));
     let process = rustix::process::Pid::from_child(&child);

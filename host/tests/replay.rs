@@ -374,7 +374,7 @@ fn a_recording_of_raw_frames_is_run_again_bit_for_bit() {
             line.as_object_mut().expect("an object").remove("sequence");
         }
         let kinds = [
-            "contact", "image", "slide", "estimate", "texture", "release",
+            "contact", "moving", "image", "slide", "estimate", "texture", "release",
         ];
         lines.retain(|line| kinds.contains(&line["type"].as_str().expect("a type")));
         lines

@@ -49,6 +49,7 @@ fn all_changes(
             Change::SlideStart(frame) => found.push(("start", at(frame))),
             Change::SlideEnd(_, frame) => found.push(("end", at(frame))),
             Change::Release(frame) => found.push(("release", at(frame))),
+            Change::Moving(_) => {}
         }
     };
     let frames = (seconds * rate) as u32;

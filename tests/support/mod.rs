@@ -192,7 +192,9 @@ pub fn outcome(events: &[Event]) -> Outcome {
             | Event::Fault(_)
             | Event::Reply(_)
             | Event::Raw(_)
-            | Event::Converter(_) => {}
+            | Event::Converter(_)
+            | Event::Track(_)
+            | Event::Moving(_) => {}
         }
     }
     out

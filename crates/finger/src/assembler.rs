@@ -40,15 +40,14 @@ struct Times {
 impl Times {
     const fn new(scan: &Scan) -> Self {
         let share_us = scan.edge_ns() * 3 / 8000;
-        let span_ns = scan.slot_ns() * (scan.slots - 1);
         Self {
             jitter_us: if share_us < JITTER_US {
                 share_us
             } else {
                 JITTER_US
             },
-            step_us: (scan.frame_ns() - span_ns) / 1000,
-            span_us: span_ns / 1000,
+            step_us: (scan.frame_ns() - scan.span_ns()) / 1000,
+            span_us: scan.span_us(),
             gap_us: scan.frame_ns() / 2000,
         }
     }

@@ -11,9 +11,10 @@ use crate::window::Window;
 use ads1258::reading;
 use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
-use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
+use ridgetone_proto::settings::{Settings, SlideRule, TAXELS, TRACK_STRIDE_S};
 use ridgetone_proto::telemetry::{
-    Channel, Estimate, Movement, OtherTone, Overtones, Span, Status, Texture, Travel, TravelStatus,
+    Channel, Estimate, Event, Movement, OtherTone, Overtones, Span, Status, Track, Travel,
+    TravelStatus,
 };
 use ridgetone_tone::{Fit, FrameSource, OVERTONES, Overwritten, Values};
 
@@ -23,6 +24,8 @@ use ridgetone_tone::{Fit, FrameSource, OVERTONES, Overwritten, Values};
 /// was wrong with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Frames that are
 /// missing here and there do no harm: none was wrong with 40 % missing.
 const GAP_SHARE: u32 = 10;
+/// Least time from one whole estimate to the next between tracks, microseconds.
+const ESTIMATES_US: u64 = (1e6 * TRACK_STRIDE_S) as u64;
 /// Frames that are looked at at a time.
 const READ_FRAMES: usize = 16;
 
@@ -43,6 +46,8 @@ pub struct Estimator {
     tracker: Tracker,
     /// Frame behind the latest estimate that was accurate enough.
     reported_end: u32,
+    /// Device time of the latest whole estimate between tracks, microseconds.
+    estimate_us: u64,
     /// Overtones of the latest fit, over its fundamental.
     overtones: Overtones,
     /// Compares a texture with the latest one that was reported.
@@ -56,6 +61,7 @@ impl Estimator {
             settings,
             tracker: Tracker::new(),
             reported_end: 0,
+            estimate_us: 0,
             overtones: [[0.0; 2]; OVERTONES],
             textures: TextureReporter::new(),
         }
@@ -106,10 +112,24 @@ impl Estimator {
         fitted
     }
 
-    /// What is under the finger by the estimate of the latest [`Self::run`], if it is to be
-    /// reported.
-    pub fn texture(&mut self, estimate: &Estimate, window: &Window) -> Option<Texture> {
-        self.textures.take(estimate, &self.overtones, window)
+    /// Reports the estimate of the latest [`Self::run`]: whole, or in brief where windows follow each
+    /// other fast, and then whole no more than twenty times a second; and what is under the finger, if
+    /// that is news.
+    pub fn report(&mut self, estimate: &Estimate, window: &Window, emit: &mut dyn FnMut(Event)) {
+        let texture = self.textures.take(estimate, &self.overtones, window);
+        let is_track = self.settings.tracks() && estimate.span == Span::Window;
+        if is_track {
+            emit(Event::Track(Track::from(estimate)));
+        }
+        // A time before the latest one is of another run.
+        let passed_us = estimate.t_us.wrapping_sub(self.estimate_us);
+        if !is_track || passed_us >= ESTIMATES_US {
+            self.estimate_us = estimate.t_us;
+            emit(Event::Estimate(estimate.clone()));
+        }
+        if let Some(texture) = texture {
+            emit(Event::Texture(texture));
+        }
     }
 
     fn fit(

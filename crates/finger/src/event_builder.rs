@@ -5,7 +5,7 @@ use crate::ring::Ring;
 use crate::touch::change::Change;
 use crate::touch::image::{HoldMean, IdleMean, image};
 use ads1258::reading;
-use ridgetone_proto::telemetry::{Contact, Event, Release, Slide};
+use ridgetone_proto::telemetry::{Contact, Event, Moving, Release, Slide};
 
 /// Builds events.
 #[derive(Clone, Debug)]
@@ -34,12 +34,16 @@ impl EventBuilder {
                 onset,
                 taxel,
                 height,
-            } => Event::Contact(Contact {
-                t_us: clock.time_us(frame, ring),
-                taxel,
-                height_v: height * self.volts_per_code,
-                onset_us: clock.time_us(onset, ring),
-            }),
+            } => {
+                let t_us = clock.time_us(frame, ring);
+                Event::Contact(Contact {
+                    t_us,
+                    taxel,
+                    height_v: height * self.volts_per_code,
+                    onset_us: clock.time_us(onset, ring),
+                    reported_after_us: clock.since_us(t_us),
+                })
+            }
             Change::HoldEnd {
                 held,
                 span: (from, until),
@@ -60,20 +64,36 @@ impl EventBuilder {
                 };
                 Event::Image(image(hold, idle, weights, self.volts_per_code))
             }
+            Change::Moving(since) => {
+                let t_us = clock.time_us(since, ring);
+                Event::Moving(Moving {
+                    t_us,
+                    reported_after_us: clock.since_us(t_us),
+                })
+            }
             Change::SlideStart(start) => {
                 self.slide_start_us = clock.time_us(start, ring);
                 Event::Slide(Slide {
                     start_us: self.slide_start_us,
                     end_us: None,
+                    reported_after_us: clock.since_us(self.slide_start_us),
                 })
             }
-            Change::SlideEnd(_, end) => Event::Slide(Slide {
-                start_us: self.slide_start_us,
-                end_us: Some(clock.time_us(end, ring)),
-            }),
-            Change::Release(frame) => Event::Release(Release {
-                t_us: clock.time_us(frame, ring),
-            }),
+            Change::SlideEnd(_, end) => {
+                let end_us = clock.time_us(end, ring);
+                Event::Slide(Slide {
+                    start_us: self.slide_start_us,
+                    end_us: Some(end_us),
+                    reported_after_us: clock.since_us(end_us),
+                })
+            }
+            Change::Release(frame) => {
+                let t_us = clock.time_us(frame, ring);
+                Event::Release(Release {
+                    t_us,
+                    reported_after_us: clock.since_us(t_us),
+                })
+            }
         }
     }
 }

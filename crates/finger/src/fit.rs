@@ -115,10 +115,11 @@ pub fn fit(
     })
 }
 
-/// The scene of what is declared, with at most so many harmonics, the fundamental included.
+/// The scene of what is declared, with at most so many harmonics, the fundamental included. With
+/// nothing declared it is [`Scene::LEAN`].
 pub fn scene(declared: &Declared, harmonics: u8) -> Scene {
     Scene {
-        harmonics,
+        harmonics: if declared.overtones { harmonics } else { 1 },
         baseline: if declared.curved_baseline {
             Baseline::Curved
         } else {
@@ -148,6 +149,87 @@ pub fn scene(declared: &Declared, harmonics: u8) -> Scene {
 mod tests {
     use super::*;
     use ridgetone_proto::plan::Plan;
+
+    #[test]
+    fn each_part_of_a_scene_is_left_out_by_its_own_setting_and_the_lean_one_by_all() {
+        let all = Declared::DEFAULT;
+        assert_eq!(scene(&all, 4), Scene::DEFAULT);
+        let default = Scene::DEFAULT;
+        let cases = [
+            (
+                Declared {
+                    overtones: false,
+                    ..all
+                },
+                Scene {
+                    harmonics: 1,
+                    ..default
+                },
+            ),
+            (
+                Declared {
+                    curved_baseline: false,
+                    ..all
+                },
+                Scene {
+                    baseline: Baseline::Slope,
+                    ..default
+                },
+            ),
+            (
+                Declared {
+                    coloured_noise: false,
+                    ..all
+                },
+                Scene {
+                    noise: Noise::White,
+                    ..default
+                },
+            ),
+            (
+                Declared {
+                    shared_noise: false,
+                    ..all
+                },
+                Scene {
+                    channels: Channels::Independent,
+                    ..default
+                },
+            ),
+            (
+                Declared {
+                    moving_speed: true,
+                    ..all
+                },
+                Scene {
+                    speed: Speed::MayMove,
+                    ..default
+                },
+            ),
+            (
+                Declared {
+                    impulses: false,
+                    ..all
+                },
+                Scene {
+                    impulses: false,
+                    ..default
+                },
+            ),
+        ];
+        for (declared, expected) in cases {
+            assert_eq!(scene(&declared, 4), expected);
+        }
+        let nothing = Declared {
+            overtones: false,
+            curved_baseline: false,
+            coloured_noise: false,
+            shared_noise: false,
+            moving_speed: false,
+            impulses: false,
+        };
+        assert_eq!(scene(&nothing, 4), Scene::LEAN);
+    }
 
     #[test]
     fn a_good_tone_is_expected_in_three_windows_of_its_slide_and_then_searched_for() {

@@ -208,6 +208,8 @@ pub(crate) struct FrameClock {
     pub rate_from: Option<(u32, u64)>,
     /// The scan's nominal period, nanoseconds.
     frame_ns: u32,
+    /// Nominal time from a scan's first slot to its last, microseconds.
+    span_us: u32,
 }
 
 impl FrameClock {
@@ -217,12 +219,25 @@ impl FrameClock {
             latest: (0, 0),
             rate_from: None,
             frame_ns: scan.frame_ns(),
+            span_us: scan.span_us(),
         }
     }
 
     /// Goes on with another scan.
     pub fn change(&mut self, scan: &Scan) {
         (self.rate_from, self.frame_ns) = (None, scan.frame_ns());
+        self.span_us = scan.span_us();
+    }
+
+    /// From `t_us` until the last conversion of the latest frame, microseconds: by then an event of
+    /// that time could not have been reported.
+    pub fn since_us(&self, t_us: u64) -> u32 {
+        let passed_us = self
+            .latest
+            .1
+            .wrapping_add(self.span_us as u64)
+            .saturating_sub(t_us);
+        u32::try_from(passed_us).unwrap_or(u32::MAX)
     }
 
     /// Frames per second by the board's clock; zero until there are two.

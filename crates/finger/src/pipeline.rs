@@ -130,11 +130,7 @@ impl Pipeline {
         }
         for window in &windows {
             if let Ok(WindowFit::Done(estimate)) = fit(window, estimator, &mut &*ring, shared) {
-                let texture = estimator.texture(&estimate, window);
-                emit(Event::Estimate(estimate));
-                if let Some(texture) = texture {
-                    emit(Event::Texture(texture));
-                }
+                estimator.report(&estimate, window, emit);
             }
         }
     }

@@ -139,6 +139,16 @@ impl Scan {
         }
     }
 
+    /// Time from a scan's first slot to its last, nanoseconds.
+    pub(crate) const fn span_ns(&self) -> u32 {
+        self.slot_ns() * (self.slots - 1)
+    }
+
+    /// [`Self::span_ns`] in microseconds.
+    pub(crate) const fn span_us(&self) -> u32 {
+        self.span_ns() / 1000
+    }
+
     /// Time from one data-ready edge to the next, nanoseconds.
     pub(crate) const fn edge_ns(&self) -> u32 {
         match self.sampling {

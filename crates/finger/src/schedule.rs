@@ -69,6 +69,8 @@ pub(crate) struct WindowScheduler {
     /// Whether windows grow until they are accurate enough.
     growing: bool,
     stride_frames: u32,
+    /// Windows follow each other so fast that each is a track: they reach up to the latest frame.
+    tracks: bool,
     /// Frame behind the window that falls due next.
     next_end: u32,
     /// A slide that is over and falls due as a whole: first frame, frames.
@@ -91,6 +93,7 @@ impl WindowScheduler {
             window_frames: 0,
             growing: false,
             stride_frames: 0,
+            tracks: false,
             next_end: 0,
             whole: None,
             touch_first: 0,
@@ -121,6 +124,7 @@ impl WindowScheduler {
             most
         };
         self.growing = settings.accuracy > 0.0;
+        self.tracks = settings.tracks();
         self.stride_frames = if stride_frames > 0 { stride_frames } else { 1 };
     }
 
@@ -175,11 +179,12 @@ impl WindowScheduler {
                 self.touch_first = frame;
                 self.level_v = f32::NAN;
             }
-            Change::HoldEnd { .. } => {}
+            Change::HoldEnd { .. } | Change::Moving(_) => {}
         }
     }
 
-    /// Gives the windows that a slide from frame `start` on has filled before frame `until`.
+    /// Gives the windows that a slide has filled, whose first frame is `start`, and which is known to
+    /// have lasted until frame `until`. Tracks do not wait until that is known of their last frames.
     pub fn stride(
         &mut self,
         start: u32,
@@ -187,10 +192,16 @@ impl WindowScheduler {
         frames: Frames<'_>,
         due: &mut dyn FnMut(Window),
     ) {
+        let until = if self.tracks {
+            frames.clock.latest.0.wrapping_add(1)
+        } else {
+            until
+        };
         let late = until.wrapping_sub(self.next_end);
-        if self.averaged > 1 && reached(until, self.next_end) && late >= self.stride_frames {
-            // Windows are short beside the time in which a slide shows: of those that fall due at
-            // once the latest counts.
+        let is_latest_alone = self.averaged > 1 || self.tracks;
+        if is_latest_alone && reached(until, self.next_end) && late >= self.stride_frames {
+            // Windows or their strides are short beside the time in which a slide shows: of those that
+            // fall due at once the latest counts.
             self.next_end = until.wrapping_sub(late % self.stride_frames.max(1));
         }
         while reached(until, self.next_end) {

@@ -333,6 +333,13 @@ impl Plan {
         parts as u32 as f32 / self.parts()
     }
 
+    /// Shortest stride, seconds: a frame, or the frames that touch detection averages, in whole tenths
+    /// of a millisecond.
+    pub const fn stride_min_s(&self) -> f32 {
+        let frames = self.frames_averaged() as f32;
+        (1e4 * frames / self.frame_rate_hz()) as u32 as f32 / 1e4
+    }
+
     /// The window and the stride that are used unless others are set, seconds.
     pub const fn default_window(&self) -> (f32, f32) {
         let most_s = self.window_max_s();
@@ -430,6 +437,10 @@ mod tests {
             assert!(off.abs() < 3e-5, "{name}: {gives:?}");
             let found = (plan.channels(), plan.frames_averaged());
             assert_eq!(found, (channels, averaged), "{name}");
+            // The rate at which touch detection works, 180 Hz or more, in whole steps of a frame.
+            let stride = (plan.stride_min_s(), plan.frames_in(plan.stride_min_s()));
+            assert!((0.0040..=0.0042).contains(&stride.0), "{name}: {stride:?}");
+            assert!(averaged - stride.1 <= averaged / 50, "{name}: {stride:?}");
             let found = (gives.window_max_s, gives.nyquist_hz);
             assert_eq!(found, (window_s, gives.frame_rate_hz / 2.0), "{name}");
             assert_eq!(plan.is_read_twice(), name == "paper");

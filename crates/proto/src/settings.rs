@@ -27,9 +27,10 @@ table::settings! {
         /// Length of a window.
         2 window_s: f32 = 1.0, "s", By(window), option "window",
             because "24 frames are the fewest that hold four harmonics; the longest is what the board has memory for with this plan";
-        /// Time from the start of one window to the start of the next.
+        /// Time from the start of one window to the start of the next; below 0.05 s each window is
+        /// reported as a short `track`.
         3 stride_s: f32 = 0.25, "s", By(stride), option "stride",
-            because "0.02 s are five frames; a stride longer than a window leaves frames out";
+            because "the least is a frame of the plan, of a fast one the frames that touch detection averages; a stride longer than a window leaves frames out";
         /// Most harmonics to fit, the fundamental included.
         4 harmonics: u8 = 4, "", Between(1.0, 5.0), option "harmonics",
             because "the fundamental counts as one";
@@ -104,8 +105,11 @@ table::settings! {
     }
 
     /// What a window may hold beside the tone. What is not declared is not modelled: fewer
-    /// instructions, and wrong answers where it is there after all (`docs/results/scene.md`).
+    /// instructions, and wrong answers where it is there after all (`docs/results/scene.md`). With
+    /// none of them it is the lean scene, whose fit is a path of its own.
     scene: Declared "Scene" {
+        /// Whether the tone may have overtones, up to `harmonics`; otherwise it is a single sine.
+        31 overtones: bool = true, "", Any;
         /// Whether levels may bend over a window, as under a skin that creeps; otherwise they have a
         /// slope alone.
         25 curved_baseline: bool = true, "", Any;
@@ -125,8 +129,10 @@ table::settings! {
 /// under one of 5 mm (`hal-mock/README.md`).
 const UNCALIBRATED_RAD: f32 = 0.3;
 
-/// Least stride, seconds.
-pub const STRIDE_MIN_S: f32 = 0.02;
+/// Windows closer together than this are each reported as a
+/// [`Track`](crate::telemetry::Track), and as an [`Estimate`](crate::telemetry::Estimate) no more
+/// often than this, seconds.
+pub const TRACK_STRIDE_S: f32 = 0.05;
 /// Least bound of the longest stride, seconds: short windows may be far apart.
 const STRIDE_MAX_FLOOR_S: f32 = 1.0;
 /// Greatest possible spatial period, millimetres.
@@ -138,7 +144,7 @@ fn window(settings: &Settings) -> Limits {
 
 fn stride(settings: &Settings) -> Limits {
     let most_s = settings.plan.window_max_s();
-    Limits::new(STRIDE_MIN_S, most_s.max(STRIDE_MAX_FLOOR_S))
+    Limits::new(settings.plan.stride_min_s(), most_s.max(STRIDE_MAX_FLOOR_S))
 }
 
 fn speed(settings: &Settings) -> Limits {
@@ -262,6 +268,12 @@ impl Settings {
             stride_s,
             ..self
         }
+    }
+
+    /// Whether windows follow each other so fast that each is reported as a
+    /// [`Track`](crate::telemetry::Track).
+    pub const fn tracks(&self) -> bool {
+        self.stride_s < TRACK_STRIDE_S
     }
 
     /// Checks every bound. The error is the first setting outside its own.

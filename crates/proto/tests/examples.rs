@@ -15,6 +15,7 @@ fn packets_come_out_and_a_lost_and_a_damaged_one_are_counted() {
                 taxel: 3,
                 height_v: 0.012,
                 onset_us: 0,
+                reported_after_us: 0,
             };
             Packet {
                 sequence,

@@ -174,6 +174,15 @@ def test_uneven_times_are_fitted_as_they_are() -> None:
     assert found.status == "good" and abs(found.frequency_hz - 8) < 4 * found.sigma_hz < 0.01
 
 
+def test_one_exclusion_needs_no_list() -> None:
+    parts = ["overtones", "curved_baseline", "coloured_noise", "shared_noise", "impulses"]
+    lean = rt.fit(sine(), 250, exclude="all")
+    assert lean == rt.fit(sine(), 250, exclude=parts) and lean.harmonics == 1
+    assert rt.fit(sine(), 250, exclude="impulses") == rt.fit(sine(), 250, exclude=("impulses",))
+    with pytest.raises(rt.UsageError, match="everything"):
+        rt.fit(sine(), 250, exclude="everything")
+
+
 def test_positions_and_speeds_are_arrays_too() -> None:
     t = np.arange(1000) / 250
     position = 20 * t + 3 * np.sin(2 * t)

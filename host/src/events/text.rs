@@ -14,7 +14,7 @@ use ridgetone_proto::plan::Gives;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::{
     Channel, ConverterState, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Texture,
-    Travel, TravelStatus,
+    Track, Travel, TravelStatus,
 };
 
 /// A packet as one line, without its end; an image as five.
@@ -26,6 +26,7 @@ pub fn text(packet: &Packet) -> String {
             "contact",
             &format!("taxel {}, spike of {:.2} mV", e.taxel, 1e3 * e.height_v),
         ),
+        Event::Moving(e) => line(e.t_us, "moving", "first sign of a slide"),
         Event::Slide(e) => match e.end_us {
             None => line(e.start_us, "slide", "begins"),
             Some(end_us) => {
@@ -38,6 +39,7 @@ pub fn text(packet: &Packet) -> String {
             }
         },
         Event::Estimate(e) => line(e.t_us, "estimate", &estimate(e)),
+        Event::Track(e) => line(e.t_us, "track", &track(e)),
         Event::Release(e) => line(e.t_us, "release", "the finger is off"),
         Event::Health(e) => line(e.t_us, "health", &health(e)),
         Event::Image(e) => line(e.end_us, "image", &image(e)),
@@ -131,12 +133,7 @@ fn estimate(e: &Estimate) -> String {
         Span::Window => "window",
         Span::Slide => "SLIDE",
     };
-    let tone = if e.status.has_tone() {
-        let (value, sigma) = with_sigma(e.frequency.into(), e.sigma.into());
-        format!("{value:>9} Hz +- {sigma} Hz")
-    } else {
-        format!("{:>9} Hz", "-")
-    };
+    let tone = tone(&Track::from(e));
     let mut out = format!("{span:<6} {:.3} s  {tone}  {}", e.window_s, name(e.status));
     if let Some(remedy) = remedy(e.status) {
         out += &format!(" ({remedy})");
@@ -167,6 +164,20 @@ fn estimate(e: &Estimate) -> String {
         out += &format!(", {} frames missing", e.frames_missing);
     }
     out
+}
+
+fn track(e: &Track) -> String {
+    format!("{}  {}", tone(e), name(e.status))
+}
+
+/// Frequency and standard deviation, if there is a tone.
+fn tone(e: &Track) -> String {
+    if e.status.has_tone() {
+        let (value, sigma) = with_sigma(e.frequency.into(), e.sigma.into());
+        format!("{value:>9} Hz +- {sigma} Hz")
+    } else {
+        format!("{:>9} Hz", "-")
+    }
 }
 
 fn image(e: &Image) -> String {

@@ -68,6 +68,8 @@ pub enum View {
     Raw(Box<Raw>),
     Texture(Texture),
     Converter(Converter),
+    Track(Track),
+    Moving(Moving),
 }
 
 impl Message {
@@ -86,6 +88,8 @@ impl Message {
             Event::Raw(event) => View::Raw(Box::new(Raw::new(event, vref_v))),
             Event::Texture(event) => View::Texture(event.into()),
             Event::Converter(event) => View::Converter(event.into()),
+            Event::Track(event) => View::Track(event.into()),
+            Event::Moving(event) => View::Moving(event.into()),
         };
         Self {
             r#type: name(&packet.event).to_lowercase(),
@@ -204,6 +208,8 @@ pub struct Contact {
     pub height_v: f32,
     /// When the load began to rise: of one that creeps in long before the spike.
     pub onset_s: f64,
+    /// From `t_s` until the event left the board's detector.
+    pub reported_after_s: f64,
 }
 
 impl From<&wire::Contact> for Contact {
@@ -213,6 +219,27 @@ impl From<&wire::Contact> for Contact {
             taxel: event.taxel,
             height_v: event.height_v,
             onset_s: seconds(event.onset_us),
+            reported_after_s: seconds(event.reported_after_us.into()),
+        }
+    }
+}
+
+/// The first sign of a motion along the surface in a hold. A `slide` follows if the motion lasts; a
+/// knock has none.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Moving {
+    /// Device time of the first frame of those that show the motion.
+    pub t_s: f64,
+    /// From `t_s` until the event left the board's detector.
+    pub reported_after_s: f64,
+}
+
+impl From<&wire::Moving> for Moving {
+    fn from(event: &wire::Moving) -> Self {
+        Self {
+            t_s: seconds(event.t_us),
+            reported_after_s: seconds(event.reported_after_us.into()),
         }
     }
 }
@@ -230,6 +257,8 @@ pub struct Slide {
     pub end_s: Option<f64>,
     /// Whether the slide begins or is over.
     pub state: State,
+    /// From `t_s` until the event left the board's detector.
+    pub reported_after_s: f64,
 }
 
 impl From<&wire::Slide> for Slide {
@@ -239,6 +268,7 @@ impl From<&wire::Slide> for Slide {
             start_s: seconds(event.start_us),
             end_s: event.end_us.map(seconds),
             state: State::of(event.end_us),
+            reported_after_s: seconds(event.reported_after_us.into()),
         }
     }
 }
@@ -332,18 +362,48 @@ impl From<&wire::Estimate> for Estimate {
     }
 }
 
+/// One fit in brief, for each window where they follow each other faster than every 0.05 s; an
+/// `estimate` of the same window comes no more than twenty times a second.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(test, derive(JsonSchema))]
+pub struct Track {
+    /// Device time of the window's end.
+    pub t_s: f64,
+    /// Common frequency: its mean over the window; null without a tone.
+    pub frequency_hz: Option<f32>,
+    /// Standard deviation of the frequency.
+    pub sigma_hz: Option<f32>,
+    /// How far the fit can be trusted.
+    pub status: Status,
+}
+
+impl From<&wire::Track> for Track {
+    fn from(event: &wire::Track) -> Self {
+        let of_tone = |value| event.status.has_tone().then_some(value);
+        Self {
+            t_s: seconds(event.t_us),
+            frequency_hz: of_tone(event.frequency),
+            sigma_hz: of_tone(event.sigma),
+            status: event.status,
+        }
+    }
+}
+
 /// The finger is off again.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Release {
     /// Device time.
     pub t_s: f64,
+    /// From `t_s` until the event left the board's detector.
+    pub reported_after_s: f64,
 }
 
 impl From<&wire::Release> for Release {
     fn from(event: &wire::Release) -> Self {
         Self {
             t_s: seconds(event.t_us),
+            reported_after_s: seconds(event.reported_after_us.into()),
         }
     }
 }
@@ -724,8 +784,10 @@ pub fn schemas() -> Vec<(&'static str, serde_json::Value)> {
     vec![
         ("hello", with_envelope::<Hello>()),
         ("contact", with_envelope::<Contact>()),
+        ("moving", with_envelope::<Moving>()),
         ("slide", with_envelope::<Slide>()),
         ("estimate", with_envelope::<Estimate>()),
+        ("track", with_envelope::<Track>()),
         ("texture", with_envelope::<Texture>()),
         ("release", with_envelope::<Release>()),
         ("image", with_envelope::<Image>()),

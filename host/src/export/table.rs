@@ -17,6 +17,8 @@ use std::path::Path;
 pub enum Kind {
     /// A row for each estimate; unknown values are empty.
     Estimates,
+    /// A row for each event `track`: fits in brief, of windows that follow each other fast.
+    Tracks,
     /// A row for each raw frame, in volts: as `replay`, `fit` and `emulate` read it.
     Frames,
     /// A row for each second: counters and readings.
@@ -30,6 +32,7 @@ impl Kind {
     const fn of_messages(self) -> &'static str {
         match self {
             Self::Estimates => "estimate",
+            Self::Tracks => "track",
             Self::Frames => "raw",
             Self::Health => "health",
             Self::Texture => "texture",

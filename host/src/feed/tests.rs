@@ -71,7 +71,10 @@ impl Source for Arc<Mutex<Obedient>> {
 fn packet(sequence: u16, t_us: u64) -> Packet {
     Packet {
         sequence,
-        event: Event::Release(Release { t_us }),
+        event: Event::Release(Release {
+            t_us,
+            reported_after_us: 0,
+        }),
     }
 }
 

@@ -10,7 +10,7 @@ use anyhow::{Result, bail, ensure};
 use hal_mock::{PROGRESS_ROWS, RowClock, RowReader, Timing, check_order};
 use ridgetone_finger::PlainFrame;
 use ridgetone_proto::plan::{FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ, Plan};
-use ridgetone_proto::settings::{Array, STRIDE_MIN_S, Settings, TAXELS};
+use ridgetone_proto::settings::{Array, Settings, TAXELS, TRACK_STRIDE_S};
 use std::fmt;
 use std::ops::ControlFlow;
 
@@ -135,8 +135,9 @@ impl Table {
         let settings = Settings::DEFAULT.with_plan(self.plan);
         Settings {
             array,
-            // A PC fits faster than the chip, for which a plan's stride is chosen.
-            stride_s: (STRIDE_FRACTION * settings.window_s).max(STRIDE_MIN_S),
+            // A PC fits faster than the chip, for which a plan's stride is chosen. Each window is
+            // reported whole.
+            stride_s: (STRIDE_FRACTION * settings.window_s).max(TRACK_STRIDE_S),
             ..settings
         }
     }

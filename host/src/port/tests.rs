@@ -73,6 +73,7 @@ fn frame(sequence: u16) -> Vec<u8> {
         sequence,
         event: Event::Release(Release {
             t_us: 1 << 40 | u64::from(sequence),
+            reported_after_us: 0,
         }),
     };
     let mut wire = [0; WIRE_MAX];

@@ -11,9 +11,9 @@ use std::fmt::Display;
 pub enum Topic {
     /// Every frame. Best effort; all others are reliable.
     Frames,
-    /// What touches the finger: contact, slide, release, static image.
+    /// What touches the finger: contact, motion, slide, release, static image.
     Contact,
-    /// Estimates of the tone.
+    /// Estimates of the tone, whole and in brief.
     Tone,
     /// What is under the finger.
     Texture,
@@ -37,8 +37,8 @@ impl Topic {
     pub fn of(kind: &str) -> Self {
         match kind {
             "raw" => Self::Frames,
-            "contact" | "slide" | "release" | "image" => Self::Contact,
-            "estimate" => Self::Tone,
+            "contact" | "moving" | "slide" | "release" | "image" => Self::Contact,
+            "estimate" | "track" => Self::Tone,
             "texture" => Self::Texture,
             "health" => Self::Health,
             _ => Self::Diagnostics,

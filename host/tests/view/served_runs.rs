@@ -307,6 +307,7 @@ fn an_upload_is_bounded_by_what_it_expands_to() {
     for number in 0..1_000_000u32 {
         let event = Event::Release(Release {
             t_us: u64::from(number),
+            reported_after_us: 0,
         });
         let sequence = number as u16;
         let used = encode(&Packet { sequence, event }, &mut wire).expect("it fits");

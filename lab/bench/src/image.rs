@@ -105,16 +105,16 @@ fn fit(
 fn scene_of(differs: u8) -> (Scene, bool) {
     let default = Declared::DEFAULT;
     let has = |bit: u8, usual: bool| usual != (differs & bit != 0);
+    let overtones = has(32, true);
     let declared = Declared {
+        overtones,
         curved_baseline: has(1, default.curved_baseline),
         coloured_noise: has(2, default.coloured_noise),
         shared_noise: has(4, default.shared_noise),
         impulses: has(8, default.impulses),
         moving_speed: has(16, default.moving_speed),
     };
-    let overtones = has(32, true);
-    let harmonics = if overtones { 4 } else { 1 };
-    (ridgetone_finger::scene(&declared, harmonics), overtones)
+    (ridgetone_finger::scene(&declared, 4), overtones)
 }
 
 fn keep(words: [u32; WORDS]) {

@@ -38,6 +38,7 @@ fn touched(player: &mut Player) -> Vec<Update> {
                     taxel: 0,
                     height_v: 0.004,
                     onset_us: 0,
+                    reported_after_us: 0,
                 })))
                 .expect("a contact");
         }

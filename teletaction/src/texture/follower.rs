@@ -223,7 +223,10 @@ mod tests {
                 level_v: None,
             })
         };
-        let released = Event::Release(Release { t_us: 4 });
+        let released = Event::Release(Release {
+            t_us: 4,
+            reported_after_us: 0,
+        });
         let greeting = Event::Hello(Hello {
             protocol: PROTOCOL,
             version: [0, 1, 0],

@@ -287,8 +287,7 @@ mod tests {
                     "{plan:?}"
                 );
                 assert!(
-                    stride_s >= ridgetone_proto::settings::STRIDE_MIN_S
-                        && plan.window_frames_most() > 60,
+                    stride_s >= plan.stride_min_s() && plan.window_frames_most() > 60,
                     "{plan:?}"
                 );
                 // Touch detection works at 180 to 362 frames a second.

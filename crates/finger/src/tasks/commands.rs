@@ -291,10 +291,10 @@ mod tests {
         };
         let (number, command) = (u16::MAX, set(settings, true));
         let request = Request { number, command };
-        // By hand: number 3, kind 1, settings 90, keep 1; then 4 of checksum, 1 of stuffing and
+        // By hand: number 3, kind 1, settings 91, keep 1; then 4 of checksum, 1 of stuffing and
         // the zero.
         let mut wire = [0; REQUEST_WIRE_MAX];
-        assert_eq!(wire::encode(&request, &mut wire), Ok(101));
+        assert_eq!(wire::encode(&request, &mut wire), Ok(102));
     }
 
     #[test]

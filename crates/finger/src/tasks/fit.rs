@@ -13,7 +13,7 @@ use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Consumer;
 use ridgetone_proto::store::Store;
-use ridgetone_proto::telemetry::{Estimate, Event, Span};
+use ridgetone_proto::telemetry::{Estimate, Span};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
@@ -82,12 +82,8 @@ fn report<P: Platform>(
     estimator: &mut Estimator,
     shared: &Shared<P>,
 ) {
-    let texture = estimator.texture(estimate, window);
-    outbox.lock(|outbox| {
-        outbox.send(Event::Estimate(estimate.clone()), shared);
-        if let Some(texture) = texture {
-            outbox.send(Event::Texture(texture), shared);
-        }
+    estimator.report(estimate, window, &mut |event| {
+        outbox.lock(|outbox| outbox.send(event, shared));
     });
 }
 

@@ -33,6 +33,8 @@ pub enum Change<'a> {
         /// One over the variance of each taxel's frames.
         weights: &'a Values,
     },
+    /// Something moves along the surface since this frame or a little longer.
+    Moving(u32),
     /// A slide began at this frame.
     SlideStart(u32),
     /// The slide has ended: first frame and the one behind its last.
@@ -75,6 +77,7 @@ impl Change<'_> {
                     weights,
                 }
             }
+            Self::Moving(since) => Self::Moving(frame(since)),
             Self::SlideStart(start) => Self::SlideStart(frame(start)),
             Self::SlideEnd(start, end) => Self::SlideEnd(frame(start), frame(end)),
             Self::Release(released) => Self::Release(frame(released)),

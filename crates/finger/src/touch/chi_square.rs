@@ -49,6 +49,12 @@ impl Apart {
         self.along += off * pull;
     }
 
+    /// Square of the length along what is ignored.
+    #[inline(always)]
+    pub fn along_square(self) -> f32 {
+        self.along * self.along
+    }
+
     /// The square without what is ignored.
     #[inline(always)]
     pub fn square(self) -> f32 {

@@ -326,13 +326,14 @@ impl ContactDetector {
                     if is_in_air {
                         // For two blocks: what moved until now is no slide, and one may begin
                         // behind it.
-                        moving = Moving::since(number.wrapping_add(1));
+                        moving = moving.anew(number.wrapping_add(1));
                         self.contact = number;
                     }
+                    self.sign_of_motion(&mut moving, block, off, report);
                     self.moving(moving.with(block), has_fallen, ring, report);
                     return false;
                 }
-                self.hold(number, off, block)
+                self.hold(number, off, block, report)
             }
             Phase::Slide(start) => {
                 if self.planned.is_none() {
@@ -346,19 +347,43 @@ impl ContactDetector {
     }
 
     /// One block further in a hold, whose mean is `off` from idle. True if nothing moves.
-    fn hold(&mut self, number: u32, off: f32, block: Block) -> bool {
+    fn hold(
+        &mut self,
+        number: u32,
+        off: f32,
+        block: Block,
+        report: &mut dyn FnMut(Change),
+    ) -> bool {
         let moves = block.moves();
         // Where the air is not known only a motion shows a release.
         if moves && (self.finds_slides() || !self.air.is_known()) {
             self.note_still_level();
-            self.phase =
-                Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
+            let mut moving = Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1));
+            self.sign_of_motion(&mut moving, block, off, report);
+            self.phase = Phase::Moving(moving.with(block));
         } else if !moves && self.motion.still <= HELD_BACK as u32 {
             self.held.restart();
         } else if !moves && off > IS_LOAD * self.load {
             self.held.extend(number, &self.motion);
         }
         !moves
+    }
+
+    /// Reports the first block that shows a motion across the direction of the load, unless its mean,
+    /// which is `off` from idle, shows a finger that leaves.
+    fn sign_of_motion(
+        &self,
+        moving: &mut Moving,
+        block: Block,
+        off: f32,
+        report: &mut dyn FnMut(Change),
+    ) {
+        let is_leaving = self.air.is_known() && off < IS_LOAD * self.load;
+        if block.across && !moving.is_reported && !is_leaving && self.finds_slides() {
+            moving.is_reported = true;
+            let since = self.condition.latest().wrapping_sub(BLOCK_FRAMES - 1);
+            report(Change::Moving(since));
+        }
     }
 
     /// One block further while something moves: it becomes a slide, or is still again.

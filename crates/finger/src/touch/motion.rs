@@ -52,6 +52,12 @@ const JUMPING: Limit = limit(8.0, 282.0);
 /// Share of the greatest long comparison below which a later one is the creep of the skin after the
 /// motion, which bends by 3 % of it.
 const CREEP_SHARE: f32 = 1e-3;
+/// Square across the direction of the load over that along it, at most, where a finger only presses
+/// more or less: the taxels' levels grow with powers of the load between 0.7 and 1.3.
+const LOAD_SPREAD: f32 = 0.05;
+/// Multiple of the limits of single blocks above which one block is reported as the first sign of a
+/// motion: a motion that becomes a slide needs several blocks.
+const ACROSS: f32 = 1.25;
 /// Taxels that bear a load, at least, if nothing along it is motion: one or two alone show a slide
 /// hardly otherwise.
 const LOADED_MIN: f32 = 2.5;
@@ -178,6 +184,7 @@ impl Motion {
         let [latest, near, far] = [0, SHORT - 1, 2 * SHORT - 1].map(|back| self.past.back(back));
         // One loop: it is the dearest step of a frame.
         let mut within = 0.0;
+        let mut steps = [Apart::NONE; BLOCK_FRAMES as usize];
         let (mut change, mut bend) = (Apart::NONE, Apart::NONE);
         let mean: Values = core::array::from_fn(|c| {
             let changes = [
@@ -188,6 +195,9 @@ impl Motion {
             ];
             let [one, two, three, four] = changes.map(|change| change * change);
             let (weight, pull) = (self.noise.weights[c], self.pull[c]);
+            for (step, change) in steps.iter_mut().zip(changes) {
+                step.add(change, weight, pull);
+            }
             self.squares[c] = one + two + three + four;
             within += self.squares[c] * weight;
             let mean = (first[c] + second[c] + third[c] + fourth[c]) * (1.0 / BLOCK_FRAMES as f32);
@@ -256,6 +266,17 @@ impl Motion {
             }
         };
         let over = |which: usize| self.compared[which] > limit(which);
+        // Beyond what a change of the load explains, whose second difference may be small where the
+        // first one is large.
+        let beyond = |apart: Apart, pressed: f32| {
+            apart.square() - LOAD_SPREAD * (apart.along_square() + pressed)
+        };
+        let across = [
+            steps.iter().map(|step| beyond(*step, 0.0)).sum(),
+            if_known(1, beyond(change, 0.0)) * (frames / 2.0),
+            if_known(2 * SHORT, beyond(bend, 4.0 * change.along_square())) * (frames / 6.0),
+        ];
+        let is_across = (0..across.len()).any(|which| across[which] > ACROSS * limit(which));
         // One block counts no more than a motion that it shows alone.
         let most = |which: usize| {
             if over(which) {
@@ -282,6 +303,7 @@ impl Motion {
             slow: over(3),
             faint,
             longest: over(LONGEST),
+            across: is_across,
         };
         self.still_quick = if block.quick {
             0

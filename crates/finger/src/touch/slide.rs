@@ -48,6 +48,8 @@ pub struct Moving {
     any: u32,
     /// Blocks with a change in any comparison, the longest one included.
     longest: u32,
+    /// Its first sign was reported.
+    pub is_reported: bool,
 }
 
 impl Moving {
@@ -59,6 +61,15 @@ impl Moving {
             faint: 0,
             any: 0,
             longest: 0,
+            is_reported: false,
+        }
+    }
+
+    /// A motion whose beginning was none: it may begin with frame `since`.
+    pub const fn anew(self, since: u32) -> Self {
+        Self {
+            is_reported: self.is_reported,
+            ..Self::since(since)
         }
     }
 
@@ -70,6 +81,7 @@ impl Moving {
             faint: 0,
             any: 1,
             longest: 0,
+            is_reported: false,
         }
     }
 

@@ -112,7 +112,9 @@ mod tests {
     use super::*;
     use crate::boot::{Boot, SettingsSource};
     use crate::settings::Settings;
-    use crate::telemetry::{Health, Hello, PROTOCOL, Release, encode, longest_packet};
+    use crate::telemetry::{
+        Health, Hello, PROTOCOL, Release, Status, Track, encode, longest_packet,
+    };
     extern crate std;
     use std::vec::Vec;
 
@@ -134,7 +136,25 @@ mod tests {
     }
 
     fn release() -> Event {
-        Event::Release(Release { t_us: 5 })
+        Event::Release(Release {
+            t_us: 5,
+            reported_after_us: 0,
+        })
+    }
+
+    #[test]
+    fn a_track_takes_at_most_32_bytes() {
+        let event = Event::Track(Track {
+            t_us: u64::MAX,
+            frequency: f32::MAX,
+            sigma: f32::MAX,
+            status: Status::Unsteady,
+        });
+        let wire = sent(u16::MAX, event.clone());
+        assert!(wire.len() <= 32, "{} bytes", wire.len());
+        let packets = decode(&mut Decoder::new(), &wire);
+        let sequence = u16::MAX;
+        assert_eq!(packets, [Packet { sequence, event }]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The events, and those of them that are small.
 
-use super::estimate::Estimate;
+use super::estimate::{Estimate, Status};
 use super::image::Image;
 use super::texture::Texture;
 use crate::boot::{Boot, SettingsSource};
@@ -38,6 +38,10 @@ pub enum Event {
     Texture(Texture),
     /// The converter behind the inputs.
     Converter(ConverterState),
+    /// A fit in brief, where windows follow each other fast.
+    Track(Track),
+    /// The first sign of tangential motion.
+    Moving(Moving),
 }
 
 /// First event after start-up, and again about every ten seconds.
@@ -72,6 +76,8 @@ pub struct Contact {
     /// Device time from which on the load rises, microseconds: of one that creeps in it is long
     /// before the spike's.
     pub onset_us: u64,
+    /// From the spike until the event left the detector, microseconds.
+    pub reported_after_us: u32,
 }
 
 /// The sliding phase begins or ends.
@@ -81,6 +87,9 @@ pub struct Slide {
     pub start_us: u64,
     /// Device time of its end, microseconds; none while it lasts.
     pub end_us: Option<u64>,
+    /// From the start, or once the slide is over from its end, until the event left the detector,
+    /// microseconds.
+    pub reported_after_us: u32,
 }
 
 /// The finger is off the stimulus.
@@ -88,6 +97,50 @@ pub struct Slide {
 pub struct Release {
     /// Device time, microseconds.
     pub t_us: u64,
+    /// From then until the event left the detector, microseconds.
+    pub reported_after_us: u32,
+}
+
+/// The first sign of tangential motion in a hold. A [`Slide`] follows if the motion lasts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Moving {
+    /// Device time of the first frame of those that show the motion, microseconds.
+    pub t_us: u64,
+    /// From then until the event left the detector, microseconds.
+    pub reported_after_us: u32,
+}
+
+/// One fit in brief, where windows are closer together than
+/// [`TRACK_STRIDE_S`](crate::settings::TRACK_STRIDE_S): at most 32 bytes on the line.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Track {
+    /// Device time of the window's end, microseconds.
+    pub t_us: u64,
+    /// Mean of the common frequency over the window, hertz; zero without a tone
+    /// ([`Status::has_tone`]).
+    pub frequency: f32,
+    /// Standard deviation of the frequency, hertz; zero without a tone.
+    pub sigma: f32,
+    /// How far the fit can be trusted.
+    pub status: Status,
+}
+
+impl From<&Estimate> for Track {
+    fn from(estimate: &Estimate) -> Self {
+        let Estimate {
+            t_us,
+            frequency,
+            sigma,
+            status,
+            ..
+        } = *estimate;
+        Self {
+            t_us,
+            frequency,
+            sigma,
+            status,
+        }
+    }
 }
 
 /// Counters and readings, about once a second.
@@ -192,6 +245,8 @@ impl Event {
             Self::Raw(e) => e.t_us,
             Self::Texture(e) => e.t_us,
             Self::Converter(e) => e.t_us,
+            Self::Track(e) => e.t_us,
+            Self::Moving(e) => e.t_us,
         })
     }
 }

@@ -56,7 +56,7 @@ def fit(
     mm_per_count: float | None = None,
     min_hz: float | None = None,
     max_hz: float | None = None,
-    exclude: Sequence[str] = (),
+    exclude: str | Sequence[str] = (),
     moving_speed: bool = False,
 ) -> Fit:
     """Fits all channels with one common frequency, as `ridgetone fit` does.
@@ -70,8 +70,8 @@ def fit(
     `speed_mm_s` or `position_mm`, a value for each row, fit by position: cycles per mm at any speed. `speed_column` and
     `position_column` name columns that have them. `positions` is a file of a robot's positions or speeds for the raw frames of a
     recording, as for `ridgetone fit --positions`; the two names are then of its columns. `min_hz` and `max_hz` bound the frequency. `picture` draws the result.
-    `exclude` names what the recording does not hold, of `curved_baseline`, `coloured_noise`, `shared_noise`, `impulses` and
-    `all`; `moving_speed` says that the speed changes as likely as not.
+    `exclude` names what the recording does not contain: one, or several, of `overtones`, `curved_baseline`, `coloured_noise`,
+    `shared_noise`, `impulses` and `all`, which is the lean scene: a single sine in white noise; `moving_speed` says that the speed changes as likely as not.
 
     An array of float32 or float64 is not copied, whatever its strides; others are converted to float64. Do not write to it
     from another thread meanwhile: the interpreter's lock is released.
@@ -111,7 +111,7 @@ def fit(
         mm_per_count,
         min_hz,
         max_hz,
-        list(exclude),
+        [exclude] if isinstance(exclude, str) else list(exclude),
         moving_speed,
     )
     _warn(remarks)

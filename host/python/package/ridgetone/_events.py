@@ -20,11 +20,13 @@ __all__ = [
     "Image",
     "Lost",
     "Missed",
+    "Moving",
     "Raw",
     "Release",
     "Reply",
     "Slide",
     "Texture",
+    "Track",
 ]
 
 
@@ -89,6 +91,18 @@ class Contact(Event):
     """Height of the spike over the level without touch, signed [V]."""
     onset_s: float
     """When the load began to rise: of one that creeps in long before the spike [s]."""
+    reported_after_s: float
+    """From `t_s` until the event left the board's detector [s]."""
+
+
+class Moving(Event):
+    """The first sign of a motion along the surface in a hold. A `slide` follows if the motion lasts; a knock has
+    none."""
+
+    t_s: float
+    """Device time of the first frame of those that show the motion [s]."""
+    reported_after_s: float
+    """From `t_s` until the event left the board's detector [s]."""
 
 
 class Slide(Event):
@@ -103,6 +117,8 @@ class Slide(Event):
     """Device time of the end; null while it lasts [s]."""
     state: Literal["start", "end"]
     """Whether the slide begins or is over."""
+    reported_after_s: float
+    """From `t_s` until the event left the board's detector [s]."""
 
 
 class Estimate(Event):
@@ -157,6 +173,20 @@ class Estimate(Event):
     """The valid channels."""
 
 
+class Track(Event):
+    """One fit in brief, for each window where they follow each other faster than every 0.05 s; an `estimate` of
+    the same window comes no more than twenty times a second."""
+
+    t_s: float
+    """Device time of the window's end [s]."""
+    frequency_hz: float | None
+    """Common frequency: its mean over the window; null without a tone [Hz]."""
+    sigma_hz: float | None
+    """Standard deviation of the frequency [Hz]."""
+    status: Literal["good", "no_tone", "too_short", "nothing", "ambiguous", "doubtful", "unsteady"]
+    """How far the fit can be trusted."""
+
+
 class Texture(Event):
     """What is under the finger: once a touch, on request with `hello`, and again when it has changed by more
     than three standard deviations of the difference."""
@@ -185,6 +215,8 @@ class Release(Event):
 
     t_s: float
     """Device time [s]."""
+    reported_after_s: float
+    """From `t_s` until the event left the board's detector [s]."""
 
 
 class Image(Event):
@@ -417,8 +449,10 @@ class Fit(Object):
 _KINDS: dict[str, type[Event]] = {
     "hello": Hello,
     "contact": Contact,
+    "moving": Moving,
     "slide": Slide,
     "estimate": Estimate,
+    "track": Track,
     "texture": Texture,
     "release": Release,
     "image": Image,

@@ -84,6 +84,8 @@ class ArraySettings(Object):
 class SceneSettings(Object):
     """Settings `scene`."""
 
+    overtones: bool
+    """Whether the tone may have overtones, up to `harmonics`; otherwise it is a single sine."""
     curved_baseline: bool
     """Whether levels may bend over a window, as under a skin that creeps; otherwise they have a slope alone."""
     coloured_noise: bool
@@ -104,7 +106,7 @@ class Settings(Object):
     window_s: float
     """Length of a window. [s]"""
     stride_s: float
-    """Time from the start of one window to the start of the next. [s]"""
+    """Time from the start of one window to the start of the next; below 0.05 s each window is reported as a short `track`. [s]"""
     harmonics: int
     """Most harmonics to fit, the fundamental included."""
     accuracy: float

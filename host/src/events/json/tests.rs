@@ -5,7 +5,7 @@ use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{
     Contact, Direction, Estimate, Hold, Image, Movement, OtherTone, Pressed, Slide, Span, Status,
-    Texture, Travel, TravelStatus,
+    Texture, Track, Travel, TravelStatus,
 };
 
 #[test]
@@ -16,6 +16,7 @@ fn f32_values_read_back_to_the_last_bit() {
         taxel: 3,
         height_v,
         onset_us: 0,
+        reported_after_us: 0,
     });
     let line = json(&Packet {
         sequence: 7,
@@ -25,7 +26,7 @@ fn f32_values_read_back_to_the_last_bit() {
     assert_eq!(
         line,
         format!(
-            r#"{{"type":"contact","sequence":7,"t_s":0.510003,"taxel":3,"height_v":{height_v},"onset_s":0.0}}"#
+            r#"{{"type":"contact","sequence":7,"t_s":0.510003,"taxel":3,"height_v":{height_v},"onset_s":0.0,"reported_after_s":0.0}}"#
         )
     );
     let (_, text) = line.split_once("\"height_v\":").unwrap();
@@ -167,6 +168,29 @@ fn a_texture_has_its_plan_by_name() {
 }
 
 #[test]
+fn a_track_has_a_frequency_if_there_is_a_tone() {
+    let line = |status| {
+        json(&Packet {
+            sequence: 1,
+            event: Event::Track(Track {
+                t_us: 1_500_000,
+                frequency: 8.25,
+                sigma: 0.125,
+                status,
+            }),
+        })
+    };
+    assert_eq!(
+        line(Status::Good).unwrap(),
+        r#"{"type":"track","sequence":1,"t_s":1.5,"frequency_hz":8.25,"sigma_hz":0.125,"status":"good"}"#
+    );
+    assert_eq!(
+        line(Status::NoTone).unwrap(),
+        r#"{"type":"track","sequence":1,"t_s":1.5,"frequency_hz":null,"sigma_hz":null,"status":"no_tone"}"#
+    );
+}
+
+#[test]
 fn a_slide_is_reported_at_its_start_and_its_end() {
     let line = |end_us| {
         json(&Packet {
@@ -174,15 +198,16 @@ fn a_slide_is_reported_at_its_start_and_its_end() {
             event: Event::Slide(Slide {
                 start_us: 1_500_000,
                 end_us,
+                reported_after_us: 250_000,
             }),
         })
     };
     assert_eq!(
         line(None).unwrap(),
-        r#"{"type":"slide","sequence":1,"t_s":1.5,"start_s":1.5,"end_s":null,"state":"start"}"#
+        r#"{"type":"slide","sequence":1,"t_s":1.5,"start_s":1.5,"end_s":null,"state":"start","reported_after_s":0.25}"#
     );
     assert_eq!(
         line(Some(3_500_000)).unwrap(),
-        r#"{"type":"slide","sequence":1,"t_s":3.5,"start_s":1.5,"end_s":3.5,"state":"end"}"#
+        r#"{"type":"slide","sequence":1,"t_s":3.5,"start_s":1.5,"end_s":3.5,"state":"end","reported_after_s":0.25}"#
     );
 }

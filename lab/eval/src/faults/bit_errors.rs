@@ -84,7 +84,10 @@ fn count_batch(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErr
     let mut decoder = Decoder::new();
     let behind = Packet {
         sequence: 0,
-        event: Event::Release(Release { t_us: 1_000_000 }),
+        event: Event::Release(Release {
+            t_us: 1_000_000,
+            reported_after_us: 0,
+        }),
     };
     let mut wire = [0; WIRE_MAX];
     let used = encode(&behind, &mut wire).unwrap_or(0);

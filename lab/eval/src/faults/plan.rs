@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use hal_mock::{Fault, Injection, Sliding, Truth};
 use ridgetone_host::input::{Input, Opened};
 use ridgetone_proto::plan::Plan as Scan;
-use ridgetone_proto::settings::{STRIDE_MIN_S, Settings};
+use ridgetone_proto::settings::{Settings, TRACK_STRIDE_S};
 
 /// Scene time of the first injection, seconds, at the least: the chip runs and the idle level is
 /// known.
@@ -105,7 +105,7 @@ impl Plan {
     /// Settings of the run on the PC: windows so short that the slide of a second holds several.
     pub fn settings(&self) -> Settings {
         let share = window_share(&self.scan) as f32;
-        let (window_s, stride_s) = (WINDOW_S * share, (STRIDE_S * share).max(STRIDE_MIN_S));
+        let (window_s, stride_s) = (WINDOW_S * share, (STRIDE_S * share).max(TRACK_STRIDE_S));
         Settings {
             window_s,
             stride_s,

@@ -79,6 +79,7 @@ pub const SCENES: [Setup; 8] = [
     Setup {
         name: "lean: one harmonic, all four false",
         declared: Declared {
+            overtones: false,
             curved_baseline: false,
             coloured_noise: false,
             shared_noise: false,
