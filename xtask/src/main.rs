@@ -128,7 +128,8 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Builds the images of the real boards as ELF and raw files with their SHA-256 checksums.
+    /// Builds the images of the real boards as ELF and raw files, and the command with the image of its
+    /// emulated board in it, with their SHA-256 checksums.
     Release,
     /// Packs the published crates, builds each from its package alone, without network, and fails if
     /// one lacks its licences, README or description. Says if they have no `repository` yet.
