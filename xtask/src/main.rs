@@ -4,6 +4,7 @@
 mod documents;
 #[cfg(test)]
 mod elf;
+mod frames;
 mod images;
 mod inspect;
 mod install;
@@ -121,8 +122,8 @@ enum Task {
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M,
     /// a browser, a broker of MQTT, Python.
     Setup,
-    /// Builds the firmware images, checks that there is code in them and no unknown panic, and prints
-    /// their sizes, of flash by crate and of RAM by static.
+    /// Builds the firmware images, checks that there is code in them, no unknown panic and no large stack
+    /// frame, and prints their sizes, of flash by crate and of RAM by static.
     Firmware {
         /// Only this board's image.
         #[arg(long, value_enum)]
