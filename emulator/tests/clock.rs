@@ -106,6 +106,33 @@ fn a_board_clocks_its_adc_from_reset_to_a_good_estimate() {
     }
 }
 
+/// The ADC's clock and the time stamps come from one oscillator, so no rate shows its error.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn no_estimate_is_good_where_an_internal_oscillator_clocks_the_adc_too() {
+    for (board, hsi_ppm) in BOARDS.into_iter().zip([4_000, -10_000]) {
+        let start = Start {
+            clkio_is_wired: true,
+            hse_is_dead: true,
+            hsi_ppm,
+            ..Start::default()
+        };
+        let scene = Repeated(SlidingScene::new(Sliding::default()).expect("a scene"));
+        let mut run = Run::new(board, scene, start);
+        run.run_to(1.0, hello);
+        set(&mut run, 1, with_clock(CLOCK_HZ));
+        run.run_s(8.0);
+        let found = estimates(&run.events);
+        assert!(found.len() > 3, "{board:?}: {} estimates", found.len());
+        for one in found {
+            assert!(
+                one.status != Status::Good && one.faults.has(FaultKind::Clock),
+                "{board:?}: {one:?}"
+            );
+        }
+    }
+}
+
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_clocks_pin_is_off_unless_the_plan_names_its_clock() {

@@ -36,9 +36,11 @@ struct Did {
     loads: Vec<f32>,
     good: usize,
     slides: usize,
+    /// Packets that did not arrive.
+    missing: u32,
 }
 
-fn run_plan(board: Board, plan: Plan, seconds: u32) -> (Run, Did) {
+fn run_plan(board: Board, plan: Plan, seconds: u32) -> Did {
     let scene = scene(&plan);
     let frequency_hz = scene.speed_mm_s / scene.period_mm;
     let scene = Repeated(SlidingScene::new(scene).expect("a scene"));
@@ -82,12 +84,16 @@ fn run_plan(board: Board, plan: Plan, seconds: u32) -> (Run, Did) {
     let healths: Vec<Health> = events.iter().filter_map(health).collect();
     let last = *healths.last().expect("health");
     let loads = healths.iter().map(|health| health.load).collect();
-    let (mut good, mut slides) = (0, 0);
+    let (mut good, mut whole, mut slides) = (0, 0, 0);
     for event in events {
         match event {
             Event::Estimate(one) if one.status == Status::Good => {
                 let off = (f64::from(one.frequency) - frequency_hz).abs() / f64::from(one.sigma);
                 assert!(off < 6.0, "{plan:?}: {frequency_hz} Hz: {one:?}");
+                if one.span == Span::Slide {
+                    assert_eq!(one.channels.len(), plan.channels(), "{plan:?}");
+                    whole += 1;
+                }
                 good += 1;
             }
             Event::Slide(slide) if slide.end_us.is_some() => slides += 1,
@@ -95,27 +101,24 @@ fn run_plan(board: Board, plan: Plan, seconds: u32) -> (Run, Did) {
             _ => {}
         }
     }
-    (
-        run,
-        Did {
-            last,
-            loads,
-            good,
-            slides,
-        },
-    )
+    assert!(whole > 0, "{plan:?}: no whole slide is good");
+    Did {
+        last,
+        loads,
+        good,
+        slides,
+        missing: run.missing(),
+    }
 }
 
 fn check(board: Board, name: &str, plan: Plan, seconds: u32) {
-    let (
-        run,
-        Did {
-            last,
-            loads,
-            good,
-            slides,
-        },
-    ) = run_plan(board, plan, seconds);
+    let Did {
+        last,
+        loads,
+        good,
+        slides,
+        missing,
+    } = run_plan(board, plan, seconds);
     let mean = loads.iter().sum::<f32>() / loads.len() as f32 * 100.0;
     let most = loads.iter().fold(0.0f32, |most, load| most.max(*load)) * 100.0;
     let stack = (last.stack_used_bytes, last.stack_bytes);
@@ -125,8 +128,8 @@ fn check(board: Board, name: &str, plan: Plan, seconds: u32) {
         last.frame_rate_hz
     );
     assert_eq!(
-        (last.conversions_lost, last.messages_dropped),
-        (0, 0),
+        (last.conversions_lost, last.messages_dropped, missing),
+        (0, 0, 0),
         "{name}: {last:?}"
     );
     // A whole slide that is due ends the fit of a window.
@@ -152,7 +155,6 @@ fn check(board: Board, name: &str, plan: Plan, seconds: u32) {
         last.stack_used_bytes + 1024 <= last.stack_bytes,
         "{name}: {last:?}"
     );
-    drop(run);
 }
 
 #[test]

@@ -2,10 +2,12 @@
 
 mod common;
 
-use common::{BOARDS, Run, converter, health, hello};
-use hal_mock::Constant;
-use ridgetone_emulator::{ProcessorFault, Start};
+use common::{BOARDS, Run, converter, estimates, fault_of, health, hello};
+use hal_mock::{Constant, Sliding, SlidingScene};
+use ridgetone_emulator::{Board, ProcessorFault, Start};
 use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause};
+use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::telemetry::Status;
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
@@ -148,6 +150,40 @@ fn an_internal_oscillator_that_is_off_stretches_the_time_stamps() {
         assert!(
             (off_ppm - f64::from(hsi_ppm)).abs() < 10.0,
             "{board:?}: {off_ppm} ppm"
+        );
+        run.assert_rules();
+    }
+}
+
+/// Neither the own ADC, which has the same clock as the time stamps, nor 0.4 % of an ADS1258 shows in
+/// the rate of the frames.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test"]
+fn no_estimate_is_good_on_an_internal_oscillator() {
+    let boards = BOARDS.into_iter().chain(Board::OWN_ADC);
+    for (board, hsi_ppm) in boards.flat_map(|board| [(board, 4_000), (board, -10_000)]) {
+        let start = Start {
+            hse_is_dead: true,
+            hsi_ppm,
+            ..Start::default()
+        };
+        let scene = SlidingScene::new(Sliding::default()).expect("a scene");
+        let mut run = Run::new(board, scene, start);
+        run.run_s(7.0);
+        let found = estimates(&run.events);
+        assert!(found.len() > 3, "{board:?}: {} estimates", found.len());
+        for one in &found {
+            let is_flagged = one.status != Status::Good && one.status != Status::Unsteady;
+            assert!(
+                is_flagged && one.faults.has(FaultKind::Clock),
+                "{board:?}, {hsi_ppm}: {one:?}"
+            );
+        }
+        // One episode, which never ends.
+        let faults: Vec<_> = run.events.iter().filter_map(fault_of).collect();
+        assert!(
+            faults[0].kind == FaultKind::Clock && faults.iter().all(|one| one.until_us.is_none()),
+            "{board:?}, {hsi_ppm}: {faults:?}"
         );
         run.assert_rules();
     }

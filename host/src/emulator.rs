@@ -49,6 +49,8 @@ pub struct Options<'a> {
     pub keep_serial: bool,
     /// Settings of the firmware: [`run`] sends others than its own after the greeting.
     pub settings: Settings,
+    /// The board's crystal is dead, and its internal oscillator is off by this much, parts per million.
+    pub internal_ppm: Option<i32>,
 }
 
 impl<'a> Options<'a> {
@@ -59,6 +61,7 @@ impl<'a> Options<'a> {
             keep_conversions: false,
             keep_serial: false,
             settings: Settings::DEFAULT,
+            internal_ppm: None,
         }
     }
 }
@@ -103,9 +106,17 @@ pub type Exchange<'a> = dyn FnMut(Duration, &[u8]) -> Result<Vec<u8>> + 'a;
 
 /// A board in front of `input`.
 pub fn board(firmware: &Firmware, input: Opened) -> Result<Emulator> {
+    board_on(firmware, input, None)
+}
+
+/// A board in front of `input`, with a dead crystal and its internal oscillator off by `internal_ppm`
+/// if that is given, parts per million.
+fn board_on(firmware: &Firmware, input: Opened, internal_ppm: Option<i32>) -> Result<Emulator> {
     let start = Start {
         adc: input.options,
         option_bytes: OPTION_BYTES,
+        hse_is_dead: internal_ppm.is_some(),
+        hsi_ppm: internal_ppm.unwrap_or(0),
         ..Start::default()
     };
     let emulator = Emulator::new(firmware.board, &firmware.image, input.scene, start);
@@ -219,7 +230,7 @@ pub fn run_bytes(
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
     let end_s = input.end_s;
-    let mut emulator = board(options.firmware, input)?;
+    let mut emulator = board_on(options.firmware, input, options.internal_ppm)?;
     let (mut outcome, mut first_ns, mut last_ns) = (Outcome::default(), None, None);
     while !stop::is_requested() && !is_over(&mut emulator, end_s) {
         emulator

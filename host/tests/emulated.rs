@@ -5,8 +5,6 @@ mod common;
 mod live;
 #[path = "emulated/overflows.rs"]
 mod overflows;
-#[path = "emulated/plans.rs"]
-mod plans;
 #[path = "emulated/requests.rs"]
 mod requests;
 #[path = "common/steady.rs"]

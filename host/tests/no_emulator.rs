@@ -6,6 +6,7 @@ mod common;
 use common::{assert_one_line, directory, file, run, text};
 use object::write::{Object, StandardSection, Symbol, SymbolSection};
 use object::{Architecture, BinaryFormat, Endianness, SymbolFlags, SymbolKind, SymbolScope};
+use ridgetone_emulator::Image;
 use std::path::{Path, PathBuf};
 
 /// An ELF file of this architecture with this symbol and this text in it.
@@ -32,6 +33,19 @@ fn elf(
     let path = folder.join(name);
     std::fs::write(&path, object.write().unwrap()).unwrap();
     path
+}
+
+/// An image that a program has embedded may lie at an odd address.
+#[test]
+fn an_image_is_read_at_any_address() {
+    let folder = directory();
+    let path = elf(folder.path(), "a.elf", Architecture::Arm, "EXTI4", b"code");
+    let bytes = std::fs::read(&path).unwrap();
+    for shift in 0..4 {
+        let moved = [&vec![0; shift], &bytes[..]].concat();
+        let image = Image::parse(&moved[shift..], &path).unwrap();
+        assert_eq!(image.symbol("EXTI4"), Some(0), "{shift}");
+    }
 }
 
 #[test]

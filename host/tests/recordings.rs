@@ -451,3 +451,25 @@ fn assert_ends_with_its_terminal(path: &Path, stderr: impl Fn(File) -> Stdio) {
     };
     assert!(status.code().is_some(), "it aborts: {status}");
 }
+
+#[test]
+fn a_plotter_gets_a_line_for_each_good_estimate() {
+    let folder = directory();
+    let path = recording(folder.path());
+    let monitor = |option| run(&["monitor", option, "--file", text(&path), "--pace", "0"]);
+    let expected: Vec<_> = json_lines(&monitor("--json"))
+        .into_iter()
+        .filter(|line| line["type"] == "estimate" && line["status"] == "good")
+        .map(|line| ["frequency_hz", "sigma_hz"].map(|name| line[name].as_f64().expect("a number")))
+        .collect();
+    let plotted: Vec<_> = stdout(&monitor("--plotter"))
+        .lines()
+        .map(|line| {
+            let (hz, sigma) = line.split_once(",sigma:").expect("two values");
+            let hz = hz.strip_prefix("Hz:").expect("a name");
+            [hz, sigma].map(|value| value.parse::<f64>().expect("a number"))
+        })
+        .collect();
+    assert!(expected.len() > 3);
+    assert_eq!(plotted, expected);
+}

@@ -3,7 +3,7 @@
 use crate::inspect::{self, DMA, DRDY, Interrupt, Sizes, TIM6, USART2, USART3};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{announce, create, read, run, target_dir, write};
-use crate::{panics, sizes};
+use crate::{frames, panics, sizes};
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 use std::path::PathBuf;
@@ -131,6 +131,7 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     // A benchmark may panic, and overflow checks are panics of their own.
     if !interrupts.is_empty() && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
+        frames::check(&bytes).with_context(unfit)?;
     }
     let folder = match profile {
         USUAL => name.to_owned(),
@@ -159,7 +160,10 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
         let (path, sizes) = build(board.image())?;
         println!("{:<17} {sizes}", board.image().name);
         println!("{:<17} {}", "", path.display());
-        print!("{}", sizes::table(&read(&path)?)?);
+        let image = read(&path)?;
+        let (function, bytes) = frames::check(&image)?;
+        println!("{:<17} largest stack frame: {bytes} bytes, {function}", "");
+        print!("{}", sizes::table(&image)?);
     }
     Ok(())
 }

@@ -4,6 +4,7 @@
 mod documents;
 #[cfg(test)]
 mod elf;
+mod frames;
 mod images;
 mod inspect;
 mod install;
@@ -121,14 +122,15 @@ enum Task {
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M,
     /// a browser, a broker of MQTT, Python.
     Setup,
-    /// Builds the firmware images, checks that there is code in them and no unknown panic, and prints
-    /// their sizes, of flash by crate and of RAM by static.
+    /// Builds the firmware images, checks that there is code in them, no unknown panic and no large stack
+    /// frame, and prints their sizes, of flash by crate and of RAM by static.
     Firmware {
         /// Only this board's image.
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Builds the images of the real boards as ELF and raw files with their SHA-256 checksums.
+    /// Builds the images of the real boards as ELF and raw files, and the command with the image of its
+    /// emulated board in it, with their SHA-256 checksums.
     Release,
     /// Packs the published crates, builds each from its package alone, without network, and fails if
     /// one lacks its licences, README or description. Says if they have no `repository` yet.

@@ -1,16 +1,22 @@
-//! `release`: the images of the real boards as files for every way to flash them, with their
-//! checksums.
+//! `release`: the images of the real boards as files for every way to flash them, and the command with
+//! the image of its emulated board in it, with their checksums.
 
 use crate::images::{self, Board};
-use crate::tools::{announce, create, read, remove, target_dir, write};
+use crate::tools::{announce, cargo, create, read, remove, run as run_command, target_dir, write};
 use anyhow::{Context, Result, ensure};
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 use sha2::{Digest, Sha256};
+use std::env::consts::{ARCH, EXE_SUFFIX, OS};
+use std::fs;
+use std::path::PathBuf;
 
 /// Where the files go, from cargo's target directory.
 const FOLDER: &str = "release-images";
+
+/// Image that `host/build.rs` embeds, from the folder of all images.
+const EMBEDDED: &str = "feather-f405/ridgetone-firmware.elf";
 
 /// The list of checksums, which `sha256sum --check` reads.
 const SUMS: &str = "SHA256SUMS";
@@ -25,11 +31,13 @@ struct Segment {
 }
 
 /// Builds each image, writes it as ELF and as raw bytes (for dfu-util, and for the drive that an
-/// ST-LINK shows), checks that these hold the image's sections, and writes the checksums.
+/// ST-LINK shows), checks that these hold the image's sections, builds the command, and writes the
+/// checksums.
 pub fn run() -> Result<()> {
     let folder = target_dir().join(FOLDER);
     remove(&folder)?;
     create(&folder)?;
+    let version = env!("CARGO_PKG_VERSION");
     let mut sums = String::new();
     for image in Board::REAL.map(Board::image) {
         let (path, sizes) = images::build(image)?;
@@ -38,16 +46,44 @@ pub fn run() -> Result<()> {
         check(&elf, &binary).context(image.name)?;
         announce(format_args!("{}: {sizes}", image.name));
         for (extension, bytes) in [("elf", &elf), ("bin", &binary)] {
-            let version = env!("CARGO_PKG_VERSION");
             let name = format!("ridgetone-{version}-{}.{extension}", image.name);
             write(&folder.join(&name), bytes)?;
             sums += &sum_line(&name, bytes);
         }
     }
+    let (name, bytes) = (
+        format!("ridgetone-{version}-{OS}-{ARCH}{EXE_SUFFIX}"),
+        command()?,
+    );
+    sums += &sum_line(&name, &bytes);
+    // With its permissions.
+    let copied = fs::copy(built_command(), folder.join(&name));
+    copied.with_context(|| format!("cannot copy {}", built_command().display()))?;
     write(&folder.join(SUMS), sums.as_bytes())?;
     print!("{sums}");
     println!("{}", folder.display());
     Ok(())
+}
+
+/// Place of the command once it is built.
+fn built_command() -> PathBuf {
+    target_dir().join(format!("release/ridgetone{EXE_SUFFIX}"))
+}
+
+/// Builds the command with the image of its emulated board in it, so that `ridgetone demo` needs
+/// neither a checkout nor a compiler, and checks that the image is in there.
+fn command() -> Result<Vec<u8>> {
+    announce("building the command `ridgetone` with the image in it: a few minutes the first time");
+    let images = target_dir().join("firmware");
+    let mut build = cargo("build --quiet --release --package ridgetone-host", []);
+    run_command(build.env("RIDGETONE_IMAGES", &images))?;
+    let command = read(&built_command())?;
+    let image = read(&images.join(EMBEDDED))?;
+    ensure!(
+        command.windows(image.len()).any(|bytes| bytes == image),
+        "the command was built without {EMBEDDED}"
+    );
+    Ok(command)
 }
 
 /// A line of [`SUMS`].

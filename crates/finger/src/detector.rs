@@ -13,7 +13,8 @@ use crate::window::Window;
 use crate::wiring::Wiring;
 use heapless::String;
 use ridgetone_proto::VERSION;
-use ridgetone_proto::boot::{Boot, SettingsSource};
+use ridgetone_proto::boot::{Boot, Oscillator, SettingsSource};
+use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{ConverterState, Event, Hello, PROTOCOL, Raw};
@@ -99,6 +100,15 @@ impl Detector {
             boot: self.boot.clone(),
             t_us: self.assembler.now_us.max(self.looked_us),
         })
+    }
+
+    /// Adds what is wrong from the start and stays so, `board_us` being now: on the processor's own
+    /// oscillator all times are off by up to percents, and where it also clocks the converter nothing
+    /// that the board measures can show that.
+    pub fn add_standing_faults(&self, board_us: u32, diagnostics: &Diagnostics) {
+        if self.boot.oscillator == Oscillator::Internal {
+            diagnostics.faults.stand(FaultKind::Clock, board_us);
+        }
     }
 
     /// The board's converter.

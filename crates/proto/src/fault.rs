@@ -31,7 +31,8 @@ pub enum FaultKind {
     Supply,
     /// The chip's own reading of the reference differs from the setting.
     Reference,
-    /// The scan's rate is not the nominal one: the chip's clock or the board's is off.
+    /// The scan's rate is not the nominal one, as the chip's clock or the board's is off; or the board
+    /// runs on its internal oscillator, and every estimate has this fault.
     Clock,
     /// OVF is set, or a code is at the end of the scale.
     Overload,

@@ -46,7 +46,7 @@ pub fn reset(seen: &Observations) -> Outcome {
         return Ok(judged(Warn, finding, values));
     }
     Ok(match boot.cause {
-        ResetCause::Unknown => skipped("the board does not know the cause: an emulated one"),
+        ResetCause::Unknown => skipped("the board does not report the cause"),
         ResetCause::Watchdog => judged(
             Warn,
             "the watchdog has reset the board: the run before hung",
@@ -62,9 +62,7 @@ pub fn brown_out(seen: &Observations) -> Outcome {
     let level = seen.need(&seen.hello)?.boot.brown_out;
     let (verdict, finding) = match level {
         BrownOut::Unknown => {
-            return Err(skipped(
-                "the board does not know the level: an emulated one",
-            ));
+            return Err(skipped("the board does not report the level"));
         }
         BrownOut::Level3 => (Pass, "level 3, reset below 2.7 V".to_owned()),
         BrownOut::Level2 => (Warn, format!("level 2, reset below 2.4 V; {WHY}")),
@@ -78,17 +76,17 @@ pub fn brown_out(seen: &Observations) -> Outcome {
 }
 
 pub fn oscillator(seen: &Observations) -> Outcome {
-    const INTERNAL: &str = "internal: the external one did not start; times are off by up to 1 %, 8 % over temperature";
+    const INTERNAL: &str = "internal: the external one did not start; times are off by up to 1 %, 8 % over temperature, and every estimate is doubtful";
     let oscillator = seen.need(&seen.hello)?.boot.oscillator;
     let values = json!({ "oscillator": name(oscillator) });
     Ok(match oscillator {
         Oscillator::External => judged(Pass, "external", values),
         Oscillator::Internal => judged(Fail, INTERNAL, values),
-        Oscillator::Unknown => skipped("the board does not know it: an emulated one"),
+        Oscillator::Unknown => skipped("the board does not report it"),
     })
 }
 
-/// A figure that no emulated board has.
+/// Reason for a figure that a board may leave at zero.
 const NOT_MEASURED: &str = "the board does not measure it";
 
 pub fn load(seen: &Observations, limits: Limits) -> Outcome {

@@ -121,7 +121,7 @@ impl EmulateArgs {
             settings,
             keep_conversions: self.svg.is_some(),
             keep_serial: self.serial_out.is_some(),
-            firmware: &firmware,
+            ..emulator::Options::new(&firmware)
         };
         let mut printer = Printer::new(LineOptions { json: self.json }, true);
         let mut packets = Vec::new();

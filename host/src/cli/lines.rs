@@ -12,7 +12,7 @@ use anyhow::Result;
 use clap::Args;
 use ratatui::crossterm::terminal;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Event, Packet, Starts};
+use ridgetone_proto::telemetry::{Event, Packet, Starts, Status};
 use std::collections::VecDeque;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
@@ -34,6 +34,26 @@ pub fn print(feed: Feed, requester: Requester, lines: LineOptions) -> Result<()>
     drop(printer);
     report(feed.counts());
     ended
+}
+
+/// Prints the good estimates of a feed for a serial plotter, and at the end the counts.
+pub fn plot(feed: Feed, requester: Requester) -> Result<()> {
+    let (feed, ended) = listen::run(feed, requester, &mut |packet, _| {
+        plotted(&packet.event).map_or(Ok(()), |line| output::line(&line))?;
+        Ok(ControlFlow::Continue(()))
+    });
+    report(feed.counts());
+    ended
+}
+
+/// A good estimate as names and values; none for all else, which a plotter would draw as well.
+fn plotted(event: &Event) -> Option<String> {
+    match event {
+        Event::Estimate(one) if one.status == Status::Good => {
+            Some(format!("Hz:{},sigma:{}", one.frequency, one.sigma))
+        }
+        _ => None,
+    }
 }
 
 /// Device time by which a line may come too late for its place, seconds: an estimate of a whole

@@ -1,6 +1,6 @@
 //! `monitor`: a board live on the terminal, or line by line.
 
-use super::lines::{LineOptions, print, report};
+use super::lines::{LineOptions, plot, print, report};
 use super::source::SourceOptions;
 use crate::feed::Requester;
 use crate::monitor::Monitor;
@@ -24,6 +24,7 @@ Examples:
   ridgetone monitor --file touch.rec
   ridgetone monitor --emulated --once --plain
   ridgetone monitor --plain --usb-serial A50285BI
+  ridgetone monitor --plotter
   ridgetone monitor --raw --json | head")]
 pub struct MonitorArgs {
     #[command(flatten)]
@@ -38,6 +39,10 @@ pub struct MonitorArgs {
     /// The screen has them anyway.
     #[arg(long)]
     raw: bool,
+    /// Print `Hz:8.3333,sigma:0.0002` for each good estimate, and nothing else: lines that the Arduino
+    /// plotter and Serial Studio draw.
+    #[arg(long, conflicts_with_all = ["plain", "raw", "json"])]
+    plotter: bool,
     #[command(flatten)]
     lines: LineOptions,
 }
@@ -51,6 +56,9 @@ impl MonitorArgs {
             .transpose()?;
         stop::on_signal()?;
         let feed = self.source.open()?;
+        if self.plotter {
+            return plot(feed, Requester::with_settings(settings));
+        }
         if self.plain || self.lines.json || !std::io::stdout().is_terminal() {
             let mut requester = Requester::with_settings(settings);
             requester.want_raw_if(self.raw);

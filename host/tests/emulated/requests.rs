@@ -7,6 +7,7 @@ use ridgetone_host::input::Input;
 use ridgetone_host::requests::{Requests, TRIES};
 use ridgetone_proto::boot::{ResetCause, SettingsSource};
 use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::telemetry::{Event, Packet, Span};
 use std::time::Duration;
@@ -273,4 +274,54 @@ fn noise_on_the_line_is_counted_and_changes_nothing() {
     });
     assert!(in_force && windows_s(&run.packets).len() >= 3);
     assert!(run.outcome.counts.received > 10);
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn a_plan_that_is_sent_is_in_force_after_a_greeting_and_says_what_it_gives() {
+    let plan = Plan::HAND;
+    let settings = Settings::DEFAULT.with_plan(plan);
+    let run = talk(
+        &[],
+        vec![Command::Set {
+            settings,
+            keep: false,
+        }],
+    );
+    assert_eq!(
+        run.answers
+            .iter()
+            .map(|(_, outcome)| outcome)
+            .collect::<Vec<_>>(),
+        [&Outcome::Done]
+    );
+    let gives = run.packets.iter().find_map(|packet| match &packet.event {
+        Event::Reply(reply) => reply.gives,
+        _ => None,
+    });
+    assert_eq!(gives, Some(plan.gives()));
+    let greeted = run.packets.iter().any(|packet| {
+        matches!(&packet.event, Event::Hello(hello) if hello.settings == settings && hello.frame_rate_hz == plan.frame_rate_hz())
+    });
+    assert!(greeted);
+    let health = run
+        .packets
+        .iter()
+        .rev()
+        .find_map(|packet| match packet.event {
+            Event::Health(health) => Some(health),
+            _ => None,
+        });
+    let health = health.expect("health");
+    assert_eq!(
+        (health.conversions_lost, health.chip_restarts),
+        (0, 0),
+        "{health:?}"
+    );
+    // The fit of the whole slide may take the place of a window.
+    assert!(health.overruns <= 1, "{health:?}");
+    assert!(
+        (health.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3,
+        "{health:?}"
+    );
 }

@@ -134,7 +134,8 @@ impl FaultEpisodes {
                 self.lasting = self.lasting.with(kind);
                 *from_us = device_us(faults.first_us(kind));
             }
-            let is_over = age_us(seen_us) >= OVER_US && !fresh.has(kind);
+            let goes_on = fresh.has(kind) || faults.standing().has(kind);
+            let is_over = age_us(seen_us) >= OVER_US && !goes_on;
             if (!is_over && self.reported.has(kind)) || self.messages >= MESSAGES_MAX {
                 continue;
             }

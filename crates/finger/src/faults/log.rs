@@ -51,6 +51,8 @@ pub struct FaultLog {
     fresh: AtomicU32,
     /// Bit k: kind k was seen within about [`OLD_US`].
     recent: AtomicU32,
+    /// Bit k: kind k lasts until the board restarts.
+    standing: AtomicU32,
     /// Board time at which device time is zero.
     zero_us: AtomicU32,
 }
@@ -65,11 +67,12 @@ impl FaultLog {
                 last_us: AtomicU32::new(0),
             }
         }; KINDS];
-        let [fresh, recent, zero_us] = [const { AtomicU32::new(0) }; 3];
+        let [fresh, recent, standing, zero_us] = [const { AtomicU32::new(0) }; 4];
         Self {
             kinds,
             fresh,
             recent,
+            standing,
             zero_us,
         }
     }
@@ -87,6 +90,17 @@ impl FaultLog {
         // After the time: a reader that sees the bit finds the right time.
         self.recent.fetch_or(1 << kind as u32, Relaxed);
         self.fresh.fetch_or(1 << kind as u32, Relaxed);
+    }
+
+    /// A fault has begun that lasts until the board restarts: every window has it.
+    pub fn stand(&self, kind: FaultKind, board_us: u32) {
+        self.standing.fetch_or(1 << kind as u32, Relaxed);
+        self.add(kind, 1, board_us);
+    }
+
+    /// The kinds that last until the board restarts.
+    pub fn standing(&self) -> FaultSet {
+        FaultSet::of_bits(self.standing.load(Relaxed))
     }
 
     /// How often each kind was seen, by [`FaultKind::ALL`].
@@ -132,15 +146,15 @@ impl FaultLog {
         self.zero_us.store(board_us, Relaxed);
     }
 
-    /// The kinds seen since a device time, its low 32 bits, microseconds. `since_us` is less than
-    /// half an hour ago.
+    /// The kinds seen since a device time, its low 32 bits, microseconds, and those that stand.
+    /// `since_us` is less than half an hour ago.
     pub fn since(&self, since_us: u32) -> FaultSet {
         let since_us = self.zero_us.load(Relaxed).wrapping_add(since_us);
         let recent = self.recent.load(Relaxed);
         let seen = FaultSet::of_bits(recent)
             .iter()
             .filter(|kind| self.seen_us(*kind).wrapping_sub(since_us) as i32 >= 0);
-        seen.fold(FaultSet::NONE, FaultSet::with)
+        seen.fold(self.standing(), FaultSet::with)
     }
 
     /// Whether a board time is before a device time, its low 32 bits, microseconds; they are less
@@ -173,6 +187,20 @@ impl FaultLog {
 mod tests {
     use super::*;
     use FaultKind::{Bus, Lost, Silent};
+
+    #[test]
+    fn a_standing_fault_is_found_at_any_time_and_counted_once() {
+        let fault_log = FaultLog::new();
+        fault_log.stand(Silent, 50);
+        fault_log.add(Lost, 1, 60);
+        for at_us in [0, 70, OLD_US + 100] {
+            let kinds = fault_log.since(at_us);
+            assert!(kinds.has(Silent), "{at_us}");
+            assert_eq!(kinds.has(Lost), at_us == 0, "{at_us}");
+            fault_log.forget(at_us);
+        }
+        assert_eq!(fault_log.count(Silent), 1);
+    }
 
     #[test]
     fn added_faults_are_counted_and_fresh_once() {

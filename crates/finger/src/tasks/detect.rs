@@ -56,6 +56,7 @@ impl<'a> Detect<'a> {
         } = self;
         if !core::mem::replace(is_greeted, true) {
             emit(detector.hello());
+            detector.add_standing_faults(platform.now_us(), diagnostics);
         }
         loop {
             let conversion = samples.dequeue();

@@ -143,6 +143,6 @@ fn families(only: Option<Family>) -> impl Iterator<Item = Family> {
 
 pub fn run(plan: &Plan) -> Result<Judgement> {
     let (input, truth) = plan.open()?;
-    let ran = task_sim::run(input, plan.settings())?;
+    let ran = task_sim::run(input, plan.settings(), plan.boot())?;
     Ok(judge(plan, &truth, &ran))
 }

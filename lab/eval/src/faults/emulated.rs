@@ -1,5 +1,6 @@
 //! Runs of the campaign on the firmware image, on the emulated chip.
 
+use super::family::Family;
 use super::judge::{Judgement, judge};
 use super::plan::Plan;
 use super::scan_order::ScanOrder;
@@ -9,6 +10,10 @@ use anyhow::Result;
 use ridgetone_finger::converter::SCAN;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_proto::telemetry::Packet;
+
+/// Error of a board's internal oscillator where it runs on that: the converter's clock is off against
+/// the board's by more than this and by less, but by no more than is noticed by the rate, 0.5 %.
+const INTERNAL_PPM: i32 = 4_000;
 
 /// Makes one run, with the settings of the image.
 pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
@@ -20,6 +25,7 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     };
     let options = Options {
         keep_conversions: true,
+        internal_ppm: (plan.family == Family::Oscillator).then_some(INTERNAL_PPM),
         ..options
     };
     let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {})?;

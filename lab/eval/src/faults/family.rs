@@ -43,12 +43,14 @@ pub enum Family {
     Input,
     /// Several of these, one shortly after the other.
     Mixed,
+    /// The board runs on its internal oscillator, and the chip's clock is off against it.
+    Oscillator,
 }
 
 impl Family {
-    /// The families of a single fault: all but the first and the last.
+    /// The families of a single fault that begins in a run: all but the first and the last two.
     fn single() -> &'static [Self] {
-        let [_, single @ .., _] = Self::value_variants() else {
+        let [_, single @ .., _, _] = Self::value_variants() else {
             return &[];
         };
         single
@@ -104,6 +106,11 @@ impl Family {
             Self::Clock => ("chip's clock off by 1 %, 0.6 to 1.2 s", &[Clock], true),
             Self::Input => ("input at a rail, 5 to 300 ms", &[Overload], true),
             Self::Mixed => ("six of these, 30 to 300 ms apart", &FaultKind::ALL, false),
+            Self::Oscillator => (
+                "board on its internal oscillator, off by 0.2 to 1 %",
+                &[Clock],
+                true,
+            ),
         }
     }
 
@@ -208,6 +215,12 @@ impl Family {
             }
             Self::Clock => {
                 let error_ppm = if draw.coin() { 10_000.0 } else { -10_000.0 };
+                (Fault::Clock { error_ppm }, draw.even(0.6, 1.2))
+            }
+            // Steps of the error, as a change of temperature makes them.
+            Self::Oscillator => {
+                let off_ppm = draw.even(2_000.0, 10_000.0);
+                let error_ppm = if draw.coin() { off_ppm } else { -off_ppm };
                 (Fault::Clock { error_ppm }, draw.even(0.6, 1.2))
             }
             Self::Input => {

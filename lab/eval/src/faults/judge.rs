@@ -1,6 +1,7 @@
 //! The judgement of a run: telemetry against what the simulated chip knows, fault for fault.
 
 use super::counts::Counts;
+use super::family::Family;
 use super::plan::{Plan, RECOVERY_S};
 use super::task_sim::Ran;
 use ads1258::Channel;
@@ -67,7 +68,7 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
     let mut health = Health::default();
     for packet in &ran.packets {
         match &packet.event {
-            Event::Estimate(estimate) => judge_estimate(estimate, truth, &mut judgement),
+            Event::Estimate(estimate) => judge_estimate(plan, estimate, truth, &mut judgement),
             Event::Health(latest) => health = *latest,
             _ => {}
         }
@@ -280,7 +281,7 @@ fn judge_conversions(plan: &Plan, ran: &Ran, health: &Health, judgement: &mut Ju
     }
 }
 
-fn judge_estimate(estimate: &Estimate, truth: &Truth, judgement: &mut Judgement) {
+fn judge_estimate(plan: &Plan, estimate: &Estimate, truth: &Truth, judgement: &mut Judgement) {
     // A window that holds the slide's end has the mean over it, the standstill included, or the
     // frequency of what moves, or one between them: a phase that stops is followed roughly.
     let until_s = estimate.t_us as f64 * 1e-6;
@@ -289,7 +290,9 @@ fn judge_estimate(estimate: &Estimate, truth: &Truth, judgement: &mut Judgement)
     let frequency_hz = f64::from(estimate.frequency);
     let off_hz = (frequency_hz - frequency_hz.clamp(min_hz, truth.frequency_hz)).abs();
     let is_off = off_hz > SIGMAS * f64::from(estimate.sigma);
-    let is_wrong = is_off && off_hz > SHARE * truth.frequency_hz;
+    // On an oscillator that is off by more than any sigma nothing is good.
+    let is_never_good = plan.family == Family::Oscillator;
+    let is_wrong = is_never_good || is_off && off_hz > SHARE * truth.frequency_hz;
     let counts = &mut judgement.counts;
     if estimate.status != Status::Good {
         counts.doubtful += u64::from(estimate.status == Status::Doubtful);
@@ -319,7 +322,6 @@ fn judge_estimate(estimate: &Estimate, truth: &Truth, judgement: &mut Judgement)
 
 #[cfg(test)]
 mod tests {
-    use super::super::family::Family;
     use super::super::row::{Place, Row};
     use super::super::task_sim;
     use super::*;
@@ -338,7 +340,7 @@ mod tests {
     fn what_is_owed_after_a_fault_is_judged() {
         let plan = Plan::new(Family::Reset, 1, 1.0, Scan::PAPER);
         let (input, _) = plan.open().expect("a scene");
-        let ran = task_sim::run(input, plan.settings()).expect("a run");
+        let ran = task_sim::run(input, plan.settings(), plan.boot()).expect("a run");
         let injected = plan.injections.len();
         assert_eq!(failures(&plan, &ran, |_| {}), [""; 0]);
         let never = failures(&plan, &ran, |ran| ran.whole_ns.clear());
@@ -368,7 +370,7 @@ mod tests {
     fn a_control_run_owes_good_estimates() {
         let plan = Plan::new(Family::None, 1, 1.0, Scan::PAPER);
         let (input, _) = plan.open().expect("a scene");
-        let ran = task_sim::run(input, plan.settings()).expect("a run");
+        let ran = task_sim::run(input, plan.settings(), plan.boot()).expect("a run");
         assert_eq!(failures(&plan, &ran, |_| {}), [""; 0]);
         let doubtful = failures(&plan, &ran, |ran| {
             let estimate = ran

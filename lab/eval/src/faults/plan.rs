@@ -5,6 +5,7 @@ use crate::draw::Draw;
 use anyhow::{Context, Result};
 use hal_mock::{Fault, Injection, Sliding, Truth};
 use ridgetone_host::input::{Input, Opened};
+use ridgetone_proto::boot::{Boot, Oscillator};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{Settings, TRACK_STRIDE_S};
 
@@ -100,6 +101,18 @@ impl Plan {
         input.options.injections = self.injections.clone();
         let truth = input.truth.context("a scene without its truth")?;
         Ok((input, truth))
+    }
+
+    /// How the run on the PC began.
+    pub fn boot(&self) -> Boot {
+        let oscillator = match self.family {
+            Family::Oscillator => Oscillator::Internal,
+            _ => Oscillator::External,
+        };
+        Boot {
+            oscillator,
+            ..Boot::UNKNOWN
+        }
     }
 
     /// Settings of the run on the PC: windows so short that the slide of a second holds several.

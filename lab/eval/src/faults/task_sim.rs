@@ -48,7 +48,7 @@ pub struct Ran {
 }
 
 /// Runs `input` through the firmware's tasks.
-pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
+pub fn run(input: Opened, settings: Settings, boot: Boot) -> Result<Ran> {
     let own = Ads1258Plan::of(&settings.plan);
     let mut observer = Observer {
         decoder: Decoder::new(),
@@ -59,7 +59,7 @@ pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
     };
     let start = Start {
         settings,
-        ..Start::new(CutFlash::<1024>::new(1), Boot::UNKNOWN)
+        ..Start::new(CutFlash::<1024>::new(1), boot)
     };
     let board = simulated::run(input, start, &mut observer)?;
     Ok(observer.into_ran(&board))
