@@ -3,8 +3,8 @@
 use crate::digits::significant;
 use crate::part::{Part, Selection};
 use crate::speed::{Column, Quantity};
+use crate::tables::{RowClock, spacing_sigma_s};
 use anyhow::{Context, Result, bail, ensure};
-use hal_mock::{RowClock, spacing_sigma_s};
 
 /// Share of missing rows above which the time stamps are no steady sampling with a few rows lost.
 const MISSING_MAX: f64 = 0.2;

@@ -87,6 +87,7 @@ pub mod speed;
 pub mod static_image;
 pub mod stop;
 pub mod table_fit;
+pub mod tables;
 mod teletaction;
 mod tone;
 pub mod touch_part;

@@ -3,10 +3,11 @@
 
 use crate::alignment::Alignment;
 use crate::speed::Column;
+use crate::tables::{PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
 use clap::ValueEnum;
-use hal_mock::{PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order, escaped};
+use hal_mock::escaped;
 use ridgetone_proto::settings::{Declared, TAXELS};
 use std::borrow::Cow;
 

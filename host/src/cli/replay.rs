@@ -12,11 +12,11 @@ use crate::output::with_progress;
 use crate::recording::Recorded;
 use crate::samples::Samples;
 use crate::seen::Seen;
+use crate::tables::TimeColumn;
 use crate::usage::{NoEstimate, UsageError};
 use crate::{replay, stop};
 use anyhow::Result;
 use clap::Args;
-use hal_mock::TimeColumn;
 use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
 

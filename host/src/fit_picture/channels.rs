@@ -74,7 +74,7 @@ impl Fitted {
 fn positions_of_rows(
     part: &Part,
     grid: &Grid,
-    rows: &dyn hal_mock::RowReader,
+    rows: &dyn crate::tables::RowReader,
     selection: &Selection,
 ) -> Result<Vec<f64>> {
     if let Some(column) = &selection.position {

@@ -1,6 +1,7 @@
 //! Rows of a file that has to stay as it is while it is read.
 
-use hal_mock::{FileError, RowReader, Timing, ValueAt};
+use crate::tables::{RowReader, Timing, ValueAt};
+use hal_mock::FileError;
 use std::fs::Metadata;
 use std::io;
 use std::path::{Path, PathBuf};

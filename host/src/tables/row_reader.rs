@@ -1,6 +1,6 @@
 //! Rows of samples, wherever they come from.
 
-use crate::file_error::FileError;
+use hal_mock::FileError;
 use std::sync::Arc;
 
 /// Rows that are read between two reports of progress.

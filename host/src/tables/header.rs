@@ -4,7 +4,7 @@ use super::cells::Kind;
 use super::head_line::HeadLine;
 use super::refused::Refused;
 use super::time_column::per_second;
-use crate::escaped;
+use hal_mock::escaped;
 
 /// LabVIEW's column without numbers.
 pub const COMMENT: &str = "Comment";

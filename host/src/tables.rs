@@ -1,0 +1,27 @@
+//! Tables of samples as text, in the layouts that instruments, loggers and people write: read row by
+//! row, in seconds and numbers.
+
+mod cells;
+mod clock;
+mod clock_time;
+mod head_line;
+mod header;
+mod layout;
+mod look;
+mod refused;
+mod rounding;
+mod row_reader;
+mod rows;
+mod stamps;
+mod table;
+mod time_column;
+
+pub use clock::RowClock;
+pub use rounding::spacing_sigma_s;
+pub use row_reader::{OpenRows, PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
+pub use rows::Rows;
+pub use table::Table;
+pub use time_column::{TIME_COLUMN, TimeColumn};
+
+#[cfg(test)]
+mod tests;
