@@ -8,6 +8,8 @@ mod head_line;
 mod header;
 mod layout;
 mod look;
+mod plain;
+mod preamble;
 mod refused;
 mod rounding;
 mod row_reader;
@@ -15,13 +17,16 @@ mod rows;
 mod stamps;
 mod table;
 mod time_column;
+mod units;
+mod wrapped;
 
 pub use clock::RowClock;
 pub use rounding::spacing_sigma_s;
 pub use row_reader::{OpenRows, PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
-pub use rows::Rows;
+pub use rows::{FlatRows, Rows, TableForm};
 pub use table::Table;
 pub use time_column::{TIME_COLUMN, TimeColumn};
+pub use units::{bracketed, of_channel};
 
 #[cfg(test)]
 mod tests;

@@ -62,6 +62,18 @@ impl RowReader for UnchangedRows {
         self.rows.timing()
     }
 
+    fn numbers(&self) -> Vec<usize> {
+        self.rows.numbers()
+    }
+
+    fn units(&self) -> Vec<Option<String>> {
+        self.rows.units()
+    }
+
+    fn is_dated(&self) -> bool {
+        self.rows.is_dated()
+    }
+
     fn way_out_of_time(&self) -> &'static str {
         self.rows.way_out_of_time()
     }
