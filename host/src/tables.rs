@@ -28,5 +28,12 @@ pub use table::Table;
 pub use time_column::{TIME_COLUMN, TimeColumn};
 pub use units::{bracketed, of_channel};
 
+/// Seconds of a date or a time of day in any of the forms that tables have: since 1970, or midnight.
+pub fn seconds_of(text: &str) -> Option<f64> {
+    clock_time::ClockTime::parse(text).map(clock_time::ClockTime::seconds)
+}
+
+pub use clock_time::date;
+
 #[cfg(test)]
 mod tests;

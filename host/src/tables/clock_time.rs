@@ -58,6 +58,17 @@ impl ClockTime {
     }
 }
 
+/// Seconds since 1970 as a date; none outside of the years 2000 to 2099.
+pub fn date(seconds: f64) -> Option<String> {
+    if !(946_684_800.0..4_102_444_800.0).contains(&seconds) {
+        return None;
+    }
+    let microseconds = (seconds * 1e6).round() as i64;
+    let stamp = Timestamp::from_microsecond(microseconds).ok()?;
+    let date = stamp.to_zoned(jiff::tz::TimeZone::UTC).datetime();
+    Some(date.to_string())
+}
+
 /// `20260131123005.25`, or with three digits of milliseconds: seconds since 1970.
 fn compact(text: &str) -> Option<f64> {
     let (digits, fraction) = text.split_once('.').unwrap_or((text, "0"));
@@ -139,6 +150,16 @@ fn day(text: &str) -> Option<Date> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn seconds_are_dates_that_are_read_again() {
+        for seconds in [1_769_862_605.25, 1_677_146_936.428_01, 1_000_000_000.0] {
+            let text = date(seconds).expect("a date");
+            let again = ClockTime::parse(&text).expect("a date").seconds();
+            assert!((again - seconds).abs() < 1e-6, "{text}: {again}");
+        }
+        assert_eq!((date(12.0), date(f64::NAN)), (None, None));
+    }
 
     #[test]
     fn dates_are_seconds_since_1970() {

@@ -238,9 +238,8 @@ impl Layout {
         }
         // A column beside it that is a time, too, is no channel.
         for (column, look) in self.columns.iter_mut().zip(&looks) {
-            let is_time =
-                named(&column.name, false).is_some() && look.never_falls && look.grows > 0.0;
-            column.is_left_out |= is_time;
+            let is_called_so = column.name == name || named(&column.name, false).is_some();
+            column.is_left_out |= is_called_so && look.never_falls && look.grows > 0.0;
         }
         self.columns[at].is_left_out = true;
         self.time = Some((at, unit));

@@ -4,6 +4,7 @@
 //! lines, it names the columns: `x:0.12,y:0.3`, `0.10 s,1.2 N`, `[0.1 0.2]`, `{"a": 1, "b": 2}`.
 
 use super::clock_time::ClockTime;
+use super::units::bracketed;
 use std::io::{self, BufRead, BufReader, Read};
 
 /// Fraction of the first lines that have the form.
@@ -28,6 +29,8 @@ pub struct Form {
     /// Names of the numbers, with their units in brackets; none if no text names them.
     names: Option<Vec<String>>,
     count: usize,
+    /// The line above the first one in this form, if it names the columns.
+    header: Option<String>,
 }
 
 /// A line: the stamp in front of it, and its numbers with the text before each and after the last.
@@ -53,7 +56,39 @@ impl Form {
         };
         let alike = lines.iter().filter(is_like).count();
         let is_enough = alike >= LINES_MIN && alike as f64 >= LIKE_MIN * (lines.len() - 1) as f64;
-        (is_enough && (form.has_stamp || !needs_stamp)).then_some(form)
+        let above = lines.iter().position(|line| is_like(&line));
+        let above = above.and_then(|first| lines.get(first.checked_sub(1)?));
+        let named = above.map_or_else(|| form.clone(), |above| form.clone().under(above));
+        (is_enough && (form.has_stamp || !needs_stamp)).then_some(named)
+    }
+
+    /// The form with the names of a header; its units stay those of the cells.
+    fn under(mut self, header: &str) -> Self {
+        let separators: &[char] = &[',', ';', '\t'];
+        let cells: Vec<&str> = header
+            .split(separators)
+            .map(|cell| cell.trim_matches([' ', '"']))
+            .collect();
+        let is_header = cells.len() == self.count && cells.iter().all(|cell| !cell.is_empty());
+        if is_header && Line::of(header).is_none() {
+            let units = self.names.take().unwrap_or_default();
+            let unit_at = |at: usize| {
+                units
+                    .get(at)
+                    .and_then(|name| bracketed(name))
+                    .map(|(_, unit)| unit)
+            };
+            let names = cells
+                .iter()
+                .enumerate()
+                .map(|(at, name)| match unit_at(at) {
+                    Some(unit) if bracketed(name).is_none() => format!("{name} ({unit})"),
+                    _ => (*name).to_owned(),
+                });
+            self.names = Some(names.collect());
+            self.header = Some(header.trim().to_owned());
+        }
+        self
     }
 
     fn of_line(line: &Line) -> Self {
@@ -61,11 +96,12 @@ impl Form {
             has_stamp: line.stamp.is_some(),
             names: line.names(),
             count: line.numbers.len(),
+            header: None,
         }
     }
 
     /// Names of the columns, as the header of the plain table.
-    fn header(&self) -> Option<String> {
+    fn plain_header(&self) -> Option<String> {
         let names: Vec<String> = match (&self.names, self.has_stamp) {
             (None, false) => return None,
             (None, true) => (1..=self.count).map(|at| format!("column_{at}")).collect(),
@@ -85,7 +121,7 @@ impl Form {
 
     /// Lines that the header adds.
     pub fn added_lines(&self) -> u64 {
-        u64::from(self.header().is_some())
+        u64::from(self.plain_header().is_some())
     }
 
     /// What was made of the lines, for people.
@@ -112,6 +148,10 @@ impl Form {
 
     /// The plain row of a line; a line in another form stays as it is.
     fn plain(&self, text: &str) -> String {
+        // It is given already.
+        if self.header.as_deref() == Some(text.trim()) {
+            return String::new();
+        }
         match Line::of(text) {
             Some(line)
                 if line.numbers.len() == self.count && line.stamp.is_some() == self.has_stamp =>
@@ -130,7 +170,9 @@ impl Form {
 
     /// The lines of an input as plain rows, under a header.
     pub fn read<'a>(self, input: Box<dyn Read + Send + 'a>) -> impl Read + Send + 'a {
-        let header = self.header().map_or(String::new(), |header| header + "\n");
+        let header = self
+            .plain_header()
+            .map_or(String::new(), |header| header + "\n");
         PlainLines {
             input: BufReader::new(input),
             form: self,
@@ -401,6 +443,17 @@ mod tests {
         ] {
             assert_eq!(plain(line).as_deref(), Some(expected), "{line}");
         }
+        let cells = "time,force\n10 ms,1 N\n20 ms,2 N\n30 ms,3 N\n40 ms,4 N\n";
+        let form = Form::of(cells, false).expect("units in cells");
+        let mut read = String::new();
+        let lines = form.read(Box::new(io::Cursor::new(cells)));
+        io::BufReader::new(lines)
+            .read_to_string(&mut read)
+            .expect("text");
+        assert!(
+            read.starts_with("\"time (ms)\",\"force (N)\"\n\n10,1\n20,2\n"),
+            "{read}"
+        );
         assert_eq!(plain("no numbers at all"), None);
         let prose = "Take 2 of them\nor 3 if there are 4\nbut never 5, 6 or 7\nand so on until 8\n";
         assert_eq!(Form::of(prose, false), None);
