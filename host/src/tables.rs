@@ -4,6 +4,7 @@
 mod cells;
 mod clock;
 mod clock_time;
+mod flat;
 mod head_line;
 mod header;
 mod layout;
@@ -21,9 +22,10 @@ mod units;
 mod wrapped;
 
 pub use clock::RowClock;
+pub use flat::FlatRows;
 pub use rounding::spacing_sigma_s;
 pub use row_reader::{OpenRows, PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
-pub use rows::{FlatRows, Rows, TableForm};
+pub use rows::{Rows, TableForm};
 pub use table::Table;
 pub use time_column::{TIME_COLUMN, TimeColumn};
 pub use units::{bracketed, of_channel};

@@ -120,7 +120,7 @@ impl Frames<'_> {
     /// strongest tone below or above its own.
     fn named(&self, mut found: Fit) -> Result<Fit> {
         let is_open = found.status == Status::Ambiguous && found.other_tone.is_none();
-        if !is_open || !(found.frequency > 0.0) {
+        if !is_open {
             return Ok(found);
         }
         let unit_hz = self.unit_hz();

@@ -108,10 +108,20 @@ pub fn without_one(
     if !is_open || !(3..=TAXELS).contains(&columns.len()) {
         return Ok(None);
     }
-    for (at, column) in columns.iter().enumerate() {
-        if !found.channels[at].usable {
-            continue;
-        }
+    // The one in which the tone is faintest first.
+    let ratio = |at: &usize| {
+        let channel = &found.channels[*at];
+        channel
+            .amplitude
+            .zip(channel.residual)
+            .map_or(0.0, |(amplitude, residual)| amplitude / residual)
+    };
+    let mut order: Vec<usize> = (0..columns.len())
+        .filter(|at| found.channels[*at].usable)
+        .collect();
+    order.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
+    for at in order {
+        let column = &columns[at];
         let others: Vec<usize> = columns
             .iter()
             .copied()

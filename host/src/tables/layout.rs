@@ -346,6 +346,15 @@ impl Layout {
         }
     }
 
+    /// Columns that may hold samples: the channels without one that may be the time.
+    pub fn series(&self) -> impl Iterator<Item = usize> {
+        let likely = self.likely_time.as_ref().map(|(at, _)| *at);
+        let columns = self.columns.iter().enumerate();
+        columns
+            .filter(move |(at, column)| !column.is_left_out && Some(*at) != likely)
+            .map(|(at, _)| at)
+    }
+
     /// Looks whether the channels continue one another.
     fn find_wrapped(&mut self, lines: &[HeadLine]) {
         let first = lines
@@ -354,10 +363,10 @@ impl Layout {
             .unwrap_or(0);
         let numbers = Numbers::new(self.separator == b',');
         let values = |line: &HeadLine| {
-            let cells = line.cells.iter().zip(&self.columns);
-            let channels = cells.filter(|(_, column)| !column.is_left_out);
-            channels
-                .map(|(cell, _)| numbers.number(cell).unwrap_or(f64::NAN))
+            let channels = self.series();
+            let cells = channels.map(|at| line.cells[at].as_str());
+            cells
+                .map(|cell| numbers.number(cell).unwrap_or(f64::NAN))
                 .collect()
         };
         let rows: Vec<Vec<f64>> = rows(lines, first).take(WRAPPED_ROWS).map(values).collect();

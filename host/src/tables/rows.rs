@@ -189,6 +189,11 @@ impl<'a> Rows<'a> {
         })
     }
 
+    /// The stamp of the present row, if it has one.
+    pub fn stamp_s(&self) -> Option<f64> {
+        self.present.time_s
+    }
+
     /// The rate that the lines above the table state, where no column is the time.
     pub fn stated_hz(&self) -> Option<f64> {
         let stated = self.layout.stated.as_ref()?;
@@ -637,15 +642,15 @@ fn others(units: &[&str]) -> String {
 
 /// What to type for a series that is written several samples a row.
 fn wrapped(layout: &Layout) -> String {
-    let numbers = (1..)
-        .zip(&layout.columns)
-        .filter(|(_, column)| !column.is_left_out);
-    let numbers: Vec<usize> = numbers.map(|(number, _)| number).collect();
-    let stated = layout.stated.as_ref().filter(|_| layout.time.is_none());
-    let rate = match stated {
-        Some(stated) => format!(", at the stated {} Hz", significant(stated.hz, 6)),
-        None if layout.time.is_none() => " and --rate HZ".to_owned(),
-        None => String::new(),
+    let numbers: Vec<usize> = layout.series().map(|at| at + 1).collect();
+    let rate = match (&layout.stated, &layout.likely_time) {
+        _ if layout.time.is_some() => String::new(),
+        (Some(stated), _) => format!(", at the stated {} Hz", significant(stated.hz, 6)),
+        (None, Some((at, units))) if !units.is_empty() => {
+            let option = quoted(&format!("{}:{}", layout.columns[*at].name, units[0]));
+            format!(" and --time-column {option} (or --rate HZ)")
+        }
+        _ => " and --rate HZ".to_owned(),
     };
     format!(
         "its {} columns continue one another, as one series with {} samples a row: read it so with --flatten{rate}; if they are channels, say so with --columns {}-{}",
@@ -677,123 +682,5 @@ fn plain_form(head: &[u8], found: &Result<Layout, Refused>) -> Option<Form> {
             (form.count() > channels + usize::from(layout.time.is_some())).then_some(form)
         }
         Ok(_) => None,
-    }
-}
-
-/// Rows whose columns continue one another, as one column.
-pub struct FlatRows<'a> {
-    rows: Rows<'a>,
-    names: Vec<String>,
-    /// Values of the present row that were not given yet.
-    left: VecDeque<f64>,
-    /// The row after the present one: its stamp and its values.
-    next: Option<(Option<f64>, Vec<f64>)>,
-    from_s: Option<f64>,
-    spacing_s: f64,
-    /// Samples of the present row that were given.
-    of_row: usize,
-    value: f64,
-    given: u64,
-}
-
-impl<'a> FlatRows<'a> {
-    /// The samples of rows that were opened as flat ones.
-    pub fn new(rows: Rows<'a>) -> Self {
-        Self {
-            rows,
-            names: vec!["value".into()],
-            left: VecDeque::new(),
-            next: None,
-            from_s: None,
-            spacing_s: 0.0,
-            of_row: 0,
-            value: f64::NAN,
-            given: 0,
-        }
-    }
-
-    fn read_row(&mut self) -> Result<Option<(Option<f64>, Vec<f64>)>, FileError> {
-        if !self.rows.advance()? {
-            return Ok(None);
-        }
-        let mut values = Vec::new();
-        self.rows.values(&mut values)?;
-        while values.last().is_some_and(|value| value.is_nan()) {
-            values.pop();
-        }
-        Ok(Some((self.rows.present.time_s, values)))
-    }
-}
-
-impl RowReader for FlatRows<'_> {
-    fn file(&self) -> &str {
-        self.rows.file()
-    }
-
-    fn names(&self) -> &[String] {
-        &self.names
-    }
-
-    fn advance(&mut self) -> Result<bool, FileError> {
-        while self.left.is_empty() {
-            let row = match self.next.take() {
-                Some(row) => Some(row),
-                None if self.given == 0 => self.read_row()?,
-                None => None,
-            };
-            let Some((from_s, values)) = row else {
-                return Ok(false);
-            };
-            self.next = self.read_row()?;
-            let to_s = self.next.as_ref().and_then(|(to_s, _)| *to_s);
-            if let (Some(from_s), Some(to_s)) = (from_s, to_s) {
-                self.spacing_s = (to_s - from_s) / values.len().max(1) as f64;
-            }
-            (self.from_s, self.of_row, self.left) = (from_s, 0, values.into());
-        }
-        self.value = self.left.pop_front().unwrap_or(f64::NAN);
-        self.of_row += 1;
-        self.given += 1;
-        Ok(true)
-    }
-
-    fn time_s(&self) -> Option<f64> {
-        let before = self.of_row.saturating_sub(1) as f64;
-        let stamped = self.from_s.map(|from_s| from_s + before * self.spacing_s);
-        let stated = || Some(self.given.saturating_sub(1) as f64 / self.rows.stated_hz()?);
-        stamped.or_else(stated)
-    }
-
-    fn timing(&self) -> Timing {
-        self.rows.timing()
-    }
-
-    fn way_out_of_time(&self) -> &'static str {
-        self.rows.way_out_of_time()
-    }
-
-    fn refuse(&self, why: &str) -> FileError {
-        self.rows.refuse(why)
-    }
-
-    fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
-        values.clear();
-        values.push(self.value);
-        Ok(())
-    }
-
-    fn is_dated(&self) -> bool {
-        self.rows.is_dated()
-    }
-
-    fn guessed(&self) -> Option<String> {
-        let flat = format!(
-            "{} samples a row are read one after the other",
-            self.rows.names.len()
-        );
-        Some(match self.rows.guessed() {
-            Some(guessed) => format!("{flat}; {guessed}"),
-            None => flat,
-        })
     }
 }
