@@ -4,9 +4,7 @@
 mod support;
 
 use ads1258::Status as StatusByte;
-use hal_mock::{
-    Options, Playback, SimulatedBoard, Sliding, SlidingScene, TABLE_2, Trace, Truth, write_csv,
-};
+use hal_mock::{Options, SimulatedBoard, Sliding, SlidingScene, TABLE_2, Trace, Truth, write_csv};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::{Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Estimate, Event, Status};
@@ -87,13 +85,7 @@ fn all_of_table_2_from_recordings_of_any_rate() {
             let mut csv = Vec::new();
             write_csv(&mut scene, rate_hz, 0.0, &mut csv).unwrap();
             let scan_rate_hz = f64::from(ridgetone_proto::settings::FRAME_RATE_HZ);
-            let playback = Playback {
-                row_rate_hz: None,
-                scan_rate_hz,
-                volts_per_unit: 1.0,
-                limit_v: 4.0,
-            };
-            let trace = Trace::parse(&csv, "recording", playback).unwrap();
+            let trace = Trace::parse(&csv, "recording", scan_rate_hz).unwrap();
             let options = Options {
                 clock_error_ppm: trace.clock_error_ppm(),
                 ..Options::default()

@@ -29,8 +29,5 @@ pub use self::{
     },
     stm32_adc::{Amplifier, Stm32Adc},
     text_file::short_text,
-    trace::{
-        Failure, OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn,
-        Timing, Trace, ValueAt, check_order, spacing_sigma_s, write_csv,
-    },
+    trace::{Trace, TraceFrame, write_csv},
 };

@@ -85,6 +85,11 @@ impl Content {
         if start.starts_with(b"PK\x03\x04") {
             bail!("this is {}", archive(&start));
         }
+        if is_universal(&start) {
+            bail!(
+                "this is a universal file (UFF 58): in Python, ridgetone.fit(pyuff.UFF(FILE).read_sets()['data'], rate_hz=...)"
+            );
+        }
         let encoding = utf_16(&start);
         if encoding.is_none() && start.contains(&0) {
             bail!("this is neither text nor a recording that is known here: write it as CSV");
@@ -99,6 +104,16 @@ impl Content {
             None => input,
         }))
     }
+}
+
+/// Whether a text begins with the mark of a universal file, and the number of a data set.
+fn is_universal(start: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(start);
+    let mut lines = text.lines().map(str::trim);
+    lines.next() == Some("-1")
+        && lines
+            .next()
+            .is_some_and(|set| matches!(set, "58" | "58b" | "151" | "55" | "15" | "82" | "164"))
 }
 
 /// The beginning of an input, and all of it.

@@ -4,6 +4,7 @@ use crate::digits::significant;
 use crate::names::name;
 use crate::remarks::remarks;
 use crate::table_fit::{ChannelResult, FittedPart, TableFit};
+use crate::tables::date;
 use crate::tone::{Domain, WithSigma};
 use ridgetone_proto::telemetry::Status;
 use serde::Serialize;
@@ -53,10 +54,7 @@ pub fn text(fit: &TableFit) -> String {
             pair("period_mm", "period_sigma_mm", period);
         }
     }
-    line(
-        "status",
-        format!("{} ({})", name(fit.status), meaning(fit.status)),
-    );
+    line("status", format!("{} ({})", name(fit.status), meaning(fit)));
     for (name, value) in remarks(fit.status, fit.domain, &fit.tone) {
         line(name, value);
     }
@@ -65,11 +63,17 @@ pub fn text(fit: &TableFit) -> String {
     }
     line("harmonics", fit.harmonics.to_string());
     line("window_s", significant(fit.window_s, 6));
-    let times = format!(
-        "{} to {} s",
-        significant(fit.from_s, 6),
-        significant(fit.to_s, 6)
-    );
+    let dates = (fit.is_dated)
+        .then(|| date(fit.from_s).zip(date(fit.to_s)))
+        .flatten();
+    let times = match dates {
+        Some((from, to)) => format!("{from} to {to}"),
+        None => format!(
+            "{} to {} s",
+            significant(fit.from_s, 6),
+            significant(fit.to_s, 6)
+        ),
+    };
     line(
         "part",
         match (part_name(fit.part), fit.part) {
@@ -110,6 +114,7 @@ pub fn text(fit: &TableFit) -> String {
     for ChannelResult {
         name,
         usable,
+        clipped,
         offset,
         amplitude,
         phase_rad,
@@ -122,7 +127,8 @@ pub fn text(fit: &TableFit) -> String {
         let _ = match usable {
             true => writeln!(
                 out,
-                "{name:<width$} {offset:>12} {amplitude:>12} {phase_rad:>10} {residual:>12}"
+                "{name:<width$} {offset:>12} {amplitude:>12} {phase_rad:>10} {residual:>12}{}",
+                if *clipped { "  clipped" } else { "" }
             ),
             false => writeln!(
                 out,
@@ -142,14 +148,28 @@ pub fn part_name(part: FittedPart) -> &'static str {
     }
 }
 
-fn meaning(status: Status) -> &'static str {
-    match status {
+/// Cycles up to which a longer part tells two readings apart.
+const FEW_CYCLES: f64 = 8.0;
+
+fn meaning(fit: &TableFit) -> &'static str {
+    let cycles = fit.tone.frequency().map_or(0.0, |tone| match fit.domain {
+        Domain::Time => tone.value * fit.window_s,
+        // Its length by position is not known here.
+        Domain::Position => 0.0,
+    });
+    match fit.status {
         Status::Good => "a common tone",
         Status::NoTone => "the channels share no tone that stands out of their noise",
         Status::TooShort => "fewer than 24 rows, or more missing than there are: try a longer part",
         Status::Nothing => "no usable channel, or no row",
         Status::Doubtful => "a common tone, but with a fault during the window",
-        Status::Ambiguous => "another reading is about as likely: use a longer part",
+        Status::Ambiguous if cycles < FEW_CYCLES => {
+            "another reading is about as likely: use a longer part"
+        }
+        Status::Ambiguous if fit.domain == Domain::Time => {
+            "another reading is about as likely: --min-hz or --max-hz leaves one of them"
+        }
+        Status::Ambiguous => "another reading is about as likely",
         Status::Unsteady => {
             "no interval can be promised, for the tone moves, comes or goes within this part: use a shorter one (--from, --to), or give the speed or the position (--speed-column, --positions)"
         }
@@ -191,7 +211,9 @@ mod tests {
             domain: Domain::Time,
             tone: tone(Some(movement), Some(50.25)),
             harmonics: 1,
+            groups: 1,
             channels: Vec::new(),
+            is_dated: false,
             guessed: None,
         };
         let shown = text(&fit);

@@ -10,6 +10,7 @@ use crate::messages::Form;
 use crate::output::Progress;
 use crate::samples::Samples;
 use crate::stop;
+use crate::tables::RowReader;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use board::Board;
@@ -107,6 +108,9 @@ impl Frames {
             return Ok(settings);
         }
         let mut has_touch = false;
+        if !table.may_be_touch() {
+            return Ok(always(settings));
+        }
         self.detect(&settings, &mut |event| {
             has_touch |= matches!(event, Event::Contact(_) | Event::Slide(_));
             match has_touch {
@@ -117,29 +121,21 @@ impl Frames {
         if has_touch {
             return Ok(settings);
         }
-        // Only a protocol's speed is that of this recording.
-        let speed_mm_s = match settings.slide.rule {
-            SlideRule::Protocol => settings.slide.speed_mm_s,
-            _ => 0.0,
-        };
-        let slide = Slide {
-            rule: SlideRule::Always,
-            speed_mm_s,
-            ..settings.slide
-        };
-        Ok(Settings { slide, ..settings })
+        Ok(always(settings))
     }
 
-    /// Slides of a table whose values are volts, start and end in seconds from its first row, by
-    /// touch detection alone.
+    /// Slides of a table whose values are volts, behind a contact, start and end in seconds from its
+    /// first row, by touch detection alone.
     pub fn slides(&self) -> Result<Vec<(f64, f64)>> {
         if let Source::Table(table) = &self.source {
             let beyond = table.beyond(self.settings.vref_v.into());
             ensure!(beyond.is_none(), "values outside the ADC's range");
         }
-        let mut slides = Vec::new();
+        let (mut slides, mut has_contact) = (Vec::new(), false);
         self.detect(&self.settings, &mut |event| {
+            has_contact |= matches!(event, Event::Contact(_));
             if let Event::Slide(slide) = event
+                && has_contact
                 && let Some(end_us) = slide.end_us
             {
                 slides.push((slide.start_us as f64 * 1e-6, end_us as f64 * 1e-6));
@@ -283,6 +279,34 @@ impl Frames {
             Source::Table(table) => table.each(take),
         }
     }
+}
+
+/// Channels of a finger, at least: fewer are another instrument.
+const TOUCH_CHANNELS_MIN: usize = 4;
+
+/// True if columns may be the taxels of a finger: four or more, in volts or without a unit.
+pub fn may_be_touch(rows: &dyn RowReader, columns: &[usize]) -> bool {
+    let units = rows.units();
+    let is_volts = |unit: &Option<String>| {
+        let unit = unit.as_deref().map(str::to_lowercase);
+        matches!(unit.as_deref(), None | Some("v" | "volt" | "volts"))
+    };
+    columns.len() >= TOUCH_CHANNELS_MIN && columns.iter().all(|at| is_volts(&units[*at]))
+}
+
+/// The settings with all of a recording as one slide.
+fn always(settings: Settings) -> Settings {
+    // Only a protocol's speed is that of this recording.
+    let speed_mm_s = match settings.slide.rule {
+        SlideRule::Protocol => settings.slide.speed_mm_s,
+        _ => 0.0,
+    };
+    let slide = Slide {
+        rule: SlideRule::Always,
+        speed_mm_s,
+        ..settings.slide
+    };
+    Settings { slide, ..settings }
 }
 
 /// Remark on settings that [`Frames::settings_for`] has changed.

@@ -3,8 +3,8 @@
 use crate::digits::significant;
 use crate::part::{Part, Selection};
 use crate::speed::{Column, Quantity};
+use crate::tables::{RowClock, spacing_sigma_s};
 use anyhow::{Context, Result, bail, ensure};
-use hal_mock::{RowClock, spacing_sigma_s};
 
 /// Share of missing rows above which the time stamps are no steady sampling with a few rows lost.
 const MISSING_MAX: f64 = 0.2;
@@ -15,6 +15,9 @@ const PAUSE_SHARE: f64 = 0.5;
 /// Distance from a multiple of a given spacing, as a share of it, up to which stamps tell which rows
 /// of that spacing are missing.
 const ON_GRID: f64 = 0.2;
+
+/// Most places of a given rate for each row of a file.
+const SLOTS_MAX: usize = 16;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
@@ -117,7 +120,7 @@ impl Grid {
         name_row: impl Fn(usize) -> String,
     ) -> Result<Self> {
         if let Some(rate_hz) = rate_hz {
-            return Ok(Self::given(time_s, rate_hz));
+            return Self::given(time_s, rate_hz, &name_row);
         }
         let mut clock = RowClock::new(time_s).context("one row alone has no rate")?;
         let places = numbered(&mut clock, time_s);
@@ -136,19 +139,8 @@ impl Grid {
                 uneven_s: Vec::new(),
             });
         }
-        let spacing = |row: &usize| time_s[row + 1] - time_s[*row];
-        let widest = (0..time_s.len() - 1)
-            .max_by(|a, b| spacing(a).total_cmp(&spacing(b)))
-            .unwrap_or(0);
+        check_pause(time_s, &name_row)?;
         let length_s = time_s[time_s.len() - 1] - time_s[0];
-        if spacing(&widest) > PAUSE_SHARE * length_s {
-            bail!(
-                "{}: a gap of {} s in {} s of data; use --from and --to to stay out of it",
-                name_row(widest + 1),
-                significant(spacing(&widest), 6),
-                significant(length_s, 4),
-            );
-        }
         Ok(Self {
             uneven_s: time_s.iter().map(|t_s| t_s - time_s[0]).collect(),
             ..Self::even(time_s.len(), (time_s.len() - 1) as f64 / length_s)
@@ -156,36 +148,55 @@ impl Grid {
     }
 
     /// Rows at a given rate. Their stamps, at whatever rate, only say which rows are missing.
-    fn given(time_s: &[f64], rate_hz: f64) -> Self {
+    fn given(time_s: &[f64], rate_hz: f64, name_row: &dyn Fn(usize) -> String) -> Result<Self> {
         let even = Self::even(time_s.len(), rate_hz);
         let increases = time_s.windows(2).all(|pair| pair[1] > pair[0]);
         let Some(mut clock) = RowClock::new(time_s).filter(|_| increases) else {
-            return even;
+            return Ok(even);
         };
         let places = numbered(&mut clock, time_s);
         let stamped_hz = Some(clock.spacing_s().recip());
         if is_steady(&places) {
-            return Self {
+            return Ok(Self {
                 stamped_hz,
                 places,
                 ..even
-            };
+            });
         }
+        check_pause(time_s, name_row)?;
         let exact = time_s.iter().map(|t_s| (t_s - time_s[0]) * rate_hz);
         let is_on_grid = exact
             .clone()
             .all(|place| (place - place.round()).abs() < ON_GRID);
         let rounded: Vec<usize> = exact.map(|place| place.round() as usize).collect();
         let are_apart = rounded.windows(2).all(|pair| pair[1] > pair[0]);
-        if is_on_grid && are_apart {
-            return Self {
+        // Stamps of another rate would ask for more places than the file has rows.
+        let slots = rounded.last().map_or(0, |last| last + 1);
+        if is_on_grid && are_apart && slots <= SLOTS_MAX * time_s.len() {
+            return Ok(Self {
                 stamped_hz: Some(rate_hz),
                 places: rounded,
                 ..even
-            };
+            });
         }
-        even
+        Ok(even)
     }
+}
+
+/// Refuses rows of which most of the time is one gap.
+fn check_pause(time_s: &[f64], name_row: &dyn Fn(usize) -> String) -> Result<()> {
+    let spacing = |row: &usize| time_s[row + 1] - time_s[*row];
+    let widest = (0..time_s.len() - 1).max_by(|a, b| spacing(a).total_cmp(&spacing(b)));
+    let (widest, length_s) = (widest.unwrap_or(0), time_s[time_s.len() - 1] - time_s[0]);
+    if spacing(&widest) > PAUSE_SHARE * length_s {
+        bail!(
+            "{}: a gap of {} s in {} s of data; use --from and --to to stay out of it",
+            name_row(widest + 1),
+            significant(spacing(&widest), 6),
+            significant(length_s, 4),
+        );
+    }
+    Ok(())
 }
 
 /// The numbers of rows by their stamps.

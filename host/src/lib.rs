@@ -3,7 +3,8 @@
 //!
 //! | concept | where |
 //! |---|---|
-//! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `fit_report` |
+//! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `clipped`, `fit_report` |
+//! | tables of samples in the layouts that others write | [`tables`] |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows`, [`frame`] |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | a recording's frames through the library | [`frames`] |
@@ -39,6 +40,7 @@ pub mod chart;
 pub mod check;
 pub mod cli;
 pub mod client;
+mod clipped;
 mod content;
 pub mod demo;
 pub mod digits;
@@ -87,6 +89,7 @@ pub mod speed;
 pub mod static_image;
 pub mod stop;
 pub mod table_fit;
+pub mod tables;
 mod teletaction;
 mod tone;
 pub mod touch_part;

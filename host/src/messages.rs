@@ -41,11 +41,21 @@ impl Form {
         File::open(path)?.take(LOOK_BYTES).read_to_end(&mut start)?;
         Ok(match start.trim_ascii_start() {
             start if start.starts_with(&MCAP_MAGIC) => Self::Mcap,
-            start if start.starts_with(b"{") => Self::JsonLines,
+            // Objects of other programs have no type, and are read as a table.
+            start if start.starts_with(b"{") && names_a_type(start) => Self::JsonLines,
             _ if recording::is_telemetry(path).unwrap_or(false) => Self::Telemetry,
             _ => Self::Table,
         })
     }
+}
+
+/// Whether the first of the lines is an object with a type.
+fn names_a_type(start: &[u8]) -> bool {
+    let line = start
+        .split(|byte| *byte == b'\n')
+        .next()
+        .unwrap_or_default();
+    line.windows(6).any(|bytes| bytes == b"\"type\"")
 }
 
 #[derive(Clone, Debug)]

@@ -3,12 +3,14 @@
 
 use crate::alignment::Alignment;
 use crate::speed::Column;
+use crate::tables::{PROGRESS_ROWS, RowReader, Timing, ValueAt, bracketed, check_order};
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
 use clap::ValueEnum;
-use hal_mock::{PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order, escaped};
-use ridgetone_proto::settings::{Declared, TAXELS};
+use hal_mock::escaped;
+use ridgetone_proto::settings::Declared;
 use std::borrow::Cow;
+use std::ops::RangeInclusive;
 
 /// Which rows and columns to fit, and how.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +20,7 @@ pub struct Selection {
     /// First time to use, seconds as in `time_s`; without that column row / rate.
     pub from_s: Option<f64>,
     pub to_s: Option<f64>,
-    /// Names of the columns to use; all if empty.
+    /// Columns to use, by their names, their numbers or ranges of these; all if empty.
     pub columns: Vec<String>,
     /// Most harmonics, the fundamental included, 1 to 5; 5 if none.
     pub harmonics: Option<u8>,
@@ -31,6 +33,14 @@ pub struct Selection {
     pub band: Band,
     /// What is in the rows beside the tone.
     pub declared: Declared,
+}
+
+impl Selection {
+    /// The column to fit by position with, under its whole name.
+    pub fn position_in(&self, names: &[String]) -> Option<Column> {
+        let position = self.position.clone();
+        position.map(|column| column.resolved(names))
+    }
 }
 
 /// What a scene holds by default and may be left out.
@@ -171,7 +181,8 @@ impl Part {
         let mut is_whole = true;
         let (mut values, in_memory) = (Vec::new(), rows.in_memory());
         let mut kept = vec![Vec::new(); rows.names().len()];
-        while rows.advance()? {
+        // What follows the end of the part may be another recording, and is not read.
+        while (read == 0 || last_s < to_s) && rows.advance()? {
             let stamp_s = rows.time_s();
             part.is_stamped = stamp_s.is_some();
             let t_s = match stamp_s {
@@ -181,6 +192,11 @@ impl Part {
             if read == 0 {
                 begin_s = t_s;
             } else if selection.rate_hz.is_none() {
+                let spacing_s = (last_s - begin_s) / (read - 1).max(1) as f64;
+                if t_s <= last_s && last_s + spacing_s > to_s {
+                    is_whole = false;
+                    break;
+                }
                 check_order(rows, last_s, t_s)?;
             }
             if t_s > to_s {
@@ -208,6 +224,7 @@ impl Part {
             }
             part.times_s.push(t_s);
         }
+        is_whole &= last_s < to_s;
         // A row lasts until the next one would come.
         let lasts_s = if read > 1 {
             1.001 * (last_s - begin_s) / (read - 1) as f64
@@ -267,7 +284,15 @@ pub fn named(rows: &dyn RowReader, name: &str) -> Result<usize> {
 
 /// The place of a column among the names that a file has.
 pub fn named_in(file: &str, names: &[String], name: &str) -> Result<usize> {
-    match all_named(names, name)[..] {
+    let without_unit = || {
+        let is_it = |at: &usize| bracketed(&names[*at]).is_some_and(|(before, _)| before == name);
+        (0..names.len()).filter(is_it).collect::<Vec<usize>>()
+    };
+    let mut all = all_named(names, name);
+    if all.is_empty() {
+        all = without_unit();
+    }
+    match all[..] {
         [] => bail!("{file}: no column {name}; there are: {}", names.join(", ")),
         [at] => Ok(at),
         _ => bail!("{file}: more than one column is called {name}: give them other names"),
@@ -279,14 +304,18 @@ fn all_named(names: &[String], name: &str) -> Vec<usize> {
     (0..names.len()).filter(|at| names[*at] == name).collect()
 }
 
-/// The places of the columns to use, at most 16: of a name that several have, all of these.
+/// The places of the columns to use: of a name that several have, all of these. Names may be given
+/// as the numbers of columns in the file, from 1, or as a range of these: `3-8`.
 pub fn columns(rows: &dyn RowReader, selection: &Selection) -> Result<Vec<usize>> {
     let file = rows.file();
     let mut columns = Vec::new();
     for name in &selection.columns {
-        let all = all_named(rows.names(), name);
+        let mut all = all_named(rows.names(), name);
         if all.is_empty() {
-            named(rows, name)?;
+            all = match range(name) {
+                Some(range) => numbered(rows, name, range)?,
+                None => vec![named(rows, name)?],
+            };
         }
         ensure!(
             all.iter().all(|at| !columns.contains(at)),
@@ -295,15 +324,39 @@ pub fn columns(rows: &dyn RowReader, selection: &Selection) -> Result<Vec<usize>
         columns.extend(all);
     }
     if selection.columns.is_empty() {
-        let position = selection.position.as_ref().map(Column::name);
+        let position = selection.position_in(rows.names());
+        let position = position.as_ref().map(Column::name);
         columns = (0..rows.names().len())
             .filter(|at| Some(rows.names()[*at].as_str()) != position)
             .collect();
     }
-    let count = columns.len();
-    ensure!(
-        count <= TAXELS,
-        "{file}: {count} channels, at most {TAXELS} are taken together: choose with --columns"
-    );
     Ok(columns)
+}
+
+/// Numbers of columns: `5` or `3-8`.
+fn range(text: &str) -> Option<RangeInclusive<usize>> {
+    let (from, to) = text.split_once('-').unwrap_or((text, text));
+    Some(from.trim().parse().ok()?..=to.trim().parse().ok()?)
+}
+
+/// The places of the columns with these numbers in the file; those that are no channels are left
+/// out of a range.
+fn numbered(rows: &dyn RowReader, text: &str, range: RangeInclusive<usize>) -> Result<Vec<usize>> {
+    let numbers = rows.numbers();
+    let is_in = |at: &usize| range.contains(&numbers[*at]);
+    let found: Vec<usize> = (0..numbers.len()).filter(is_in).collect();
+    let last = numbers.last().copied().unwrap_or(0);
+    let is_inside = *range.start() > 0 && range.start() <= range.end() && *range.end() <= last;
+    if found.is_empty() || !is_inside {
+        let shown = numbers.iter().zip(rows.names());
+        let shown: Vec<String> = shown
+            .map(|(number, name)| format!("{number} {name}"))
+            .collect();
+        bail!(
+            "{}: no columns {text}; there are: {}",
+            rows.file(),
+            shown.join(", ")
+        );
+    }
+    Ok(found)
 }

@@ -9,9 +9,10 @@ use crate::messages::{Form, Message, messages};
 use crate::part::Selection;
 use crate::samples::Samples;
 use crate::speed::{Column, Quantity};
+use crate::tables::{RowReader, TimeColumn};
 use crate::utc::UtcClock;
 use anyhow::{Context, Result, bail, ensure};
-use hal_mock::{FileError, RowReader, TimeColumn};
+use hal_mock::FileError;
 use ridgetone_proto::plan::{Plan, Sampling};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Event, Starts};
@@ -41,6 +42,9 @@ const DELAY_SIGMA_S: f64 = 0.5e-3;
 
 /// Device time from one relation of the clocks to the next, seconds.
 const RELATION_S: f64 = 10.0;
+
+/// Most relations of the clocks: four months of a recording.
+const RELATIONS_MAX: f64 = 1e6;
 
 /// A file of positions, and how to read it.
 #[derive(Clone, Debug)]
@@ -289,7 +293,10 @@ impl Board {
             "{name}: has no times of receipt, so that positions in UTC cannot be aligned: give them in device time, time_s"
         );
         let (first_s, last_s) = self.frames_s;
-        let steps = ((last_s - first_s) / RELATION_S).ceil().max(1.0);
+        // A damaged time would ask for any number of them.
+        let steps = ((last_s - first_s) / RELATION_S)
+            .ceil()
+            .clamp(1.0, RELATIONS_MAX);
         let (mut relations, mut most_s) = (Vec::new(), 0f64);
         for step in 0..=steps as usize {
             let t_s = first_s + (last_s - first_s) * step as f64 / steps;

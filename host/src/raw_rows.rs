@@ -2,8 +2,9 @@
 
 use crate::frame::Frame;
 use crate::messages::{Messages, VREF_V};
+use crate::tables::RowReader;
 use anyhow::{Result, ensure};
-use hal_mock::{FileError, RowReader};
+use hal_mock::FileError;
 use ridgetone_proto::settings::TAXELS;
 
 /// A row for each frame. A taxel without any valid value is at 0 V; a frame that lacks any other

@@ -6,9 +6,10 @@ mod unchanged;
 use crate::content::{Content, Input};
 use crate::messages::{Form, messages};
 use crate::raw_rows::RawRows;
+use crate::tables::{FlatRows, OpenRows, RowReader, Rows, TableForm, TimeColumn, Timing, ValueAt};
 use crate::wav_rows::WavRows;
 use anyhow::Result;
-use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, Timing, ValueAt, escaped};
+use hal_mock::{FileError, escaped};
 use std::fmt;
 use std::fs::File;
 use std::io::Read;
@@ -35,6 +36,11 @@ impl Samples {
 
     /// The same where somebody says which column of a table is the time.
     pub fn file_with(path: &Path, time: Option<TimeColumn>) -> Result<Self> {
+        Self::file_as(path, TableForm::timed(time))
+    }
+
+    /// The same where somebody says how to read a table.
+    pub fn file_as(path: &Path, form: TableForm) -> Result<Self> {
         let is_standard_input = path == Path::new("-");
         let name = match is_standard_input {
             true => "standard input".to_owned(),
@@ -57,7 +63,7 @@ impl Samples {
         let (path, file) = (Some(at.clone()), name.clone());
         let open: OpenRows = Arc::new(move || {
             let _kept = &kept;
-            let rows = open_named(&at, &file, time.as_ref())?;
+            let rows = open_named(&at, &file, &form)?;
             Ok(Box::new(UnchangedRows {
                 rows,
                 path: at.clone(),
@@ -239,14 +245,15 @@ pub fn open(
     path: &Path,
     time: Option<&TimeColumn>,
 ) -> Result<Box<dyn RowReader + Send>, FileError> {
-    open_named(path, &path.display().to_string(), time)
+    let form = TableForm::timed(time.cloned());
+    open_named(path, &path.display().to_string(), &form)
 }
 
 /// Opens a file that errors call by another name.
 fn open_named(
     path: &Path,
     file: &str,
-    time: Option<&TimeColumn>,
+    form: &TableForm,
 ) -> Result<Box<dyn RowReader + Send>, FileError> {
     let refuse = |error: anyhow::Error| {
         let text = format!("{error:#}");
@@ -259,16 +266,16 @@ fn open_named(
     match Form::of(path).map_err(|error| FileError::new(file, None, error))? {
         Form::Table => {
             let input = File::open(path).map_err(|error| FileError::new(file, None, error))?;
-            decoded(Box::new(input), file, time)
+            decoded(Box::new(input), file, form)
         }
-        _ if time.is_some() => Err(FileError::new(
+        _ if form.time.is_some() => Err(FileError::new(
             file,
             None,
             "--time-column is for tables: telemetry has its own time",
         )),
-        form => {
+        telemetry => {
             // Twice: a taxel that never has a value is not missing from every frame.
-            let open = || messages(path, form).map_err(refuse);
+            let open = || messages(path, telemetry).map_err(refuse);
             Ok(Box::new(
                 RawRows::new(file, open()?, open()?).map_err(refuse)?,
             ))
@@ -280,10 +287,16 @@ fn open_named(
 fn decoded(
     input: Input,
     file: &str,
-    time: Option<&TimeColumn>,
+    form: &TableForm,
 ) -> Result<Box<dyn RowReader + Send>, FileError> {
     match Content::of(input) {
-        Ok(Content::Text(text)) => Ok(Box::new(Rows::with(text, file, time)?)),
+        Ok(Content::Text(text)) => {
+            let rows = Rows::with(text, file, form)?;
+            Ok(match form.is_flat {
+                true => Box::new(FlatRows::new(rows)),
+                false => Box::new(rows),
+            })
+        }
         Ok(Content::Wav(sound)) => Ok(Box::new(WavRows::new(sound, file)?)),
         Err(error) => Err(FileError::new(file, None, error)),
     }

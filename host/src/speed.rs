@@ -1,13 +1,63 @@
 //! A column of speeds or positions next to the channels of a recording.
 
+use crate::tables::bracketed;
+
 /// Units of length by their millimetres.
-const LENGTHS: [(&str, f64); 6] = [
+const LENGTHS: [(&str, f64); 22] = [
     ("mm", 1.0),
     ("cm", 10.0),
     ("m", 1000.0),
     ("um", 1e-3),
-    ("µm", 1e-3),
     ("in", 25.4),
+    ("µm", 1e-3),
+    ("μm", 1e-3),
+    ("nm", 1e-6),
+    ("dm", 100.0),
+    ("km", 1e6),
+    ("inch", 25.4),
+    ("inches", 25.4),
+    ("ft", 304.8),
+    ("feet", 304.8),
+    ("mil", 0.0254),
+    ("mils", 0.0254),
+    ("thou", 0.0254),
+    ("millimetre", 1.0),
+    ("millimetres", 1.0),
+    ("metre", 1000.0),
+    ("metres", 1000.0),
+    ("meters", 1000.0),
+];
+
+/// Units of time by their seconds.
+const TIMES: [(&str, f64); 9] = [
+    ("s", 1.0),
+    ("sec", 1.0),
+    ("second", 1.0),
+    ("ms", 1e-3),
+    ("min", 60.0),
+    ("minute", 60.0),
+    ("h", 3600.0),
+    ("hr", 3600.0),
+    ("hour", 3600.0),
+];
+
+/// Units of speed that are a word of their own, by their millimetres a second.
+const SPEEDS: [(&str, f64); 9] = [
+    ("mps", 1000.0),
+    ("mmps", 1.0),
+    ("kmh", 1e6 / 3600.0),
+    ("kph", 1e6 / 3600.0),
+    ("mph", 1_609_344.0 / 3600.0),
+    ("ips", 25.4),
+    ("ipm", 25.4 / 60.0),
+    ("fps", 304.8),
+    ("mmpm", 1.0 / 60.0),
+];
+
+/// Units of something else, at the end of a name.
+const OTHERS: [&str; 22] = [
+    "deg", "degree", "degrees", "rad", "rpm", "rps", "hz", "v", "mv", "count", "counts", "tick",
+    "ticks", "step", "steps", "pulses", "n", "g", "pct", "percent", "revs", "turns",
 ];
 
 /// Quantity in a column.
@@ -17,6 +67,39 @@ pub enum Quantity {
     Position,
     /// Speed of the finger over the surface.
     Speed,
+}
+
+impl Quantity {
+    /// Millimetres, or millimetres per second, of a unit.
+    fn mm(self, unit: &str) -> Option<f64> {
+        let unit = unit
+            .to_lowercase()
+            .replace(" per ", "/")
+            .replace([' ', '.', '^', '*'], "");
+        let in_table = |table: &[(&str, f64)], unit: &str| {
+            let known = table.iter().find(|(name, _)| *name == unit);
+            known.map(|(_, value)| *value)
+        };
+        if self == Self::Position {
+            return in_table(&LENGTHS, &unit);
+        }
+        if let Some(known) = in_table(&SPEEDS, &unit) {
+            return Some(known);
+        }
+        let (length, time) = match unit.split_once('/') {
+            Some(parts) => parts,
+            None => (unit.strip_suffix("s-1")?, "s"),
+        };
+        Some(in_table(&LENGTHS, length)? / in_table(&TIMES, time)?)
+    }
+
+    /// Units that may be given.
+    fn units(self) -> &'static str {
+        match self {
+            Self::Position => "mm, cm, m, um or in",
+            Self::Speed => "mm/s, cm/s, m/s, um/s, in/s, mm/min, m/min or km/h",
+        }
+    }
 }
 
 /// A column with the finger's position or speed.
@@ -39,20 +122,27 @@ impl Column {
         let Some((name, unit)) = text.rsplit_once(':') else {
             return Ok(named(text, None));
         };
-        let length = match quantity {
-            Quantity::Position => Some(unit),
-            Quantity::Speed => unit.strip_suffix("/s"),
-        };
-        let per_second = if quantity == Quantity::Speed {
-            "/s"
-        } else {
-            ""
-        };
-        match length.and_then(millimetres) {
+        match quantity.mm(unit) {
             Some(mm) => Ok(named(name, Some(mm))),
-            None => Err(format!(
-                "unit {unit:?}: choose mm{per_second}, cm{per_second}, m{per_second}, um{per_second} or in{per_second}"
-            )),
+            // A name may have a colon of its own.
+            None if unit.contains([' ', '(', '[']) => Ok(named(text, None)),
+            None => Err(format!("unit {unit:?}: choose {}", quantity.units())),
+        }
+    }
+
+    /// The same column under its whole name, whose unit in brackets may be left out.
+    #[must_use]
+    pub fn resolved(self, names: &[String]) -> Self {
+        let is_it = |name: &&String| bracketed(name).is_some_and(|(before, _)| before == self.name);
+        if names.contains(&self.name) {
+            return self;
+        }
+        match names.iter().filter(is_it).collect::<Vec<_>>()[..] {
+            [name] => Self {
+                name: name.clone(),
+                ..self
+            },
+            _ => self,
         }
     }
 
@@ -102,11 +192,17 @@ impl Column {
         self.quantity
     }
 
-    /// Millimetres of its unit: as given, or as its name says; else it is in millimetres. Whole
-    /// numbers without a unit may be counts, and the error asks.
+    /// Millimetres of its unit: as given, or as its name says; else it is in millimetres. A unit that
+    /// is no length or speed is refused. Whole numbers without a unit may be counts, and the error
+    /// asks.
     pub fn mm_per_unit(&self, values: &[f64]) -> Result<f64, String> {
-        if let Some(known) = self.mm_per_unit.or_else(|| self.named_mm()) {
+        if let Some(known) = self.mm_per_unit {
             return Ok(known);
+        }
+        match self.named_mm() {
+            Named::Known(mm) => return Ok(mm),
+            Named::Unknown(unit) => return Err(self.refusal(&unit)),
+            Named::Nothing => {}
         }
         // A column that stands still is refused for that.
         let moves = values.windows(2).any(|pair| pair[0] != pair[1]);
@@ -132,41 +228,88 @@ impl Column {
         }
     }
 
-    /// Millimetres of the unit at the end of its name: `speed_m_s`, `x [mm]`.
-    fn named_mm(&self) -> Option<f64> {
+    /// The unit at the end of its name, or in brackets: `speed_m_s`, `x [mm]`, `speed (km/h)`.
+    fn named_mm(&self) -> Named {
+        if let Some((before, inside)) = bracketed(&self.name)
+            && !before.is_empty()
+        {
+            return match self.quantity.mm(inside) {
+                Some(mm) => Named::Known(mm),
+                None => Named::Unknown(inside.to_owned()),
+            };
+        }
         let name = self.name.to_lowercase();
         let words: Vec<&str> = name
             .split(|c: char| !c.is_alphanumeric())
             .filter(|word| !word.is_empty())
             .collect();
-        match (self.quantity, &words[..]) {
-            (Quantity::Position, [_, .., unit]) => millimetres(unit),
-            (Quantity::Speed, [_, .., unit, "s"]) => millimetres(unit),
+        let known = match (self.quantity, &words[..]) {
+            (Quantity::Position, [_, .., unit]) => self.quantity.mm(unit),
+            (Quantity::Speed, [_, .., unit]) if self.quantity.mm(unit).is_some() => {
+                self.quantity.mm(unit)
+            }
+            (Quantity::Speed, [_, .., length, time]) => {
+                self.quantity.mm(&format!("{length}/{time}"))
+            }
             _ => None,
+        };
+        match (known, &words[..]) {
+            (Some(mm), _) => Named::Known(mm),
+            (None, [_, .., last]) if OTHERS.contains(last) => Named::Unknown((*last).to_owned()),
+            _ => Named::Nothing,
         }
+    }
+
+    /// Why a unit is refused, and what to do.
+    fn refusal(&self, unit: &str) -> String {
+        let (name, option) = (&self.name, self.option());
+        let what = match self.quantity {
+            Quantity::Position => "no length on the surface",
+            Quantity::Speed => "no speed over the surface",
+        };
+        let way_out = match self.quantity {
+            Quantity::Position => format!(
+                "say how many mm one is with --mm-per-count, or give another unit as {option} '{name}:mm'"
+            ),
+            Quantity::Speed => format!(
+                "convert the column to mm/s, or give another unit as {option} '{name}:mm/s'"
+            ),
+        };
+        format!(
+            "column {name}: {unit:?} is {what} that is known: {way_out} ({})",
+            self.quantity.units()
+        )
     }
 
     /// What its unit is taken for, where that is not millimetres.
     pub fn guessed(&self) -> Option<String> {
-        let mm = self
-            .named_mm()
-            .filter(|mm| *mm != 1.0 && self.mm_per_unit.is_none())?;
-        let unit = LENGTHS
-            .iter()
-            .find(|(_, known)| *known == mm)
-            .map(|(unit, _)| *unit)?;
-        let per_second = if self.quantity == Quantity::Speed {
-            "/s"
-        } else {
-            ""
+        let (Named::Known(mm), None) = (self.named_mm(), self.mm_per_unit) else {
+            return None;
         };
-        Some(format!("column {} is in {unit}{per_second}", self.name))
+        let per_second = match self.quantity {
+            Quantity::Speed => "/s",
+            Quantity::Position => "",
+        };
+        let unit = LENGTHS.iter().find(|(_, known)| *known == mm);
+        match unit {
+            _ if mm == 1.0 => None,
+            Some((unit, _)) => Some(format!("column {} is in {unit}{per_second}", self.name)),
+            None => Some(format!(
+                "column {} is in units of {} mm{per_second}",
+                self.name,
+                crate::digits::significant(mm, 4)
+            )),
+        }
     }
 }
 
-fn millimetres(unit: &str) -> Option<f64> {
-    let known = LENGTHS.iter().find(|(name, _)| *name == unit);
-    known.map(|(_, mm)| *mm)
+/// The unit that a name gives.
+enum Named {
+    /// Millimetres, or millimetres per second.
+    Known(f64),
+    /// It is no length, or no speed, or not known.
+    Unknown(String),
+    Nothing,
 }
 
 #[cfg(test)]
@@ -209,6 +352,14 @@ mod tests {
             (position, "x:um", 1e-3),
             (position, "x_m", 1000.0),
             (position, "x", 1.0),
+            (speed, "speed (km/h)", 1e6 / 3600.0),
+            (speed, "speed_m_min", 1000.0 / 60.0),
+            (speed, "speed (mm/min)", 1.0 / 60.0),
+            (speed, "v [m s-1]", 1000.0),
+            (speed, "feed_ipm", 25.4 / 60.0),
+            (speed, "v:km/h", 1e6 / 3600.0),
+            (position, "position (inch)", 25.4),
+            (position, "x_um", 1e-3),
         ] {
             assert_eq!(mm(quantity, text, &[0.25, 1.5]), Ok(expected), "{text}");
         }
@@ -219,6 +370,26 @@ mod tests {
             mm(speed, "v", &[1.0, 4.0]).is_err_and(|why| why.contains("--speed-column v:mm/s"))
         );
         assert!(mm(speed, "v:mm", &[0.5]).is_err_and(|why| why.contains("choose mm/s")));
+        for (quantity, name, unit) in [
+            (speed, "speed (rpm)", "rpm"),
+            (speed, "speed_rpm", "rpm"),
+            (position, "position (deg)", "deg"),
+            (position, "position (furlongs)", "furlongs"),
+        ] {
+            let refused = mm(quantity, name, &[0.25, 1.5]);
+            assert!(
+                refused.is_err_and(|why| why.contains(&format!("{unit:?}"))),
+                "{name}"
+            );
+        }
+        let names = ["position (m)".to_owned(), "a".to_owned()];
+        let column = Column::parse(position, "position")
+            .unwrap()
+            .resolved(&names);
+        assert_eq!(
+            (column.name(), column.mm_per_unit(&[0.5, 1.0])),
+            ("position (m)", Ok(1000.0))
+        );
         let counts = Column::parse(position, "encoder")
             .unwrap()
             .with_mm_per_count(Some(0.025));

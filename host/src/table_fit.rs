@@ -2,19 +2,24 @@
 
 mod bridge;
 mod estimate;
+mod groups;
+mod long;
 mod means;
 mod scaled;
 
+use crate::clipped::{is_clipped, wraps_at};
+use crate::digits::significant;
 use crate::grid::Grid;
 pub use crate::part::{Band, Selection, columns, named};
 use crate::part::{Part, named_in};
 use crate::speed::{Column, Quantity};
+use crate::tables::RowReader;
 use crate::tone::{Domain, Tone, WithSigma};
+use crate::usage::NoEstimate;
 use anyhow::{Result, bail, ensure};
 use estimate::{Delays, Estimated, Motion};
-use hal_mock::RowReader;
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_proto::telemetry::Status;
+use ridgetone_proto::telemetry::{OtherTone, Status};
 use ridgetone_tone::HARMONICS_MAX;
 use scaled::Scaled;
 use serde::Serialize;
@@ -31,6 +36,8 @@ pub struct ChannelResult {
     pub name: String,
     /// False for a constant column or a ramp, which the fit leaves out.
     pub usable: bool,
+    /// True if its readings end at a limit: the tone is then larger than the amplitude.
+    pub clipped: bool,
     /// Level at the window's centre.
     pub offset: Option<f64>,
     /// Amplitude of the fundamental.
@@ -88,8 +95,13 @@ pub struct TableFit {
     pub status: Status,
     /// Harmonics in the fit, the fundamental included.
     pub harmonics: u8,
+    /// Groups of at most 16 channels that were fitted by themselves; 1 for up to 16 channels.
+    pub groups: usize,
     /// The columns.
     pub channels: Vec<ChannelResult>,
+    /// Times are seconds since 1970, and shown as dates.
+    #[serde(skip)]
+    pub is_dated: bool,
     /// What was guessed of how the table is written.
     #[serde(skip)]
     pub guessed: Option<String>,
@@ -127,7 +139,10 @@ pub fn fit(
     let columns = columns(rows, selection)?;
     let part = Part::read(rows, selection, usize::MAX, progress)?;
     let table = TableHead::of(rows);
-    fit_part(&table, &part, &columns, selection)
+    let mut found = fit_part(&table, &part, &columns, selection)?;
+    let without = groups::without_one(&table, &part, &columns, selection, &found)?;
+    found.guessed = joined([found.guessed, without]);
+    Ok(found)
 }
 
 /// What a fit has to know of a table beside its rows.
@@ -136,6 +151,7 @@ pub struct TableHead {
     file: String,
     names: Vec<String>,
     guessed: Option<String>,
+    is_dated: bool,
 }
 
 impl TableHead {
@@ -145,6 +161,7 @@ impl TableHead {
             file: rows.file().to_owned(),
             names: rows.names().to_vec(),
             guessed: rows.guessed(),
+            is_dated: rows.is_dated(),
         }
     }
 
@@ -154,14 +171,32 @@ impl TableHead {
     }
 }
 
-/// Fits the rows of a part, in these columns.
+/// Fits the rows of a part, in these columns: more than the estimator takes at once in groups.
 pub fn fit_part(
     table: &TableHead,
     part: &Part,
     columns: &[usize],
     selection: &Selection,
 ) -> Result<TableFit> {
+    if part.rows() == 1 {
+        let why = format!("{}: one row alone has no rate and no tone", table.file);
+        return Err(NoEstimate(why).into());
+    }
+    match columns.len() <= TAXELS {
+        true => fit_group(table, part, columns, selection),
+        false => groups::fit(table, part, columns, selection),
+    }
+}
+
+/// Fits at most 16 columns.
+fn fit_group(
+    table: &TableHead,
+    part: &Part,
+    columns: &[usize],
+    selection: &Selection,
+) -> Result<TableFit> {
     let file = &table.file;
+    let position = selection.position_in(&table.names);
     let grid = Grid::of(part, file, selection)?;
     let scaled = Scaled::new(part, columns, &grid);
     if let Some(c) = scaled.units.iter().position(|unit| !unit.is_finite()) {
@@ -170,7 +205,7 @@ pub fn fit_part(
             table.names[columns[c]]
         );
     }
-    let positions = match &selection.position {
+    let positions = match &position {
         Some(column) => {
             let at = named_in(file, &table.names, column.name())?;
             let values = part.column(at);
@@ -210,6 +245,7 @@ pub fn fit_part(
     let Estimated {
         found,
         slots_per_frame,
+        shift,
         note,
     } = estimate::estimate(file, scaled, &motion, &grid, selection)?;
     let frames_per_s = grid.rate_hz / slots_per_frame as f64;
@@ -219,14 +255,14 @@ pub fn fit_part(
         alignment.sigma_fraction(&motion.positions, grid.rate_hz)
     });
     // Positions that are given need no time.
-    let (domain, per_unit, scale_share) = match selection.position {
+    let (domain, per_unit, scale_share) = match position {
         Some(ref column) if column.quantity() == Quantity::Position => (Domain::Position, 1.0, 0.0),
         Some(_) => (Domain::Position, 1.0, rate_share),
         None if !grid.uneven_s.is_empty() => (Domain::Time, 1.0, 0.0),
         None => (Domain::Time, frames_per_s, rate_share),
     };
     let (frequency, sigma) = (
-        f64::from(found.frequency) * per_unit,
+        (f64::from(found.frequency) + shift) * per_unit,
         f64::from(found.sigma) * per_unit,
     );
     let has_tone = found.status.has_tone();
@@ -237,22 +273,34 @@ pub fn fit_part(
             sigma: sigma.hypot(frequency * scale_share.hypot(delay_share)),
         }),
         has_tone.then(|| ridgetone_finger::movement(&found, per_unit as f32)),
-        ridgetone_finger::other_tone(&found, per_unit as f32),
+        ridgetone_finger::other_tone(&found, per_unit as f32).map(|other| OtherTone {
+            frequency: other.frequency + (shift * per_unit) as f32,
+            ..other
+        }),
         // An interferer is in time, also in a fit by position.
         found.interferer.map(|cycles| cycles * frames_per_s as f32),
     );
+    let mut wrapping = Vec::new();
     let channels = columns.iter().enumerate().map(|(c, column)| {
         let (channel, unit, zero) = (found.channels[c], units[c], zeros[c]);
         let usable = found.usable & 1 << c != 0;
+        let name = &table.names[*column];
+        let values = part.column(*column);
+        if let Some(period) = wraps_at(&values) {
+            let period = significant(period, 4);
+            wrapping.push(format!("column {name} begins again at {period}, as angles do: unwrap it, in Python with numpy.unwrap(x, period={period})"));
+        }
         ChannelResult {
-            name: table.names[*column].clone(),
+            name: name.clone(),
             usable,
+            clipped: usable && is_clipped(values.into_owned()),
             offset: usable.then(|| zero + f64::from(channel.offset) * unit),
             amplitude: (usable && has_tone).then(|| f64::from(channel.amplitude) * unit),
             phase_rad: (usable && has_tone).then_some(channel.phase_rad),
             residual: usable.then(|| f64::from(channel.residual) * unit),
         }
     });
+    let channels: Vec<ChannelResult> = channels.collect();
     Ok(TableFit {
         rate_hz: grid.rate_hz,
         rate_sigma_hz: grid.rate_sigma_hz,
@@ -272,17 +320,20 @@ pub fn fit_part(
         tone,
         status: ridgetone_finger::reported_status(found.status),
         harmonics: found.harmonics,
-        channels: channels.collect(),
+        groups: 1,
+        channels,
+        is_dated: table.is_dated,
         guessed: joined([
             table.guessed.clone(),
-            selection.position.as_ref().and_then(Column::guessed),
+            position.as_ref().and_then(Column::guessed),
             note,
+            (!wrapping.is_empty()).then(|| wrapping.join("; ")),
         ]),
     })
 }
 
 /// All remarks as one.
-fn joined(remarks: [Option<String>; 3]) -> Option<String> {
+pub fn joined<const N: usize>(remarks: [Option<String>; N]) -> Option<String> {
     let remarks: Vec<String> = remarks.into_iter().flatten().collect();
     (!remarks.is_empty()).then(|| remarks.join("; "))
 }

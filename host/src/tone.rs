@@ -149,6 +149,39 @@ impl Tone {
         })
     }
 
+    /// The same tone with another frequency.
+    #[must_use]
+    pub fn with_frequency(self, found: WithSigma) -> Self {
+        let (value, sigma) = (Some(Some(found.value)), Some(Some(found.sigma)));
+        let period = found.inverse();
+        match self.frequency_hz {
+            Some(_) => Self {
+                frequency_hz: value,
+                sigma_hz: sigma,
+                ..self
+            },
+            None => Self {
+                frequency_per_mm: value,
+                sigma_per_mm: sigma,
+                period_mm: Some(Some(period.value)),
+                period_sigma_mm: Some(Some(period.sigma)),
+                ..self
+            },
+        }
+    }
+
+    /// The same tone beside another.
+    #[must_use]
+    pub fn beside(self, other: OtherTone) -> Self {
+        let frequency = Some(Some(other.frequency));
+        Self {
+            other_tone_hz: self.other_tone_hz.and(frequency),
+            other_tone_per_mm: self.other_tone_per_mm.and(frequency),
+            other_tone_fraction: Some(other.share),
+            ..self
+        }
+    }
+
     /// The chirp in the domain's unit; none without a tone.
     pub fn chirp(&self) -> Option<WithSigma> {
         let sigma = self.chirp_sigma_hz_per_s.or(self.chirp_sigma_per_mm2);

@@ -1,13 +1,16 @@
 //! `fit` of the part of a recording that is a slide: one with contact and hold before it.
 
-use crate::frames::{Frames, Reading};
+use crate::digits::significant;
+use crate::frames::{Frames, Reading, may_be_touch};
 use crate::messages::{Form, Message, messages};
 use crate::part::{Selection, columns};
 use crate::samples::Samples;
-use crate::table_fit::{self, FittedPart, TableFit};
+use crate::table_fit::{self, FittedPart, TableFit, joined};
+use crate::tables::{RowReader, Timing};
 use anyhow::{Result, ensure};
-use hal_mock::{FileError, RowReader, Timing};
-use ridgetone_proto::telemetry::Event;
+use hal_mock::FileError;
+use ridgetone_proto::plan::FRAME_RATE_LEAST_HZ;
+use ridgetone_proto::telemetry::{Event, Status};
 use serde::Deserialize;
 use std::path::Path;
 use std::sync::Arc;
@@ -19,8 +22,12 @@ struct SlideTimes {
     end_s: f64,
 }
 
+/// Smallest part of a recording that is taken for its slide, as a fraction of the whole.
+const SLIDE_MIN: f64 = 0.1;
+
 /// Fits the longest slide of a recording, or all of it where no finger touches, or on request;
-/// what a selection gives stays as it is.
+/// what a selection gives stays as it is. A slide that is less than a tenth of the recording, or too
+/// short to be fitted, is not taken for the part that somebody wants.
 pub fn fit(
     samples: &Samples,
     selection: &Selection,
@@ -33,14 +40,37 @@ pub fn fit(
     } else {
         longest_slide(samples, selection)
     };
-    let mut part = selection.clone();
-    if let Some(SlideTimes { start_s, end_s }) = slide {
-        (part.from_s, part.to_s) = (Some(start_s), Some(end_s));
-    }
-    let mut found = table_fit::fit(&mut *samples.open()?, &part, progress)?;
-    if slide.is_some() {
+    let Some(SlideTimes { start_s, end_s }) = slide else {
+        let mut found = table_fit::fit(&mut *samples.open()?, selection, progress)?;
+        let is_asked = is_given || is_whole;
+        let is_slow = found.rate_hz < f64::from(FRAME_RATE_LEAST_HZ);
+        if !is_asked && is_slow && is_touch_table(samples, selection) {
+            let note = format!(
+                "all of it is fitted: touches are looked for from {FRAME_RATE_LEAST_HZ} rows a second on; choose a part with --from and --to"
+            );
+            found.guessed = joined([found.guessed, Some(note)]);
+        }
+        return Ok(found);
+    };
+    let part = Selection {
+        from_s: Some(start_s),
+        to_s: Some(end_s),
+        ..selection.clone()
+    };
+    let found = table_fit::fit(&mut *samples.open()?, &part, progress);
+    if let Ok(mut found) = found
+        && !matches!(found.status, Status::TooShort | Status::Nothing)
+    {
         found.part = FittedPart::Slide;
+        return Ok(found);
     }
+    let mut found = table_fit::fit(&mut *samples.open()?, selection, progress)?;
+    let note = format!(
+        "all of it is fitted: the slide that was found, from {} to {} s, is too short",
+        significant(start_s, 6),
+        significant(end_s, 6)
+    );
+    found.guessed = joined([found.guessed, Some(note)]);
     Ok(found)
 }
 
@@ -58,6 +88,18 @@ fn longest_slide(samples: &Samples, selection: &Selection) -> Option<SlideTimes>
         .ok()?
         .into_iter()
         .max_by(|a, b| length_s(a).total_cmp(&length_s(b)))
+}
+
+/// True for a table whose chosen columns may be the taxels of a finger.
+fn is_touch_table(samples: &Samples, selection: &Selection) -> bool {
+    let is_table = samples
+        .path()
+        .is_none_or(|path| matches!(Form::of(path), Ok(Form::Table)));
+    let rows = samples.open();
+    is_table
+        && rows.is_ok_and(|rows| {
+            columns(&*rows, selection).is_ok_and(|chosen| may_be_touch(&*rows, &chosen))
+        })
 }
 
 /// Fields of `slide` as programs see it.
@@ -101,6 +143,7 @@ fn ended(start_us: u64, end_us: Option<u64>) -> Option<SlideTimes> {
 fn detected(samples: &Samples, selection: &Selection) -> Result<Vec<SlideTimes>> {
     let mut rows = samples.open()?;
     let chosen = columns(&*rows, selection)?;
+    ensure!(may_be_touch(&*rows, &chosen), "no taxels of a finger");
     let begin_s = match rows.advance()? {
         true => rows.time_s().unwrap_or(0.0),
         false => 0.0,
@@ -126,9 +169,12 @@ fn detected(samples: &Samples, selection: &Selection) -> Result<Vec<SlideTimes>>
         rate_hz: selection.rate_hz.filter(|_| !is_stamped),
         ..Reading::default()
     };
-    let slides = Frames::open(&chosen, reading)?.slides()?;
+    let frames = Frames::open(&chosen, reading)?;
+    let slides = frames.slides()?;
+    let is_long = |(start_s, end_s): &(f64, f64)| end_s - start_s >= SLIDE_MIN * frames.length_s;
     Ok(slides
         .into_iter()
+        .filter(is_long)
         .map(|(start_s, end_s)| SlideTimes {
             start_s: begin_s + start_s,
             end_s: begin_s + end_s,
@@ -162,6 +208,11 @@ impl RowReader for ChosenRows {
 
     fn timing(&self) -> Timing {
         self.rows.timing()
+    }
+
+    fn units(&self) -> Vec<Option<String>> {
+        let all = self.rows.units();
+        self.chosen.iter().map(|at| all[*at].clone()).collect()
     }
 
     fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {

@@ -1,7 +1,8 @@
 //! The samples of a WAV file as rows, full scale as 1.
 
 use crate::content::Input;
-use hal_mock::{FileError, RowReader};
+use crate::tables::RowReader;
+use hal_mock::FileError;
 use hound::{SampleFormat, WavIntoSamples, WavReader};
 
 enum Values {

@@ -3,8 +3,8 @@
 
 use crate::part::{Part, Selection, columns, given_rate_hz, push_row};
 use crate::table_fit::{TableFit, TableHead, fit_part};
+use crate::tables::{RowReader, check_order};
 use anyhow::{Context, Result, ensure};
-use hal_mock::{RowReader, check_order};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::mpsc::{channel, sync_channel};
@@ -184,7 +184,7 @@ impl<'a> Cutter<'a> {
             _ => self.read as f64 / given_rate_hz(self.rows, self.selection)?,
         };
         self.read += 1;
-        if self.read.is_multiple_of(hal_mock::PROGRESS_ROWS) {
+        if self.read.is_multiple_of(crate::tables::PROGRESS_ROWS) {
             progress(self.read);
         }
         if let (Some(before_s), None) = (self.times_s.last(), self.selection.rate_hz) {

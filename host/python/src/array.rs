@@ -2,12 +2,12 @@
 
 use crate::raised;
 use anyhow::bail;
-use hal_mock::{TimeColumn, Timing};
 use pyo3::buffer::{Element, PyBuffer};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use ridgetone_host::samples;
+use ridgetone_host::tables::{TimeColumn, Timing};
 use std::path::PathBuf;
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! `fit`: the joint fit alone, on a table of channels.
 
-use super::parse::{number, positive};
+use super::parse::{positive, time};
 use crate::fit_rows::FitRows;
 use crate::note;
 use crate::output::Progress;
@@ -9,12 +9,13 @@ use crate::positions::PositionFile;
 use crate::samples::Samples;
 use crate::speed::{Column, Quantity};
 use crate::table_fit::{Band, Selection};
+use crate::tables::{TableForm, TimeColumn};
 use crate::usage::UsageError;
 use crate::windows::{Steps, Window};
 use crate::{fit_picture, fit_report, output, settings_form, touch_part, windows};
 use anyhow::{Result, ensure};
 use clap::Args;
-use hal_mock::{TimeColumn, escaped, printable};
+use hal_mock::{escaped, printable};
 use ridgetone_proto::settings::Declared;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -64,18 +65,21 @@ pub struct FitArgs {
     /// Rows per second, whatever the stamps say [default: from the stamps].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
-    /// Column that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none`
+    /// Column that is the time, with its unit (s, ms, us, ns, min, h, d) if its name does not say it; `none`
     /// if none is [default: time_s, or a column whose name says that it is the time].
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
     time_column: Option<TimeColumn>,
-    /// First time to use, seconds as in time_s; without that column, row / rate.
-    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
+    /// Rows hold consecutive samples of one series: read them one after the other.
+    #[arg(long, conflicts_with_all = ["columns", "speed_column", "position_column", "positions"])]
+    flatten: bool,
+    /// First time to use: seconds as in time_s, or a date; without that column, row / rate.
+    #[arg(long, value_name = "S", value_parser = time, allow_negative_numbers = true)]
     from: Option<f64>,
-    /// Last time to use, seconds.
-    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
+    /// Last time to use, seconds or a date.
+    #[arg(long, value_name = "S", value_parser = time, allow_negative_numbers = true)]
     to: Option<f64>,
     /// Fit all rows. Without this or a part, the slide is fitted where a finger touches, holds and
-    /// slides, in volts; elsewhere all rows are.
+    /// slides, in four or more columns in volts or without a unit; elsewhere all rows are.
     #[arg(long, conflicts_with_all = ["from", "to"])]
     whole: bool,
     /// Fit by position, with this column as the speed over the surface, in mm/s unless its name or
@@ -94,7 +98,8 @@ pub struct FitArgs {
     /// Millimetres of one count of the position.
     #[arg(long, value_name = "MM", value_parser = positive, requires = "position_column")]
     mm_per_count: Option<f64>,
-    /// Columns to fit, at most 16 [default: all but time_s, speed and position].
+    /// Columns to fit, by name, number or range: `Fx,Fy` or `3-8`; more than 16 in groups
+    /// [default: all but time_s, speed and position].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
     /// Settings file; only harmonics, interferer_hz and the scene are used here, and the options
@@ -180,10 +185,15 @@ impl FitArgs {
                 .filter(|hz| *hz > 0.0)),
             band: Band::new(self.min_hz, self.max_hz)?,
         };
+        let form = TableForm {
+            time: time_column,
+            is_flat: self.flatten,
+            has_columns: !selection.columns.is_empty(),
+        };
         if is_batch {
             let batch = Batch {
                 files: &self.files,
-                time_column: time_column.as_ref(),
+                form: &form,
                 positions: positions.as_ref(),
                 selection: &selection,
                 is_whole: self.whole,
@@ -206,7 +216,7 @@ impl FitArgs {
             );
             return Ok(());
         }
-        let samples = Samples::file_with(&self.files[0], time_column)?;
+        let samples = Samples::file_as(&self.files[0], form)?;
         let (samples, selection) = match &positions {
             Some(positions) => positions.join(&samples, &selection)?,
             None => (samples, selection),
@@ -238,7 +248,7 @@ impl FitArgs {
 /// Fits of many files, or of windows.
 struct Batch<'a> {
     files: &'a [PathBuf],
-    time_column: Option<&'a TimeColumn>,
+    form: &'a TableForm,
     positions: Option<&'a PositionFile>,
     selection: &'a Selection,
     is_whole: bool,
@@ -269,7 +279,7 @@ impl Batch<'_> {
     }
 
     fn one(&self, path: &Path, rows: &mut FitRows, progress: &mut Progress) -> Result<()> {
-        let samples = Samples::file_with(path, self.time_column.cloned())?;
+        let samples = Samples::file_as(path, self.form.clone())?;
         let (samples, selection) = match self.positions {
             Some(positions) => positions.join(&samples, self.selection)?,
             None => (samples, self.selection.clone()),

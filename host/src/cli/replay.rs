@@ -12,11 +12,11 @@ use crate::output::with_progress;
 use crate::recording::Recorded;
 use crate::samples::Samples;
 use crate::seen::Seen;
+use crate::tables::TimeColumn;
 use crate::usage::{NoEstimate, UsageError};
 use crate::{replay, stop};
 use anyhow::Result;
 use clap::Args;
-use hal_mock::TimeColumn;
 use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
 
@@ -56,7 +56,7 @@ pub struct ReplayArgs {
     /// Rows per second of a table, whatever the stamps say [default: from the stamps].
     #[arg(long, value_name = "HZ", value_parser = positive, requires = "file")]
     rate: Option<f64>,
-    /// Column of a table that is the time, with its unit (s, ms, us, ns) if its name does not say
+    /// Column of a table that is the time, with its unit (s, ms, us, ns, min, h, d) if its name does not say
     /// it; `none` if none is [default: time_s, or a column whose name says that it is the time].
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse, requires = "file")]
     time_column: Option<TimeColumn>,

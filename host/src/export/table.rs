@@ -6,9 +6,9 @@ use crate::live::Counts;
 use crate::messages::{Form, messages};
 use crate::note;
 use crate::raw_rows::{self, RawRows};
+use crate::tables::RowReader;
 use anyhow::{Result, bail};
 use clap::ValueEnum;
-use hal_mock::RowReader;
 use std::io::Write;
 use std::path::Path;
 

@@ -1,6 +1,7 @@
 //! The channels of a fit: readings, the fitted tone with its harmonics, and the residual.
 
 use crate::chart::strips::{Points, Strip};
+use crate::clipped::is_clipped;
 use crate::digits::significant;
 use crate::grid::Grid;
 use crate::harmonics::{self, about_line};
@@ -16,9 +17,6 @@ const CLOSE_PERIODS: f64 = 4.0;
 
 /// Steps of the fitted curve in the close-up.
 const CURVE_STEPS: u32 = 160;
-
-/// Counted events differ by chance if they differ by less, in standard deviations.
-const BY_CHANCE: f64 = 3.0;
 
 /// Rows and channels of a fit. Along the axis are seconds in the time of the recording, or
 /// millimetres from the first row.
@@ -74,12 +72,12 @@ impl Fitted {
 fn positions_of_rows(
     part: &Part,
     grid: &Grid,
-    rows: &dyn hal_mock::RowReader,
+    rows: &dyn crate::tables::RowReader,
     selection: &Selection,
 ) -> Result<Vec<f64>> {
-    if let Some(column) = &selection.position {
+    if let Some(column) = selection.position_in(rows.names()) {
         let values = part.column(named(rows, column.name())?);
-        let positions = grid.positions_mm(column, &values);
+        let positions = grid.positions_mm(&column, &values);
         let positions = positions.map_err(|why| anyhow!("{}: {why}", rows.file()))?;
         let at_row = |slot: &usize| positions[*slot].into();
         return Ok(grid.places.iter().map(at_row).collect());
@@ -158,52 +156,4 @@ pub fn variance(points: &Points) -> f64 {
     let scaled = points.iter().map(|(_, value)| Some((value / span) as f32));
     let squares = about_line(&scaled.collect::<Vec<Option<f32>>>());
     span * span * squares / points.len().max(1) as f64
-}
-
-/// Whether readings end at a limit: more of them have the least or the greatest value than a sine's
-/// have for the number of those beside it. Of a sine whose readings are rounded, 1 + sqrt(2) as many
-/// at most have the outermost value as the next one: it is over a height h for a time that grows
-/// with the root of h.
-fn is_clipped(mut values: Vec<f64>) -> bool {
-    values.sort_by(f64::total_cmp);
-    let at_end = |values: &mut dyn Iterator<Item = &f64>| {
-        let (mut counts, mut levels) = ([0.0, 0.0], Vec::new());
-        for value in values {
-            if levels.last() != Some(value) {
-                levels.push(*value);
-            }
-            match counts.get_mut(levels.len() - 1) {
-                Some(count) => *count += 1.0,
-                None => break,
-            }
-        }
-        let most = 1.0 + 2f64.sqrt();
-        let more = counts[0] - most * counts[1];
-        levels.len() > 2 && more > BY_CHANCE * (counts[0] + most * most * counts[1]).sqrt()
-    };
-    at_end(&mut values.iter()) || at_end(&mut values.iter().rev())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn clipped_readings_are_told_from_a_rounded_sine_and_from_a_square_wave() {
-        let sine = |step: f64, limit: f64| -> Vec<f64> {
-            let value = |row: usize| (0.0137 * row as f64).sin().clamp(-limit, limit);
-            (0..5000)
-                .map(|row| (value(row) / step).round() * step)
-                .collect()
-        };
-        for step in [1e-9, 1e-3, 0.01, 0.03, 0.1, 0.3] {
-            assert!(!is_clipped(sine(step, 2.0)), "{step}");
-        }
-        for (step, limit) in [(1e-9, 0.99), (1e-3, 0.9), (0.01, 0.5), (0.03, 0.5)] {
-            assert!(is_clipped(sine(step, limit)), "{step} {limit}");
-        }
-        let square = (0..1000).map(|row| f64::from(row / 10 % 2)).collect();
-        assert!(!is_clipped(square));
-        assert!(!is_clipped(vec![1.0; 100]) && !is_clipped(Vec::new()));
-    }
 }

@@ -6,8 +6,8 @@ use crate::input::rate_of;
 use crate::output::Progress;
 use crate::raw_rows;
 use crate::samples::Samples;
+use crate::tables::{PROGRESS_ROWS, RowClock, RowReader, Timing, check_order};
 use anyhow::{Result, bail, ensure};
-use hal_mock::{PROGRESS_ROWS, RowClock, RowReader, Timing, check_order};
 use ridgetone_finger::PlainFrame;
 use ridgetone_proto::plan::{FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ, Plan};
 use ridgetone_proto::settings::{Array, Settings, TAXELS, TRACK_STRIDE_S};
@@ -55,6 +55,7 @@ pub struct Table {
     last: u64,
     largest: Option<Largest>,
     guessed: Option<String>,
+    may_be_touch: bool,
 }
 
 /// The value of the largest magnitude.
@@ -118,7 +119,17 @@ impl Table {
             last: survey.last,
             largest: survey.largest,
             guessed: rows.guessed(),
+            may_be_touch: {
+                let all: Vec<usize> = (0..rows.names().len()).collect();
+                // Scaled values are volts.
+                reading.volts_per_unit != 1.0 || super::may_be_touch(&*rows, &all)
+            },
         })
+    }
+
+    /// True if its columns may be the taxels of a finger.
+    pub fn may_be_touch(&self) -> bool {
+        self.may_be_touch
     }
 
     /// The library's settings with the plan of these rows. Columns that are no board's have no

@@ -1,6 +1,7 @@
 //! Rows of a file that has to stay as it is while it is read.
 
-use hal_mock::{FileError, RowReader, Timing, ValueAt};
+use crate::tables::{RowReader, Timing, ValueAt};
+use hal_mock::FileError;
 use std::fs::Metadata;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -59,6 +60,18 @@ impl RowReader for UnchangedRows {
 
     fn timing(&self) -> Timing {
         self.rows.timing()
+    }
+
+    fn numbers(&self) -> Vec<usize> {
+        self.rows.numbers()
+    }
+
+    fn units(&self) -> Vec<Option<String>> {
+        self.rows.units()
+    }
+
+    fn is_dated(&self) -> bool {
+        self.rows.is_dated()
     }
 
     fn way_out_of_time(&self) -> &'static str {

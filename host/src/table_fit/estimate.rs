@@ -1,24 +1,43 @@
 //! The one place that calls the estimator: how many frames it takes, and which scene.
 
 use super::bridge;
-use super::means::PASSED;
+use super::long;
 use super::scaled::Scaled;
 use crate::digits::significant;
 use crate::grid::Grid;
 use crate::part::{Band, Selection};
 use anyhow::{Result, bail, ensure};
-use ridgetone_tone::{FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, Scene, Table, Values};
+use ridgetone_tone::{
+    FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, OtherTone, Scene, Status, Table, Values,
+};
 
 /// Blank cells are bridged where less than this share of the rows has all readings.
 const WHOLE_SHARE_MIN: f64 = 0.95;
+
+/// Other readings of an ambiguous tone are below this fraction of it, or above its inverse.
+const BELOW: f64 = 0.9;
 
 /// The estimator's answer.
 pub struct Estimated {
     pub found: Fit,
     /// Places of the grid for each frame that was fitted.
     pub slots_per_frame: usize,
+    /// Frequency by which all others were lowered before, cycles a frame.
+    pub shift: f64,
     /// What was done to the rows, and what was found outside of the band.
     pub note: Option<String>,
+}
+
+impl Estimated {
+    /// A fit of the rows as they are.
+    pub fn of(found: Fit, note: Option<String>) -> Self {
+        Self {
+            found,
+            slots_per_frame: 1,
+            shift: 0.0,
+            note,
+        }
+    }
 }
 
 /// Where the finger is while the frames are read.
@@ -27,6 +46,16 @@ pub struct Motion {
     pub positions: Vec<f32>,
     /// Delays of the readings, where these are known.
     pub delays: Option<Delays>,
+}
+
+impl Motion {
+    /// A fit by time.
+    pub fn still() -> Self {
+        Self {
+            positions: Vec::new(),
+            delays: None,
+        }
+    }
 }
 
 /// Delays of the readings against the positions of their frames.
@@ -38,13 +67,13 @@ pub struct Delays {
 }
 
 /// Frames, and what is known of them.
-struct Frames<'a> {
-    file: &'a str,
-    scaled: &'a Scaled,
-    motion: &'a Motion,
-    rate_hz: f64,
-    selection: &'a Selection,
-    band: Band,
+pub struct Frames<'a> {
+    pub file: &'a str,
+    pub scaled: &'a Scaled,
+    pub motion: &'a Motion,
+    pub rate_hz: f64,
+    pub selection: &'a Selection,
+    pub band: Band,
 }
 
 /// Fits all rows: more than the estimator takes at once through a low-pass filter.
@@ -66,43 +95,15 @@ pub fn estimate(
             selection,
             band: selection.band,
         };
-        let found = frames.fit()?;
-        return Ok(Estimated {
-            note: frames.outside(&found)?,
-            found,
-            slots_per_frame,
-        });
+        let found = frames.named(frames.fit()?)?;
+        let note = frames.outside(&found)?;
+        return Ok(Estimated::of(found, note));
     }
     ensure!(
         motion.positions.is_empty(),
         "{file}: {slots} rows by position or at uneven times, and at most {FRAMES_MAX} of these are fitted together: choose a part with --from and --to, or windows with --window"
     );
-    let (thinned, rate_hz) = (
-        scaled.thinned(slots_per_frame),
-        grid.rate_hz / slots_per_frame as f64,
-    );
-    let frames = Frames {
-        file,
-        scaled: &thinned,
-        motion,
-        rate_hz,
-        selection,
-        band: selection.band,
-    };
-    let max_hz = significant(PASSED * rate_hz, 3);
-    let note = format!(
-        "{slots} rows are fitted by a low-pass filter and every {slots_per_frame}th value of it: tones up to {max_hz} Hz; for faster ones take windows with --window"
-    );
-    let found = frames.fit()?;
-    let note = match frames.outside(&found)? {
-        Some(outside) => format!("{note}; {outside}"),
-        None => note,
-    };
-    Ok(Estimated {
-        found,
-        slots_per_frame,
-        note: Some(note),
-    })
+    long::estimate(file, &scaled, grid.rate_hz, selection)
 }
 
 impl Frames<'_> {
@@ -115,8 +116,51 @@ impl Frames<'_> {
         }
     }
 
+    /// The fit with another reading named where there is one, and the fit does not name it: the
+    /// strongest tone below or above its own.
+    fn named(&self, mut found: Fit) -> Result<Fit> {
+        let is_open = found.status == Status::Ambiguous && found.other_tone.is_none();
+        if !is_open {
+            return Ok(found);
+        }
+        let unit_hz = self.unit_hz();
+        let hz = f64::from(found.frequency) * unit_hz;
+        let power = |found: &Fit| -> f32 {
+            found
+                .channels
+                .iter()
+                .map(|channel| channel.amplitude.powi(2))
+                .sum()
+        };
+        let below = Band {
+            max_hz: Some(BELOW * hz),
+            ..self.band
+        };
+        let above = Band {
+            min_hz: Some(hz / BELOW),
+            ..self.band
+        };
+        let mut others = Vec::new();
+        for band in [below, above] {
+            let is_band = match (band.min_hz, band.max_hz) {
+                (Some(min_hz), Some(max_hz)) => min_hz < max_hz,
+                _ => true,
+            };
+            if is_band {
+                let other = Self { band, ..*self }.fit()?;
+                others.extend(other.status.has_tone().then_some(other));
+            }
+        }
+        let other = others.iter().max_by(|a, b| power(a).total_cmp(&power(b)));
+        found.other_tone = other.map(|other| OtherTone {
+            frequency: other.frequency,
+            share: power(other) / power(&found).max(f32::MIN_POSITIVE),
+        });
+        Ok(found)
+    }
+
     /// Where the band has no tone: which one is outside of it.
-    fn outside(&self, found: &Fit) -> Result<Option<String>> {
+    pub fn outside(&self, found: &Fit) -> Result<Option<String>> {
         if self.band.is_open() || found.status.has_tone() {
             return Ok(None);
         }
@@ -146,7 +190,7 @@ impl Frames<'_> {
     }
 
     /// The fit with single blank cells bridged, where that helps.
-    fn fit(&self) -> Result<Fit> {
+    pub fn fit(&self) -> Result<Fit> {
         // Few rows with blank cells cost less left out than bridged; and a fast tone cannot be
         // bridged.
         if self.motion.positions.is_empty() && self.scaled.whole_share() < WHOLE_SHARE_MIN {

@@ -1,7 +1,7 @@
 //! Uncertainties of tables whose stamps are rounded or have gaps.
 
 use super::*;
-use hal_mock::Rows;
+use crate::tables::Rows;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::TAU;

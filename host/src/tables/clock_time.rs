@@ -24,12 +24,12 @@ impl ClockTime {
     pub fn parse(text: &str) -> Option<Self> {
         // Most cells of a table are no time: that should cost little.
         if !text.contains(':') {
-            return None;
+            return compact(text).map(Self::Local);
         }
         if let Ok(stamp) = text.parse::<Timestamp>() {
             return Some(Self::Absolute(seconds(stamp)));
         }
-        let text = text.replace(',', ".");
+        let text = text.replace(',', ".").replace("::", ":");
         if let Some((days, time)) = text.split_once(" day") {
             let time = time.trim_start_matches(['s', '.', ' ', '+']);
             let days: f64 = days.parse().ok()?;
@@ -56,6 +56,43 @@ impl ClockTime {
             Self::Absolute(s) | Self::Local(s) | Self::OfDay(s) => s,
         }
     }
+}
+
+/// Seconds since 1970 as a date; none outside of the years 2000 to 2099.
+pub fn date(seconds: f64) -> Option<String> {
+    if !(946_684_800.0..4_102_444_800.0).contains(&seconds) {
+        return None;
+    }
+    let microseconds = (seconds * 1e6).round() as i64;
+    let stamp = Timestamp::from_microsecond(microseconds).ok()?;
+    let date = stamp.to_zoned(jiff::tz::TimeZone::UTC).datetime();
+    Some(date.to_string())
+}
+
+/// `20260131123005.25`, or with three digits of milliseconds: seconds since 1970.
+fn compact(text: &str) -> Option<f64> {
+    let (digits, fraction) = text.split_once('.').unwrap_or((text, "0"));
+    let is_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    if !matches!(digits.len(), 14 | 17) || !is_digits(digits) || !is_digits(fraction) {
+        return None;
+    }
+    let part = |from: usize, to: usize| digits[from..to].parse::<f64>().ok();
+    let (year, month, day) = (part(0, 4)?, part(4, 6)?, part(6, 8)?);
+    let (hour, minute, second) = (part(8, 10)?, part(10, 12)?, part(12, 14)?);
+    let millisecond = if digits.len() == 17 {
+        part(14, 17)?
+    } else {
+        0.0
+    };
+    let is_time = hour < 24.0 && minute < 60.0 && second < 61.0;
+    if !((1950.0..2100.0).contains(&year) && is_time) {
+        return None;
+    }
+    let date = Date::new(year as i16, month as i8, day as i8).ok()?;
+    let midnight = DateTime::from_parts(date, jiff::civil::Time::midnight());
+    let midnight_s = seconds(Offset::UTC.to_timestamp(midnight).ok()?);
+    let fraction: f64 = format!("0.{fraction}").parse().ok()?;
+    Some(midnight_s + 3600.0 * hour + 60.0 * minute + second + 1e-3 * millisecond + fraction)
 }
 
 fn seconds(stamp: Timestamp) -> f64 {
@@ -115,6 +152,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn seconds_are_dates_that_are_read_again() {
+        for seconds in [1_769_862_605.25, 1_677_146_936.428_01, 1_000_000_000.0] {
+            let text = date(seconds).expect("a date");
+            let again = ClockTime::parse(&text).expect("a date").seconds();
+            assert!((again - seconds).abs() < 1e-6, "{text}: {again}");
+        }
+        assert_eq!((date(12.0), date(f64::NAN)), (None, None));
+    }
+
+    #[test]
     fn dates_are_seconds_since_1970() {
         // `date -u -d 2026-01-31T12:30:05.25 +%s.%N`
         let noon = 1_769_862_605.25;
@@ -125,6 +172,9 @@ mod tests {
             ("31.01.2026 12:30:05,25", ClockTime::Local(noon)),
             ("1/31/2026 12:30:05.25 PM", ClockTime::Local(noon)),
             ("31-Jan-2026 12:30:05.25", ClockTime::Local(noon)),
+            ("2026/01/31 12:30:05::250", ClockTime::Local(noon)),
+            ("20260131123005.25", ClockTime::Local(noon)),
+            ("20260131123005250", ClockTime::Local(noon)),
             ("2000-02-29 00:00:00", ClockTime::Local(951_782_400.0)),
             ("00:01:01.5", ClockTime::OfDay(61.5)),
             ("00:01:01:500", ClockTime::OfDay(61.5)),
@@ -137,7 +187,14 @@ mod tests {
         ] {
             assert_eq!(ClockTime::parse(text), Some(expected), "{text}");
         }
-        for text in ["yesterday", "a:b", "2026-13-01 00:00:00", "1.5", "12:75:00"] {
+        for text in [
+            "yesterday",
+            "a:b",
+            "2026-13-01 00:00:00",
+            "1.5",
+            "12:75:00",
+            "20261331123005",
+        ] {
             assert_eq!(ClockTime::parse(text), None, "{text}");
         }
     }

@@ -1,6 +1,7 @@
 //! How a column looks in the first rows: whether it may be the time, or counts them.
 
 use super::cells::{Kind, Numbers};
+use super::clock_time::ClockTime;
 use super::head_line::HeadLine;
 use super::stamps::{Stamps, Unit};
 
@@ -12,22 +13,26 @@ pub struct Look {
     pub is_clock: bool,
     pub is_whole: bool,
     pub first: f64,
+    pub last: f64,
+    /// Median step.
+    pub step: f64,
     pub rows: usize,
     /// Share of the rows in which it grows, and does so steadily.
     pub grows: f64,
     pub is_steady: bool,
     pub never_falls: bool,
+    /// Each row is before the one above it.
+    pub falls: bool,
 }
 
 impl Look {
     pub fn new(rows: &[&HeadLine], at: usize) -> Self {
         let numbers = Numbers::default();
-        let is_clock = rows
-            .iter()
-            .filter(|row| row.kinds[at] == Kind::Clock)
-            .count()
-            * 2
-            > rows.len();
+        // A date without marks between its parts is a number by its kind.
+        let is_time = |row: &&&HeadLine| {
+            row.kinds[at] == Kind::Clock || ClockTime::parse(&row.cells[at]).is_some()
+        };
+        let is_clock = rows.iter().filter(is_time).count() * 2 > rows.len();
         let mut stamps = Stamps::new(if is_clock {
             Unit::Clock
         } else {
@@ -41,14 +46,20 @@ impl Look {
         let grown = steps.iter().filter(|step| **step > 0.0).count();
         let mut sorted = steps.clone();
         sorted.sort_by(f64::total_cmp);
-        let (least, most) = match sorted[..] {
-            [] => (0.0, 0.0),
-            _ => (sorted[sorted.len() / 10], sorted[sorted.len() * 9 / 10]),
+        let (least, step, most) = match sorted[..] {
+            [] => (0.0, 0.0, 0.0),
+            _ => {
+                let at = |tenth: usize| sorted[sorted.len() * tenth / 10];
+                (at(1), at(5), at(9))
+            }
         };
         Self {
             is_clock,
             is_whole: read.iter().all(|value| value.fract() == 0.0),
             first: read.first().copied().unwrap_or(f64::NAN),
+            last: read.last().copied().unwrap_or(f64::NAN),
+            step,
+            falls: steps.len() > 3 && steps.iter().all(|step| *step < 0.0),
             rows: read.len(),
             grows: grown as f64 / steps.len().max(1) as f64,
             never_falls: steps.iter().all(|step| *step >= 0.0),
@@ -58,7 +69,20 @@ impl Look {
 
     /// Whether it holds numbers or times that ever grow; of a single row nothing is known.
     pub fn is_time(&self) -> bool {
-        self.rows > 0 && (self.grows > 0.0 || self.rows < 3)
+        self.rows > 0 && (self.grows > 0.0 || self.falls || self.rows < 3)
+    }
+
+    /// Whether it counts the rows.
+    pub fn counts_rows(&self) -> bool {
+        self.is_whole && self.is_steady && self.step == 1.0
+    }
+
+    /// Whether it may be days since 1900, as spreadsheets count them, or since the year 0, as MATLAB
+    /// does: rows that would come at a very high rate in seconds.
+    pub fn may_be_days(&self) -> bool {
+        let is_date = (20_000.0..80_000.0).contains(&self.first)
+            || (700_000.0..780_000.0).contains(&self.first);
+        is_date && !self.is_whole && self.step > 0.0 && self.step < 1e-3
     }
 
     /// Units in a second of a number that counts from 1970.
@@ -70,20 +94,34 @@ impl Look {
 }
 
 /// Words of names of columns that count rows.
-const COUNTERS: [&str; 10] = [
-    "index", "seq", "sample", "samples", "row", "number", "packet", "frame", "count", "counter",
+const COUNTERS: [&str; 12] = [
+    "index", "seq", "sequence", "sample", "samples", "row", "number", "packet", "frame", "count",
+    "counter", "subframe",
 ];
+
+/// Those whose number may stay the same for some rows, as a frame with several samples does.
+const REPEATED: [&str; 5] = ["frame", "subframe", "index", "packet", "row"];
 
 /// Whether a column numbers the rows, by its name and its values; the numbers may begin again.
 pub fn is_counter(name: &str, rows: &[&HeadLine], at: usize) -> bool {
     let number = |row: &HeadLine| row.cells[at].parse::<f64>().ok();
-    let counts_on = |pair: &&[&HeadLine]| match (number(pair[0]), number(pair[1])) {
-        (Some(before), Some(value)) => value - before == 1.0,
-        _ => false,
-    };
     let name = name.to_lowercase();
     let mut words = name.split(|c: char| !c.is_alphanumeric());
-    let is_named = name.is_empty() || words.any(|word| COUNTERS.contains(&word));
+    let is_word = |known: &[&str], word: &str| {
+        known
+            .iter()
+            .any(|known| word == *known || known.len() > 4 && word.ends_with(known))
+    };
+    let is_named = name.is_empty() || words.clone().any(|word| is_word(&COUNTERS, word));
+    let may_repeat = words.any(|word| is_word(&REPEATED, word));
+    let begin = rows.first().and_then(|row| number(row));
+    let counts_on = |pair: &&[&HeadLine]| match (number(pair[0]), number(pair[1])) {
+        (Some(before), Some(value)) => {
+            let is_repeated = value == before || value < before && Some(value) <= begin;
+            value - before == 1.0 || may_repeat && is_repeated
+        }
+        _ => false,
+    };
     let counted = rows.windows(2).filter(counts_on).count();
     is_named && rows.len() > 1 && counted as f64 >= 0.95 * (rows.len() - 1) as f64
 }

@@ -1,5 +1,7 @@
 //! Which column is the time, and in what unit.
 
+use super::units::{Declared, declared_time, per_second};
+
 /// Name of the column that is time in seconds.
 pub const TIME_COLUMN: &str = "time_s";
 
@@ -25,6 +27,14 @@ const TIME_WORDS: [&str; 18] = [
     "tijd",
 ];
 
+/// Units that a time may be given in.
+pub const UNITS: &str = "s, ms, us, ns, min, h or d";
+
+/// Names that are a time as a whole, and also something else: a minimum, a height.
+const TIME_NAMES_IF_STEADY: [&str; 9] = [
+    "min", "minutes", "h", "hr", "hours", "d", "days", "s", "sec",
+];
+
 /// Names that are a time as a whole.
 const TIME_NAMES: [(&str, Option<f64>); 11] = [
     ("x_value", Some(1.0)),
@@ -38,35 +48,6 @@ const TIME_NAMES: [(&str, Option<f64>); 11] = [
     ("us", Some(1e6)),
     ("nanos", Some(1e9)),
     ("nanoseconds", Some(1e9)),
-];
-
-/// Units of a time, by how many of them are a second.
-const UNITS: [(&str, f64); 25] = [
-    ("s", 1.0),
-    ("sec", 1.0),
-    ("secs", 1.0),
-    ("second", 1.0),
-    ("seconds", 1.0),
-    ("ms", 1e3),
-    ("msec", 1e3),
-    ("msecs", 1e3),
-    ("millis", 1e3),
-    ("millisec", 1e3),
-    ("millisecond", 1e3),
-    ("milliseconds", 1e3),
-    ("us", 1e6),
-    ("µs", 1e6),
-    ("μs", 1e6),
-    ("usec", 1e6),
-    ("usecs", 1e6),
-    ("micros", 1e6),
-    ("microsec", 1e6),
-    ("microseconds", 1e6),
-    ("ns", 1e9),
-    ("nsec", 1e9),
-    ("nanos", 1e9),
-    ("nanosec", 1e9),
-    ("nanoseconds", 1e9),
 ];
 
 /// The column that somebody says is the time.
@@ -90,26 +71,10 @@ impl TimeColumn {
         };
         match per_second(unit) {
             Some(unit) => Ok(Self::Named(name.to_owned(), Some(unit))),
-            None => Err(format!("unit {unit:?}: choose s, ms, us or ns")),
+            // A name may have a colon of its own.
+            None if unit.contains([' ', '(', '[']) => Ok(Self::Named(text.to_owned(), None)),
+            None => Err(format!("unit {unit:?}: choose {UNITS}")),
         }
-    }
-}
-
-/// How many of a unit are a second, by its name, in brackets or not.
-pub fn per_second(unit: &str) -> Option<f64> {
-    let unit = unit.trim_matches(|c: char| c.is_whitespace() || "()[]{}".contains(c));
-    let unit = unit.to_lowercase();
-    let known = UNITS.iter().find(|(name, _)| *name == unit);
-    known.map(|(_, per_second)| *per_second)
-}
-
-/// The unit's name as messages give it.
-pub fn unit_name(per_second: f64) -> &'static str {
-    match per_second {
-        1e3 => "milliseconds",
-        1e6 => "microseconds",
-        1e9 => "nanoseconds",
-        _ => "seconds",
     }
 }
 
@@ -127,47 +92,52 @@ pub enum Likeness {
 }
 
 /// What a name says about a column that may be the time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Named {
     pub likeness: Likeness,
-    /// Its units in a second, if the name says so.
-    pub per_second: Option<f64>,
+    pub unit: Declared,
 }
 
-/// Whether a name is a time's: `time_ms`, `%time`, `t (s)`, `stamp_ns`, `Timestamp[nanosec]`.
-pub fn named(name: &str) -> Option<Named> {
-    let make = |likeness, per_second| {
-        Some(Named {
-            likeness,
-            per_second,
-        })
-    };
+/// Whether a name is a time's: `time_ms`, `%time`, `t (s)`, `stamp_ns`, `Timestamp[nanosec]`;
+/// `min` and `h` are one only if the column grows steadily.
+pub fn named(name: &str, is_steady: bool) -> Option<Named> {
+    let make = |likeness, unit| Some(Named { likeness, unit });
     if name == TIME_COLUMN {
-        return make(Likeness::Exact, Some(1.0));
+        return make(Likeness::Exact, Declared::PerSecond(1.0));
     }
     let name = name.trim().to_lowercase();
-    if let Some((_, unit)) = TIME_NAMES.iter().find(|(known, _)| *known == name) {
-        return make(Likeness::WithUnit, *unit);
+    if let Some((_, Some(unit))) = TIME_NAMES.iter().find(|(known, _)| *known == name) {
+        return make(Likeness::WithUnit, Declared::PerSecond(*unit));
+    }
+    if is_steady
+        && TIME_NAMES_IF_STEADY.contains(&name.as_str())
+        && let Some(unit) = per_second(&name)
+    {
+        return make(Likeness::WithUnit, Declared::PerSecond(unit));
     }
     let words: Vec<&str> = name
         .split(|c: char| !c.is_alphanumeric())
         .filter(|word| !word.is_empty())
         .collect();
-    let unit = words.last().and_then(|last| per_second(last));
+    let unit = declared_time(&name);
     // Beside another word than a unit it may be a temperature.
-    let is_t = matches!((&words[..], unit), (["t"], _) | (["t", _], Some(_)));
+    let is_t = match (&words[..], &unit) {
+        (["t"], _) => true,
+        (["t", ..], Declared::PerSecond(_)) => words.len() == 2 || name.contains(['(', '[']),
+        _ => false,
+    };
     if !is_t && !words.iter().any(|word| TIME_WORDS.contains(word)) {
         return None;
     }
-    match (unit, &words[..]) {
-        (Some(unit), [..]) => make(Likeness::WithUnit, Some(unit)),
-        (None, [_]) => make(Likeness::Bare, None),
-        _ => make(Likeness::Contains, None),
+    match (&unit, &words[..]) {
+        (Declared::Nothing, [_]) => make(Likeness::Bare, unit),
+        (Declared::Nothing, _) => make(Likeness::Contains, unit),
+        _ => make(Likeness::WithUnit, unit),
     }
 }
 
 /// A column that may be the time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Candidate {
     pub at: usize,
     pub named: Named,
@@ -198,7 +168,7 @@ pub fn choose(candidates: &[Candidate]) -> Result<Option<Candidate>, Vec<usize>>
         .collect();
     match all[..] {
         [] => Ok(None),
-        [one] => Ok(Some(*one)),
+        [one] => Ok(Some(one.clone())),
         _ => Err(all.iter().map(|found| found.at).collect()),
     }
 }
@@ -244,11 +214,11 @@ mod tests {
             ("ain0", None),
             ("T_°C", None),
         ] {
-            assert_eq!(
-                named(name).map(|named| named.per_second),
-                expected,
-                "{name}"
-            );
+            let found = named(name, false).map(|named| match named.unit {
+                Declared::PerSecond(unit) => Some(unit),
+                _ => None,
+            });
+            assert_eq!(found, expected, "{name}");
         }
     }
 
@@ -258,7 +228,7 @@ mod tests {
             let named = names.iter().enumerate().filter_map(|(at, (name, grows))| {
                 Some(Candidate {
                     at,
-                    named: named(name)?,
+                    named: named(name, false)?,
                     grows: *grows,
                 })
             });
@@ -284,6 +254,14 @@ mod tests {
             TimeColumn::parse("%time:ns"),
             Ok(TimeColumn::Named("%time".into(), Some(1e9)))
         );
-        assert!(TimeColumn::parse("t:min").is_err_and(|why| why.contains("s, ms, us or ns")));
+        assert_eq!(
+            TimeColumn::parse("t:min"),
+            Ok(TimeColumn::Named("t".into(), Some(1.0 / 60.0)))
+        );
+        assert_eq!(
+            TimeColumn::parse("Latest: Time (s)"),
+            Ok(TimeColumn::Named("Latest: Time (s)".into(), None))
+        );
+        assert!(TimeColumn::parse("t:furlong").is_err_and(|why| why.contains(UNITS)));
     }
 }

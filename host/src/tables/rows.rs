@@ -3,12 +3,16 @@
 use super::cells::Numbers;
 use super::head_line::{as_text, cells, is_comment, records};
 use super::layout::{Column, Layout};
+use super::plain::Form;
+use super::refused::Refused;
 use super::row_reader::{RowReader, Timing};
 use super::stamps::{Stamps, Unit};
-use super::time_column::{TIME_COLUMN, TimeColumn, quoted, unit_name};
-use crate::file_error::FileError;
+use super::time_column::{TIME_COLUMN, TimeColumn, UNITS, quoted};
+use super::units::unit_name;
+use crate::digits::significant;
 use core::cell::RefCell;
 use csv::{ByteRecord, StringRecord};
+use hal_mock::FileError;
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{Cursor, Read};
@@ -20,8 +24,32 @@ const HEAD: u64 = 1 << 16;
 /// Bytes at the beginning of a file in which no zero stands if it is text.
 const LOOK: usize = 4096;
 
+/// Rows among which one that is out of order finds its place.
+const REORDERED: usize = 16;
+
 /// Most rows with the same stamp: more have no clock.
 const BATCH_MAX: usize = 1 << 14;
+
+/// How somebody wants a table to be read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TableForm {
+    /// The column that is the time.
+    pub time: Option<TimeColumn>,
+    /// Rows hold consecutive samples of one series.
+    pub is_flat: bool,
+    /// Somebody has chosen the columns: they are channels.
+    pub has_columns: bool,
+}
+
+impl TableForm {
+    /// With this column as the time.
+    pub fn timed(time: Option<TimeColumn>) -> Self {
+        Self {
+            time,
+            ..Self::default()
+        }
+    }
+}
 
 /// Rows of a table in any layout: `Layout` has what is found of it. A line that is no row is
 /// passed over and counted; a cell that holds no number is a missing reading. Rows that share a
@@ -41,9 +69,15 @@ pub struct Rows<'a> {
     ahead: VecDeque<Row>,
     /// Records to read the next rows into.
     spare: Vec<ByteRecord>,
-    /// From one stamp to the next.
+    /// The form of the lines that are made plain first.
+    plain: Option<Form>,
+    is_flat: bool,
+    /// From one stamp to the next, and rows that shared the stamp before.
     step_s: f64,
+    shared: usize,
     is_over: bool,
+    /// Rows that stood behind a later one.
+    reordered: u64,
     rows: u64,
     has_batches: bool,
     skipped: u64,
@@ -67,6 +101,8 @@ struct Row {
     record: StringRecord,
     time_s: Option<f64>,
     line: Option<u64>,
+    /// Its time is its own, not that of a stamp it shares.
+    is_spread: bool,
 }
 
 impl<'a> Rows<'a> {
@@ -74,27 +110,28 @@ impl<'a> Rows<'a> {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let file = path.as_ref().display().to_string();
         let input = File::open(path).map_err(|error| FileError::new(&file, None, error))?;
-        Self::with(input, &file, None)
+        Self::new(input, &file)
     }
 
     /// Finds the layout of a table in a file of that name.
     pub fn new(input: impl Read + Send + 'a, file: &str) -> Result<Self, FileError> {
-        Self::with(input, file, None)
+        Self::with(input, file, &TableForm::default())
     }
 
-    /// The same where somebody says which column is the time.
+    /// The same where somebody says how to read it.
     pub fn with(
         input: impl Read + Send + 'a,
         file: &str,
-        time: Option<&TimeColumn>,
+        form: &TableForm,
     ) -> Result<Self, FileError> {
-        Self::boxed(Box::new(input), file, time)
+        Self::boxed(Box::new(input), file, form, None)
     }
 
     fn boxed(
         mut input: Box<dyn Read + Send + 'a>,
         file: &str,
-        time: Option<&TimeColumn>,
+        form: &TableForm,
+        plain: Option<Form>,
     ) -> Result<Self, FileError> {
         let mut head = Vec::new();
         let read = input.by_ref().take(HEAD).read_to_end(&mut head);
@@ -108,13 +145,22 @@ impl<'a> Rows<'a> {
             head.drain(..3);
         }
         let is_whole = (head.len() as u64) < HEAD - 3;
-        let layout = Layout::find(&head, is_whole, time)
-            .map_err(|refused| FileError::new(file, refused.line, refused.why))?;
-        let named = layout.columns.iter().filter(|column| !column.is_left_out);
-        let names: Vec<String> = named.map(|column| column.name.clone()).collect();
+        let found = Layout::find(&head, is_whole, form.time.as_ref());
+        if plain.is_none()
+            && let Some(lines) = plain_form(&head, &found)
+        {
+            let all = Box::new(Cursor::new(head).chain(input));
+            return Self::boxed(Box::new(lines.clone().read(all)), file, form, Some(lines));
+        }
+        let layout = found.map_err(|refused| FileError::new(file, refused.line, refused.why))?;
+        let channels = layout.columns.iter().filter(|column| !column.is_left_out);
+        let names: Vec<String> = channels.map(|column| column.name.clone()).collect();
         if names.is_empty() {
             let why = "no channel: the table has only a time column, or words";
             return Err(FileError::new(file, layout.header_line, why));
+        }
+        if layout.is_wrapped && !form.is_flat && !form.has_columns {
+            return Err(FileError::new(file, Some(layout.line), wrapped(&layout)));
         }
         let mut begin = Cursor::new(head);
         begin.set_position(layout.byte as u64);
@@ -126,17 +172,32 @@ impl<'a> Rows<'a> {
             stamps: layout.time.and_then(|(_, unit)| unit).map(Stamps::new),
             reader: records(input, layout.separator),
             layout,
+            plain,
+            is_flat: form.is_flat,
             present: Row::default(),
             ahead: VecDeque::new(),
             spare: Vec::new(),
             step_s: 0.0,
+            shared: 0,
             is_over: false,
+            reordered: 0,
             rows: 0,
             has_batches: false,
             skipped: 0,
             first_skipped: None,
             word: RefCell::new(None),
         })
+    }
+
+    /// The stamp of the present row, if it has one.
+    pub fn stamp_s(&self) -> Option<f64> {
+        self.present.time_s
+    }
+
+    /// The rate that the lines above the table state, where no column is the time.
+    pub fn stated_hz(&self) -> Option<f64> {
+        let stated = self.layout.stated.as_ref()?;
+        self.layout.time.is_none().then_some(stated.hz)
     }
 
     /// Reads the next row, past all that is none. False at the end.
@@ -152,6 +213,7 @@ impl<'a> Rows<'a> {
                 line: self.line_of(&record),
                 record: as_text(record),
                 time_s: None,
+                is_spread: false,
             };
             match self.examine(&mut row) {
                 Some(why) => {
@@ -161,10 +223,31 @@ impl<'a> Rows<'a> {
                     record = row.record.into_byte_record();
                 }
                 None => {
-                    self.ahead.push_back(row);
+                    self.insert(row);
                     return Ok(true);
                 }
             }
+        }
+    }
+
+    /// Adds a row to those ahead, where its stamp belongs.
+    fn insert(&mut self, row: Row) {
+        let is_later = |before: &Row| match (before.time_s, row.time_s) {
+            (Some(before_s), Some(t_s)) => before_s > t_s,
+            _ => false,
+        };
+        let at = self
+            .ahead
+            .iter()
+            .rposition(|before| !is_later(before))
+            .map_or(0, |at| at + 1);
+        // Behind all of them, or too early for these: then the order is refused later.
+        let is_here = at == self.ahead.len() || at > 0 && !self.ahead[at - 1].is_spread;
+        if is_here {
+            self.reordered += u64::from(at < self.ahead.len());
+            self.ahead.insert(at, row);
+        } else {
+            self.ahead.push_back(row);
         }
     }
 
@@ -187,7 +270,8 @@ impl<'a> Rows<'a> {
             && cells(&row.record, separator)
                 .last()
                 .is_some_and(|last| last.is_empty());
-        if found != wanted && !is_longer && !(found + 1 == wanted && last_is_out) {
+        let is_shorter = found + 1 == wanted && last_is_out || self.is_flat && found < wanted;
+        if found != wanted && !is_longer && !is_shorter {
             return Some(format!("{found} columns, where others have {wanted}"));
         }
         match (self.layout.time, &mut self.stamps) {
@@ -223,48 +307,77 @@ impl<'a> Rows<'a> {
     /// not counted by the reader, but a blank line in front of that is.
     fn line_of(&self, record: &ByteRecord) -> Option<u64> {
         let line = self.layout.ends.line(&self.reader, record)?;
-        Some(line + self.layout.lines_before)
+        let added = self.plain.as_ref().map_or(0, Form::added_lines);
+        Some((line + self.layout.lines_before).saturating_sub(added))
     }
 
-    /// Reads on until the rows of one stamp are there, and spreads them.
+    /// Reads on until all rows of the next stamp are ahead, and spreads them up to the stamp after it.
+    /// The first and the last stamp of a recording may have lost some of their rows: these keep the
+    /// spacing of the rows next to them.
     fn read_batch(&mut self) -> Result<(), FileError> {
-        loop {
-            let count = self.ahead.len();
-            if let (Some(first), Some(last)) = (self.ahead.front(), self.ahead.back())
-                && (first.time_s.is_none() || last.time_s != first.time_s)
-            {
-                break;
-            }
+        let reads = |rows: &mut Self, count: usize| -> Result<bool, FileError> {
             if count > BATCH_MAX {
                 let why = format!(
                     "{count} rows have the time of the first: choose another --time-column, or none and --rate HZ"
                 );
-                return Err(FileError::new(&self.file, None, why));
+                return Err(FileError::new(&rows.file, None, why));
             }
-            if self.is_over || !self.read_row()? {
-                break;
-            }
-        }
-        let (Some(first), Some(last)) = (self.ahead.front(), self.ahead.back()) else {
+            Ok(!rows.is_over && rows.read_row()?)
+        };
+        while self.ahead.len() < REORDERED && reads(self, 0)? {}
+        let Some(from_s) = self.ahead.front().and_then(|row| row.time_s) else {
             return Ok(());
         };
-        let (Some(from_s), Some(to_s)) = (first.time_s, last.time_s) else {
-            return Ok(());
+        let shared = |rows: &Self, from: usize| {
+            let stamp = rows.ahead.get(from).and_then(|row| row.time_s);
+            let same = rows
+                .ahead
+                .iter()
+                .skip(from)
+                .take_while(|row| row.time_s == stamp);
+            same.count()
         };
-        let rows = self
-            .ahead
-            .iter()
-            .take_while(|row| row.time_s == Some(from_s))
-            .count();
-        if to_s > from_s {
-            self.step_s = to_s - from_s;
+        let mut count = shared(self, 0);
+        while count == self.ahead.len() && reads(self, count)? {
+            count = shared(self, 0);
         }
-        if rows > 1 {
+        let next_s = self.ahead.get(count).and_then(|row| row.time_s);
+        if let Some(next_s) = next_s.filter(|next_s| *next_s > from_s) {
+            self.step_s = next_s - from_s;
+        }
+        if count > 1 {
             self.has_batches = true;
-            for (number, row) in self.ahead.iter_mut().take(rows).enumerate() {
-                row.time_s = Some(from_s + self.step_s * number as f64 / rows as f64);
+            let is_first = self.shared == 0;
+            let is_last = next_s.is_none();
+            let beside = if is_first {
+                let mut next = shared(self, count);
+                while count + next == self.ahead.len() && reads(self, next)? {
+                    next = shared(self, count);
+                }
+                // The one after it may be the last, and cut off.
+                if self.ahead.len() > count + next {
+                    next
+                } else {
+                    0
+                }
+            } else {
+                self.shared
+            };
+            let is_cut = (is_first || is_last) && beside > count;
+            let spacing_s = self.step_s / if is_cut { beside } else { count } as f64;
+            let begin_s = match (is_first && is_cut, next_s) {
+                (true, Some(next_s)) => next_s - count as f64 * spacing_s,
+                _ => from_s,
+            };
+            for (number, row) in self.ahead.iter_mut().take(count).enumerate() {
+                row.time_s = Some(begin_s + spacing_s * number as f64);
             }
         }
+        self.shared = count;
+        self.ahead
+            .iter_mut()
+            .take(count)
+            .for_each(|row| row.is_spread = true);
         Ok(())
     }
 
@@ -309,8 +422,7 @@ impl<'a> Rows<'a> {
 
 impl RowReader for Rows<'_> {
     fn advance(&mut self) -> Result<bool, FileError> {
-        // Rows of a batch have times of their own already, and the row after them has not.
-        if self.ahead.len() < 2 {
+        if self.ahead.front().is_none_or(|row| !row.is_spread) {
             self.read_batch()?;
         }
         let Some(row) = self.ahead.pop_front() else {
@@ -324,38 +436,70 @@ impl RowReader for Rows<'_> {
     }
 
     fn time_s(&self) -> Option<f64> {
-        self.present.time_s
+        let stated = || Some((self.rows.saturating_sub(1)) as f64 / self.stated_hz()?);
+        self.present.time_s.or_else(stated)
     }
 
     fn timing(&self) -> Timing {
-        let name = |at: usize| &self.layout.columns[at].name;
+        let name = |at: usize| self.layout.columns[at].name.as_str();
         match self.layout.time {
             Some((_, Some(_))) => Timing::Stamped,
-            Some((at, None)) => Timing::Unclear(format!(
-                "column {name} has whole numbers without a unit: say which with --time-column {option} (or s, us, ns), or give --rate HZ",
-                name = name(at),
-                option = quoted(&format!("{}:ms", name(at)))
-            )),
+            Some((at, None)) => {
+                let units = self.layout.plausible_units();
+                let option = quoted(&format!("{}:{}", name(at), units.first().unwrap_or(&"ms")));
+                Timing::Unclear(format!(
+                    "column {} has whole numbers without a unit: say which with --time-column {option}{}, or give --rate HZ",
+                    name(at),
+                    others(units)
+                ))
+            }
+            None if self.layout.stated.is_some() => Timing::Stamped,
             None => {
                 let header = if self.layout.header_line.is_none() {
                     "no header, and "
                 } else {
                     ""
                 };
-                let guess = self.layout.likely_time.map_or(String::new(), |at| {
-                    let (unit, others) = match self.layout.is_likely_whole {
-                        true => ("ms", "s, us, ns"),
-                        false => ("s", "ms, us, ns"),
-                    };
-                    let option = quoted(&format!("{}:{unit}", name(at)));
-                    format!("; {} grows steadily: if it is the time, --time-column {option} (or {others})", name(at))
-                });
+                let guess = match (&self.layout.row_counter, &self.layout.likely_time) {
+                    (Some(at), _) => format!("; {} counts the rows", name(*at)),
+                    (None, Some((at, units))) if !units.is_empty() => {
+                        let option = quoted(&format!("{}:{}", name(*at), units[0]));
+                        format!(
+                            "; {} grows steadily: if it is the time, --time-column {option}{}",
+                            name(*at),
+                            others(units)
+                        )
+                    }
+                    _ => String::new(),
+                };
                 Timing::Absent(format!(
                     "{header}no column {TIME_COLUMN} or of another name that says time; there are: {}{guess}; give the rate of the rows with --rate HZ",
                     self.column_names()
                 ))
             }
         }
+    }
+
+    fn numbers(&self) -> Vec<usize> {
+        let columns = (1..).zip(&self.layout.columns);
+        let channels = columns.filter(|(_, column)| !column.is_left_out);
+        channels.map(|(number, _)| number).collect()
+    }
+
+    fn units(&self) -> Vec<Option<String>> {
+        let channels = self
+            .layout
+            .columns
+            .iter()
+            .filter(|column| !column.is_left_out);
+        channels.map(|column| column.unit.clone()).collect()
+    }
+
+    fn is_dated(&self) -> bool {
+        matches!(
+            self.layout.time,
+            Some((_, Some(Unit::Clock | Unit::PerSecond(_))))
+        )
     }
 
     fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
@@ -424,6 +568,27 @@ impl RowReader for Rows<'_> {
                 left_out.join(", ")
             ));
         }
+        guessed.extend(self.plain.as_ref().map(Form::guessed));
+        if let Some(stated) = &self.layout.stated
+            && (self.layout.time.is_none() || self.layout.is_by_stated)
+        {
+            let hz = significant(stated.hz, 6);
+            guessed.push(format!(
+                "the rate of {hz} Hz is stated above the table: {:?}",
+                stated.line
+            ));
+        }
+        if self.reordered > 0 {
+            let rows = if self.reordered == 1 {
+                "row was"
+            } else {
+                "rows were"
+            };
+            guessed.push(format!(
+                "{} {rows} out of order and sorted by time",
+                self.reordered
+            ));
+        }
         if let Some((at, Some(unit))) = self.layout.time {
             let name = match self.layout.columns[at].name.as_str() {
                 "" => "without a name",
@@ -463,5 +628,59 @@ impl RowReader for Rows<'_> {
             ));
         }
         (!guessed.is_empty()).then(|| guessed.join("; "))
+    }
+}
+
+/// Other units of a time than the one that is offered.
+fn others(units: &[&str]) -> String {
+    match units {
+        [_, others @ ..] if !others.is_empty() => format!(" (or {})", others.join(", ")),
+        [] => format!(" (or another of {UNITS})"),
+        _ => String::new(),
+    }
+}
+
+/// What to type for a series that is written several samples a row.
+fn wrapped(layout: &Layout) -> String {
+    let numbers: Vec<usize> = layout.series().map(|at| at + 1).collect();
+    let rate = match (&layout.stated, &layout.likely_time) {
+        _ if layout.time.is_some() => String::new(),
+        (Some(stated), _) => format!(", at the stated {} Hz", significant(stated.hz, 6)),
+        (None, Some((at, units))) if !units.is_empty() => {
+            let option = quoted(&format!("{}:{}", layout.columns[*at].name, units[0]));
+            format!(" and --time-column {option} (or --rate HZ)")
+        }
+        _ => " and --rate HZ".to_owned(),
+    };
+    format!(
+        "its {} columns continue one another, as one series with {} samples a row: read it so with --flatten{rate}; if they are channels, say so with --columns {}-{}",
+        numbers.len(),
+        numbers.len(),
+        numbers[0],
+        numbers[numbers.len() - 1]
+    )
+}
+
+/// The form of lines that a table cannot be read from as they are, or only in part.
+fn plain_form(head: &[u8], found: &Result<Layout, Refused>) -> Option<Form> {
+    let text = String::from_utf8_lossy(head);
+    let begins = |mark: &str| text.trim_start().starts_with(mark);
+    if (text.contains("->") || begins("["))
+        && let Some(form) = Form::of(&text, true)
+    {
+        return Some(form);
+    }
+    match found {
+        Err(_) => Form::of(&text, false),
+        Ok(layout) if layout.has_marked_words => {
+            let form = Form::of(&text, false)?;
+            let channels = layout
+                .columns
+                .iter()
+                .filter(|column| !column.is_left_out)
+                .count();
+            (form.count() > channels + usize::from(layout.time.is_some())).then_some(form)
+        }
+        Ok(_) => None,
     }
 }

@@ -1,6 +1,6 @@
 //! Rows of samples, wherever they come from.
 
-use crate::file_error::FileError;
+use hal_mock::FileError;
 use std::sync::Arc;
 
 /// Rows that are read between two reports of progress.
@@ -23,6 +23,21 @@ pub trait RowReader {
     /// Whether the rows have stamps, or why not.
     fn timing(&self) -> Timing {
         Timing::Stamped
+    }
+
+    /// Numbers of the columns in the file, from 1, in the order of [`names`](Self::names).
+    fn numbers(&self) -> Vec<usize> {
+        (1..=self.names().len()).collect()
+    }
+
+    /// Units of the columns, in the order of [`names`](Self::names), as far as the file says them.
+    fn units(&self) -> Vec<Option<String>> {
+        vec![None; self.names().len()]
+    }
+
+    /// Whether stamps of the size of seconds since 1970 are dates.
+    fn is_dated(&self) -> bool {
+        false
     }
 
     /// What to do if what is taken for the time is none, as the end of a sentence.
@@ -62,13 +77,20 @@ pub enum Timing {
     Unclear(String),
 }
 
+/// Seconds by which a time goes back where another recording begins.
+const RESTART_S: f64 = 1.0;
+
 /// Refuses a stamp that does not follow on the one before it.
 pub fn check_order(rows: &dyn RowReader, before_s: f64, time_s: f64) -> Result<(), FileError> {
     if time_s > before_s {
         return Ok(());
     }
+    let restart = match before_s - time_s > RESTART_S {
+        true => format!(" (two recordings in one file? --to {before_s} fits the first)"),
+        false => String::new(),
+    };
     Err(rows.refuse(&format!(
-        "the time does not increase: {time_s} s after {before_s} s{}",
+        "the time does not increase: {time_s} s after {before_s} s{restart}{}",
         rows.way_out_of_time()
     )))
 }

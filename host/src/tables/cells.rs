@@ -62,6 +62,9 @@ impl Numbers {
         if let Some(plain) = plain(cell) {
             return self.number(&plain);
         }
+        if let Some(value) = hexadecimal(cell) {
+            return Some(value);
+        }
         if !cell.contains(',') {
             return None;
         }
@@ -85,6 +88,13 @@ impl Numbers {
     pub fn has_decimal_commas(&self) -> bool {
         self.decimals.get() == Some(b',')
     }
+}
+
+/// `0x0A3F`.
+fn hexadecimal(cell: &str) -> Option<f64> {
+    let digits = cell.strip_prefix("0x").or(cell.strip_prefix("0X"))?;
+    let value = u64::from_str_radix(digits, 16).ok()?;
+    Some(value as f64)
 }
 
 /// A cell with another minus than a hyphen, or with marks between its thousands, without these.
@@ -152,6 +162,8 @@ mod tests {
             (commas(), "\u{2212}\u{2212}1", None),
             (commas(), "1,2,3", None),
             (commas(), "two", None),
+            (commas(), "0x0A3F", Some(2623.0)),
+            (commas(), "0xyz", None),
         ] {
             assert_eq!(numbers.number(cell), value, "{cell}");
         }

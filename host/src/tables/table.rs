@@ -2,7 +2,7 @@
 
 use super::row_reader::{RowReader, check_order};
 use super::rows::Rows;
-use crate::file_error::FileError;
+use hal_mock::FileError;
 use std::path::Path;
 
 /// A table with at least one row and one column. Any number of columns.

@@ -3,8 +3,8 @@
 use super::cells::Kind;
 use super::head_line::HeadLine;
 use super::refused::Refused;
-use super::time_column::per_second;
-use crate::escaped;
+use super::units::per_second;
+use hal_mock::escaped;
 
 /// LabVIEW's column without numbers.
 pub const COMMENT: &str = "Comment";
@@ -16,6 +16,9 @@ pub fn names(
     first: usize,
 ) -> Result<(Option<Vec<String>>, Option<usize>), Refused> {
     let width = lines[first].cells.len();
+    if let Some(titled) = titles(&lines[..first], width) {
+        return Ok(titled);
+    }
     let mut at = first;
     while let Some(above) = at.checked_sub(1) {
         at = above;
@@ -30,7 +33,7 @@ pub fn names(
         return Ok((Some(names), Some(above)));
     }
     match first.checked_sub(1).map(|above| &lines[above]) {
-        Some(above) if above.cells.len() > 1 && !above.is_comment() => {
+        Some(above) if above.cells.len() > 1 && is_words(above) => {
             let found = above.cells.len();
             let way_out = if width == 2 * found {
                 "; if commas are decimals, separate columns by semicolons"
@@ -44,9 +47,40 @@ pub fn names(
     }
 }
 
+/// The names of a line such as `ChannelTitle=`, a tab, and a name for each column but the time.
+fn titles(lines: &[HeadLine], width: usize) -> Option<(Option<Vec<String>>, Option<usize>)> {
+    let is_title = |line: &HeadLine| {
+        let key = line.cells[0].to_lowercase();
+        key.ends_with('=')
+            && (key.contains("title") || key.contains("name"))
+            && line.cells.len() == width
+    };
+    let at = lines.iter().position(is_title)?;
+    let names = lines[at].cells[1..]
+        .iter()
+        .map(|name| escaped(name).into_owned());
+    let names = std::iter::once("column_1".to_owned()).chain(names);
+    Some((Some(names.collect()), Some(at)))
+}
+
+/// Whether a line of another length than the rows is a header: words alone, and no remark or pairs
+/// of a key and its value.
+fn is_words(line: &HeadLine) -> bool {
+    let is_pair = |cell: &String| {
+        let mut words = cell.split([' ', '=', ':']).filter(|word| !word.is_empty());
+        let is_number = |word: &str| word.parse::<f64>().is_ok();
+        words.clone().count() > 1 && words.any(is_number) || cell.ends_with(['=', ':'])
+    };
+    let has_value = line.count(Kind::Number) + line.count(Kind::Clock) > 0;
+    !line.is_comment() && !has_value && !line.cells.iter().any(is_pair)
+}
+
 /// The names that a line gives to so many columns. LabVIEW has one more, for comments, and a
 /// separator at the end of each row makes one without a name.
 fn fitting(line: &HeadLine, width: usize) -> Option<Vec<String>> {
+    if line.cells[0].ends_with('=') {
+        return None;
+    }
     // They go into results, which people look at on a terminal.
     let mut names: Vec<String> = (line.cells.iter())
         .map(|name| escaped(name).into_owned())

@@ -1,0 +1,99 @@
+//! Channels whose readings end at a limit, and angles that begin again.
+
+/// Counted events differ by chance if they differ by less, in standard deviations.
+const BY_CHANCE: f64 = 3.0;
+
+/// Whether readings end at a limit: more of them have the least or the greatest value than a sine's
+/// have for the number of those beside it. Of a sine whose readings are rounded, 1 + sqrt(2) as many
+/// at most have the outermost value as the next one: it is over a height h for a time that grows
+/// with the root of h.
+pub fn is_clipped(mut values: Vec<f64>) -> bool {
+    values.sort_by(f64::total_cmp);
+    let at_end = |values: &mut dyn Iterator<Item = &f64>| {
+        let (mut counts, mut levels) = ([0.0, 0.0], Vec::new());
+        for value in values {
+            if levels.last() != Some(value) {
+                levels.push(*value);
+            }
+            match counts.get_mut(levels.len() - 1) {
+                Some(count) => *count += 1.0,
+                None => break,
+            }
+        }
+        let most = 1.0 + 2f64.sqrt();
+        let more = counts[0] - most * counts[1];
+        levels.len() > 2 && more > BY_CHANCE * (counts[0] + most * most * counts[1]).sqrt()
+    };
+    at_end(&mut values.iter()) || at_end(&mut values.iter().rev())
+}
+
+/// Periods of angles: degrees, radians, gons.
+const PERIODS: [f64; 3] = [360.0, std::f64::consts::TAU, 400.0];
+
+/// Jumps that show that an angle begins again.
+const JUMPS_MIN: usize = 3;
+
+/// Period at which readings begin again, as angles do; none if they do not.
+pub fn wraps_at(values: &[f64]) -> Option<f64> {
+    let known: Vec<f64> = values
+        .iter()
+        .copied()
+        .filter(|value| !value.is_nan())
+        .collect();
+    let span = known.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+        - known.iter().copied().fold(f64::INFINITY, f64::min);
+    let steps = || known.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    PERIODS.into_iter().find(|period| {
+        let is_jump = |step: &f64| *step > 0.75 * period;
+        let jumps = steps().filter(is_jump).count();
+        let others = steps().filter(|step| !is_jump(step));
+        // Between jumps it is steady.
+        let steepest = others.fold(0.0, f64::max);
+        (0.9 * period..=1.0001 * period).contains(&span)
+            && jumps >= JUMPS_MIN
+            && steepest < 0.25 * period
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clipped_readings_are_told_from_a_rounded_sine_and_from_a_square_wave() {
+        let sine = |step: f64, limit: f64| -> Vec<f64> {
+            let value = |row: usize| (0.0137 * row as f64).sin().clamp(-limit, limit);
+            (0..5000)
+                .map(|row| (value(row) / step).round() * step)
+                .collect()
+        };
+        for step in [1e-9, 1e-3, 0.01, 0.03, 0.1, 0.3] {
+            assert!(!is_clipped(sine(step, 2.0)), "{step}");
+        }
+        for (step, limit) in [(1e-9, 0.99), (1e-3, 0.9), (0.01, 0.5), (0.03, 0.5)] {
+            assert!(is_clipped(sine(step, limit)), "{step} {limit}");
+        }
+        let square = (0..1000).map(|row| f64::from(row / 10 % 2)).collect();
+        assert!(!is_clipped(square));
+        assert!(!is_clipped(vec![1.0; 100]) && !is_clipped(Vec::new()));
+    }
+
+    #[test]
+    fn angles_begin_again() {
+        let angle = |period: f64| {
+            (0..1000)
+                .map(|row| f64::from(row) * 0.024 * period % period)
+                .collect::<Vec<f64>>()
+        };
+        assert_eq!(wraps_at(&angle(360.0)), Some(360.0));
+        assert_eq!(
+            wraps_at(&angle(std::f64::consts::TAU)),
+            Some(std::f64::consts::TAU)
+        );
+        let sine: Vec<f64> = (0..1000)
+            .map(|row| 180.0 * (f64::from(row) * 0.1).sin())
+            .collect();
+        assert_eq!(wraps_at(&sine), None);
+        assert_eq!(wraps_at(&[]), None);
+    }
+}

@@ -1,0 +1,223 @@
+//! Recordings of more rows than the estimator takes at once.
+//!
+//! Windows at the rows' own rate show which tone there is, so that none is an alias. A slow tone is
+//! then fitted in all rows through a low-pass filter and every n-th value of it; a faster one is
+//! shifted to a slow one first, by multiplying all rows with a sine.
+
+use super::estimate::{Estimated, Frames};
+use super::means::PASSED;
+use super::scaled::Scaled;
+use crate::digits::significant;
+use crate::part::{Band, Selection};
+use anyhow::Result;
+use ridgetone_tone::{FRAMES_MAX, Fit, OtherTone, Status};
+use std::f64::consts::TAU;
+
+/// Where a fast tone is shifted to, as a fraction of the thinned rate.
+const SHIFTED_TO: f64 = 0.22;
+
+/// Half-width of the band around it.
+const SHIFTED_BAND: f64 = 0.12;
+
+/// Ratio of powers from which on a slower tone is named beside a faster one.
+const NAMED_POWER: f64 = 0.05;
+
+/// Fits all rows, with one frame for each `slots_per_frame` rows.
+pub fn estimate(
+    file: &str,
+    scaled: &Scaled,
+    rate_hz: f64,
+    selection: &Selection,
+) -> Result<Estimated> {
+    let slots = scaled.values.len();
+    let slots_per_frame = slots.div_ceil(FRAMES_MAX);
+    let thin_hz = rate_hz / slots_per_frame as f64;
+    let still = super::estimate::Motion::still();
+    let fit = |scaled: &Scaled, rate_hz: f64, band: Band| -> Result<(Fit, Option<String>)> {
+        let frames = Frames {
+            file,
+            scaled,
+            motion: &still,
+            rate_hz,
+            selection,
+            band,
+        };
+        let found = frames.fit()?;
+        let outside = frames.outside(&found)?;
+        Ok((found, outside))
+    };
+    let max_hz = PASSED * thin_hz;
+    let window_s = FRAMES_MAX as f64 / rate_hz;
+    // The middle tells most; a tone may also be in the first or the last window alone.
+    let mut window: Option<Fit> = None;
+    for from in [(slots - FRAMES_MAX) / 2, 0, slots - FRAMES_MAX] {
+        let (found, _) = fit(&scaled.cut(from, FRAMES_MAX), rate_hz, selection.band)?;
+        if found.status.has_tone() {
+            window = Some(found);
+            break;
+        }
+    }
+    let fast = window
+        .clone()
+        .filter(|found| f64::from(found.frequency) * rate_hz > max_hz);
+    let is_slow = selection.band.min_hz.is_none_or(|min_hz| min_hz < max_hz);
+    let slow = is_slow
+        .then(|| fit(&scaled.thinned(slots_per_frame), thin_hz, selection.band))
+        .transpose()?;
+    let power = |found: &Fit| -> f64 {
+        let usable = found
+            .channels
+            .iter()
+            .enumerate()
+            .filter(|(c, _)| found.usable & 1 << c != 0);
+        usable
+            .map(|(_, channel)| f64::from(channel.amplitude).powi(2))
+            .sum()
+    };
+    let slow_tone = slow
+        .as_ref()
+        .map(|(found, _)| found)
+        .filter(|found| found.status.has_tone());
+    let slow_power = slow_tone.map_or(0.0, power);
+    let Some(fast) = fast.filter(|fast| power(fast) >= slow_power) else {
+        let Some((found, outside)) = slow else {
+            let found = window.unwrap_or_else(|| Fit::without_tone(Status::NoTone, 0));
+            return Ok(Estimated::of(
+                found,
+                Some(format!("no tone lasts through {slots} rows")),
+            ));
+        };
+        let note = match (found.status.has_tone(), &window) {
+            (true, _) => format!(
+                "{slots} rows are fitted by a low-pass filter and every {slots_per_frame}th value of it; no stronger tone above {} Hz is in windows of {} s",
+                significant(max_hz, 3),
+                significant(window_s, 3)
+            ),
+            (false, Some(window)) => {
+                let hz = significant(f64::from(window.frequency) * rate_hz, 5);
+                let note = format!(
+                    "a tone of {hz} Hz in a window of {} s does not last through all {slots} rows: fit windows with --window",
+                    significant(window_s, 3)
+                );
+                let mut window = window.clone();
+                window.status = Status::Unsteady;
+                return Ok(Estimated::of(window, Some(note)));
+            }
+            (false, None) => format!(
+                "no tone up to {} Hz in all {slots} rows, and none above it in three windows of {} s; a weaker or shorter one may be found with --window",
+                significant(max_hz, 3),
+                significant(window_s, 3)
+            ),
+        };
+        let note = outside.map_or(note.clone(), |outside| format!("{note}; {outside}"));
+        return Ok(Estimated {
+            slots_per_frame,
+            ..Estimated::of(found, Some(note))
+        });
+    };
+    // Cycles of a row.
+    let shift = f64::from(fast.frequency) - SHIFTED_TO / slots_per_frame as f64;
+    let shifted = scaled.shifted(shift).thinned(slots_per_frame);
+    let band = Band {
+        min_hz: Some((SHIFTED_TO - SHIFTED_BAND) * thin_hz),
+        max_hz: Some((SHIFTED_TO + SHIFTED_BAND) * thin_hz),
+    };
+    let alone = Selection {
+        harmonics: Some(1),
+        interferer_hz: None,
+        ..selection.clone()
+    };
+    let frames = Frames {
+        file,
+        scaled: &shifted,
+        motion: &still,
+        rate_hz: thin_hz,
+        selection: &alone,
+        band,
+    };
+    let mut found = frames.fit()?;
+    let hz = significant(f64::from(fast.frequency) * rate_hz, 5);
+    if !found.status.has_tone() {
+        let note = format!(
+            "a tone of {hz} Hz in a window of {} s does not last through all {slots} rows: fit windows with --window",
+            significant(window_s, 3)
+        );
+        let mut window = fast;
+        window.status = Status::Unsteady;
+        return Ok(Estimated::of(window, Some(note)));
+    }
+    for (channel, level) in found.channels.iter_mut().zip(scaled.levels()) {
+        channel.offset = level as f32;
+    }
+    let aliased = |slow: &Fit| {
+        let (own, alias) = (
+            f64::from(slow.frequency) * thin_hz,
+            f64::from(fast.frequency) * rate_hz,
+        );
+        let folded = (alias / thin_hz - (alias / thin_hz).round()).abs() * thin_hz;
+        (own - folded).abs() < 0.01 * thin_hz
+    };
+    found.other_tone = None;
+    if let Some(slow) = slow_tone
+        && slow_power > NAMED_POWER * power(&fast)
+        && !aliased(slow)
+    {
+        // In the units of the shifted tone.
+        found.other_tone = Some(OtherTone {
+            frequency: slow.frequency - (shift * slots_per_frame as f64) as f32,
+            share: (slow_power / power(&fast)) as f32,
+        });
+    }
+    found.harmonics = 1;
+    let note = format!(
+        "{slots} rows are fitted around {hz} Hz, the tone of a window of {} s, through a filter and every {slots_per_frame}th value of it; residuals are those of the filter",
+        significant(window_s, 3)
+    );
+    Ok(Estimated {
+        slots_per_frame,
+        shift: shift * slots_per_frame as f64,
+        ..Estimated::of(found, Some(note))
+    })
+}
+
+impl Scaled {
+    /// Some of the rows.
+    fn cut(&self, from: usize, count: usize) -> Self {
+        Self {
+            values: self.values[from..from + count].to_vec(),
+            valid: self.valid[from..from + count].to_vec(),
+            ..self.clone_head()
+        }
+    }
+
+    /// Means of the channels.
+    fn levels(&self) -> Vec<f64> {
+        let channel = |c: usize| {
+            let known = self
+                .values
+                .iter()
+                .zip(&self.valid)
+                .filter(|(_, valid)| **valid & 1 << c != 0);
+            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), (values, _)| {
+                (sum + f64::from(values[c]), count + 1.0)
+            });
+            sum / f64::max(count, 1.0)
+        };
+        (0..self.units.len()).map(channel).collect()
+    }
+
+    /// All frequencies less this one, cycles a row: readings about their mean, times a cosine whose
+    /// phase is 0 at the centre.
+    fn shifted(&self, by: f64) -> Self {
+        let levels = self.levels();
+        let centre = 0.5 * (self.values.len() - 1) as f64;
+        let mut shifted = self.clone();
+        for (row, values) in shifted.values.iter_mut().enumerate() {
+            let cosine = 2.0 * (TAU * (by * (row as f64 - centre)).fract()).cos();
+            for (value, level) in values.iter_mut().zip(&levels) {
+                *value = ((f64::from(*value) - level) * cosine) as f32;
+            }
+        }
+        shifted
+    }
+}

@@ -1,0 +1,557 @@
+//! How a table is laid out, by its first lines: separator, preamble, header, units, columns.
+
+use super::cells::{Kind, Numbers};
+use super::head_line::{HeadLine, LineEnds, lines};
+use super::header::{COMMENT, names, unit_row};
+use super::look::{Look, is_counter, likely_time};
+use super::preamble::{Stated, stated};
+use super::refused::Refused;
+use super::stamps::Unit;
+use super::time_column::{
+    Candidate, Likeness, Named, TIME_COLUMN, TimeColumn, UNITS, choose, named, quoted,
+};
+use super::units::{Declared, bracketed, declared_time, of_channel, per_second};
+use super::wrapped::is_wrapped;
+use crate::digits::significant;
+
+/// Separators in the order of preference. A space stands for any white space.
+const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b' '];
+
+/// Columns of estimates, as `export` writes them: they are no samples.
+const ESTIMATE_COLUMNS: [&str; 2] = ["frequency_hz", "sigma_hz"];
+
+/// A column of the table.
+#[derive(Clone, Debug)]
+pub struct Column {
+    pub name: String,
+    /// Unit that the name or the row of units gives.
+    pub unit: Option<String>,
+    /// It is no channel: its values are words, it counts rows, it is a time, or it has neither a
+    /// name nor a value.
+    pub is_left_out: bool,
+}
+
+/// The layout of a table.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    pub separator: u8,
+    pub columns: Vec<Column>,
+    /// Where the first row begins, blank lines in front of it included, and its line.
+    pub byte: usize,
+    pub line: u64,
+    pub ends: LineEnds,
+    /// Lines in front of `byte`.
+    pub lines_before: u64,
+    /// Where the header is; none if there is none.
+    pub header_line: Option<u64>,
+    /// The column that is the time and its unit, none if nothing says it.
+    pub time: Option<(usize, Option<Unit>)>,
+    /// The column that looks most like a time among those that are none, and the units in which
+    /// that is plausible, the best first.
+    pub likely_time: Option<(usize, Vec<&'static str>)>,
+    /// The column that counts the rows, if one does that is not called so.
+    pub row_counter: Option<usize>,
+    /// The rate that the lines above the table state.
+    pub stated: Option<Stated>,
+    /// The unit of the time, or the column itself, is known by the stated rate.
+    pub is_by_stated: bool,
+    /// Words that hold numbers are left out: `x:0.12`, `[0.1`.
+    pub has_marked_words: bool,
+    /// Units in which the time without a unit has a plausible rate, the best first.
+    time_units: Vec<&'static str>,
+    /// The columns continue one another: one series, so many samples a row.
+    pub is_wrapped: bool,
+    /// Whether lines were passed over in front of the header.
+    pub has_preamble: bool,
+    /// The time's unit is guessed from its size.
+    pub is_epoch: bool,
+}
+
+impl Layout {
+    /// Finds the layout of a text that begins so; its last line may be cut unless it is `whole`.
+    pub fn find(text: &[u8], is_whole: bool, time: Option<&TimeColumn>) -> Result<Self, Refused> {
+        let (asked, skip) = asked_separator(text);
+        let text = &text[skip..];
+        if text.iter().all(u8::is_ascii_whitespace) {
+            return Err(Refused::new(None, "the file is empty"));
+        }
+        let separators: &[u8] = asked
+            .as_ref()
+            .map_or(&SEPARATORS[..], core::slice::from_ref);
+        let mut best: Option<(f64, u8, Vec<HeadLine>)> = None;
+        for separator in separators {
+            let lines = lines(text, *separator, is_whole);
+            let score = score(&lines);
+            if best.as_ref().is_none_or(|(most, ..)| score > *most) {
+                best = Some((score, *separator, lines));
+            }
+        }
+        let Some((_, separator, lines)) = best else {
+            return Err(Refused::new(None, "the file is empty"));
+        };
+        let mut found = Self::of(&lines, separator)?;
+        found.ends = LineEnds::of(text);
+        found.lines_before = text[..found.byte]
+            .iter()
+            .filter(|byte| **byte == b'\n')
+            .count() as u64;
+        found.stated = stated(&String::from_utf8_lossy(&text[..found.byte]));
+        found.find_time(&lines, time)?;
+        found.find_wrapped(&lines);
+        found.byte += skip;
+        Ok(found)
+    }
+
+    fn of(lines: &[HeadLine], separator: u8) -> Result<Self, Refused> {
+        let width = usual_width(lines);
+        let Some(first) = first_row(lines, width) else {
+            return Err(no_rows(lines));
+        };
+        let rows: Vec<&HeadLine> = rows(lines, first).collect();
+        let (names, header) = names(lines, first)?;
+        let share = |at: usize, wanted: Kind| {
+            rows.iter().filter(|line| line.kinds[at] == wanted).count() as f64 / rows.len() as f64
+        };
+        let units = unit_row(lines, first, header.map(|at| lines[at].number));
+        let unit_row_of = |at: usize| {
+            let unit = units?.cells[at].trim_matches(['(', ')', '[', ']']);
+            (!unit.is_empty()).then(|| unit.to_owned())
+        };
+        let columns = (0..width).map(|at| {
+            let name = names
+                .as_ref()
+                .map_or(format!("column_{}", at + 1), |names| names[at].clone());
+            let is_unnamed = name.is_empty() || name == COMMENT;
+            let is_empty = is_unnamed && share(at, Kind::Missing) == 1.0;
+            let words = share(at, Kind::Text) + share(at, Kind::Clock);
+            Column {
+                is_left_out: is_empty || words > 0.5 || is_counter(&name, &rows, at),
+                unit: of_channel(&name).or_else(|| unit_row_of(at)),
+                name,
+            }
+        });
+        let columns: Vec<Column> = columns.collect();
+        let has = |name: &&str| columns.iter().any(|column| column.name == **name);
+        if ESTIMATE_COLUMNS.iter().all(has) {
+            let why = "these are estimates, not samples: give the recording that they come from";
+            return Err(Refused::new(None, why));
+        }
+        let header_at = header.unwrap_or(first);
+        Ok(Self {
+            separator,
+            columns,
+            byte: lines[first].byte,
+            line: lines[first].number,
+            ends: LineEnds::Lf,
+            lines_before: 0,
+            header_line: header.map(|at| lines[at].number),
+            time: None,
+            likely_time: None,
+            row_counter: None,
+            stated: None,
+            is_by_stated: false,
+            has_marked_words: has_marked_words(&rows),
+            time_units: Vec::new(),
+            is_wrapped: false,
+            has_preamble: lines[..header_at].iter().any(|line| !line.is_comment()),
+            is_epoch: false,
+        })
+    }
+
+    fn find_time(
+        &mut self,
+        lines: &[HeadLine],
+        wanted: Option<&TimeColumn>,
+    ) -> Result<(), Refused> {
+        let refuse = |why: String| Err(Refused::new(self.header_line, why));
+        // Not by its number: where ends of lines are mixed, two may have the same.
+        let first = lines
+            .iter()
+            .position(|line| line.byte == self.byte)
+            .unwrap_or(0);
+        let rows: Vec<&HeadLine> = rows(lines, first).collect();
+        let units = unit_row(lines, first, self.header_line);
+        let unit_at = |at: usize| units.and_then(|units| per_second(&units.cells[at]));
+        let looks: Vec<Look> = (0..self.columns.len())
+            .map(|at| Look::new(&rows, at))
+            .collect();
+        let names: Vec<&str> = (self.columns.iter())
+            .map(|column| column.name.as_str())
+            .collect();
+        let (at, declared) = match wanted {
+            Some(TimeColumn::Nothing) => return Ok(()),
+            Some(TimeColumn::Named(name, unit)) => {
+                let Some(at) = find_named(&names, name) else {
+                    return refuse(format!("no column {name}; there are: {}", names.join(", ")));
+                };
+                let declared = unit.map_or_else(|| declared_time(names[at]), Declared::PerSecond);
+                (at, declared)
+            }
+            None => {
+                if let [first, second] = two_exact(&self.columns)[..] {
+                    return refuse(format!(
+                        "columns {first} and {second} are both called {TIME_COLUMN}"
+                    ));
+                }
+                match choose(&candidates(&names, &looks, &unit_at)) {
+                    Ok(Some(found)) => (found.at, found.named.unit),
+                    Ok(None) => {
+                        self.look_for_likely(&looks);
+                        return Ok(());
+                    }
+                    Err(all) => {
+                        let all: Vec<&str> = all.iter().map(|at| names[*at]).collect();
+                        return refuse(format!(
+                            "{} may all be the time: choose with --time-column {}, or none",
+                            all.join(", "),
+                            quoted(all[0])
+                        ));
+                    }
+                }
+            }
+        };
+        if self.columns.len() == 1 {
+            return refuse("no channel: the table has only a time column".into());
+        }
+        let look = &looks[at];
+        let name = names[at].to_owned();
+        if look.falls {
+            return refuse(format!(
+                "column {name} goes back in time from row to row: sort the rows; in Python, ridgetone.fit(pandas.read_csv(FILE).sort_values({name:?}))"
+            ));
+        }
+        let unit = match declared {
+            _ if look.is_clock => Some(Unit::Clock),
+            Declared::PerSecond(unit) => Some(Unit::PerSecond(unit)),
+            Declared::Unknown(unit) => {
+                let option = quoted(&format!("{name}:ms"));
+                return refuse(format!(
+                    "column {name}: the unit {unit:?} is not known: say which with --time-column {option}, or another of {UNITS}"
+                ));
+            }
+            Declared::Nothing => self.undeclared_unit(&name, look, unit_at(at))?,
+        };
+        if wanted.is_none()
+            && let Some(unit) = unit
+        {
+            self.check_clocks(&looks, at, unit)?;
+        }
+        // A column beside it that is a time, too, is no channel.
+        for (column, look) in self.columns.iter_mut().zip(&looks) {
+            let is_called_so = column.name == name || named(&column.name, false).is_some();
+            column.is_left_out |= is_called_so && look.never_falls && look.grows > 0.0;
+        }
+        self.columns[at].is_left_out = true;
+        self.time = Some((at, unit));
+        Ok(())
+    }
+
+    /// The unit of a time whose name declares none: by the row of units, the stated rate, or the size
+    /// of its numbers; none if whole numbers leave it open.
+    fn undeclared_unit(
+        &mut self,
+        name: &str,
+        look: &Look,
+        by_unit_row: Option<f64>,
+    ) -> Result<Option<Unit>, Refused> {
+        let refuse = |why: String| Err(Refused::new(self.header_line, why));
+        if let Some(unit) = by_unit_row {
+            return Ok(Some(Unit::PerSecond(unit)));
+        }
+        if let Some(unit) = self
+            .stated
+            .as_ref()
+            .and_then(|stated| unit_at_rate(look, stated.hz))
+        {
+            self.is_by_stated = true;
+            return Ok(Some(Unit::PerSecond(unit)));
+        }
+        if let Some(unit) = look.epoch() {
+            self.is_epoch = true;
+            return Ok(Some(Unit::PerSecond(unit)));
+        }
+        if look.may_be_days() {
+            let option = |unit: &str| quoted(&format!("{name}:{unit}"));
+            return refuse(format!(
+                "column {name} begins with {}, which may be days, as Excel and MATLAB count them: say so with --time-column {}, or {} if it is in seconds",
+                look.first,
+                option("d"),
+                option("s")
+            ));
+        }
+        if !look.is_whole && look.step > 0.0 && look.step < 1.0 / RATE_ASKED_HZ {
+            let option = quoted(&format!("{name}:s"));
+            return refuse(format!(
+                "column {name} without a unit would give {} rows a second: say its unit with --time-column {option}, or another of {UNITS}",
+                significant(1.0 / look.step, 3)
+            ));
+        }
+        self.time_units = plausible_units(look);
+        Ok((!look.is_whole).then_some(Unit::PerSecond(1.0)))
+    }
+
+    /// Units of a time without one in which its rate is plausible, the best first.
+    pub fn plausible_units(&self) -> &[&'static str] {
+        &self.time_units
+    }
+
+    /// Refuses two columns of time that run at different speeds.
+    fn check_clocks(&self, looks: &[Look], at: usize, unit: Unit) -> Result<(), Refused> {
+        let span_s = |look: &Look, unit: Unit| match unit {
+            Unit::PerSecond(per_second) => (look.last - look.first) / per_second,
+            Unit::Clock => look.last - look.first,
+        };
+        let chosen_s = span_s(&looks[at], unit);
+        for (other, look) in looks.iter().enumerate().filter(|(other, _)| *other != at) {
+            let name = &self.columns[other].name;
+            let unit = match (look.is_clock, declared_time(name)) {
+                (true, _) => Unit::Clock,
+                (false, Declared::PerSecond(unit)) => Unit::PerSecond(unit),
+                _ => continue,
+            };
+            if named(name, false).is_none() || !look.never_falls || look.grows < 0.5 {
+                continue;
+            }
+            let ratio = span_s(look, unit) / chosen_s;
+            if ratio.is_finite() && !(1.0 / CLOCKS_DIFFER..CLOCKS_DIFFER).contains(&ratio) {
+                let chosen = &self.columns[at].name;
+                let why = format!(
+                    "columns {chosen} and {name} disagree: {} s and {} s for the same rows; choose one with --time-column {}",
+                    significant(chosen_s, 4),
+                    significant(ratio * chosen_s, 4),
+                    quoted(chosen)
+                );
+                return Err(Refused::new(self.header_line, why));
+            }
+        }
+        Ok(())
+    }
+
+    /// Without a column that is called a time: one that runs at the stated rate, or what to ask.
+    fn look_for_likely(&mut self, looks: &[Look]) {
+        let Some(at) = likely_time(looks) else {
+            return;
+        };
+        let look = &looks[at];
+        let hz = self.stated.as_ref().map(|stated| stated.hz);
+        if let Some(unit) = hz.and_then(|hz| unit_at_rate(look, hz)) {
+            self.is_by_stated = true;
+            self.columns[at].is_left_out = true;
+            self.time = Some((at, Some(Unit::PerSecond(unit))));
+        } else if look.counts_rows() {
+            self.row_counter = Some(at);
+            self.columns[at].is_left_out = self.columns.len() > 1;
+        } else {
+            self.likely_time = Some((at, plausible_units(look)));
+        }
+    }
+
+    /// Columns that may hold samples: the channels without one that may be the time.
+    pub fn series(&self) -> impl Iterator<Item = usize> {
+        let likely = self.likely_time.as_ref().map(|(at, _)| *at);
+        let columns = self.columns.iter().enumerate();
+        columns
+            .filter(move |(at, column)| !column.is_left_out && Some(*at) != likely)
+            .map(|(at, _)| at)
+    }
+
+    /// Looks whether the channels continue one another.
+    fn find_wrapped(&mut self, lines: &[HeadLine]) {
+        let first = lines
+            .iter()
+            .position(|line| line.byte == self.byte)
+            .unwrap_or(0);
+        let numbers = Numbers::new(self.separator == b',');
+        let values = |line: &HeadLine| {
+            let channels = self.series();
+            let cells = channels.map(|at| line.cells[at].as_str());
+            cells
+                .map(|cell| numbers.number(cell).unwrap_or(f64::NAN))
+                .collect()
+        };
+        let rows: Vec<Vec<f64>> = rows(lines, first).take(WRAPPED_ROWS).map(values).collect();
+        self.is_wrapped = is_wrapped(&rows);
+    }
+}
+
+/// Rows that are looked at for a series that is written several samples a row.
+const WRAPPED_ROWS: usize = 400;
+
+/// Rates from which on a time without a unit is asked for.
+const RATE_ASKED_HZ: f64 = 1e6;
+
+/// Ratio of the lengths of the same rows by two clocks that disagree.
+const CLOCKS_DIFFER: f64 = 1.5;
+
+/// Rates of rows that are plausible, hertz.
+const PLAUSIBLE_HZ: core::ops::RangeInclusive<f64> = 1.0..=1e5;
+
+/// Columns that may be the time.
+fn candidates(
+    names: &[&str],
+    looks: &[Look],
+    unit_at: &dyn Fn(usize) -> Option<f64>,
+) -> Vec<Candidate> {
+    let candidate = |(at, look): (usize, &Look)| {
+        let by_unit = unit_at(at).map(|per_second| Named {
+            likeness: Likeness::WithUnit,
+            unit: Declared::PerSecond(per_second),
+        });
+        let by_look = look.is_clock.then_some(Named {
+            likeness: Likeness::Contains,
+            unit: Declared::Nothing,
+        });
+        let is_steady = look.is_steady && look.grows > 0.98;
+        let named = named(names[at], is_steady).or(by_unit).or(by_look)?;
+        (look.is_time() || named.likeness == Likeness::Exact).then_some(Candidate {
+            at,
+            named,
+            grows: look.grows,
+        })
+    };
+    looks.iter().enumerate().filter_map(candidate).collect()
+}
+
+/// Whether words of the rows hold numbers.
+fn has_marked_words(rows: &[&HeadLine]) -> bool {
+    let is_marked = |cell: &str| {
+        let is_mark = |c: char| "[](){}=:|\"".contains(c);
+        cell.contains(is_mark) && cell.contains(|c: char| c.is_ascii_digit())
+    };
+    let marked = rows.iter().filter(|row| {
+        let mut cells = row.cells.iter().zip(&row.kinds);
+        cells.any(|(cell, kind)| *kind == Kind::Text && is_marked(cell))
+    });
+    marked.count() * 2 > rows.len()
+}
+
+/// The column of a name, whose unit in brackets may be left out.
+fn find_named(names: &[&str], name: &str) -> Option<usize> {
+    let exact = names.iter().position(|known| *known == name);
+    exact.or_else(|| {
+        let without = |known: &&str| bracketed(known).is_some_and(|(before, _)| before == name);
+        names.iter().position(without)
+    })
+}
+
+/// Units of a time, with as many of them as are a second.
+const TIME_UNITS: [(&str, f64); 7] = [
+    ("ms", 1e3),
+    ("us", 1e6),
+    ("s", 1.0),
+    ("ns", 1e9),
+    ("min", 1.0 / 60.0),
+    ("h", 1.0 / 3600.0),
+    ("d", 1.0 / 86_400.0),
+];
+
+/// The unit in which a column runs at a rate.
+fn unit_at_rate(look: &Look, hz: f64) -> Option<f64> {
+    let span = look.last - look.first;
+    let hz_in = |per_second: f64| (look.rows as f64 - 1.0) / (span / per_second);
+    let is_at = |per_second: &f64| (hz_in(*per_second) / hz - 1.0).abs() < 0.02;
+    let units = TIME_UNITS.iter().map(|(_, per_second)| *per_second);
+    units
+        .filter(|_| look.is_steady && look.rows > 4)
+        .find(is_at)
+}
+
+/// Units in which a column has a plausible rate, the best first: seconds have decimals.
+fn plausible_units(look: &Look) -> Vec<&'static str> {
+    let is_plausible = |per_second: f64| PLAUSIBLE_HZ.contains(&(per_second / look.step));
+    let units = TIME_UNITS
+        .iter()
+        .filter(|(_, per_second)| is_plausible(*per_second));
+    let mut units: Vec<&str> = units.map(|(unit, _)| *unit).collect();
+    if !look.is_whole {
+        units.sort_by_key(|unit| *unit != "s");
+    }
+    units
+}
+
+/// Columns that are both called `time_s`.
+fn two_exact(columns: &[Column]) -> Vec<usize> {
+    (0..columns.len())
+        .filter(|at| columns[*at].name == TIME_COLUMN)
+        .map(|at| at + 1)
+        .collect()
+}
+
+/// Spreadsheets may begin with a line that says what separates columns.
+fn asked_separator(text: &[u8]) -> (Option<u8>, usize) {
+    let Some(line) = text.split(|byte| matches!(byte, b'\n' | b'\r')).next() else {
+        return (None, 0);
+    };
+    match line.trim_ascii().strip_prefix(b"sep=") {
+        Some([separator]) => (Some(*separator), line.len()),
+        // A tab would be trimmed.
+        Some([]) => (Some(b'\t'), line.len()),
+        _ => (None, 0),
+    }
+}
+
+/// How much of the text is a table with this separator. Words count against it, and so does a
+/// single column.
+fn score(lines: &[HeadLine]) -> f64 {
+    let width = usual_width(lines);
+    let rows = lines
+        .iter()
+        .filter(|line| line.cells.len() == width && line.is_data());
+    let sum: f64 = rows
+        .map(|line| 1.0 - 1.5 * line.count(Kind::Text) as f64 / width as f64)
+        .sum();
+    if width > 1 {
+        1.0 + sum
+    } else {
+        sum / (1.0 + sum)
+    }
+}
+
+/// The number of cells that most rows have.
+fn usual_width(lines: &[HeadLine]) -> usize {
+    let mut counts = std::collections::BTreeMap::new();
+    for line in lines.iter().filter(|line| line.is_data()) {
+        *counts.entry(line.cells.len()).or_insert(0) += 1;
+    }
+    let most = counts.into_iter().max_by_key(|(_, rows)| *rows);
+    most.map_or(0, |(width, _)| width)
+}
+
+/// The first row: a line with a word where most others have numbers gives names, or belongs to a
+/// preamble.
+fn first_row(lines: &[HeadLine], width: usize) -> Option<usize> {
+    let ends = lines.iter().rposition(HeadLine::ends_header);
+    let begin = ends.map_or(0, |end| end + 1);
+    let may_be = |line: &&HeadLine| line.is_data() && line.cells.len() == width;
+    let has_numbers = (0..width).map(|at| {
+        let all = lines[begin..].iter().filter(may_be);
+        let (words, others): (Vec<Kind>, _) = all
+            .map(|line| line.kinds[at])
+            .filter(|kind| *kind != Kind::Missing)
+            .partition(|kind| *kind == Kind::Text);
+        others.len() >= words.len().max(1)
+    });
+    let has_numbers: Vec<bool> = has_numbers.collect();
+    let is_row = |line: &HeadLine| {
+        let mut cells = line.kinds.iter().zip(&has_numbers);
+        !cells.any(|(kind, has_numbers)| *has_numbers && *kind == Kind::Text)
+    };
+    (begin..lines.len()).find(|at| may_be(&&lines[*at]) && is_row(&lines[*at]))
+}
+
+/// The rows among the first lines.
+fn rows(lines: &[HeadLine], first: usize) -> impl Iterator<Item = &HeadLine> {
+    let width = lines[first].cells.len();
+    lines[first..]
+        .iter()
+        .filter(move |line| line.cells.len() == width && line.is_data())
+}
+
+fn no_rows(lines: &[HeadLine]) -> Refused {
+    let line = lines.last().map(|line| line.number);
+    let why = match lines {
+        [one] if one.count(Kind::Text) > 0 => "no data after the header",
+        _ => "no line with more numbers than words: this is no table of samples",
+    };
+    Refused::new(line, why)
+}

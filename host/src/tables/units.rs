@@ -1,0 +1,259 @@
+//! Units in the names of columns: `Time (min)`, `t_ms`, `Force [N]`, and those of a time.
+
+/// Seconds of each unit of time, by its names.
+const TIMES: [(f64, &[&str]); 12] = [
+    (
+        1.0,
+        &[
+            "s", "sec", "secs", "second", "seconds", "sek", "sekunde", "sekunden",
+        ],
+    ),
+    (
+        1e-3,
+        &[
+            "ms",
+            "msec",
+            "msecs",
+            "millis",
+            "millisec",
+            "millisecond",
+            "milliseconds",
+            "millisekunden",
+        ],
+    ),
+    (
+        1e-6,
+        &[
+            "us",
+            "µs",
+            "μs",
+            "usec",
+            "usecs",
+            "µsec",
+            "micros",
+            "microsec",
+            "microsecond",
+            "microseconds",
+            "mikrosekunden",
+        ],
+    ),
+    (
+        1e-9,
+        &[
+            "ns",
+            "nsec",
+            "nanos",
+            "nanosec",
+            "nanosecond",
+            "nanoseconds",
+        ],
+    ),
+    (1e-12, &["ps", "psec", "picoseconds"]),
+    (1e-2, &["cs", "centiseconds"]),
+    (1e-1, &["ds", "deciseconds"]),
+    (1e3, &["ks", "ksec", "kiloseconds"]),
+    (
+        60.0,
+        &["min", "mins", "minute", "minutes", "minuten", "minuto"],
+    ),
+    (
+        3600.0,
+        &["h", "hr", "hrs", "hour", "hours", "std", "stunden"],
+    ),
+    (86_400.0, &["d", "day", "days", "tag", "tage"]),
+    (604_800.0, &["week", "weeks"]),
+];
+
+/// Words that count something else than a time, at the end of the name of a time.
+const NO_TIMES: [&str; 17] = [
+    "tick", "ticks", "cycle", "cycles", "count", "counts", "frame", "frames", "sample", "samples",
+    "jiffy", "jiffies", "step", "steps", "months", "years", "beats",
+];
+
+/// Words in brackets after a time that are no unit.
+const REMARKS: [&str; 26] = [
+    "utc",
+    "gmt",
+    "local",
+    "localtime",
+    "formatted",
+    "gps",
+    "est",
+    "cet",
+    "cest",
+    "pst",
+    "iso",
+    "iso8601",
+    "hh",
+    "mm",
+    "ss",
+    "hhmmss",
+    "sss",
+    "fff",
+    "relative",
+    "rel",
+    "abs",
+    "absolute",
+    "elapsed",
+    "unix",
+    "epoch",
+    "since",
+];
+
+/// Unit that a name or a cell declares.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Declared {
+    /// So many are a second.
+    PerSecond(f64),
+    /// A unit that is no time, or not known.
+    Unknown(String),
+    Nothing,
+}
+
+/// Units in a second of a unit of time, by its name: `ms`, `(min)`, `10 ms`.
+pub fn per_second(unit: &str) -> Option<f64> {
+    let unit = unit.trim_matches(|c: char| c.is_whitespace() || "()[]{}.".contains(c));
+    let unit = unit.to_lowercase();
+    let digits = unit
+        .find(|c: char| !(c.is_ascii_digit() || c == '.'))
+        .unwrap_or(unit.len());
+    let (count, name) = unit.split_at(digits);
+    let count = match count {
+        "" => 1.0,
+        count => count.parse().ok().filter(|count| *count > 0.0)?,
+    };
+    let known = TIMES
+        .iter()
+        .find(|(_, names)| names.contains(&name.trim()))?;
+    // 1e-3 has no exact inverse, and 1e3 is meant.
+    Some(match known.0 {
+        seconds if seconds < 1.0 => (1.0 / seconds).round() / count,
+        seconds => 1.0 / seconds / count,
+    })
+}
+
+/// Name of a unit of time for messages.
+pub fn unit_name(per_second: f64) -> String {
+    let names = [
+        (1.0, "seconds"),
+        (1e3, "milliseconds"),
+        (1e6, "microseconds"),
+        (1e9, "nanoseconds"),
+        (1.0 / 60.0, "minutes"),
+        (1.0 / 3600.0, "hours"),
+        (1.0 / 86_400.0, "days"),
+    ];
+    let known = names.iter().find(|(known, _)| *known == per_second);
+    known.map_or_else(
+        || {
+            format!(
+                "units of {} s",
+                crate::digits::significant(1.0 / per_second, 3)
+            )
+        },
+        |(_, name)| (*name).to_owned(),
+    )
+}
+
+/// Text in the last brackets at the end of a name, and the name before them.
+pub fn bracketed(name: &str) -> Option<(&str, &str)> {
+    let name = name.trim();
+    let open = match name.chars().last()? {
+        ')' => '(',
+        ']' => '[',
+        '}' => '{',
+        _ => return None,
+    };
+    let at = name.rfind(open)?;
+    Some((
+        name[..at].trim(),
+        name[at + 1..name.len() - 1]
+            .trim_matches(|c: char| c.is_whitespace() || "()[]{}".contains(c)),
+    ))
+}
+
+/// The unit of time that a column's name declares.
+pub fn declared_time(name: &str) -> Declared {
+    let lower = name.trim().to_lowercase();
+    let is_between = |c: char| !c.is_alphanumeric() && !matches!(c, 'µ' | 'μ');
+    if let Some((_, inside)) = bracketed(&lower) {
+        if let Some(known) = per_second(inside) {
+            return Declared::PerSecond(known);
+        }
+        let words: Vec<&str> = inside
+            .split(is_between)
+            .filter(|word| !word.is_empty())
+            .collect();
+        if let Some(known) = words.iter().find_map(|word| per_second(word)) {
+            return Declared::PerSecond(known);
+        }
+        return match words.iter().all(|word| REMARKS.contains(word)) {
+            true => Declared::Nothing,
+            false => Declared::Unknown(inside.to_owned()),
+        };
+    }
+    let words: Vec<&str> = lower
+        .split(is_between)
+        .filter(|word| !word.is_empty())
+        .collect();
+    match words[..] {
+        [_, .., last] => {
+            match per_second(last).filter(|_| !last.starts_with(|c: char| c.is_ascii_digit())) {
+                Some(known) => Declared::PerSecond(known),
+                None if NO_TIMES.contains(&last) => Declared::Unknown(last.to_owned()),
+                None => Declared::Nothing,
+            }
+        }
+        _ => Declared::Nothing,
+    }
+}
+
+/// Unit of a channel by its name: `Force [N]`, `ain0_mV`, `v (V)`; none without one.
+pub fn of_channel(name: &str) -> Option<String> {
+    if let Some((before, inside)) = bracketed(name) {
+        return (!before.is_empty() && !inside.is_empty()).then(|| inside.to_owned());
+    }
+    const SUFFIXES: [&str; 16] = [
+        "V", "mV", "uV", "g", "mg", "N", "mN", "kPa", "Pa", "mm", "m", "deg", "degC", "mA", "A",
+        "counts",
+    ];
+    let (_, suffix) = name.rsplit_once(['_', ' '])?;
+    SUFFIXES.contains(&suffix).then(|| suffix.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_time_are_known_or_named() {
+        use Declared::{Nothing, PerSecond, Unknown};
+        for (name, expected) in [
+            ("Time (min)", PerSecond(1.0 / 60.0)),
+            ("timestamp_min", PerSecond(1.0 / 60.0)),
+            ("time in minutes", PerSecond(1.0 / 60.0)),
+            ("Zeit (Minuten)", PerSecond(1.0 / 60.0)),
+            ("Time(min.)", PerSecond(1.0 / 60.0)),
+            ("Elapsed (h)", PerSecond(1.0 / 3600.0)),
+            ("Time (days)", PerSecond(1.0 / 86_400.0)),
+            ("time (ks)", PerSecond(1e-3)),
+            ("Time (10 ms)", PerSecond(100.0)),
+            ("Timestamp[nanosec]", PerSecond(1e9)),
+            ("Time (s since start)", PerSecond(1.0)),
+            ("t (µs)", PerSecond(1e6)),
+            ("time_s", PerSecond(1.0)),
+            ("Time (UTC)", Nothing),
+            ("Time (HH:MM:SS.fff)", Nothing),
+            ("time", Nothing),
+            ("time_2", Nothing),
+            ("Time (fortnights)", Unknown("fortnights".into())),
+            ("time_ticks", Unknown("ticks".into())),
+        ] {
+            assert_eq!(declared_time(name), expected, "{name}");
+        }
+        assert_eq!(of_channel("Force [N]").as_deref(), Some("N"));
+        assert_eq!(of_channel("ain0_mV").as_deref(), Some("mV"));
+        assert_eq!(of_channel("ain0"), None);
+        assert_eq!(of_channel("(x)"), None);
+    }
+}

@@ -1,0 +1,98 @@
+//! One series that is written several samples a row.
+
+/// Rows that show it.
+const ROWS_MIN: usize = 12;
+
+/// Largest ratio of the steps within a row, and from one row to the next, in one series.
+const RATIO_MAX: f64 = 3.0;
+
+/// True if the columns continue one another: the step from the last column of a row to the first
+/// column of the next row is as large as those within a row, and smaller than both the step from row
+/// to row in a column and the scatter of all values. `rows` have the same number of values each.
+pub fn is_wrapped(rows: &[Vec<f64>]) -> bool {
+    let width = rows.first().map_or(0, Vec::len);
+    if width < 2 || rows.len() < ROWS_MIN || rows.iter().flatten().any(|value| !value.is_finite()) {
+        return false;
+    }
+    let mean_square = |steps: &mut dyn Iterator<Item = f64>| {
+        let (sum, count) = steps.fold((0.0, 0.0), |(sum, count), step| {
+            (sum + step * step, count + 1.0)
+        });
+        sum / f64::max(count, 1.0)
+    };
+    let pairs = || rows.windows(2);
+    let end = mean_square(&mut pairs().map(|pair| pair[1][0] - pair[0][width - 1]));
+    let within: Vec<f64> = (1..width)
+        .map(|at| mean_square(&mut rows.iter().map(|row| row[at] - row[at - 1])))
+        .collect();
+    let down = mean_square(&mut pairs().flat_map(|pair| {
+        pair[0]
+            .iter()
+            .zip(&pair[1])
+            .map(|(before, after)| after - before)
+    }));
+    let values = || rows.iter().flatten();
+    let mean = values().sum::<f64>() / (rows.len() * width) as f64;
+    let variance = mean_square(&mut values().map(|value| value - mean));
+    let alike = within
+        .iter()
+        .all(|step| *step < RATIO_MAX * end && end < RATIO_MAX * step);
+    // Two samples of white noise are apart by twice the variance.
+    alike && end < variance && end < 0.7 * down
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(number: usize) -> f64 {
+        ((number as f64 * 12.9898).sin() * 43_758.545).fract().abs() - 0.5
+    }
+
+    fn rows(width: usize, value: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
+        (0..60)
+            .map(|row| {
+                (0..width)
+                    .map(|at| value(row, at) + 0.1 * noise(row * width + at))
+                    .collect()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_wrapped_series_is_told_from_channels() {
+        let tone = |phase: f64| (std::f64::consts::TAU * phase).sin();
+        for width in [2, 5, 6, 8, 50] {
+            for per_sample in [0.0185, 0.03, 0.05] {
+                let series = rows(width, |row, at| {
+                    tone((row * width + at) as f64 * per_sample)
+                });
+                // A period that is a whole number of rows repeats every row.
+                assert!(
+                    is_wrapped(&series) || width == 50 && per_sample != 0.0185,
+                    "{width} {per_sample}"
+                );
+            }
+            for (per_row, per_column) in [
+                (0.02, 0.0),
+                (0.02, 1.0 / 3.0),
+                (0.3, 0.0),
+                (0.02, 0.1),
+                (0.45, 0.2),
+            ] {
+                let channels = rows(width, |row, at| {
+                    tone(row as f64 * per_row + at as f64 * per_column) + at as f64
+                });
+                assert!(!is_wrapped(&channels), "{width} {per_row} {per_column}");
+                let channels = rows(width, |row, at| {
+                    tone(row as f64 * per_row + at as f64 * per_column)
+                });
+                assert!(
+                    !is_wrapped(&channels),
+                    "{width} {per_row} {per_column}, no offset"
+                );
+            }
+        }
+        assert!(!is_wrapped(&rows(3, |_, _| 0.0)), "noise");
+    }
+}
