@@ -1,8 +1,9 @@
-//! The lean scene: one line in white, independent noise, next to a level and a slope.
+//! The lean scenes: lines in white, independent noise, next to a level and a slope.
 //!
 //! A path of its own. It reads the frames twice: once to mix channels for one or a few transforms,
-//! and once to sum them up in blocks; everything else works on the blocks. A window that is not
-//! what the scene declares is not reported as good: see [`declaration`].
+//! and once to sum them up in blocks; everything else works on the blocks. Several lines take one
+//! reading for each fundamental that the highest peak may belong to. A window that is not what the
+//! scene declares is not reported as good: see [`declaration`].
 
 mod blocks;
 mod declaration;
@@ -15,21 +16,19 @@ use crate::domain::Domain;
 use crate::fit::{Fit, Status};
 use crate::frame_span::FrameSpan;
 use crate::limits::FRAMES_MIN;
-use crate::scene::{Baseline, Channels, Noise, Scene, Speed};
+use crate::scene::{Band, Baseline, Channels, Noise, Scene, Speed};
 use crate::source::{Overwritten, Values};
-use blocks::Blocks;
 pub use blocks::LEAN_ROWS;
+use blocks::{Blocks, LINES};
 use reference::Reference;
-use search::{Peak, Search};
+use search::{Comb, Peak, Search, Second};
 use solve::Solution;
-use verdict::Verdict;
+use verdict::{Line, Verdict};
 
 /// Most passes over the frames at a frequency.
 const PASSES: usize = 3;
 /// Most steps after a pass.
 const STEPS: usize = 6;
-/// Steps from each start below [`CYCLES_FEW`] cycles, before the best start is chosen.
-const STEPS_OF_START: usize = 3;
 /// A step of less than this many standard deviations is the last.
 const STEP_LAST: f32 = 0.03;
 /// Cycles below which a peak may be off by half a cycle: its own negative frequency is next to it.
@@ -38,18 +37,23 @@ const CYCLES_FEW: f32 = 3.0;
 const STARTS: [f32; 3] = [0.0, -0.5, 0.5];
 /// Farther than this from the frequency of the window before, in cycles, is another tone.
 const EXPECTED_NEAR: f32 = 0.45;
+/// Fewest cycles of a part of a peak's frequency.
+const CYCLES_PART: f32 = 0.8;
+/// Deviate of a line that is kept: one of a thousand is above.
+const Z_KEPT: f32 = 3.1;
 
 /// The lean path, in memory that holds nothing between fits.
 pub struct Lean<'m> {
     search: Search<'m>,
     blocks: Blocks<'m>,
+    solution: Solution,
 }
 
 impl Scene {
-    /// True for the scenes of the lean path: one harmonic in white, independent noise at a steady
-    /// speed, without impulses or curved baselines.
+    /// True for the scenes of the lean path: lines in white, independent noise at a steady speed,
+    /// without impulses or curved baselines.
     pub(crate) fn is_lean(&self) -> bool {
-        self.harmonics() == 1
+        usize::from(self.harmonics()) <= LINES
             && self.baseline == Baseline::Slope
             && self.noise == Noise::White
             && self.channels == Channels::Independent
@@ -66,6 +70,7 @@ impl<'m> Lean<'m> {
         Self {
             search: Search::new(points.as_flattened_mut(), power),
             blocks: Blocks::new(blocks),
+            solution: Solution::NONE,
         }
     }
 
@@ -85,61 +90,176 @@ impl<'m> Lean<'m> {
             return Ok(Fit::without_tone(Status::Nothing, 0));
         }
         let per_cycle = span.frequency(1.0);
+        let harmonics = usize::from(scene.harmonics());
         if let Some(expected) = span.expected {
             let peak = Peak::expected(expected / per_cycle);
-            let fit = self.fit_at(span, &reference, &peak)?;
+            let fit = self.fit_at(span, &reference, &peak, harmonics, None)?;
             let moved = f32::abs(fit.frequency / per_cycle - peak.cycles);
             if fit.status == Status::Good && moved < EXPECTED_NEAR {
                 return Ok(fit);
             }
         }
         let band = scene.band.over(per_cycle);
-        let peak = self.search.peak(span, &reference, band)?;
-        self.fit_at(span, &reference, &peak)
+        // A fundamental's lines may be above its band.
+        let lines = Band {
+            most: band.most * harmonics as f32,
+            ..band
+        };
+        let mut peak = self.search.peak(span, &reference, lines)?;
+        let rival = if harmonics > 1 {
+            self.choose(span, &reference, &mut peak, harmonics, &band)?
+        } else {
+            None
+        };
+        self.fit_at(span, &reference, &peak, harmonics, rival)
     }
 
-    /// The fit of the line at a peak.
+    /// Lines of a frequency below half the frame rate.
+    fn lines(span: &FrameSpan, cycles: f32, harmonics: usize) -> usize {
+        let most = 0.5 * (span.frames as f32 - 1.0);
+        (1..=harmonics.min(LINES))
+            .take_while(|line| *line == 1 || *line as f32 * cycles < most)
+            .count()
+    }
+
+    /// Moves a peak to the likeliest fundamental, the peak's frequency or a part of it. Gives
+    /// another one that is nearly as likely.
+    #[inline(never)]
+    fn choose(
+        &mut self,
+        span: &mut FrameSpan,
+        reference: &Reference,
+        peak: &mut Peak,
+        harmonics: usize,
+        band: &Band,
+    ) -> Result<Option<Second>, Overwritten> {
+        let top = peak.cycles;
+        let width = reference.width as f32;
+        let mut best: Option<(f32, f32)> = None;
+        let mut rival: Option<(f32, f32)> = None;
+        for part in 1..=harmonics {
+            let cycles = top / part as f32;
+            let lines = Self::lines(span, cycles, harmonics);
+            let comb = Comb { cycles, lines };
+            if cycles < CYCLES_PART
+                || !band.has(cycles)
+                || part > 1 && !self.search.may_have(&comb, part)
+            {
+                continue;
+            }
+            self.blocks.collect(span, reference, cycles, lines)?;
+            self.solution.choose((2 << lines) - 2);
+            self.solution.solve(&self.blocks, reference, 0.0);
+            for _ in 0..2 {
+                let turn = self.solution.turn + self.solution.step();
+                self.solution.solve(&self.blocks, reference, turn);
+            }
+            let frames = self.blocks.frames();
+            let unknowns = width * self.solution.functions() as f32;
+            let price = 0.5 * unknowns * libm::logf(frames.max(1.0));
+            let score = -0.5 * frames * self.solution.logarithm(reference) - price;
+            let found = cycles + self.solution.cycles();
+            // A part needs a line beside the peak's own.
+            let margin = if part > 1 { width * libm::logf(frames.max(1.0)) } else { 0.0 };
+            match best {
+                Some((of_best, _)) if score <= of_best + margin => {
+                    if score > of_best + 0.5 * margin {
+                        rival = Some((score, found));
+                    }
+                }
+                _ => best = Some((score, found)),
+            }
+        }
+        let Some((_, cycles)) = best else {
+            return Ok(None);
+        };
+        peak.cycles = cycles;
+        Ok(rival.map(|(_, cycles)| Second { cycles, power: 1.0 }))
+    }
+
+    /// The fit of the lines at a peak and its multiples.
     fn fit_at(
         &mut self,
         span: &mut FrameSpan,
         reference: &Reference,
         peak: &Peak,
+        harmonics: usize,
+        rival: Option<Second>,
     ) -> Result<Fit, Overwritten> {
-        let blocks = &mut self.blocks;
-        let mut solution = Solution::default();
+        let lines = Self::lines(span, peak.cycles, harmonics);
+        self.solution.choose((2 << lines) - 2);
         let mut cycles = peak.cycles;
         for pass in 1..=PASSES {
-            blocks.collect(span, reference, cycles)?;
-            if blocks.frames() < FRAMES_MIN as f32 || 2.0 * blocks.frames() < span.frames as f32 {
-                let frames = blocks.frames() as u32;
-                return Ok(Fit::without_tone(Status::TooShort, frames));
+            if self.blocks.cycles != cycles || self.blocks.lines != lines || pass == 1 {
+                self.blocks.collect(span, reference, cycles, lines)?;
             }
-            solution = if pass == 1 && peak.is_searched && cycles < CYCLES_FEW {
-                Solution::best_of(blocks, reference, &STARTS, STEPS_OF_START)
+            let frames = self.blocks.frames();
+            if frames < FRAMES_MIN as f32 || 2.0 * frames < span.frames as f32 {
+                return Ok(Fit::without_tone(Status::TooShort, frames as u32));
+            }
+            let (blocks, solution) = (&self.blocks, &mut self.solution);
+            if pass == 1 && peak.is_searched && harmonics == 1 && cycles < CYCLES_FEW {
+                solution.start(blocks, reference, &STARTS);
             } else {
-                Solution::at(blocks, reference, 0.0)
-            };
+                solution.solve(blocks, reference, 0.0);
+            }
+            if pass == 1 && lines > 1 {
+                let turn = solution.turn + solution.step();
+                solution.solve(blocks, reference, turn);
+                let kept = kept(solution, reference);
+                solution.choose(kept);
+                solution.solve(blocks, reference, turn);
+            }
             for _ in 0..STEPS {
-                let step = solution.step();
-                solution = Solution::at(blocks, reference, solution.turn + step);
-                if step.abs() < STEP_LAST * solution.turn_sigma {
+                if solution.step().abs() < STEP_LAST * solution.turn_sigma {
+                    solution.finish();
                     break;
                 }
+                solution.solve(blocks, reference, solution.turn + solution.step());
             }
             cycles += solution.cycles();
             if solution.cycles().abs() < blocks.near(solution.sigma(), cycles, reference.width) {
                 break;
             }
         }
-        let declared = declaration::test(blocks, reference, &solution);
-        let second = self.search.second(span, peak, cycles, blocks);
+        let solution = &self.solution;
+        let fundamental = Line::new(solution, reference, 0);
+        let mut strongest = fundamental;
+        for place in 1..solution.orders().len() {
+            let line = Line::new(solution, reference, place);
+            if line.power > strongest.power {
+                strongest = line;
+            }
+        }
+        let declared = declaration::test(&mut self.blocks, reference, solution, strongest.place);
+        let missing = 1.0 - self.blocks.frames() / span.frames.max(1) as f32;
+        let comb = Comb { cycles, lines };
+        let second = if peak.is_searched {
+            self.search.second(&comb, missing)
+        } else {
+            None
+        };
         let verdict = Verdict {
             cycles,
             reference,
-            solution: &solution,
+            solution,
+            strongest: &strongest,
+            fundamental: &fundamental,
             declared: &declared,
             second,
+            rival,
         };
-        Ok(verdict.fit(span, blocks))
+        Ok(verdict.fit(span, &self.blocks))
     }
+}
+
+/// Mask of the lines whose power stands out of the noise, and of the fundamental.
+fn kept(solution: &Solution, reference: &Reference) -> u16 {
+    let mut kept = 0b10;
+    for (place, order) in solution.orders().iter().enumerate().skip(1) {
+        if Line::new(solution, reference, place).deviate > Z_KEPT {
+            kept |= 1 << order;
+        }
+    }
+    kept
 }

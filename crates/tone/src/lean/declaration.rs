@@ -4,11 +4,11 @@
 //! frequencies; cosine and sine in each block tell a tone that changes, and another one next to it;
 //! correlations of the levels between channels tell noise that channels share.
 
-use super::blocks::{Block, Blocks, Rows};
+use super::blocks::{BLOCKS, Block, Blocks, LINES, Wave};
 use super::reference::Reference;
-use super::solve::{FUNCTIONS, Solution, Turned};
+use super::solve::{Solution, Turned, products};
 use crate::limits::CHANNELS_MAX;
-use crate::significance::deviate;
+use crate::significance::{deviate, square_root};
 use crate::source::Values;
 
 /// Deviate of each of them: one of 100,000 is above.
@@ -37,86 +37,154 @@ impl Declared {
     }
 }
 
-/// Tests what a solution leaves of the blocks.
+/// Tests what a solution leaves of the blocks' levels and of a line, the one at `place` among the
+/// solution's. The levels' residuals stay in the blocks' first rows.
 #[inline(never)]
-pub fn test(blocks: &Blocks, reference: &Reference, solution: &Solution) -> Declared {
+pub fn test(
+    blocks: &mut Blocks,
+    reference: &Reference,
+    solution: &Solution,
+    place: usize,
+) -> Declared {
     let (mut levels, mut lines, mut explained, mut count) = (0.0, 0.0, 0.0, 0.0f32);
-    let mut products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-    for (block, sums) in blocks.iter() {
-        let turned = Turned::new(block, solution.turn);
-        let [level, cos, sin] = residuals(block, sums, &turned, solution);
-        let inverse = 1.0 / block.frames;
-        levels += inverse * power(&level, &solution.weights);
-        lines += inverse * (power(&cos, &solution.weights) + power(&sin, &solution.weights));
-        let [c, s] = turned.wave;
-        explained += 2.0 * inverse * (c * c + s * s);
-        count += 1.0;
-        let root = libm::sqrtf(inverse);
-        let level = level.map(|x| root * x);
-        for i in 0..CHANNELS_MAX {
-            for j in 0..=i {
-                products[i][j] += level[i] * level[j];
-            }
+    let frames = blocks.frames();
+    let tested = solution.orders().get(place).copied().unwrap_or(1);
+    let highest = solution.orders().last().copied().unwrap_or(1);
+    let mut roots = [0.0; BLOCKS];
+    for ((block, rows), root) in blocks.iter_mut().zip(&mut roots) {
+        if block.frames <= 0.0 {
+            continue;
         }
+        let turned = Turned::new(block, solution.turn, highest);
+        let inverse = 1.0 / block.frames;
+        *root = square_root(inverse);
+        let [of_levels, of_line] = residuals(block, rows, &turned, solution, tested);
+        levels += inverse * of_levels;
+        lines += inverse * of_line;
+        for order in solution.orders() {
+            let [c, s] = turned.waves[order % turned.waves.len()];
+            explained += 2.0 * inverse * (c * c + s * s);
+        }
+        count += 1.0;
     }
     let width = reference.width as f32;
     // A line of many cycles a block has no part in the levels.
-    let of_levels = (count - 2.0 - explained / blocks.frames()).max(1.0);
-    let of_lines = (count - 0.5 * FUNCTIONS as f32).max(1.0);
+    let of_levels = (count - 2.0 - explained / frames).max(1.0);
+    let of_lines = (count - 2.0).max(1.0);
     let freedom = width * solution.freedom;
     Declared {
         levels: deviate(levels / (width * of_levels), width * of_levels, freedom),
         lines: deviate(lines / (width * of_lines), width * of_levels, freedom),
-        shared: correlation(&products, solution, of_levels),
+        shared: correlation(blocks, &roots, solution, of_levels),
     }
 }
 
-/// What the fit leaves of a block's sums: of the values, and of their products with cosine and sine.
-fn residuals(block: &Block, sums: &Rows, turned: &Turned, solution: &Solution) -> Rows {
+/// Weighted squares of what the fit leaves of a block's sums: of the values, and of their products
+/// with cosine and sine of a line. The first row becomes the residual.
+#[inline(never)]
+fn residuals(
+    block: &Block,
+    rows: &mut [Values],
+    turned: &Turned,
+    solution: &Solution,
+    tested: usize,
+) -> [f32; 2] {
     let (n, u) = (block.frames, block.middle);
-    let [c, s] = turned.wave;
-    let [x, y] = turned.turn;
-    let [cc, ss] = [0.5 * (n + turned.double[0]), 0.5 * (n - turned.double[0])];
-    let cs = 0.5 * turned.double[1];
-    let along = [u * c + turned.moment[0], u * s + turned.moment[1]];
-    let [level, slope, a, b] = &solution.coefficients;
-    let [levels, cosines, sines] = sums;
-    let mut left = [[0.0; CHANNELS_MAX]; 3];
-    for k in 0..CHANNELS_MAX {
-        let (l, t, a, b) = (level[k], slope[k], a[k], b[k]);
-        let cos = cosines[k] * x - sines[k] * y;
-        let sin = sines[k] * x + cosines[k] * y;
-        left[0][k] = levels[k] - (l * n + t * (u * n + block.d) + a * c + b * s);
-        left[1][k] = cos - (l * c + t * along[0] + a * cc + b * cs);
-        left[2][k] = sin - (l * s + t * along[1] + a * cs + b * ss);
+    let tested = tested.clamp(1, LINES);
+    let [x, y] = turned.turns[tested - 1];
+    let along = turned.with_u[tested - 1];
+    let [c, s] = turned.waves[tested];
+    // What the functions have of the level, the cosine and the sine.
+    let mut seen = [[0.0; 3]; 2 + 2 * LINES];
+    seen[0] = [n, c, s];
+    seen[1] = [u * n + block.d, along[0], along[1]];
+    let pairs = seen.as_chunks_mut::<2>().0.iter_mut().skip(1);
+    for (seen, order) in pairs.zip(solution.orders()) {
+        let [c, s]: Wave = turned.waves[order % turned.waves.len()];
+        let [of_cos, of_sin] = products(&turned.waves, *order, tested);
+        *seen = [[c, of_cos[0], of_cos[1]], [s, of_sin[0], of_sin[1]]];
     }
-    left
+    let functions = solution.functions();
+    let [level, others @ ..] = rows else {
+        return [0.0; 2];
+    };
+    let Some([cosines, sines]) = others.as_chunks::<2>().0.get(tested - 1) else {
+        return [0.0; 2];
+    };
+    let mut powers = [0.0; 2];
+    for group in 0..CHANNELS_MAX / 4 {
+        let part = |values: &Values| values.as_chunks::<4>().0[group];
+        let (cos, sin, mut left) = (part(cosines), part(sines), part(level));
+        let mut cosine: [f32; 4] = core::array::from_fn(|k| cos[k] * x - sin[k] * y);
+        let mut sine: [f32; 4] = core::array::from_fn(|k| sin[k] * x + cos[k] * y);
+        for (coefficients, seen) in solution.coefficients.iter().zip(&seen).take(functions) {
+            let coefficients = part(coefficients);
+            for k in 0..4 {
+                left[k] -= seen[0] * coefficients[k];
+                cosine[k] -= seen[1] * coefficients[k];
+                sine[k] -= seen[2] * coefficients[k];
+            }
+        }
+        let weights = part(&solution.weights);
+        for k in 0..4 {
+            powers[0] += weights[k] * (left[k] * left[k]);
+            powers[1] += weights[k] * (cosine[k] * cosine[k] + sine[k] * sine[k]);
+        }
+        level.as_chunks_mut::<4>().0[group] = left;
+    }
+    powers
 }
 
-/// Sum of the squares of the channels, weighted.
-fn power(values: &Values, weights: &Values) -> f32 {
-    let squares = values.iter().zip(weights);
-    squares.map(|(value, weight)| weight * value * value).sum()
-}
-
-/// Deviate of the mean square of the correlations between channels.
+/// Deviate of the mean square of the correlations between channels, by the levels' residuals, each
+/// block's times its root.
+#[inline(never)]
 fn correlation(
-    products: &[[f32; CHANNELS_MAX]; CHANNELS_MAX],
+    blocks: &Blocks,
+    roots: &[f32; BLOCKS],
     solution: &Solution,
     freedom: f32,
 ) -> f32 {
-    let weights = &solution.weights;
+    let mut levels = [[0.0; CHANNELS_MAX]; BLOCKS];
+    for (((_, rows), root), to) in blocks.iter().zip(roots).zip(&mut levels) {
+        if let Some(level) = rows.first() {
+            *to = level.map(|x| root * x);
+        }
+    }
+    let levels = &levels[..blocks.count().min(BLOCKS)];
     // Rounding is no noise of its own.
-    let own = |k: usize| products[k][k] + freedom * solution.rounding[k];
-    let (mut sum, mut pairs) = (0.0, 0.0f32);
-    for i in 0..CHANNELS_MAX {
-        for j in 0..i {
-            if weights[i] > 0.0 && weights[j] > 0.0 {
-                sum += products[i][j] * products[i][j] / (own(i) * own(j));
-                pairs += 1.0;
+    let mut inverse = [0.0; CHANNELS_MAX];
+    for (c, inverse) in inverse.iter_mut().enumerate() {
+        if solution.weights[c] > 0.0 {
+            let own: f32 = levels.iter().map(|level| level[c] * level[c]).sum();
+            *inverse = 1.0 / (own + freedom * solution.rounding[c]);
+        }
+    }
+    // Squares of the channels' products in tiles of four by four, whose sums are in registers.
+    let mut sum = 0.0;
+    for i in 0..CHANNELS_MAX / 4 {
+        for j in 0..=i {
+            let mut tile = [[0.0; 4]; 4];
+            for level in levels {
+                let groups = level.as_chunks::<4>().0;
+                let (x, y) = (&groups[i], &groups[j]);
+                for k in 0..4 {
+                    for l in 0..4 {
+                        tile[k][l] += x[k] * y[l];
+                    }
+                }
+            }
+            for (k, row) in tile.iter().enumerate() {
+                for (l, product) in row.iter().enumerate() {
+                    let (a, b) = (4 * i + k, 4 * j + l);
+                    if b < a {
+                        sum += product * inverse[a] * (product * inverse[b]);
+                    }
+                }
             }
         }
     }
+    let width = inverse.iter().filter(|x| **x > 0.0).count() as f32;
+    let pairs = 0.5 * width * (width - 1.0);
     if pairs < 1.0 {
         return 0.0;
     }

@@ -1,21 +1,22 @@
 //! Least squares of all channels from the blocks, and Gauss-Newton steps of the common frequency.
 //!
-//! Each channel has a level, a slope, a cosine and a sine. The derivative by the frequency is a
-//! combination of two more functions, the cosine and the sine times `u`, taken as constant in a
-//! block: what they have beside the first four gives the step of all channels at once (variable
-//! projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+//! Each channel has a level, a slope, and a cosine and a sine of each line. The derivative by the
+//! frequency is a combination of more functions, the cosines and the sines times `u`, taken as
+//! constant in a block: what they have beside the first ones gives the step of all channels at once
+//! (variable projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 
-use super::blocks::{Block, Blocks, Rows, Wave};
+use super::blocks::{BLOCKS, Block, Blocks, LINES, WAVES, Wave, times};
 use super::reference::Reference;
 use crate::limits::CHANNELS_MAX;
 use crate::phase::{cos_sin, from_turns};
+use crate::significance::square_root;
 use crate::source::Values;
 use core::f32::consts::{FRAC_1_PI, PI};
 
-/// Functions of a channel: level, slope, cosine, sine.
-pub const FUNCTIONS: usize = 4;
-/// The same with the two of the derivative.
-const ALL: usize = FUNCTIONS + 2;
+/// Most functions of a channel: level, slope, cosine and sine of each line.
+const FUNCTIONS: usize = 2 + 2 * LINES;
+/// The same with those of the derivative.
+const ALL: usize = FUNCTIONS + 2 * LINES;
 /// Least share of a function's square that the ones before it leave.
 const LEFT: f32 = 1e-4;
 /// Rounding of what a fit leaves of a channel's sum of squares, as a fraction of that sum.
@@ -24,7 +25,7 @@ const ROUNDING: f32 = 6e-7;
 const STEP_MAX: f32 = 0.5 * PI;
 
 /// Fit of all channels at one frequency.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Solution {
     /// Turn of the phase against that of the blocks, radians at `u` = 1.
     pub turn: f32,
@@ -32,10 +33,15 @@ pub struct Solution {
     pub turn_sigma: f32,
     /// Score of the turn, in units of the information.
     step: f32,
+    /// Numbers of the lines.
+    orders: [usize; LINES],
+    lines: usize,
     /// Lower factor of the functions' products.
     lower: [[f32; ALL]; ALL],
+    /// One over its diagonal; 0 of a function that others explain.
+    inverse: [f32; ALL],
     /// Projections of the channels on the functions, orthonormal.
-    pub projections: [Values; FUNCTIONS],
+    projections: [Values; ALL],
     /// Coefficients of the functions.
     pub coefficients: [Values; FUNCTIONS],
     /// One over the variance of the noise.
@@ -46,137 +52,337 @@ pub struct Solution {
     pub rounding: Values,
     /// Degrees of freedom of each channel's residuals.
     pub freedom: f32,
-    /// Sum of the squares of all residuals.
-    left: f32,
+    /// Sum of the squares of all residuals, over the reference's scales.
+    pub left: f32,
 }
 
-/// A block's sums at a turned phase.
+/// A block's sums at a turned phase: of the multiples from 0 on, and of the lines times `u`.
 pub struct Turned {
-    pub turn: Wave,
-    pub wave: Wave,
-    pub double: Wave,
-    pub moment: Wave,
+    /// Cosine and sine by which each line is turned, from 1 on.
+    pub turns: [Wave; LINES],
+    pub waves: [Wave; WAVES + 1],
+    pub with_u: [Wave; LINES],
 }
 
 impl Turned {
-    /// Turns a block by `turn` radians at `u` = 1.
-    pub fn new(block: &Block, turn: f32) -> Self {
+    /// Turns the first lines of a block by `turn` radians at `u` = 1.
+    #[inline(always)]
+    pub fn new(block: &Block, turn: f32, lines: usize) -> Self {
         let (c, s) = cos_sin(from_turns(0.5 * FRAC_1_PI * turn * block.middle));
-        let turn = [c, s];
-        Self {
-            turn,
-            wave: times(block.wave, turn),
-            double: times(block.double, times(turn, turn)),
-            moment: times(block.moment, turn),
+        let mut turned = Self {
+            turns: [[0.0; 2]; LINES],
+            waves: [[0.0; 2]; WAVES + 1],
+            with_u: [[0.0; 2]; LINES],
+        };
+        turned.waves[0][0] = block.frames;
+        let mut power = [c, s];
+        for m in 0..(2 * lines).min(WAVES) {
+            let wave = times(block.waves[m], power);
+            turned.waves[m + 1] = wave;
+            if m < lines {
+                let moment = times(block.moments[m], power);
+                turned.turns[m] = power;
+                turned.with_u[m] = [
+                    block.middle * wave[0] + moment[0],
+                    block.middle * wave[1] + moment[1],
+                ];
+            }
+            power = times(power, [c, s]);
         }
+        turned
+    }
+}
+
+/// Sums of products of two lines, by their numbers.
+type Waves = [Wave; WAVES + 1];
+
+fn cos_cos(waves: &Waves, i: usize, j: usize) -> f32 {
+    0.5 * (waves[i.abs_diff(j) % (WAVES + 1)][0] + waves[(i + j) % (WAVES + 1)][0])
+}
+
+fn sin_sin(waves: &Waves, i: usize, j: usize) -> f32 {
+    0.5 * (waves[i.abs_diff(j) % (WAVES + 1)][0] - waves[(i + j) % (WAVES + 1)][0])
+}
+
+fn cos_sin_of(waves: &Waves, i: usize, j: usize) -> f32 {
+    let difference = waves[i.abs_diff(j) % (WAVES + 1)][1];
+    let difference = if i > j { -difference } else { difference };
+    0.5 * (waves[(i + j) % (WAVES + 1)][1] + difference)
+}
+
+/// Products of a line, cosine or sine, with those of another one, in a block.
+pub fn products(waves: &Waves, i: usize, j: usize) -> [[f32; 2]; 2] {
+    [
+        [cos_cos(waves, i, j), cos_sin_of(waves, i, j)],
+        [cos_sin_of(waves, j, i), sin_sin(waves, i, j)],
+    ]
+}
+
+/// Sums over the blocks that the functions' products are made of.
+struct Totals {
+    /// Waves, waves times the block's `u`, and times its square.
+    waves: [Waves; 3],
+    /// Lines times `u`, and times `u` and the block's.
+    with_u: [[Wave; LINES]; 2],
+    /// Turns of each block.
+    turns: [[Wave; LINES]; BLOCKS],
+}
+
+impl Totals {
+    fn new(blocks: &Blocks, turn: f32, lines: usize) -> Self {
+        let mut totals = Self {
+            waves: [[[0.0; 2]; WAVES + 1]; 3],
+            with_u: [[[0.0; 2]; LINES]; 2],
+            turns: [[[0.0; 2]; LINES]; BLOCKS],
+        };
+        for ((block, _), turns) in blocks.iter().zip(&mut totals.turns) {
+            let turned = Turned::new(block, turn, lines);
+            *turns = turned.turns;
+            let u = block.middle;
+            for m in 0..=(2 * lines).min(WAVES) {
+                for (i, value) in turned.waves[m].iter().enumerate() {
+                    totals.waves[0][m][i] += value;
+                    totals.waves[1][m][i] += u * value;
+                    totals.waves[2][m][i] += u * u * value;
+                }
+            }
+            for m in 0..lines.min(LINES) {
+                for (i, value) in turned.with_u[m].iter().enumerate() {
+                    totals.with_u[0][m][i] += value;
+                    totals.with_u[1][m][i] += u * value;
+                }
+            }
+        }
+        totals
     }
 }
 
 impl Solution {
-    /// The best of some starts, cycles from the blocks' frequency, after a few steps each.
-    pub fn best_of(blocks: &Blocks, reference: &Reference, starts: &[f32], steps: usize) -> Self {
-        let mut best = Self {
-            left: f32::INFINITY,
-            ..Self::default()
-        };
-        for start in starts {
-            let mut solution = Self::at(blocks, reference, PI * start);
-            for _ in 0..steps {
-                solution = Self::at(blocks, reference, solution.turn + solution.step());
-            }
-            if solution.left < best.left && blocks.cycles + solution.cycles() > 0.0 {
-                best = solution;
-            }
+    /// One without lines.
+    pub const NONE: Self = Self {
+        turn: 0.0,
+        turn_sigma: 0.0,
+        step: 0.0,
+        orders: [0; LINES],
+        lines: 0,
+        lower: [[0.0; ALL]; ALL],
+        inverse: [0.0; ALL],
+        projections: [[0.0; CHANNELS_MAX]; ALL],
+        coefficients: [[0.0; CHANNELS_MAX]; FUNCTIONS],
+        weights: [0.0; CHANNELS_MAX],
+        variances: [0.0; CHANNELS_MAX],
+        rounding: [0.0; CHANNELS_MAX],
+        freedom: 0.0,
+        left: 0.0,
+    };
+
+    /// Chooses the lines of a mask, bit by bit.
+    pub fn choose(&mut self, lines: u16) {
+        self.lines = 0;
+        for order in (1..=LINES).filter(|order| lines >> order & 1 == 1) {
+            self.orders[self.lines % LINES] = order;
+            self.lines += 1;
         }
-        best
+    }
+
+    /// Numbers of the lines, ascending.
+    pub fn orders(&self) -> &[usize] {
+        self.orders.get(..self.lines).unwrap_or_default()
+    }
+
+    /// Mask of the lines.
+    pub fn mask(&self) -> u16 {
+        self.orders().iter().fold(0, |mask, order| mask | 1 << order)
+    }
+
+    /// Number of a channel's functions.
+    pub fn functions(&self) -> usize {
+        (2 + 2 * self.lines).min(FUNCTIONS)
     }
 
     /// Solves for the channels with the blocks turned.
     #[inline(never)]
-    pub fn at(blocks: &Blocks, reference: &Reference, turn: f32) -> Self {
-        let mut solution = Self {
-            turn,
-            ..Self::default()
-        };
-        let mut rows = [[0.0; CHANNELS_MAX]; ALL];
-        [rows[0], rows[1], _] = blocks.sums;
-        let mut gram = [[0.0; ALL]; ALL];
-        let [n, u, uu] = blocks.powers;
-        (gram[0][0], gram[1][0], gram[1][1]) = (n, u, uu);
-        for (block, sums) in blocks.iter() {
-            let turned = Turned::new(block, turn);
-            add_products(&mut gram, block, &turned);
-            add_rows(&mut rows, sums, block.middle, turned.turn);
-        }
-        solution.lower = factor(gram);
-        solution.solve(&mut rows, blocks, reference);
-        solution
+    pub fn solve(&mut self, blocks: &Blocks, reference: &Reference, turn: f32) {
+        self.turn = turn;
+        let highest = self.orders().last().copied().unwrap_or(1);
+        let totals = Totals::new(blocks, turn, highest);
+        self.fill(&totals, blocks.powers);
+        self.factor();
+        self.project(&totals, blocks);
+        self.conclude(blocks, reference);
     }
 
-    /// Projections, residuals, weights and the step.
-    fn solve(&mut self, rows: &mut [Values; ALL], blocks: &Blocks, reference: &Reference) {
-        let lower = &self.lower;
-        for i in 0..ALL {
-            for j in 0..i {
-                let (done, rest) = rows.split_at_mut(i);
-                let (from, factor) = (&done[j], lower[i][j]);
-                rest[0]
-                    .iter_mut()
-                    .zip(from)
-                    .for_each(|(to, x)| *to -= factor * x);
+    /// Solves at the best of some starts, cycles from the blocks' frequency, after a step each.
+    #[inline(never)]
+    pub fn start(&mut self, blocks: &Blocks, reference: &Reference, starts: &[f32]) {
+        let mut best = (f32::INFINITY, 0.0);
+        for start in starts {
+            self.solve(blocks, reference, PI * start);
+            let turn = self.turn + self.step();
+            self.solve(blocks, reference, turn);
+            if self.left < best.0 && blocks.cycles + self.cycles() > 0.0 {
+                best = (self.left, self.turn);
             }
-            let inverse = if lower[i][i] > 0.0 {
-                1.0 / lower[i][i]
-            } else {
-                0.0
-            };
-            rows[i].iter_mut().for_each(|to| *to *= inverse);
         }
-        self.projections = [rows[0], rows[1], rows[2], rows[3]];
+        self.solve(blocks, reference, best.1);
+    }
+
+    /// Sum over the channels of the logarithm of the residuals' square, over the reference's scales.
+    pub fn logarithm(&self, reference: &Reference) -> f32 {
+        let pairs = self.variances.iter().zip(&reference.inverse);
+        let used = pairs.filter(|(_, inverse)| **inverse > 0.0);
+        used.map(|(variance, inverse)| {
+            libm::logf((variance * self.freedom * inverse * inverse).max(f32::MIN_POSITIVE))
+        })
+        .sum()
+    }
+
+    /// Products of the functions.
+    fn fill(&mut self, totals: &Totals, [n, u, uu]: [f32; 3]) {
+        let lower = &mut self.lower;
+        let derivatives = (2 + 2 * self.lines).min(FUNCTIONS);
+        (lower[0][0], lower[1][0], lower[1][1]) = (n, u, uu);
+        let [plain, once, twice] = &totals.waves;
+        for i in 0..self.lines.min(LINES) {
+            let order = self.orders[i].clamp(1, LINES);
+            let (own, along) = (2 + 2 * i, derivatives + 2 * i);
+            for part in 0..2 {
+                lower[own + part][0] = plain[order][part];
+                lower[own + part][1] = totals.with_u[0][order - 1][part];
+                lower[along + part][0] = once[order][part];
+                lower[along + part][1] = totals.with_u[1][order - 1][part];
+            }
+            for j in 0..self.lines.min(LINES) {
+                let other = self.orders[j].clamp(1, LINES);
+                let (to, to_along) = (2 + 2 * j, derivatives + 2 * j);
+                let functions = products(plain, order, other);
+                let mixed = products(once, order, other);
+                let all = products(twice, order, other);
+                for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    lower[along + a][to + b] = mixed[a][b];
+                    if j <= i {
+                        lower[own + a][to + b] = functions[a][b];
+                        lower[along + a][to_along + b] = all[a][b];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Cholesky factor in place; a function that the ones before it explain gets a zero.
+    fn factor(&mut self) {
+        for i in 0..(2 + 4 * self.lines).min(ALL) {
+            let (done, row) = self.lower.split_at_mut(i);
+            let row = &mut row[0];
+            let own = row[i];
+            let mut left = own;
+            for (j, other) in done.iter().enumerate() {
+                let mut sum = row[j];
+                for (x, y) in row[..j].iter().zip(other) {
+                    sum -= x * y;
+                }
+                row[j] = sum * self.inverse[j];
+                left -= row[j] * row[j];
+            }
+            if left > LEFT * own {
+                row[i] = square_root(left);
+                self.inverse[i] = 1.0 / row[i];
+            } else {
+                (row[i], self.inverse[i]) = (0.0, 0.0);
+            }
+        }
+    }
+
+    /// Projections of the channels on the functions, four channels at a time.
+    fn project(&mut self, totals: &Totals, blocks: &Blocks) {
+        let (derivatives, all) = (2 + 2 * self.lines, (2 + 4 * self.lines).min(ALL));
+        for group in 0..CHANNELS_MAX / 4 {
+            let mut rows = [[0.0; 4]; ALL];
+            rows[0] = blocks.sums[0].as_chunks::<4>().0[group];
+            rows[1] = blocks.sums[1].as_chunks::<4>().0[group];
+            for (i, order) in self.orders().iter().enumerate() {
+                let sums = products_of(totals, blocks, *order, group);
+                let (own, along) = (2 + 2 * i, derivatives + 2 * i);
+                if along + 1 < ALL {
+                    [rows[own], rows[own + 1], rows[along], rows[along + 1]] = sums;
+                }
+            }
+            for i in 0..all {
+                let (done, rest) = rows.split_at_mut(i);
+                let mut row = rest[0];
+                for (done, factor) in done.iter().zip(&self.lower[i]) {
+                    for k in 0..4 {
+                        row[k] -= factor * done[k];
+                    }
+                }
+                rest[0] = row.map(|x| x * self.inverse[i]);
+                self.projections[i].as_chunks_mut::<4>().0[group] = rest[0];
+            }
+        }
+    }
+
+    /// Residuals, weights, coefficients and the step.
+    fn conclude(&mut self, blocks: &Blocks, reference: &Reference) {
+        let functions = self.functions();
         let frames = blocks.frames();
-        self.freedom = frames - FUNCTIONS as f32;
+        self.freedom = frames - functions as f32;
+        self.left = 0.0;
         let (mut score, mut information) = (0.0, 0.0);
         for c in 0..CHANNELS_MAX {
             if reference.inverse[c] <= 0.0 {
                 continue;
             }
-            let mut left = blocks.sums[2][c];
-            for row in &self.projections {
+            let squares = blocks.sums[2][c];
+            let mut left = squares;
+            for row in &self.projections[..functions] {
                 left -= row[c] * row[c];
             }
             let quantized = reference.rounding[c] * frames;
-            let rounding = ROUNDING * blocks.sums[2][c];
+            let rounding = ROUNDING * squares;
             self.rounding[c] = rounding / self.freedom;
-            let left = left.max(quantized) + rounding;
-            let left = left.max(f32::MIN_POSITIVE);
-            self.left += left;
+            let left = (left.max(quantized) + rounding).max(f32::MIN_POSITIVE);
+            self.left += left * reference.inverse[c] * reference.inverse[c];
             self.variances[c] = left / self.freedom;
-            self.weights[c] = self.freedom / left;
-            for i in (0..FUNCTIONS).rev() {
+            let weight = self.freedom / left;
+            self.weights[c] = weight;
+            for i in (0..functions).rev() {
                 let mut x = self.projections[i][c];
-                for k in i + 1..FUNCTIONS {
-                    x -= lower[k][i] * self.coefficients[k][c];
+                for k in i + 1..functions {
+                    x -= self.lower[k][i] * self.coefficients[k][c];
                 }
-                self.coefficients[i][c] = if lower[i][i] > 0.0 {
-                    x / lower[i][i]
-                } else {
-                    0.0
-                };
+                self.coefficients[i][c] = x * self.inverse[i];
             }
-            let (a, b) = (self.coefficients[2][c], self.coefficients[3][c]);
             // The derivative: b times the cosine times u, less a times the sine times u.
-            let along = [b * lower[4][4] - a * lower[5][4], -a * lower[5][5]];
-            score += self.weights[c] * (along[0] * rows[4][c] + along[1] * rows[5][c]);
-            information += self.weights[c] * (along[0] * along[0] + along[1] * along[1]);
+            let mut along = [0.0; 2 * LINES];
+            for (i, order) in self.orders().iter().enumerate() {
+                let (own, at) = (2 + 2 * i, functions + 2 * i);
+                let (a, b) = (self.coefficients[own][c], self.coefficients[own + 1][c]);
+                let factors = [*order as f32 * b, -(*order as f32) * a];
+                for (row, factor) in self.lower[at..].iter().zip(factors) {
+                    for (to, x) in along.iter_mut().zip(&row[functions..]).take(2 * i + 2) {
+                        *to += factor * x;
+                    }
+                }
+            }
+            let rows = self.projections[functions..].iter();
+            for (along, row) in along.iter().zip(rows).take(2 * self.lines) {
+                score += weight * along * row[c];
+                information += weight * along * along;
+            }
         }
         let information = information.max(f32::MIN_POSITIVE);
         self.step = score / information;
-        self.turn_sigma = 1.0 / libm::sqrtf(information);
+        self.turn_sigma = 1.0 / square_root(information);
     }
 
     /// The next step, radians at `u` = 1.
     pub fn step(&self) -> f32 {
         self.step.clamp(-STEP_MAX, STEP_MAX)
+    }
+
+    /// Takes a step that changes nothing else.
+    pub fn finish(&mut self) {
+        self.turn += self.step();
     }
 
     /// Turn in cycles a window.
@@ -189,82 +395,49 @@ impl Solution {
         self.turn_sigma * FRAC_1_PI
     }
 
-    /// Mean of the variances of a unit coefficient of cosine and sine.
-    pub fn line_variance(&self) -> f32 {
-        let (c, s) = (self.lower[2][2], self.lower[3][3]);
-        if c > 0.0 && s > 0.0 {
-            0.5 / (c * c) + 0.5 / (s * s)
-        } else {
-            f32::INFINITY
-        }
-    }
-}
-
-/// Adds a block's part of the functions' products, all but those of level and slope alone.
-fn add_products(gram: &mut [[f32; ALL]; ALL], block: &Block, turned: &Turned) {
-    let (n, u) = (block.frames, block.middle);
-    let [c, s] = turned.wave;
-    let along = [u * c + turned.moment[0], u * s + turned.moment[1]];
-    let (cc, cs, ss) = (
-        0.5 * (n + turned.double[0]),
-        0.5 * turned.double[1],
-        0.5 * (n - turned.double[0]),
-    );
-    let add = |row: &mut [f32; ALL], terms: &[f32]| {
-        row.iter_mut().zip(terms).for_each(|(to, x)| *to += x);
-    };
-    add(&mut gram[2], &[c, along[0], cc]);
-    add(&mut gram[3], &[s, along[1], cs, ss]);
-    add(
-        &mut gram[4],
-        &[u * c, u * along[0], u * cc, u * cs, u * u * cc],
-    );
-    add(
-        &mut gram[5],
-        &[u * s, u * along[1], u * cs, u * ss, u * u * cs, u * u * ss],
-    );
-}
-
-/// Adds a block's products of the channels with cosine and sine, turned, and the same times `u`.
-#[inline(never)]
-fn add_rows(rows: &mut [Values; ALL], sums: &Rows, u: f32, [x, y]: Wave) {
-    let [_, cosines, sines] = sums;
-    let [_, _, first, second, third, fourth] = rows;
-    for c in 0..CHANNELS_MAX {
-        let cos = cosines[c] * x - sines[c] * y;
-        let sin = sines[c] * x + cosines[c] * y;
-        first[c] += cos;
-        second[c] += sin;
-        third[c] += u * cos;
-        fourth[c] += u * sin;
-    }
-}
-
-/// Cholesky factor; a function that the ones before it explain gets a zero.
-fn factor(mut gram: [[f32; ALL]; ALL]) -> [[f32; ALL]; ALL] {
-    for i in 0..ALL {
-        for j in 0..=i {
-            let mut sum = gram[i][j];
-            for k in 0..j {
-                sum -= gram[i][k] * gram[j][k];
-            }
-            gram[i][j] = if i == j {
-                if sum > LEFT * gram[i][i] {
-                    libm::sqrtf(sum)
-                } else {
-                    0.0
+    /// Covariance of a line's cosine and sine for unit noise; `place` counts the lines.
+    pub fn covariance(&self, place: usize) -> [[f32; 2]; 2] {
+        let (functions, own) = (self.functions(), (2 + 2 * place).min(FUNCTIONS - 2));
+        // Columns of the factor's inverse.
+        let mut columns = [[0.0; FUNCTIONS]; 2];
+        for (column, at) in columns.iter_mut().zip([own, own + 1]) {
+            for i in at..functions {
+                let mut x = if i == at { 1.0 } else { 0.0 };
+                for k in at..i {
+                    x -= self.lower[i][k] * column[k];
                 }
-            } else if gram[j][j] > 0.0 {
-                sum / gram[j][j]
-            } else {
-                0.0
-            };
+                column[i] = x * self.inverse[i];
+            }
         }
+        let [x, y] = &columns;
+        let dot = |a: &[f32; FUNCTIONS], b: &[f32; FUNCTIONS]| -> f32 {
+            a.iter().zip(b).map(|(a, b)| a * b).sum()
+        };
+        [[dot(x, x), dot(x, y)], [dot(x, y), dot(y, y)]]
     }
-    gram
 }
 
-/// Product of two complex numbers.
-fn times(a: Wave, b: Wave) -> Wave {
-    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
+/// Products of four channels with cosine and sine of a line, and the same times `u`.
+#[inline(always)]
+fn products_of(totals: &Totals, blocks: &Blocks, order: usize, group: usize) -> [[f32; 4]; 4] {
+    let mut sums = [[0.0; 4]; 4];
+    let line = order.clamp(1, LINES) - 1;
+    for ((block, rows), turns) in blocks.iter().zip(&totals.turns) {
+        let ([x, y], u) = (turns[line], block.middle);
+        let pairs = rows.get(1..).unwrap_or_default().as_chunks::<2>().0;
+        let Some([cosines, sines]) = pairs.get(line) else {
+            continue;
+        };
+        let cosines = &cosines.as_chunks::<4>().0[group % 4];
+        let sines = &sines.as_chunks::<4>().0[group % 4];
+        for k in 0..4 {
+            let cos = cosines[k] * x - sines[k] * y;
+            let sin = sines[k] * x + cosines[k] * y;
+            sums[0][k] += cos;
+            sums[1][k] += sin;
+            sums[2][k] += u * cos;
+            sums[3][k] += u * sin;
+        }
+    }
+    sums
 }
