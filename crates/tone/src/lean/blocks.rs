@@ -9,8 +9,10 @@ use crate::source::{Overwritten, Values};
 
 /// Most blocks of a window.
 pub const BLOCKS: usize = 16;
-/// Most blocks of a window with several lines: 1 / 64 of the information is lost.
-const BLOCKS_OF_LINES: usize = 8;
+/// Most blocks of a window with several lines or few frames: 1 / 64 of the information is lost.
+const BLOCKS_FEWER: usize = 8;
+/// Frames below which a window has fewer blocks.
+const FRAMES_FEW: usize = 128;
 /// Most lines.
 pub const LINES: usize = 4;
 /// Multiples of the phase whose sums are kept: products of two lines.
@@ -22,7 +24,7 @@ const NEAR: f32 = 0.3;
 
 /// Rows of memory for all blocks.
 pub const LEAN_ROWS: usize = {
-    let (one, several) = (rows(1) * BLOCKS, rows(LINES) * BLOCKS_OF_LINES);
+    let (one, several) = (rows(1) * BLOCKS, rows(LINES) * BLOCKS_FEWER);
     if one > several { one } else { several }
 };
 
@@ -131,7 +133,7 @@ impl<'m> Blocks<'m> {
         lines: usize,
     ) -> Result<(), Overwritten> {
         let frames = span.frames as usize;
-        let most = if lines > 1 { BLOCKS_OF_LINES } else { BLOCKS };
+        let most = if lines > 1 || frames < FRAMES_FEW { BLOCKS_FEWER } else { BLOCKS };
         self.count = (frames / FRAMES_OF_BLOCK).clamp(1, most);
         (self.cycles, self.lines) = (cycles, lines);
         self.sums = [[0.0; CHANNELS_MAX]; 3];
@@ -289,11 +291,7 @@ impl Run {
     ) {
         let (u, count) = (self.u(first as f32), values.len() as f32);
         let sums = sums.map(|row| row.as_chunks_mut::<4>().0);
-        let (levels, slopes) = (&reference.level, &reference.slope);
-        let references = levels.as_chunks::<4>().0.iter().zip(slopes.as_chunks::<4>().0);
-        for (group, (level, slope)) in references.enumerate() {
-            let mut level: [f32; 4] = core::array::from_fn(|k| level[k] + u * slope[k]);
-            let slope = slope.map(|slope| slope * self.u_step);
+        for (group, level) in reference.level.as_chunks::<4>().0.iter().enumerate() {
             let [mut sum, mut double, mut square] = [[0.0; 4]; 3];
             let [mut cos, mut sin] = [[0.0; 4]; 2];
             let kept = self.values.iter_mut();
@@ -301,7 +299,6 @@ impl Run {
                 let frame = &frame.as_chunks::<4>().0[group];
                 for k in 0..4 {
                     let y = frame[k] - level[k];
-                    level[k] += slope[k];
                     sum[k] += y;
                     double[k] += sum[k];
                     square[k] += y * y;

@@ -51,11 +51,12 @@ pub fn test(
     let tested = solution.orders().get(place).copied().unwrap_or(1);
     let highest = solution.orders().last().copied().unwrap_or(1);
     let mut roots = [0.0; BLOCKS];
+    let mut turned = Turned::NONE;
     for ((block, rows), root) in blocks.iter_mut().zip(&mut roots) {
         if block.frames <= 0.0 {
             continue;
         }
-        let turned = Turned::new(block, solution.turn, highest);
+        turned.set(block, solution.turn, highest);
         let inverse = 1.0 / block.frames;
         *root = square_root(inverse);
         let [of_levels, of_line] = residuals(block, rows, &turned, solution, tested);

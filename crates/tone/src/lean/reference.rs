@@ -22,8 +22,6 @@ pub struct Reference {
     pub width: usize,
     /// Level at the window's centre.
     pub level: Values,
-    /// Slope by `u`.
-    pub slope: Values,
     /// One over the scale; 0 of a channel that is not fitted.
     pub inverse: Values,
     /// Variance of a value's rounding.
@@ -101,7 +99,6 @@ impl Reference {
                 }
                 let scale = square_root((left / n).max(ROUNDING * square[k] / n));
                 reference.level[c] = first[k] + level;
-                reference.slope[c] = slope;
                 reference.inverse[c] = 1.0 / scale;
                 reference.rounding[c] = span.quantization_step * span.quantization_step / 12.0;
                 reference.width += 1;

@@ -88,8 +88,14 @@ pub struct Comb {
 impl Comb {
     /// Distance in cycles of the nearest line.
     fn distance(&self, cycles: f32) -> f32 {
-        let lines = (1..=self.lines).map(|line| f32::abs(cycles - line as f32 * self.cycles));
-        lines.fold(f32::INFINITY, f32::min)
+        let mut least = f32::abs(cycles - self.cycles);
+        for line in 2..=self.lines {
+            let distance = f32::abs(cycles - line as f32 * self.cycles);
+            if distance < least {
+                least = distance;
+            }
+        }
+        least
     }
 }
 
@@ -393,8 +399,9 @@ fn lobe(distance: f32) -> f32 {
 }
 
 /// Distance in cycles of a Hann window's peak from the highest bin, by the powers of the bins before
-/// and after it: the logarithm of the main lobe is a quadratic and a quartic term.
+/// and after it.
 fn offset(before: f32, after: f32, step: f32) -> f32 {
+    // The logarithm of the main lobe is a quadratic and a quartic term, nearly.
     const SQUARE: f32 = PI * PI / 6.0 - 1.0;
     const QUARTIC: f32 = PI * PI * PI * PI / 180.0 - 0.5;
     if before <= 0.0 || after <= 0.0 {
@@ -402,9 +409,21 @@ fn offset(before: f32, after: f32, step: f32) -> f32 {
     }
     let difference = 0.5 * libm::logf(after / before);
     let linear = 4.0 * SQUARE * step + 8.0 * QUARTIC * step * step * step;
-    let mut x = difference / linear;
-    x = (difference - 8.0 * QUARTIC * step * x * x * x) / linear;
-    x.max(-0.5 * step).min(0.5 * step)
+    let most = 0.5 * step;
+    let mut x = 0.0;
+    for _ in 0..3 {
+        // A bin's distance from the line is that of the peak, the other way round.
+        let lobe = |distance: f32| {
+            let (_, sine) = cos_sin(from_turns(0.5 * distance));
+            sine / (distance * (1.0 - distance * distance))
+        };
+        let at = match x == 0.0 {
+            true => 0.0,
+            false => libm::logf(f32::abs(lobe(step - x) / lobe(step + x))),
+        };
+        x = (x + (difference - at) / linear).clamp(-most, most);
+    }
+    x
 }
 
 /// Takes level and slope out of a signal, and weighs it with a Hann window.

@@ -40,8 +40,6 @@ pub struct Solution {
     lower: [[f32; ALL]; ALL],
     /// One over its diagonal; 0 of a function that others explain.
     inverse: [f32; ALL],
-    /// Projections of the channels on the functions, orthonormal.
-    projections: [Values; ALL],
     /// Coefficients of the functions.
     pub coefficients: [Values; FUNCTIONS],
     /// One over the variance of the noise.
@@ -54,47 +52,49 @@ pub struct Solution {
     pub freedom: f32,
     /// Sum of the squares of all residuals, over the reference's scales.
     pub left: f32,
+    totals: Totals,
 }
 
 /// A block's sums at a turned phase: of the multiples from 0 on, and of the lines times `u`.
+#[derive(Clone, Copy, Debug)]
 pub struct Turned {
     /// Cosine and sine by which each line is turned, from 1 on.
     pub turns: [Wave; LINES],
-    pub waves: [Wave; WAVES + 1],
+    pub waves: Waves,
     pub with_u: [Wave; LINES],
 }
 
 impl Turned {
-    /// Turns the first lines of a block by `turn` radians at `u` = 1.
+    pub const NONE: Self = Self {
+        turns: [[0.0; 2]; LINES],
+        waves: [[0.0; 2]; WAVES + 1],
+        with_u: [[0.0; 2]; LINES],
+    };
+
+    /// Turns the first lines of a block by `turn` radians at `u` = 1. The others stay as they are.
     #[inline(always)]
-    pub fn new(block: &Block, turn: f32, lines: usize) -> Self {
+    pub fn set(&mut self, block: &Block, turn: f32, lines: usize) {
         let (c, s) = cos_sin(from_turns(0.5 * FRAC_1_PI * turn * block.middle));
-        let mut turned = Self {
-            turns: [[0.0; 2]; LINES],
-            waves: [[0.0; 2]; WAVES + 1],
-            with_u: [[0.0; 2]; LINES],
-        };
-        turned.waves[0][0] = block.frames;
+        self.waves[0] = [block.frames, 0.0];
         let mut power = [c, s];
         for m in 0..(2 * lines).min(WAVES) {
             let wave = times(block.waves[m], power);
-            turned.waves[m + 1] = wave;
+            self.waves[m + 1] = wave;
             if m < lines {
                 let moment = times(block.moments[m], power);
-                turned.turns[m] = power;
-                turned.with_u[m] = [
+                self.turns[m] = power;
+                self.with_u[m] = [
                     block.middle * wave[0] + moment[0],
                     block.middle * wave[1] + moment[1],
                 ];
             }
             power = times(power, [c, s]);
         }
-        turned
     }
 }
 
 /// Sums of products of two lines, by their numbers.
-type Waves = [Wave; WAVES + 1];
+pub type Waves = [Wave; WAVES + 1];
 
 fn cos_cos(waves: &Waves, i: usize, j: usize) -> f32 {
     0.5 * (waves[i.abs_diff(j) % (WAVES + 1)][0] + waves[(i + j) % (WAVES + 1)][0])
@@ -119,41 +119,51 @@ pub fn products(waves: &Waves, i: usize, j: usize) -> [[f32; 2]; 2] {
 }
 
 /// Sums over the blocks that the functions' products are made of.
+#[derive(Clone, Copy, Debug)]
 struct Totals {
     /// Waves, waves times the block's `u`, and times its square.
     waves: [Waves; 3],
     /// Lines times `u`, and times `u` and the block's.
     with_u: [[Wave; LINES]; 2],
-    /// Turns of each block.
-    turns: [[Wave; LINES]; BLOCKS],
+    /// Turns of each line in each block.
+    turns: [[Wave; BLOCKS]; LINES],
 }
 
 impl Totals {
-    fn new(blocks: &Blocks, turn: f32, lines: usize) -> Self {
-        let mut totals = Self {
-            waves: [[[0.0; 2]; WAVES + 1]; 3],
-            with_u: [[[0.0; 2]; LINES]; 2],
-            turns: [[[0.0; 2]; LINES]; BLOCKS],
-        };
-        for ((block, _), turns) in blocks.iter().zip(&mut totals.turns) {
-            let turned = Turned::new(block, turn, lines);
-            *turns = turned.turns;
+    const NONE: Self = Self {
+        waves: [[[0.0; 2]; WAVES + 1]; 3],
+        with_u: [[[0.0; 2]; LINES]; 2],
+        turns: [[[0.0; 2]; BLOCKS]; LINES],
+    };
+
+    /// Sums up the first lines of blocks that are turned. The others stay as they are.
+    fn set(&mut self, blocks: &Blocks, turn: f32, lines: usize) {
+        let (lines, most) = (lines.min(LINES), (2 * lines).min(WAVES));
+        for sums in &mut self.waves {
+            sums.iter_mut().take(most + 1).for_each(|sum| *sum = [0.0; 2]);
+        }
+        for sums in &mut self.with_u {
+            sums.iter_mut().take(lines).for_each(|sum| *sum = [0.0; 2]);
+        }
+        let add = |to: &mut Wave, [x, y]: Wave| *to = [to[0] + x, to[1] + y];
+        let mut turned = Turned::NONE;
+        for (b, (block, _)) in blocks.iter().enumerate().take(BLOCKS) {
+            turned.set(block, turn, lines);
             let u = block.middle;
-            for m in 0..=(2 * lines).min(WAVES) {
-                for (i, value) in turned.waves[m].iter().enumerate() {
-                    totals.waves[0][m][i] += value;
-                    totals.waves[1][m][i] += u * value;
-                    totals.waves[2][m][i] += u * u * value;
-                }
+            let [plain, once, twice] = &mut self.waves;
+            for m in 0..=most {
+                let wave = turned.waves[m];
+                let with_u = wave.map(|x| u * x);
+                add(&mut plain[m], wave);
+                add(&mut once[m], with_u);
+                add(&mut twice[m], with_u.map(|x| u * x));
             }
-            for m in 0..lines.min(LINES) {
-                for (i, value) in turned.with_u[m].iter().enumerate() {
-                    totals.with_u[0][m][i] += value;
-                    totals.with_u[1][m][i] += u * value;
-                }
+            for m in 0..lines {
+                self.turns[m][b] = turned.turns[m];
+                add(&mut self.with_u[0][m], turned.with_u[m]);
+                add(&mut self.with_u[1][m], turned.with_u[m].map(|x| u * x));
             }
         }
-        totals
     }
 }
 
@@ -167,13 +177,13 @@ impl Solution {
         lines: 0,
         lower: [[0.0; ALL]; ALL],
         inverse: [0.0; ALL],
-        projections: [[0.0; CHANNELS_MAX]; ALL],
         coefficients: [[0.0; CHANNELS_MAX]; FUNCTIONS],
         weights: [0.0; CHANNELS_MAX],
         variances: [0.0; CHANNELS_MAX],
         rounding: [0.0; CHANNELS_MAX],
         freedom: 0.0,
         left: 0.0,
+        totals: Totals::NONE,
     };
 
     /// Chooses the lines of a mask, bit by bit.
@@ -205,11 +215,22 @@ impl Solution {
     pub fn solve(&mut self, blocks: &Blocks, reference: &Reference, turn: f32) {
         self.turn = turn;
         let highest = self.orders().last().copied().unwrap_or(1);
-        let totals = Totals::new(blocks, turn, highest);
-        self.fill(&totals, blocks.powers);
+        self.totals.set(blocks, turn, highest);
+        self.fill(blocks.powers);
         self.factor();
-        self.project(&totals, blocks);
-        self.conclude(blocks, reference);
+        self.freedom = blocks.frames() - self.functions() as f32;
+        self.left = 0.0;
+        let (mut score, mut information) = (0.0, 0.0);
+        for group in 0..CHANNELS_MAX / 4 {
+            let [of_group, and] = self.solve_group(blocks, reference, group);
+            score += of_group;
+            information += and;
+        }
+        if information < f32::MIN_POSITIVE {
+            information = f32::MIN_POSITIVE;
+        }
+        self.step = score / information;
+        self.turn_sigma = 1.0 / square_root(information);
     }
 
     /// Solves at the best of some starts, cycles from the blocks' frequency, after a step each.
@@ -238,8 +259,8 @@ impl Solution {
     }
 
     /// Products of the functions.
-    fn fill(&mut self, totals: &Totals, [n, u, uu]: [f32; 3]) {
-        let lower = &mut self.lower;
+    fn fill(&mut self, [n, u, uu]: [f32; 3]) {
+        let (lower, totals) = (&mut self.lower, &self.totals);
         let derivatives = (2 + 2 * self.lines).min(FUNCTIONS);
         (lower[0][0], lower[1][0], lower[1][1]) = (n, u, uu);
         let [plain, once, twice] = &totals.waves;
@@ -293,86 +314,96 @@ impl Solution {
         }
     }
 
-    /// Projections of the channels on the functions, four channels at a time.
-    fn project(&mut self, totals: &Totals, blocks: &Blocks) {
-        let (derivatives, all) = (2 + 2 * self.lines, (2 + 4 * self.lines).min(ALL));
-        for group in 0..CHANNELS_MAX / 4 {
-            let mut rows = [[0.0; 4]; ALL];
-            rows[0] = blocks.sums[0].as_chunks::<4>().0[group];
-            rows[1] = blocks.sums[1].as_chunks::<4>().0[group];
-            for (i, order) in self.orders().iter().enumerate() {
-                let sums = products_of(totals, blocks, *order, group);
-                let (own, along) = (2 + 2 * i, derivatives + 2 * i);
-                if along + 1 < ALL {
-                    [rows[own], rows[own + 1], rows[along], rows[along + 1]] = sums;
-                }
-            }
-            for i in 0..all {
-                let (done, rest) = rows.split_at_mut(i);
-                let mut row = rest[0];
-                for (done, factor) in done.iter().zip(&self.lower[i]) {
-                    for k in 0..4 {
-                        row[k] -= factor * done[k];
-                    }
-                }
-                rest[0] = row.map(|x| x * self.inverse[i]);
-                self.projections[i].as_chunks_mut::<4>().0[group] = rest[0];
-            }
-        }
-    }
-
-    /// Residuals, weights, coefficients and the step.
-    fn conclude(&mut self, blocks: &Blocks, reference: &Reference) {
+    /// Solves for four channels: residuals, weights, coefficients; gives their part of the step's
+    /// score and information.
+    #[inline(never)]
+    fn solve_group(&mut self, blocks: &Blocks, reference: &Reference, group: usize) -> [f32; 2] {
         let functions = self.functions();
-        let frames = blocks.frames();
-        self.freedom = frames - functions as f32;
-        self.left = 0.0;
-        let (mut score, mut information) = (0.0, 0.0);
-        for c in 0..CHANNELS_MAX {
-            if reference.inverse[c] <= 0.0 {
-                continue;
-            }
-            let squares = blocks.sums[2][c];
-            let mut left = squares;
-            for row in &self.projections[..functions] {
-                left -= row[c] * row[c];
-            }
-            let quantized = reference.rounding[c] * frames;
-            let rounding = ROUNDING * squares;
-            self.rounding[c] = rounding / self.freedom;
-            let left = (left.max(quantized) + rounding).max(f32::MIN_POSITIVE);
-            self.left += left * reference.inverse[c] * reference.inverse[c];
-            self.variances[c] = left / self.freedom;
-            let weight = self.freedom / left;
-            self.weights[c] = weight;
-            for i in (0..functions).rev() {
-                let mut x = self.projections[i][c];
-                for k in i + 1..functions {
-                    x -= self.lower[k][i] * self.coefficients[k][c];
-                }
-                self.coefficients[i][c] = x * self.inverse[i];
-            }
-            // The derivative: b times the cosine times u, less a times the sine times u.
-            let mut along = [0.0; 2 * LINES];
-            for (i, order) in self.orders().iter().enumerate() {
-                let (own, at) = (2 + 2 * i, functions + 2 * i);
-                let (a, b) = (self.coefficients[own][c], self.coefficients[own + 1][c]);
-                let factors = [*order as f32 * b, -(*order as f32) * a];
-                for (row, factor) in self.lower[at..].iter().zip(factors) {
-                    for (to, x) in along.iter_mut().zip(&row[functions..]).take(2 * i + 2) {
-                        *to += factor * x;
-                    }
-                }
-            }
-            let rows = self.projections[functions..].iter();
-            for (along, row) in along.iter().zip(rows).take(2 * self.lines) {
-                score += weight * along * row[c];
-                information += weight * along * along;
+        let all = (functions + 2 * self.lines).min(ALL);
+        let part = |values: &Values| values.as_chunks::<4>().0[group % 4];
+        let mut rows = [[0.0; 4]; ALL];
+        rows[0] = part(&blocks.sums[0]);
+        rows[1] = part(&blocks.sums[1]);
+        for i in 0..self.lines.min(LINES) {
+            let line = self.orders[i].clamp(1, LINES) - 1;
+            let (own, along) = (2 + 2 * i, functions + 2 * i);
+            let sums = products_of(&self.totals.turns[line], blocks, line, group);
+            if along + 1 < ALL {
+                [rows[own], rows[own + 1], rows[along], rows[along + 1]] = sums;
             }
         }
-        let information = information.max(f32::MIN_POSITIVE);
-        self.step = score / information;
-        self.turn_sigma = 1.0 / square_root(information);
+        // Projections on the functions, orthonormal.
+        for i in 0..all {
+            let (done, rest) = rows.split_at_mut(i);
+            let mut row = rest[0];
+            for (done, factor) in done.iter().zip(&self.lower[i]) {
+                for k in 0..4 {
+                    row[k] -= factor * done[k];
+                }
+            }
+            rest[0] = row.map(|x| x * self.inverse[i]);
+        }
+        let squares = part(&blocks.sums[2]);
+        let mut left = squares;
+        for row in &rows[..functions] {
+            for k in 0..4 {
+                left[k] -= row[k] * row[k];
+            }
+        }
+        let (inverse, quantized) = (part(&reference.inverse), part(&reference.rounding));
+        let [mut weights, mut variances, mut rounding] = [[0.0; 4]; 3];
+        for k in 0..4 {
+            if inverse[k] > 0.0 {
+                let of_sums = ROUNDING * squares[k];
+                let least = quantized[k] * blocks.frames();
+                let own = if left[k] > least { left[k] } else { least } + of_sums;
+                let own = if own > 0.0 { own } else { f32::MIN_POSITIVE };
+                self.left += own * inverse[k] * inverse[k];
+                rounding[k] = of_sums / self.freedom;
+                variances[k] = own / self.freedom;
+                weights[k] = self.freedom / own;
+            }
+        }
+        let mut coefficients = [[0.0; 4]; FUNCTIONS];
+        for i in (0..functions).rev() {
+            let mut row = rows[i];
+            for j in i + 1..functions {
+                let factor = self.lower[j][i];
+                for k in 0..4 {
+                    row[k] -= factor * coefficients[j][k];
+                }
+            }
+            coefficients[i] = row.map(|x| x * self.inverse[i]);
+            self.coefficients[i].as_chunks_mut::<4>().0[group % 4] = coefficients[i];
+        }
+        // The derivative: b times the cosine times u, less a times the sine times u.
+        let [mut score, mut information] = [[0.0; 4]; 2];
+        for i in 0..2 * self.lines.min(LINES) {
+            let mut along = [0.0; 4];
+            for j in i..2 * self.lines.min(LINES) {
+                let order = self.orders[j / 2] as f32;
+                let factor = self.lower[functions + j][functions + i];
+                let factor = if j % 2 == 0 { order * factor } else { -order * factor };
+                let other = coefficients[(2 + (j ^ 1)) % FUNCTIONS];
+                for k in 0..4 {
+                    along[k] += factor * other[k];
+                }
+            }
+            let row = rows[functions + i];
+            for k in 0..4 {
+                score[k] += along[k] * row[k];
+                information[k] += along[k] * along[k];
+            }
+        }
+        let sum = |values: [f32; 4]| {
+            let [a, b, c, d] = values;
+            let [e, f, g, h] = weights;
+            a * e + b * f + c * g + d * h
+        };
+        self.weights.as_chunks_mut::<4>().0[group % 4] = weights;
+        self.variances.as_chunks_mut::<4>().0[group % 4] = variances;
+        self.rounding.as_chunks_mut::<4>().0[group % 4] = rounding;
+        [sum(score), sum(information)]
     }
 
     /// The next step, radians at `u` = 1.
@@ -418,12 +449,16 @@ impl Solution {
 }
 
 /// Products of four channels with cosine and sine of a line, and the same times `u`.
-#[inline(always)]
-fn products_of(totals: &Totals, blocks: &Blocks, order: usize, group: usize) -> [[f32; 4]; 4] {
+#[inline(never)]
+fn products_of(
+    turns: &[Wave; BLOCKS],
+    blocks: &Blocks,
+    line: usize,
+    group: usize,
+) -> [[f32; 4]; 4] {
     let mut sums = [[0.0; 4]; 4];
-    let line = order.clamp(1, LINES) - 1;
-    for ((block, rows), turns) in blocks.iter().zip(&totals.turns) {
-        let ([x, y], u) = (turns[line], block.middle);
+    for ((block, rows), [x, y]) in blocks.iter().zip(turns) {
+        let u = block.middle;
         let pairs = rows.get(1..).unwrap_or_default().as_chunks::<2>().0;
         let Some([cosines, sines]) = pairs.get(line) else {
             continue;
