@@ -65,6 +65,7 @@ impl Scene {
 impl<'m> Lean<'m> {
     /// The path in rows for [`POINTS_MAX`](crate::limits::POINTS_MAX) points and [`LEAN_ROWS`]
     /// more, and in memory for half as many powers.
+    #[inline(always)]
     pub fn new(rows: &'m mut [Values], power: &'m mut [f32]) -> Self {
         let (points, blocks) = rows.split_at_mut(rows.len().saturating_sub(LEAN_ROWS));
         Self {

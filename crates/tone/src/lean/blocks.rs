@@ -74,10 +74,12 @@ pub struct Blocks<'m> {
     pub sums: [Values; 3],
     /// Cycles a window of the line.
     pub cycles: f32,
+    run: Run,
 }
 
 impl<'m> Blocks<'m> {
     /// Empty ones, with [`LEAN_ROWS`] rows of memory.
+    #[inline(always)]
     pub fn new(rows: &'m mut [Values]) -> Self {
         Self {
             blocks: [Block::NONE; BLOCKS],
@@ -87,6 +89,7 @@ impl<'m> Blocks<'m> {
             powers: [0.0; 3],
             sums: [[0.0; CHANNELS_MAX]; 3],
             cycles: 0.0,
+            run: Run::NONE,
         }
     }
 
@@ -138,7 +141,8 @@ impl<'m> Blocks<'m> {
         (self.cycles, self.lines) = (cycles, lines);
         self.sums = [[0.0; CHANNELS_MAX]; 3];
         self.powers = [0.0; 3];
-        let mut run = Run::new(frames, cycles, lines);
+        let run = &mut self.run;
+        run.start(frames, cycles, lines);
         let mut from = 0;
         let blocks = self.blocks.iter_mut();
         let blocks = blocks.zip(self.rows.chunks_exact_mut(rows(lines)));
@@ -186,21 +190,27 @@ struct Run {
 }
 
 impl Run {
-    fn new(frames: usize, cycles: f32, lines: usize) -> Self {
+    const NONE: Self = Self {
+        lines: 0,
+        step: 0,
+        centre: 0,
+        turn: [0.0; 2],
+        u_step: 0.0,
+        dd: 0.0,
+        waves: [[[0.0; 2]; READ_FRAMES]; LINES],
+        values: [[0.0; CHANNELS_MAX]; READ_FRAMES],
+    };
+
+    /// Starts a window.
+    fn start(&mut self, frames: usize, cycles: f32, lines: usize) {
         let frames = frames as f32;
+        self.lines = lines;
         // Phases are exact: a fraction of a turn for each frame, about the window's centre.
-        let step = from_turns(cycles / frames);
-        let (cos, sin) = cos_sin(step);
-        Self {
-            lines,
-            step,
-            centre: from_turns(0.5 * cycles * (frames - 1.0) / frames),
-            turn: [cos, sin],
-            u_step: 2.0 / frames,
-            dd: 0.0,
-            waves: [[[0.0; 2]; READ_FRAMES]; LINES],
-            values: [[0.0; CHANNELS_MAX]; READ_FRAMES],
-        }
+        self.step = from_turns(cycles / frames);
+        self.centre = from_turns(0.5 * cycles * (frames - 1.0) / frames);
+        let (cos, sin) = cos_sin(self.step);
+        self.turn = [cos, sin];
+        self.u_step = 2.0 / frames;
     }
 
     /// `u` at a frame.

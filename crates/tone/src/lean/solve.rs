@@ -33,6 +33,8 @@ pub struct Solution {
     pub turn_sigma: f32,
     /// Score of the turn, in units of the information.
     step: f32,
+    /// By how much the step lowers the residuals' squares, in units of the noise.
+    gain: f32,
     /// Numbers of the lines.
     orders: [usize; LINES],
     lines: usize,
@@ -74,10 +76,11 @@ impl Turned {
     /// Turns the first lines of a block by `turn` radians at `u` = 1. The others stay as they are.
     #[inline(always)]
     pub fn set(&mut self, block: &Block, turn: f32, lines: usize) {
+        let lines = lines.min(LINES);
         let (c, s) = cos_sin(from_turns(0.5 * FRAC_1_PI * turn * block.middle));
         self.waves[0] = [block.frames, 0.0];
         let mut power = [c, s];
-        for m in 0..(2 * lines).min(WAVES) {
+        for m in 0..2 * lines {
             let wave = times(block.waves[m], power);
             self.waves[m + 1] = wave;
             if m < lines {
@@ -137,13 +140,14 @@ impl Totals {
     };
 
     /// Sums up the first lines of blocks that are turned. The others stay as they are.
+    #[inline(always)]
     fn set(&mut self, blocks: &Blocks, turn: f32, lines: usize) {
         let (lines, most) = (lines.min(LINES), (2 * lines).min(WAVES));
         for sums in &mut self.waves {
-            sums.iter_mut().take(most + 1).for_each(|sum| *sum = [0.0; 2]);
+            sums[..=most].fill([0.0; 2]);
         }
         for sums in &mut self.with_u {
-            sums.iter_mut().take(lines).for_each(|sum| *sum = [0.0; 2]);
+            sums[..lines].fill([0.0; 2]);
         }
         let add = |to: &mut Wave, [x, y]: Wave| *to = [to[0] + x, to[1] + y];
         let mut turned = Turned::NONE;
@@ -151,7 +155,10 @@ impl Totals {
             turned.set(block, turn, lines);
             let u = block.middle;
             let [plain, once, twice] = &mut self.waves;
-            for m in 0..=most {
+            plain[0][0] += block.frames;
+            once[0][0] += u * block.frames;
+            twice[0][0] += u * (u * block.frames);
+            for m in 1..=most {
                 let wave = turned.waves[m];
                 let with_u = wave.map(|x| u * x);
                 add(&mut plain[m], wave);
@@ -173,6 +180,7 @@ impl Solution {
         turn: 0.0,
         turn_sigma: 0.0,
         step: 0.0,
+        gain: 0.0,
         orders: [0; LINES],
         lines: 0,
         lower: [[0.0; ALL]; ALL],
@@ -211,18 +219,26 @@ impl Solution {
     }
 
     /// Solves for the channels with the blocks turned.
-    #[inline(never)]
     pub fn solve(&mut self, blocks: &Blocks, reference: &Reference, turn: f32) {
+        match self.orders() {
+            [1] => self.solve_lines::<1>(blocks, reference, turn),
+            _ => self.solve_lines::<LINES>(blocks, reference, turn),
+        }
+    }
+
+    /// The same for up to `L` lines: with one all loops over lines are gone.
+    #[inline(never)]
+    fn solve_lines<const L: usize>(&mut self, blocks: &Blocks, reference: &Reference, turn: f32) {
         self.turn = turn;
         let highest = self.orders().last().copied().unwrap_or(1);
-        self.totals.set(blocks, turn, highest);
+        self.totals.set(blocks, turn, if L == 1 { 1 } else { highest });
         self.fill(blocks.powers);
         self.factor();
         self.freedom = blocks.frames() - self.functions() as f32;
         self.left = 0.0;
         let (mut score, mut information) = (0.0, 0.0);
         for group in 0..CHANNELS_MAX / 4 {
-            let [of_group, and] = self.solve_group(blocks, reference, group);
+            let [of_group, and] = self.solve_group::<L>(blocks, reference, group);
             score += of_group;
             information += and;
         }
@@ -231,18 +247,21 @@ impl Solution {
         }
         self.step = score / information;
         self.turn_sigma = 1.0 / square_root(information);
+        self.gain = score * self.step;
     }
 
-    /// Solves at the best of some starts, cycles from the blocks' frequency, after a step each.
+    /// Solves at the best of some starts, cycles from the blocks' frequency: the one whose step
+    /// leaves least.
     #[inline(never)]
     pub fn start(&mut self, blocks: &Blocks, reference: &Reference, starts: &[f32]) {
         let mut best = (f32::INFINITY, 0.0);
         for start in starts {
             self.solve(blocks, reference, PI * start);
             let turn = self.turn + self.step();
-            self.solve(blocks, reference, turn);
-            if self.left < best.0 && blocks.cycles + self.cycles() > 0.0 {
-                best = (self.left, self.turn);
+            let all = self.freedom * reference.width as f32;
+            let left = self.left * (1.0 - self.gain / all);
+            if left < best.0 && PI * blocks.cycles + turn > 0.0 {
+                best = (left, turn);
             }
         }
         self.solve(blocks, reference, best.1);
@@ -317,14 +336,20 @@ impl Solution {
     /// Solves for four channels: residuals, weights, coefficients; gives their part of the step's
     /// score and information.
     #[inline(never)]
-    fn solve_group(&mut self, blocks: &Blocks, reference: &Reference, group: usize) -> [f32; 2] {
-        let functions = self.functions();
-        let all = (functions + 2 * self.lines).min(ALL);
+    fn solve_group<const L: usize>(
+        &mut self,
+        blocks: &Blocks,
+        reference: &Reference,
+        group: usize,
+    ) -> [f32; 2] {
+        let lines = if L == 1 { 1 } else { self.lines.min(LINES) };
+        let functions = 2 + 2 * lines;
+        let all = functions + 2 * lines;
         let part = |values: &Values| values.as_chunks::<4>().0[group % 4];
         let mut rows = [[0.0; 4]; ALL];
         rows[0] = part(&blocks.sums[0]);
         rows[1] = part(&blocks.sums[1]);
-        for i in 0..self.lines.min(LINES) {
+        for i in 0..lines {
             let line = self.orders[i].clamp(1, LINES) - 1;
             let (own, along) = (2 + 2 * i, functions + 2 * i);
             let sums = products_of(&self.totals.turns[line], blocks, line, group);
@@ -334,14 +359,14 @@ impl Solution {
         }
         // Projections on the functions, orthonormal.
         for i in 0..all {
-            let (done, rest) = rows.split_at_mut(i);
-            let mut row = rest[0];
-            for (done, factor) in done.iter().zip(&self.lower[i]) {
+            let mut row = rows[i];
+            for j in 0..i {
+                let factor = self.lower[i][j];
                 for k in 0..4 {
-                    row[k] -= factor * done[k];
+                    row[k] -= factor * rows[j][k];
                 }
             }
-            rest[0] = row.map(|x| x * self.inverse[i]);
+            rows[i] = row.map(|x| x * self.inverse[i]);
         }
         let squares = part(&blocks.sums[2]);
         let mut left = squares;
@@ -378,9 +403,9 @@ impl Solution {
         }
         // The derivative: b times the cosine times u, less a times the sine times u.
         let [mut score, mut information] = [[0.0; 4]; 2];
-        for i in 0..2 * self.lines.min(LINES) {
+        for i in 0..2 * lines {
             let mut along = [0.0; 4];
-            for j in i..2 * self.lines.min(LINES) {
+            for j in i..2 * lines {
                 let order = self.orders[j / 2] as f32;
                 let factor = self.lower[functions + j][functions + i];
                 let factor = if j % 2 == 0 { order * factor } else { -order * factor };
