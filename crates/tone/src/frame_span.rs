@@ -179,7 +179,7 @@ impl<'a> FrameSpan<'a> {
         channels: u16,
         visit: &mut dyn FnMut(u32, &[Values]),
     ) -> Result<(), Overwritten> {
-        let is_valid = |mask: &&u16| **mask & channels == channels && **mask != 0;
+        let is_valid = |mask: &u16| *mask & channels == channels && *mask != 0;
         let mut frame = part.start;
         let end = part.end.min(self.frames);
         while frame < end {
@@ -191,7 +191,10 @@ impl<'a> FrameSpan<'a> {
                 let mut at = 0;
                 while at < count {
                     let left = valid.get(at..count).unwrap_or_default();
-                    let run = left.iter().take_while(is_valid).count();
+                    let mut run = 0;
+                    while left.get(run).is_some_and(is_valid) {
+                        run += 1;
+                    }
                     if let Some(values) = values.get(at..at + run)
                         && run > 0
                     {

@@ -13,15 +13,15 @@ mod solve;
 mod verdict;
 
 use crate::domain::Domain;
-use crate::fit::{Fit, Status};
+use crate::fit::{Fit, OtherTone, Status};
 use crate::frame_span::FrameSpan;
 use crate::limits::FRAMES_MIN;
 use crate::scene::{Band, Baseline, Channels, Noise, Scene, Speed};
 use crate::source::{Overwritten, Values};
 pub use blocks::LEAN_ROWS;
-use blocks::{Blocks, LINES};
+use blocks::{BLOCKS_FEWER, Blocks, LINES};
 use reference::Reference;
-use search::{Comb, Peak, Search, Second};
+use search::{Comb, Peak, Search};
 use solve::Solution;
 use verdict::{Line, Verdict};
 
@@ -31,6 +31,8 @@ const PASSES: usize = 3;
 const STEPS: usize = 6;
 /// A step of less than this many standard deviations is the last.
 const STEP_LAST: f32 = 0.03;
+/// Lines are chosen where the step is less than this many.
+const STEP_NEAR: f32 = 1.0;
 /// Cycles below which a peak may be off by half a cycle: its own negative frequency is next to it.
 const CYCLES_FEW: f32 = 3.0;
 /// Starts next to such a peak, cycles.
@@ -94,7 +96,7 @@ impl<'m> Lean<'m> {
         let harmonics = usize::from(scene.harmonics());
         if let Some(expected) = span.expected {
             let peak = Peak::expected(expected / per_cycle);
-            let fit = self.fit_at(span, &reference, &peak, harmonics, None)?;
+            let fit = self.fit_at(span, &reference, &peak, harmonics)?;
             let moved = f32::abs(fit.frequency / per_cycle - peak.cycles);
             if fit.status == Status::Good && moved < EXPECTED_NEAR {
                 return Ok(fit);
@@ -106,13 +108,22 @@ impl<'m> Lean<'m> {
             most: band.most * harmonics as f32,
             ..band
         };
-        let mut peak = self.search.peak(span, &reference, lines)?;
-        let rival = if harmonics > 1 {
-            self.choose(span, &reference, &mut peak, harmonics, &band)?
-        } else {
-            None
-        };
-        self.fit_at(span, &reference, &peak, harmonics, rival)
+        let peak = self.search.peak(span, &reference, lines)?;
+        let fit = self.fit_at(span, &reference, &peak, harmonics)?;
+        if harmonics == 1 || fit.status != Status::Ambiguous {
+            return Ok(fit);
+        }
+        // The peak may be a harmonic.
+        match self.part_of(span, &reference, &peak, scene)? {
+            None => Ok(fit),
+            Some(Part::Likelier(peak)) => self.fit_at(span, &reference, &peak, harmonics),
+            Some(Part::Close(cycles)) => {
+                let frequency = span.frequency(cycles);
+                let share = 1.0;
+                let other_tone = Some(OtherTone { frequency, share });
+                Ok(Fit { other_tone, ..fit })
+            }
+        }
     }
 
     /// Lines of a frequency below half the frame rate.
@@ -123,59 +134,56 @@ impl<'m> Lean<'m> {
             .count()
     }
 
-    /// Moves a peak to the likeliest fundamental, the peak's frequency or a part of it. Gives
-    /// another one that is nearly as likely.
+    /// Finds a part of a peak's frequency that is a likelier fundamental than the peak, whose
+    /// solution there is.
     #[inline(never)]
-    fn choose(
+    fn part_of(
         &mut self,
         span: &mut FrameSpan,
         reference: &Reference,
-        peak: &mut Peak,
-        harmonics: usize,
-        band: &Band,
-    ) -> Result<Option<Second>, Overwritten> {
-        let top = peak.cycles;
-        let width = reference.width as f32;
-        let mut best: Option<(f32, f32)> = None;
-        let mut rival: Option<(f32, f32)> = None;
-        for part in 1..=harmonics {
-            let cycles = top / part as f32;
+        peak: &Peak,
+        scene: &Scene,
+    ) -> Result<Option<Part>, Overwritten> {
+        let band = scene.band.over(span.frequency(1.0));
+        let harmonics = usize::from(scene.harmonics());
+        let of_peak = self.solution.score(reference);
+        // A part needs a line beside the peak's own.
+        let margin = reference.width as f32 * libm::logf(span.frames as f32);
+        let (mut best, mut found): (f32, Option<f32>) = (of_peak, None);
+        for part in 2..=harmonics {
+            let cycles = peak.cycles / part as f32;
             let lines = Self::lines(span, cycles, harmonics);
             let comb = Comb { cycles, lines };
-            if cycles < CYCLES_PART
-                || !band.has(cycles)
-                || part > 1 && !self.search.may_have(&comb, part)
-            {
+            if cycles < CYCLES_PART || !band.has(cycles) || !self.search.may_have(&comb, part) {
                 continue;
             }
-            self.blocks.collect(span, reference, cycles, lines)?;
+            let most = Blocks::most(span.frames, lines);
+            self.blocks.collect(span, reference, cycles, lines, most)?;
             self.solution.choose((2 << lines) - 2);
             self.solution.solve(&self.blocks, reference, 0.0);
-            for _ in 0..2 {
-                let turn = self.solution.turn + self.solution.step();
-                self.solution.solve(&self.blocks, reference, turn);
-            }
-            let frames = self.blocks.frames();
-            let unknowns = width * self.solution.functions() as f32;
-            let price = 0.5 * unknowns * libm::logf(frames.max(1.0));
-            let score = -0.5 * frames * self.solution.logarithm(reference) - price;
-            let found = cycles + self.solution.cycles();
-            // A part needs a line beside the peak's own.
-            let margin = if part > 1 { width * libm::logf(frames.max(1.0)) } else { 0.0 };
-            match best {
-                Some((of_best, _)) if score <= of_best + margin => {
-                    if score > of_best + 0.5 * margin {
-                        rival = Some((score, found));
+            let turn = self.solution.turn + self.solution.step();
+            self.solution.solve(&self.blocks, reference, turn);
+            let score = self.solution.score(reference);
+            if score
+                > best
+                    + if found.is_some() {
+                        margin
+                    } else {
+                        0.5 * margin
                     }
-                }
-                _ => best = Some((score, found)),
+            {
+                self.solution.finish();
+                best = score;
+                found = Some(cycles + self.solution.cycles());
             }
         }
-        let Some((_, cycles)) = best else {
-            return Ok(None);
-        };
-        peak.cycles = cycles;
-        Ok(rival.map(|(_, cycles)| Second { cycles, power: 1.0 }))
+        Ok(found.map(|cycles| {
+            if best > of_peak + margin {
+                Part::Likelier(Peak { cycles, ..*peak })
+            } else {
+                Part::Close(cycles)
+            }
+        }))
     }
 
     /// The fit of the lines at a peak and its multiples.
@@ -185,34 +193,39 @@ impl<'m> Lean<'m> {
         reference: &Reference,
         peak: &Peak,
         harmonics: usize,
-        rival: Option<Second>,
     ) -> Result<Fit, Overwritten> {
         let lines = Self::lines(span, peak.cycles, harmonics);
         self.solution.choose((2 << lines) - 2);
         let mut cycles = peak.cycles;
+        let most = Blocks::most(span.frames, lines);
+        let is_open = peak.is_searched && harmonics == 1 && cycles < CYCLES_FEW;
         for pass in 1..=PASSES {
-            if self.blocks.cycles != cycles || self.blocks.lines != lines || pass == 1 {
-                self.blocks.collect(span, reference, cycles, lines)?;
-            }
-            let frames = self.blocks.frames();
+            let (blocks, solution) = (&mut self.blocks, &mut self.solution);
+            let is_open = is_open && pass == 1;
+            let few = if is_open { BLOCKS_FEWER } else { most };
+            blocks.collect(span, reference, cycles, lines, few)?;
+            let frames = blocks.frames();
             if frames < FRAMES_MIN as f32 || 2.0 * frames < span.frames as f32 {
                 return Ok(Fit::without_tone(Status::TooShort, frames as u32));
             }
-            let (blocks, solution) = (&self.blocks, &mut self.solution);
-            if pass == 1 && peak.is_searched && harmonics == 1 && cycles < CYCLES_FEW {
+            if is_open {
                 solution.start(blocks, reference, &STARTS);
             } else {
                 solution.solve(blocks, reference, 0.0);
             }
-            if pass == 1 && lines > 1 {
-                let turn = solution.turn + solution.step();
-                solution.solve(blocks, reference, turn);
-                let kept = kept(solution, reference);
-                solution.choose(kept);
-                solution.solve(blocks, reference, turn);
-            }
+            let mut is_chosen = false;
             for _ in 0..STEPS {
-                if solution.step().abs() < STEP_LAST * solution.turn_sigma {
+                let step = f32::abs(solution.step()) / solution.turn_sigma;
+                if !is_chosen && step < STEP_NEAR {
+                    is_chosen = true;
+                    let kept = kept(solution, reference);
+                    if kept != solution.mask() {
+                        solution.choose(kept);
+                        solution.solve(blocks, reference, solution.turn);
+                        continue;
+                    }
+                }
+                if step < STEP_LAST {
                     solution.finish();
                     break;
                 }
@@ -223,17 +236,18 @@ impl<'m> Lean<'m> {
                 break;
             }
         }
-        let solution = &self.solution;
+        let (blocks, solution) = (&self.blocks, &self.solution);
         let fundamental = Line::new(solution, reference, 0);
-        let mut strongest = fundamental;
+        let (mut strongest, mut noise) = (fundamental, fundamental.noise);
         for place in 1..solution.orders().len() {
             let line = Line::new(solution, reference, place);
+            noise += line.noise;
             if line.power > strongest.power {
                 strongest = line;
             }
         }
-        let declared = declaration::test(&mut self.blocks, reference, solution, strongest.place);
-        let missing = 1.0 - self.blocks.frames() / span.frames.max(1) as f32;
+        let declared = declaration::test(blocks, reference, solution, strongest.place);
+        let missing = 1.0 - blocks.frames() / span.frames.max(1) as f32;
         let comb = Comb { cycles, lines };
         let second = if peak.is_searched {
             self.search.second(&comb, missing)
@@ -246,12 +260,20 @@ impl<'m> Lean<'m> {
             solution,
             strongest: &strongest,
             fundamental: &fundamental,
+            noise,
             declared: &declared,
             second,
-            rival,
         };
-        Ok(verdict.fit(span, &self.blocks))
+        Ok(verdict.fit(span, blocks))
     }
+}
+
+/// A part of a peak's frequency.
+enum Part {
+    /// It explains the window better.
+    Likelier(Peak),
+    /// It explains the window nearly as well; its cycles.
+    Close(f32),
 }
 
 /// Mask of the lines whose power stands out of the noise, and of the fundamental.

@@ -10,7 +10,7 @@ use crate::source::{Overwritten, Values};
 /// Most blocks of a window.
 pub const BLOCKS: usize = 16;
 /// Most blocks of a window with several lines or few frames: 1 / 64 of the information is lost.
-const BLOCKS_FEWER: usize = 8;
+pub const BLOCKS_FEWER: usize = 8;
 /// Frames below which a window has fewer blocks.
 const FRAMES_FEW: usize = 128;
 /// Most lines.
@@ -99,12 +99,6 @@ impl<'m> Blocks<'m> {
         self.blocks.iter().zip(rows).take(self.count)
     }
 
-    /// Blocks, and the rows of each, to change.
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = (&Block, &mut [Values])> {
-        let rows = self.rows.chunks_exact_mut(rows(self.lines));
-        self.blocks.iter().zip(rows).take(self.count)
-    }
-
     /// Number of blocks.
     pub fn count(&self) -> usize {
         self.count
@@ -126,7 +120,17 @@ impl<'m> Blocks<'m> {
         NEAR * sigma * blocks * (blocks * parts).min(residual)
     }
 
-    /// Sums up the frames of a span at multiples up to `lines` of a frequency of `cycles` a window.
+    /// Most blocks for so many frames and lines.
+    pub fn most(frames: u32, lines: usize) -> usize {
+        if lines > 1 || frames < FRAMES_FEW as u32 {
+            BLOCKS_FEWER
+        } else {
+            BLOCKS
+        }
+    }
+
+    /// Sums up the frames of a span at multiples up to `lines` of a frequency of `cycles` a window,
+    /// in at most so many blocks.
     #[inline(never)]
     pub fn collect(
         &mut self,
@@ -134,9 +138,9 @@ impl<'m> Blocks<'m> {
         reference: &Reference,
         cycles: f32,
         lines: usize,
+        most: usize,
     ) -> Result<(), Overwritten> {
         let frames = span.frames as usize;
-        let most = if lines > 1 || frames < FRAMES_FEW { BLOCKS_FEWER } else { BLOCKS };
         self.count = (frames / FRAMES_OF_BLOCK).clamp(1, most);
         (self.cycles, self.lines) = (cycles, lines);
         self.sums = [[0.0; CHANNELS_MAX]; 3];

@@ -1,13 +1,15 @@
 //! Tests of the scene's declaration: are the residuals of the blocks white and independent?
 //!
-//! Three F ratios. The levels of the blocks tell drift and noise that is stronger at low
+//! F ratios. The levels of the blocks tell drift and noise that is stronger at low
 //! frequencies; cosine and sine in each block tell a tone that changes, and another one next to it;
-//! correlations of the levels between channels tell noise that channels share.
+//! correlations of the levels between channels tell noise that channels share. Where the line may be
+//! a harmonic, the lines of the lower fundamentals are looked for.
 
-use super::blocks::{BLOCKS, Block, Blocks, LINES, Wave};
+use super::blocks::{BLOCKS, BLOCKS_FEWER, Block, Blocks, LINES, Wave};
 use super::reference::Reference;
 use super::solve::{Solution, Turned, products};
 use crate::limits::CHANNELS_MAX;
+use crate::phase::{cos_sin, from_turns};
 use crate::significance::{deviate, square_root};
 use crate::source::Values;
 
@@ -23,12 +25,14 @@ pub struct Declared {
     pub lines: f32,
     /// Of the correlations between channels.
     pub shared: f32,
+    /// Of lines at parts of the tested line's frequency.
+    pub parts: f32,
 }
 
 impl Declared {
-    /// The largest of the three.
+    /// The largest of them.
     pub fn worst(&self) -> f32 {
-        self.levels.max(self.lines).max(self.shared)
+        self.levels.max(self.lines).max(self.shared).max(self.parts)
     }
 
     /// True if the window is what the scene declares.
@@ -37,29 +41,51 @@ impl Declared {
     }
 }
 
+/// Lines of lower fundamentals of which the tested line is a harmonic: over its frequency, and number
+/// of harmonics that the lowest such fundamental needs.
+const PARTS: [(f32, usize); 7] = [
+    (1.0 / 2.0, 2),
+    (3.0 / 2.0, 3),
+    (1.0 / 3.0, 3),
+    (2.0 / 3.0, 3),
+    (4.0 / 3.0, 4),
+    (1.0 / 4.0, 4),
+    (3.0 / 4.0, 4),
+];
+
+/// What a fit leaves of a block.
+struct Residuals<'r> {
+    /// Of the values, over the root of the block's frames.
+    white: &'r mut Values,
+    /// Of their products with cosine and sine of a line, where these are wanted.
+    line: Option<&'r mut [Values; 2]>,
+}
+
 /// Tests what a solution leaves of the blocks' levels and of a line, the one at `place` among the
-/// solution's. The levels' residuals stay in the blocks' first rows.
+/// solution's.
 #[inline(never)]
-pub fn test(
-    blocks: &mut Blocks,
-    reference: &Reference,
-    solution: &Solution,
-    place: usize,
-) -> Declared {
+pub fn test(blocks: &Blocks, reference: &Reference, solution: &Solution, place: usize) -> Declared {
     let (mut levels, mut lines, mut explained, mut count) = (0.0, 0.0, 0.0, 0.0f32);
     let frames = blocks.frames();
     let tested = solution.orders().get(place).copied().unwrap_or(1);
     let highest = solution.orders().last().copied().unwrap_or(1);
-    let mut roots = [0.0; BLOCKS];
+    // Residuals of the levels, each with the variance of a frame.
+    let mut white = [[0.0; CHANNELS_MAX]; BLOCKS];
+    let mut line = [[[0.0; CHANNELS_MAX]; 2]; BLOCKS_FEWER];
     let mut turned = Turned::NONE;
-    for ((block, rows), root) in blocks.iter_mut().zip(&mut roots) {
+    for (b, ((block, rows), white)) in blocks.iter().zip(&mut white).enumerate() {
         if block.frames <= 0.0 {
             continue;
         }
         turned.set(block, solution.turn, highest);
         let inverse = 1.0 / block.frames;
-        *root = square_root(inverse);
-        let [of_levels, of_line] = residuals(block, rows, &turned, solution, tested);
+        let line = if blocks.lines > 1 {
+            line.get_mut(b)
+        } else {
+            None
+        };
+        let rest = Residuals { white, line };
+        let [of_levels, of_line] = residuals(block, rows, &turned, solution, tested, rest);
         levels += inverse * of_levels;
         lines += inverse * of_line;
         for order in solution.orders() {
@@ -69,6 +95,16 @@ pub fn test(
         count += 1.0;
     }
     let width = reference.width as f32;
+    let of_tested = (blocks.cycles + solution.cycles()) * tested as f32;
+    let mut parts = 0.0f32;
+    for (part, harmonics) in PARTS {
+        let distance = (part - 1.0) * of_tested;
+        if harmonics <= blocks.lines && f32::abs(distance) < 0.5 * blocks.count() as f32 {
+            let power = part_power(blocks, &line, &solution.weights, distance);
+            let ratio = power / (width * frames);
+            parts = parts.max(deviate(ratio, 2.0 * width, width * solution.freedom));
+        }
+    }
     // A line of many cycles a block has no part in the levels.
     let of_levels = (count - 2.0 - explained / frames).max(1.0);
     let of_lines = (count - 2.0).max(1.0);
@@ -76,19 +112,25 @@ pub fn test(
     Declared {
         levels: deviate(levels / (width * of_levels), width * of_levels, freedom),
         lines: deviate(lines / (width * of_lines), width * of_levels, freedom),
-        shared: correlation(blocks, &roots, solution, of_levels),
+        shared: correlation(
+            white.get(..blocks.count()).unwrap_or_default(),
+            solution,
+            of_levels,
+        ),
+        parts,
     }
 }
 
 /// Weighted squares of what the fit leaves of a block's sums: of the values, and of their products
-/// with cosine and sine of a line. The first row becomes the residual.
+/// with cosine and sine of a line.
 #[inline(never)]
 fn residuals(
     block: &Block,
-    rows: &mut [Values],
+    rows: &[Values],
     turned: &Turned,
     solution: &Solution,
     tested: usize,
+    mut rest: Residuals,
 ) -> [f32; 2] {
     let (n, u) = (block.frames, block.middle);
     let tested = tested.clamp(1, LINES);
@@ -113,6 +155,7 @@ fn residuals(
         return [0.0; 2];
     };
     let mut powers = [0.0; 2];
+    let root = square_root(1.0 / n);
     for group in 0..CHANNELS_MAX / 4 {
         let part = |values: &Values| values.as_chunks::<4>().0[group];
         let (cos, sin, mut left) = (part(cosines), part(sines), part(level));
@@ -131,27 +174,39 @@ fn residuals(
             powers[0] += weights[k] * (left[k] * left[k]);
             powers[1] += weights[k] * (cosine[k] * cosine[k] + sine[k] * sine[k]);
         }
-        level.as_chunks_mut::<4>().0[group] = left;
+        rest.white.as_chunks_mut::<4>().0[group] = left.map(|x| root * x);
+        if let Some([cosines, sines]) = &mut rest.line {
+            cosines.as_chunks_mut::<4>().0[group] = cosine;
+            sines.as_chunks_mut::<4>().0[group] = sine;
+        }
     }
     powers
 }
 
-/// Deviate of the mean square of the correlations between channels, by the levels' residuals, each
-/// block's times its root.
+/// Weighted power of a line at a distance in cycles from the tested one, by its residuals.
 #[inline(never)]
-fn correlation(
+fn part_power(
     blocks: &Blocks,
-    roots: &[f32; BLOCKS],
-    solution: &Solution,
-    freedom: f32,
+    residuals: &[[Values; 2]; BLOCKS_FEWER],
+    weights: &Values,
+    distance: f32,
 ) -> f32 {
-    let mut levels = [[0.0; CHANNELS_MAX]; BLOCKS];
-    for (((_, rows), root), to) in blocks.iter().zip(roots).zip(&mut levels) {
-        if let Some(level) = rows.first() {
-            *to = level.map(|x| root * x);
+    let mut sums = [[0.0; CHANNELS_MAX]; 2];
+    for ((block, _), [cosines, sines]) in blocks.iter().zip(residuals) {
+        let (c, s) = cos_sin(from_turns(0.5 * distance * block.middle));
+        for k in 0..CHANNELS_MAX {
+            sums[0][k] += cosines[k] * c - sines[k] * s;
+            sums[1][k] += sines[k] * c + cosines[k] * s;
         }
     }
-    let levels = &levels[..blocks.count().min(BLOCKS)];
+    let [cosines, sines] = &sums;
+    let pairs = cosines.iter().zip(sines).zip(weights);
+    pairs.map(|((c, s), weight)| weight * (c * c + s * s)).sum()
+}
+
+/// Deviate of the mean square of the correlations between channels, by the levels' residuals.
+#[inline(never)]
+fn correlation(levels: &[Values], solution: &Solution, freedom: f32) -> f32 {
     // Rounding is no noise of its own.
     let mut inverse = [0.0; CHANNELS_MAX];
     for (c, inverse) in inverse.iter_mut().enumerate() {

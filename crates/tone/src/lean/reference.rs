@@ -36,25 +36,27 @@ struct Sample {
 }
 
 impl Sample {
-    /// Every `every`th frame that has the wanted channels, as many as there is room for.
-    fn new(span: &mut FrameSpan, wanted: u16, every: u32) -> Result<Self, Overwritten> {
-        let mut sample = Self {
-            u: [0.0; FRAMES],
-            values: [[0.0; CHANNELS_MAX]; FRAMES],
-            count: 0,
-        };
+    const EMPTY: Self = Self {
+        u: [0.0; FRAMES],
+        values: [[0.0; CHANNELS_MAX]; FRAMES],
+        count: 0,
+    };
+
+    /// Takes every `every`th frame that has the wanted channels, as many as there is room for.
+    fn take(&mut self, span: &mut FrameSpan, wanted: u16, every: u32) -> Result<(), Overwritten> {
         let (step, mut frame) = (2.0 / span.frames as f32, 0);
-        while frame < span.frames && sample.count < FRAMES {
+        self.count = 0;
+        while frame < span.frames && self.count < FRAMES {
             span.visit_runs(frame..frame + 1, wanted, &mut |number, run| {
-                if let ([values, ..], Some(place)) = (run, sample.values.get_mut(sample.count)) {
+                if let ([values, ..], Some(place)) = (run, self.values.get_mut(self.count)) {
                     *place = *values;
-                    sample.u[sample.count % FRAMES] = (number as f32 + 0.5) * step - 1.0;
-                    sample.count += 1;
+                    self.u[self.count % FRAMES] = (number as f32 + 0.5) * step - 1.0;
+                    self.count += 1;
                 }
             })?;
             frame += every;
         }
-        Ok(sample)
+        Ok(())
     }
 }
 
@@ -63,9 +65,10 @@ impl Reference {
     pub fn new(span: &mut FrameSpan) -> Result<Self, Overwritten> {
         let wanted = span.channels()?;
         let every = span.frames.div_ceil(FRAMES as u32).max(1);
-        let mut sample = Sample::new(span, wanted, every)?;
+        let mut sample = Sample::EMPTY;
+        sample.take(span, wanted, every)?;
         if sample.count < FRAMES_FEWEST && every > 1 {
-            sample = Sample::new(span, wanted, 1)?;
+            sample.take(span, wanted, 1)?;
         }
         let mut reference = Self {
             wanted,

@@ -162,7 +162,11 @@ impl Mixture {
         span.visit_runs(all, reference.wanted, &mut |first, run| {
             let mut frame = first as usize;
             let mut add = |value: f32| {
-                let point = if each == 1 { frame } else { frame / each.max(1) };
+                let point = if each == 1 {
+                    frame
+                } else {
+                    frame / each.max(1)
+                };
                 if let Some(point) = points.get_mut(point) {
                     *point += value;
                 }

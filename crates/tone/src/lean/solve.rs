@@ -210,7 +210,9 @@ impl Solution {
 
     /// Mask of the lines.
     pub fn mask(&self) -> u16 {
-        self.orders().iter().fold(0, |mask, order| mask | 1 << order)
+        self.orders()
+            .iter()
+            .fold(0, |mask, order| mask | 1 << order)
     }
 
     /// Number of a channel's functions.
@@ -231,7 +233,8 @@ impl Solution {
     fn solve_lines<const L: usize>(&mut self, blocks: &Blocks, reference: &Reference, turn: f32) {
         self.turn = turn;
         let highest = self.orders().last().copied().unwrap_or(1);
-        self.totals.set(blocks, turn, if L == 1 { 1 } else { highest });
+        self.totals
+            .set(blocks, turn, if L == 1 { 1 } else { highest });
         self.fill(blocks.powers);
         self.factor();
         self.freedom = blocks.frames() - self.functions() as f32;
@@ -267,14 +270,19 @@ impl Solution {
         self.solve(blocks, reference, best.1);
     }
 
-    /// Sum over the channels of the logarithm of the residuals' square, over the reference's scales.
-    pub fn logarithm(&self, reference: &Reference) -> f32 {
+    /// Logarithm of the likelihood after the next step, less the price of the unknowns (G. Schwarz,
+    /// Ann. Stat. 6 (1978) 461).
+    pub fn score(&self, reference: &Reference) -> f32 {
+        let functions = self.functions() as f32;
+        let frames = self.freedom + functions;
         let pairs = self.variances.iter().zip(&reference.inverse);
         let used = pairs.filter(|(_, inverse)| **inverse > 0.0);
-        used.map(|(variance, inverse)| {
-            libm::logf((variance * self.freedom * inverse * inverse).max(f32::MIN_POSITIVE))
-        })
-        .sum()
+        let terms = used.map(|(variance, inverse)| {
+            libm::logf(variance * inverse * inverse * self.freedom / frames)
+        });
+        let unknowns = functions * reference.width as f32;
+        let likelihood = 0.5 * (self.gain - frames * terms.sum::<f32>());
+        likelihood - 0.5 * unknowns * libm::logf(frames)
     }
 
     /// Products of the functions.
@@ -408,7 +416,11 @@ impl Solution {
             for j in i..2 * lines {
                 let order = self.orders[j / 2] as f32;
                 let factor = self.lower[functions + j][functions + i];
-                let factor = if j % 2 == 0 { order * factor } else { -order * factor };
+                let factor = if j % 2 == 0 {
+                    order * factor
+                } else {
+                    -order * factor
+                };
                 let other = coefficients[(2 + (j ^ 1)) % FUNCTIONS];
                 for k in 0..4 {
                     along[k] += factor * other[k];
@@ -449,6 +461,19 @@ impl Solution {
     /// Standard deviation of the frequency, cycles a window.
     pub fn sigma(&self) -> f32 {
         self.turn_sigma * FRAC_1_PI
+    }
+
+    /// Information on the turn that a line of nothing but noise has in a channel; `variance` is that
+    /// of its cosine and sine.
+    pub fn noise_information(&self, place: usize, variance: f32) -> f32 {
+        let functions = self.functions();
+        let order = self.orders().get(place).map_or(0.0, |order| *order as f32);
+        let rows = self.lower.iter().skip(functions + 2 * place).take(2);
+        let squares = rows.map(|row| {
+            let own = row.iter().skip(functions).take(2 * place + 2);
+            own.map(|x| x * x).sum::<f32>()
+        });
+        order * order * variance * squares.sum::<f32>()
     }
 
     /// Covariance of a line's cosine and sine for unit noise; `place` counts the lines.

@@ -19,6 +19,9 @@ const Z_CHANNEL: f32 = 3.1;
 /// Lines of one shape in all channels leave less than this many standard deviations beside it.
 const Z_SHAPE: f32 = 4.0;
 
+/// Least fraction of the information that is not noise.
+const FAINT_MIN: f32 = 0.3;
+
 /// Figures that a status is set by.
 pub struct Verdict<'v> {
     /// Cycles a window.
@@ -28,11 +31,11 @@ pub struct Verdict<'v> {
     /// Lines, the strongest first.
     pub strongest: &'v Line,
     pub fundamental: &'v Line,
+    /// Information on the turn that noise in all lines seems to have.
+    pub noise: f32,
     pub declared: &'v Declared,
     /// Another tone, elsewhere in the spectrum.
     pub second: Option<Second>,
-    /// Another comb that explains the window nearly as well.
-    pub rival: Option<Second>,
 }
 
 /// A line of a solution.
@@ -48,6 +51,8 @@ pub struct Line {
     pub power: f32,
     /// The same of what is not of one shape in all channels.
     other: f32,
+    /// Information on the turn that the line would have of noise alone.
+    pub noise: f32,
 }
 
 impl Line {
@@ -82,6 +87,7 @@ impl Line {
             deviate: deviate(ratio, 2.0 * width, width * freedom),
             power,
             other: 0.5 * power - square_root(half * half + products * products),
+            noise: width * solution.noise_information(place, 0.5 * (p + r)),
         }
     }
 }
@@ -136,8 +142,11 @@ impl Verdict<'_> {
             lines: solution.mask(),
             ..Tests::default()
         };
+        // Noise in the amplitudes looks like information, and scatters the score as that does.
+        let noise = self.noise * solution.turn_sigma * solution.turn_sigma;
+        let faint = 1.0 / (1.0 - noise).max(FAINT_MIN);
         // Each channel's noise is known from a finite number of frames.
-        let sigma = solution.sigma() * (1.0 + 2.0 / freedom);
+        let sigma = faint * solution.sigma() * (1.0 + 2.0 / freedom);
         fit.status = self.status(&tests, sigma, 0.5 * span.frames as f32);
         fit.tests = tests;
         if fit.status.has_tone() {
@@ -145,7 +154,7 @@ impl Verdict<'_> {
             let (sigma, rounding) = (span.frequency(sigma), f32::EPSILON * fit.frequency);
             fit.sigma = square_root(sigma * sigma + rounding * rounding);
             fit.harmonics = solution.orders().last().map_or(1, |order| *order as u8);
-            fit.other_tone = self.rival.or(self.second).map(|second| OtherTone {
+            fit.other_tone = self.second.map(|second| OtherTone {
                 frequency: span.frequency(second.cycles),
                 share: second.power,
             });
@@ -166,7 +175,6 @@ impl Verdict<'_> {
             Status::NoTone
         } else if self.cycles.min(nyquist - self.cycles) < min
             || self.second.is_some()
-            || self.rival.is_some()
             || tests.fundamental < Z_TEST
             || !self.declared.is_met()
         {
