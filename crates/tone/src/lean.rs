@@ -110,7 +110,7 @@ impl<'m> Lean<'m> {
         };
         let peak = self.search.peak(span, &reference, lines)?;
         let fit = self.fit_at(span, &reference, &peak, harmonics)?;
-        if harmonics == 1 || fit.status != Status::Ambiguous {
+        if harmonics == 1 || !matches!(fit.status, Status::Ambiguous | Status::NoTone) {
             return Ok(fit);
         }
         // The peak may be a harmonic.
@@ -246,7 +246,7 @@ impl<'m> Lean<'m> {
                 strongest = line;
             }
         }
-        let declared = declaration::test(blocks, reference, solution, strongest.place);
+        let declared = declaration::test(blocks, reference, solution, strongest.place, harmonics);
         let missing = 1.0 - blocks.frames() / span.frames.max(1) as f32;
         let comb = Comb { cycles, lines };
         let second = if peak.is_searched {

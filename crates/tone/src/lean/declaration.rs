@@ -53,6 +53,9 @@ const PARTS: [(f32, usize); 7] = [
     (3.0 / 4.0, 4),
 ];
 
+/// Largest distance of such a line, cycles a block: it turns within the block.
+const PART_MAX: f32 = 0.8;
+
 /// What a fit leaves of a block.
 struct Residuals<'r> {
     /// Of the values, over the root of the block's frames.
@@ -62,9 +65,15 @@ struct Residuals<'r> {
 }
 
 /// Tests what a solution leaves of the blocks' levels and of a line, the one at `place` among the
-/// solution's.
+/// solution's; the scene has so many `harmonics`.
 #[inline(never)]
-pub fn test(blocks: &Blocks, reference: &Reference, solution: &Solution, place: usize) -> Declared {
+pub fn test(
+    blocks: &Blocks,
+    reference: &Reference,
+    solution: &Solution,
+    place: usize,
+    harmonics: usize,
+) -> Declared {
     let (mut levels, mut lines, mut explained, mut count) = (0.0, 0.0, 0.0, 0.0f32);
     let frames = blocks.frames();
     let tested = solution.orders().get(place).copied().unwrap_or(1);
@@ -97,9 +106,9 @@ pub fn test(blocks: &Blocks, reference: &Reference, solution: &Solution, place: 
     let width = reference.width as f32;
     let of_tested = (blocks.cycles + solution.cycles()) * tested as f32;
     let mut parts = 0.0f32;
-    for (part, harmonics) in PARTS {
+    for (part, needed) in PARTS {
         let distance = (part - 1.0) * of_tested;
-        if harmonics <= blocks.lines && f32::abs(distance) < 0.5 * blocks.count() as f32 {
+        if needed <= harmonics && f32::abs(distance) < PART_MAX * blocks.count() as f32 {
             let power = part_power(blocks, &line, &solution.weights, distance);
             let ratio = power / (width * frames);
             parts = parts.max(deviate(ratio, 2.0 * width, width * solution.freedom));

@@ -28,6 +28,10 @@ const Z_CLEAR: f32 = 7.0;
 const Z_SECOND: f32 = 4.3;
 /// Deviate of a peak that may be a line: one of a hundred is above.
 const Z_LINE: f32 = 2.3;
+/// Powers above this many times their mean are lines rather than noise.
+const NOISE_MAX: f32 = 2.0;
+/// Mean of noise over the mean of what is below that, for the power of two mixtures.
+const NOISE_BELOW: f32 = 1.2;
 /// Fewest cycles of a peak.
 const CYCLES_MIN: f32 = 0.7;
 /// Half of the main lobe of a Hann window, and some more, cycles.
@@ -323,11 +327,21 @@ impl<'m> Search<'m> {
 
     /// Mean power of the bins that are not next to a comb's lines, nor next to zero.
     fn noise(&self, comb: &Comb) -> f32 {
+        let all = self.mean(comb, f32::INFINITY);
+        if comb.lines == 1 {
+            return all;
+        }
+        // Lines of another comb may fill a short window's spectrum.
+        NOISE_BELOW * self.mean(comb, NOISE_MAX * all)
+    }
+
+    /// Mean power of the same bins up to a power.
+    fn mean(&self, comb: &Comb, most: f32) -> f32 {
         let step = self.grid.step;
         let (mut sum, mut count) = (0.0, 0.0f32);
         let bins = self.bins().iter().enumerate();
         for (bin, power) in bins.skip((LOBE / step) as usize) {
-            if comb.distance(bin as f32 * step) > LOBE {
+            if *power <= most && comb.distance(bin as f32 * step) > LOBE {
                 sum += power;
                 count += 1.0;
             }
