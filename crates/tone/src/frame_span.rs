@@ -5,8 +5,8 @@ use crate::limits::CHANNELS_MAX;
 use crate::source::{FrameSource, Overwritten, Values};
 use core::ops::Range;
 
-/// Frames that are read at a time: as long a source is locked.
-pub const READ_FRAMES: usize = 8;
+/// Most frames that are read at a time: as long a source is locked.
+pub const READ_FRAMES: usize = 16;
 
 /// Consecutive frames of a source, and what is known of them beforehand.
 pub struct FrameSpan<'a> {
@@ -157,25 +157,6 @@ impl<'a> FrameSpan<'a> {
         self.visit_range(0..self.frames, channels, visit)
     }
 
-    /// Visits every `every`th frame, if its `channels` are all valid.
-    pub(crate) fn visit_some(
-        &mut self,
-        every: u32,
-        channels: u16,
-        visit: &mut dyn FnMut(u32, &Values),
-    ) -> Result<(), Overwritten> {
-        let mut frame = 0;
-        while every > 1 && frame < self.frames {
-            self.visit_range(frame..frame + 1, channels, visit)?;
-            frame += every;
-        }
-        if every <= 1 {
-            self.visit(channels, visit)
-        } else {
-            Ok(())
-        }
-    }
-
     /// Visits the frames of a part of the span whose `channels` are all valid.
     pub(crate) fn visit_range(
         &mut self,
@@ -183,23 +164,47 @@ impl<'a> FrameSpan<'a> {
         channels: u16,
         visit: &mut dyn FnMut(u32, &Values),
     ) -> Result<(), Overwritten> {
+        self.visit_runs(part, channels, &mut |first, run| {
+            for (number, values) in (first..).zip(run) {
+                visit(number, values);
+            }
+        })
+    }
+
+    /// Visits the same frames, as many consecutive ones at a time as are read: the number of the
+    /// first, and their values.
+    pub(crate) fn visit_runs(
+        &mut self,
+        part: Range<u32>,
+        channels: u16,
+        visit: &mut dyn FnMut(u32, &[Values]),
+    ) -> Result<(), Overwritten> {
+        let is_valid = |mask: &u16| *mask & channels == channels && *mask != 0;
         let mut frame = part.start;
         let end = part.end.min(self.frames);
         while frame < end {
             let most = READ_FRAMES.min((end - frame) as usize);
             let mut read = 0;
-            self.source.read(
-                self.first.wrapping_add(frame),
-                most,
-                &mut |values, valid| {
-                    for (values, valid) in values.iter().zip(valid).take(most) {
-                        if valid & channels == channels && *valid != 0 {
-                            visit(frame + read, values);
-                        }
-                        read += 1;
+            let from = self.first.wrapping_add(frame);
+            self.source.read(from, most, &mut |values, valid| {
+                let count = most.min(values.len()).min(valid.len());
+                let mut at = 0;
+                while at < count {
+                    let left = valid.get(at..count).unwrap_or_default();
+                    let mut run = 0;
+                    while left.get(run).is_some_and(is_valid) {
+                        run += 1;
                     }
-                },
-            )?;
+                    if let Some(values) = values.get(at..at + run)
+                        && run > 0
+                    {
+                        visit(frame + at as u32, values);
+                    }
+                    // The frame after a run is not valid.
+                    at += run + 1;
+                }
+                read = count as u32;
+            })?;
             frame += read.max(1);
         }
         Ok(())
@@ -222,7 +227,13 @@ impl<'a> FrameSpan<'a> {
             let mut read = 0;
             self.source
                 .read(self.first.wrapping_add(frame), most, &mut |_, valid| {
-                    for valid in valid.iter().take(most) {
+                    let valid = valid.get(..most).unwrap_or(valid);
+                    if valid.iter().all(|valid| *valid == mask) {
+                        run += valid.len() as u32;
+                        read += valid.len() as u32;
+                        return;
+                    }
+                    for valid in valid {
                         if *valid != mask {
                             add(mask, run);
                             (mask, run) = (*valid, 0);

@@ -1,8 +1,9 @@
-//! The lean scene: one line in white, independent noise, next to a level and a slope.
+//! The lean scenes: lines in white, independent noise, next to a level and a slope.
 //!
 //! A path of its own. It reads the frames twice: once to mix channels for one or a few transforms,
-//! and once to sum them up in blocks; everything else works on the blocks. A window that is not
-//! what the scene declares is not reported as good: see [`declaration`].
+//! and once to sum them up in blocks; everything else works on the blocks. Several lines take one
+//! reading for each fundamental that the highest peak may belong to. A window that is not what the
+//! scene declares is not reported as good: see [`declaration`].
 
 mod blocks;
 mod declaration;
@@ -12,44 +13,49 @@ mod solve;
 mod verdict;
 
 use crate::domain::Domain;
-use crate::fit::{Fit, Status};
+use crate::fit::{Fit, OtherTone, Status};
 use crate::frame_span::FrameSpan;
 use crate::limits::FRAMES_MIN;
-use crate::scene::{Baseline, Channels, Noise, Scene, Speed};
+use crate::scene::{Band, Baseline, Channels, Noise, Scene, Speed};
 use crate::source::{Overwritten, Values};
-use blocks::Blocks;
 pub use blocks::LEAN_ROWS;
+use blocks::{BLOCKS_FEWER, Blocks, LINES};
 use reference::Reference;
-use search::{Peak, Search};
+use search::{Comb, Peak, Search};
 use solve::Solution;
-use verdict::Verdict;
+use verdict::{Line, Verdict};
 
 /// Most passes over the frames at a frequency.
 const PASSES: usize = 3;
 /// Most steps after a pass.
 const STEPS: usize = 6;
-/// Steps from each start below [`CYCLES_FEW`] cycles, before the best start is chosen.
-const STEPS_OF_START: usize = 3;
 /// A step of less than this many standard deviations is the last.
 const STEP_LAST: f32 = 0.03;
+/// Lines are chosen where the step is less than this many.
+const STEP_NEAR: f32 = 1.0;
 /// Cycles below which a peak may be off by half a cycle: its own negative frequency is next to it.
 const CYCLES_FEW: f32 = 3.0;
 /// Starts next to such a peak, cycles.
 const STARTS: [f32; 3] = [0.0, -0.5, 0.5];
 /// Farther than this from the frequency of the window before, in cycles, is another tone.
 const EXPECTED_NEAR: f32 = 0.45;
+/// Fewest cycles of a part of a peak's frequency.
+const CYCLES_PART: f32 = 0.8;
+/// Deviate of a line that is kept: one of a thousand is above.
+const Z_KEPT: f32 = 3.1;
 
 /// The lean path, in memory that holds nothing between fits.
 pub struct Lean<'m> {
     search: Search<'m>,
     blocks: Blocks<'m>,
+    solution: Solution,
 }
 
 impl Scene {
-    /// True for the scenes of the lean path: one harmonic in white, independent noise at a steady
-    /// speed, without impulses or curved baselines.
+    /// True for the scenes of the lean path: lines in white, independent noise at a steady speed,
+    /// without impulses or curved baselines.
     pub(crate) fn is_lean(&self) -> bool {
-        self.harmonics() == 1
+        usize::from(self.harmonics()) <= LINES
             && self.baseline == Baseline::Slope
             && self.noise == Noise::White
             && self.channels == Channels::Independent
@@ -61,11 +67,13 @@ impl Scene {
 impl<'m> Lean<'m> {
     /// The path in rows for [`POINTS_MAX`](crate::limits::POINTS_MAX) points and [`LEAN_ROWS`]
     /// more, and in memory for half as many powers.
+    #[inline(always)]
     pub fn new(rows: &'m mut [Values], power: &'m mut [f32]) -> Self {
         let (points, blocks) = rows.split_at_mut(rows.len().saturating_sub(LEAN_ROWS));
         Self {
             search: Search::new(points.as_flattened_mut(), power),
             blocks: Blocks::new(blocks),
+            solution: Solution::NONE,
         }
     }
 
@@ -85,61 +93,196 @@ impl<'m> Lean<'m> {
             return Ok(Fit::without_tone(Status::Nothing, 0));
         }
         let per_cycle = span.frequency(1.0);
+        let harmonics = usize::from(scene.harmonics());
         if let Some(expected) = span.expected {
             let peak = Peak::expected(expected / per_cycle);
-            let fit = self.fit_at(span, &reference, &peak)?;
+            let fit = self.fit_at(span, &reference, &peak, harmonics)?;
             let moved = f32::abs(fit.frequency / per_cycle - peak.cycles);
             if fit.status == Status::Good && moved < EXPECTED_NEAR {
                 return Ok(fit);
             }
         }
         let band = scene.band.over(per_cycle);
-        let peak = self.search.peak(span, &reference, band)?;
-        self.fit_at(span, &reference, &peak)
+        // A fundamental's lines may be above its band.
+        let lines = Band {
+            most: band.most * harmonics as f32,
+            ..band
+        };
+        let peak = self.search.peak(span, &reference, lines)?;
+        let fit = self.fit_at(span, &reference, &peak, harmonics)?;
+        if harmonics == 1 || !matches!(fit.status, Status::Ambiguous | Status::NoTone) {
+            return Ok(fit);
+        }
+        // The peak may be a harmonic.
+        match self.part_of(span, &reference, &peak, scene)? {
+            None => Ok(fit),
+            Some(Part::Likelier(peak)) => self.fit_at(span, &reference, &peak, harmonics),
+            Some(Part::Close(cycles)) => {
+                let frequency = span.frequency(cycles);
+                let share = 1.0;
+                let other_tone = Some(OtherTone { frequency, share });
+                Ok(Fit { other_tone, ..fit })
+            }
+        }
     }
 
-    /// The fit of the line at a peak.
+    /// Lines of a frequency below half the frame rate.
+    fn lines(span: &FrameSpan, cycles: f32, harmonics: usize) -> usize {
+        let most = 0.5 * (span.frames as f32 - 1.0);
+        (1..=harmonics.min(LINES))
+            .take_while(|line| *line == 1 || *line as f32 * cycles < most)
+            .count()
+    }
+
+    /// Finds a part of a peak's frequency that is a likelier fundamental than the peak, whose
+    /// solution there is.
+    #[inline(never)]
+    fn part_of(
+        &mut self,
+        span: &mut FrameSpan,
+        reference: &Reference,
+        peak: &Peak,
+        scene: &Scene,
+    ) -> Result<Option<Part>, Overwritten> {
+        let band = scene.band.over(span.frequency(1.0));
+        let harmonics = usize::from(scene.harmonics());
+        let of_peak = self.solution.score(reference);
+        // A part needs a line beside the peak's own.
+        let margin = reference.width as f32 * libm::logf(span.frames as f32);
+        let (mut best, mut found): (f32, Option<f32>) = (of_peak, None);
+        for part in 2..=harmonics {
+            let cycles = peak.cycles / part as f32;
+            let lines = Self::lines(span, cycles, harmonics);
+            let comb = Comb { cycles, lines };
+            if cycles < CYCLES_PART || !band.has(cycles) || !self.search.may_have(&comb, part) {
+                continue;
+            }
+            let most = Blocks::most(span.frames, lines);
+            self.blocks.collect(span, reference, cycles, lines, most)?;
+            self.solution.choose((2 << lines) - 2);
+            self.solution.solve(&self.blocks, reference, 0.0);
+            let turn = self.solution.turn + self.solution.step();
+            self.solution.solve(&self.blocks, reference, turn);
+            let score = self.solution.score(reference);
+            if score
+                > best
+                    + if found.is_some() {
+                        margin
+                    } else {
+                        0.5 * margin
+                    }
+            {
+                self.solution.finish();
+                best = score;
+                found = Some(cycles + self.solution.cycles());
+            }
+        }
+        Ok(found.map(|cycles| {
+            if best > of_peak + margin {
+                Part::Likelier(Peak { cycles, ..*peak })
+            } else {
+                Part::Close(cycles)
+            }
+        }))
+    }
+
+    /// The fit of the lines at a peak and its multiples.
     fn fit_at(
         &mut self,
         span: &mut FrameSpan,
         reference: &Reference,
         peak: &Peak,
+        harmonics: usize,
     ) -> Result<Fit, Overwritten> {
-        let blocks = &mut self.blocks;
-        let mut solution = Solution::default();
+        let lines = Self::lines(span, peak.cycles, harmonics);
+        self.solution.choose((2 << lines) - 2);
         let mut cycles = peak.cycles;
+        let most = Blocks::most(span.frames, lines);
+        let is_open = peak.is_searched && harmonics == 1 && cycles < CYCLES_FEW;
         for pass in 1..=PASSES {
-            blocks.collect(span, reference, cycles)?;
-            if blocks.frames() < FRAMES_MIN as f32 || 2.0 * blocks.frames() < span.frames as f32 {
-                let frames = blocks.frames() as u32;
-                return Ok(Fit::without_tone(Status::TooShort, frames));
+            let (blocks, solution) = (&mut self.blocks, &mut self.solution);
+            let is_open = is_open && pass == 1;
+            let few = if is_open { BLOCKS_FEWER } else { most };
+            blocks.collect(span, reference, cycles, lines, few)?;
+            let frames = blocks.frames();
+            if frames < FRAMES_MIN as f32 || 2.0 * frames < span.frames as f32 {
+                return Ok(Fit::without_tone(Status::TooShort, frames as u32));
             }
-            solution = if pass == 1 && peak.is_searched && cycles < CYCLES_FEW {
-                Solution::best_of(blocks, reference, &STARTS, STEPS_OF_START)
+            if is_open {
+                solution.start(blocks, reference, &STARTS);
             } else {
-                Solution::at(blocks, reference, 0.0)
-            };
+                solution.solve(blocks, reference, 0.0);
+            }
+            let mut is_chosen = false;
             for _ in 0..STEPS {
-                let step = solution.step();
-                solution = Solution::at(blocks, reference, solution.turn + step);
-                if step.abs() < STEP_LAST * solution.turn_sigma {
+                let step = f32::abs(solution.step()) / solution.turn_sigma;
+                if !is_chosen && step < STEP_NEAR {
+                    is_chosen = true;
+                    let kept = kept(solution, reference);
+                    if kept != solution.mask() {
+                        solution.choose(kept);
+                        solution.solve(blocks, reference, solution.turn);
+                        continue;
+                    }
+                }
+                if step < STEP_LAST {
+                    solution.finish();
                     break;
                 }
+                solution.solve(blocks, reference, solution.turn + solution.step());
             }
             cycles += solution.cycles();
             if solution.cycles().abs() < blocks.near(solution.sigma(), cycles, reference.width) {
                 break;
             }
         }
-        let declared = declaration::test(blocks, reference, &solution);
-        let second = self.search.second(span, peak, cycles, blocks);
+        let (blocks, solution) = (&self.blocks, &self.solution);
+        let fundamental = Line::new(solution, reference, 0);
+        let (mut strongest, mut noise) = (fundamental, fundamental.noise);
+        for place in 1..solution.orders().len() {
+            let line = Line::new(solution, reference, place);
+            noise += line.noise;
+            if line.power > strongest.power {
+                strongest = line;
+            }
+        }
+        let declared = declaration::test(blocks, reference, solution, strongest.place, harmonics);
+        let missing = 1.0 - blocks.frames() / span.frames.max(1) as f32;
+        let comb = Comb { cycles, lines };
+        let second = if peak.is_searched {
+            self.search.second(&comb, missing)
+        } else {
+            None
+        };
         let verdict = Verdict {
             cycles,
             reference,
-            solution: &solution,
+            solution,
+            strongest: &strongest,
+            fundamental: &fundamental,
+            noise,
             declared: &declared,
             second,
         };
         Ok(verdict.fit(span, blocks))
     }
+}
+
+/// A part of a peak's frequency.
+enum Part {
+    /// It explains the window better.
+    Likelier(Peak),
+    /// It explains the window nearly as well; its cycles.
+    Close(f32),
+}
+
+/// Mask of the lines whose power stands out of the noise, and of the fundamental.
+fn kept(solution: &Solution, reference: &Reference) -> u16 {
+    let mut kept = 0b10;
+    for (place, order) in solution.orders().iter().enumerate().skip(1) {
+        if Line::new(solution, reference, place).deviate > Z_KEPT {
+            kept |= 1 << order;
+        }
+    }
+    kept
 }

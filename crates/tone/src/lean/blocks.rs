@@ -1,5 +1,5 @@
-//! Sums of the frames over blocks of the window, at one frequency. Fits near that frequency need
-//! nothing else.
+//! Sums of the frames over blocks of the window, at one frequency and its multiples. Fits near that
+//! frequency need nothing else.
 
 use super::reference::Reference;
 use crate::frame_span::{FrameSpan, READ_FRAMES};
@@ -9,10 +9,29 @@ use crate::source::{Overwritten, Values};
 
 /// Most blocks of a window.
 pub const BLOCKS: usize = 16;
+/// Most blocks of a window with several lines or few frames: 1 / 64 of the information is lost.
+pub const BLOCKS_FEWER: usize = 8;
+/// Frames below which a window has fewer blocks.
+const FRAMES_FEW: usize = 128;
+/// Most lines.
+pub const LINES: usize = 4;
+/// Multiples of the phase whose sums are kept: products of two lines.
+pub const WAVES: usize = 2 * LINES;
 /// Fewest frames of a block.
 const FRAMES_OF_BLOCK: usize = 3;
 /// Fraction of sigma by which turned blocks may be off before the frames are read again.
 const NEAR: f32 = 0.3;
+
+/// Rows of memory for all blocks.
+pub const LEAN_ROWS: usize = {
+    let (one, several) = (rows(1) * BLOCKS, rows(LINES) * BLOCKS_FEWER);
+    if one > several { one } else { several }
+};
+
+/// Rows of a block: the values, and their products with cosine and sine of each line.
+const fn rows(lines: usize) -> usize {
+    1 + 2 * lines
+}
 
 /// Cosine and sine, or sums of them.
 pub type Wave = [f32; 2];
@@ -26,61 +45,63 @@ pub struct Block {
     pub frames: f32,
     /// Sum of `d`.
     pub d: f32,
-    /// Cosine and sine of the phase.
-    pub wave: Wave,
-    /// Cosine and sine of twice the phase.
-    pub double: Wave,
-    /// Cosine and sine of the phase, times `d`.
-    pub moment: Wave,
+    /// Cosine and sine of each multiple of the phase, from 1 on.
+    pub waves: [Wave; WAVES],
+    /// Cosine and sine of each line, times `d`.
+    pub moments: [Wave; LINES],
 }
-
-/// Sums of the channels over a block: of the values, and of the values times cosine and sine.
-pub type Rows = [Values; 3];
-
-/// Rows of memory for all blocks.
-pub const LEAN_ROWS: usize = 3 * BLOCKS;
 
 impl Block {
     const NONE: Self = Self {
         middle: 0.0,
         frames: 0.0,
         d: 0.0,
-        wave: [0.0; 2],
-        double: [0.0; 2],
-        moment: [0.0; 2],
+        waves: [[0.0; 2]; WAVES],
+        moments: [[0.0; 2]; LINES],
     };
 }
 
-/// Sums over all blocks of a window, of values less the reference, over its scale.
+/// Sums over all blocks of a window, of values less the reference.
 pub struct Blocks<'m> {
     blocks: [Block; BLOCKS],
-    rows: &'m mut [Rows],
+    rows: &'m mut [Values],
     count: usize,
+    /// Number of lines.
+    pub lines: usize,
     /// Number of frames, and sums of `u` and of its square.
     pub powers: [f32; 3],
     /// Sums of the values, of the values times `u`, and of their squares.
-    pub sums: Rows,
+    pub sums: [Values; 3],
     /// Cycles a window of the line.
     pub cycles: f32,
+    run: Run,
 }
 
 impl<'m> Blocks<'m> {
     /// Empty ones, with [`LEAN_ROWS`] rows of memory.
-    pub fn new(memory: &'m mut [Values]) -> Self {
+    #[inline(always)]
+    pub fn new(rows: &'m mut [Values]) -> Self {
         Self {
             blocks: [Block::NONE; BLOCKS],
-            rows: memory.as_chunks_mut().0,
+            rows,
             count: 0,
+            lines: 1,
             powers: [0.0; 3],
             sums: [[0.0; CHANNELS_MAX]; 3],
             cycles: 0.0,
+            run: Run::NONE,
         }
     }
 
-    /// Blocks with frames.
-    pub fn iter(&self) -> impl Iterator<Item = (&Block, &Rows)> {
-        let used = self.blocks.iter().zip(&*self.rows).take(self.count);
-        used.filter(|(block, _)| block.frames > 0.0)
+    /// Blocks, and the rows of each.
+    pub fn iter(&self) -> impl Iterator<Item = (&Block, &[Values])> {
+        let rows = self.rows.chunks_exact(rows(self.lines));
+        self.blocks.iter().zip(rows).take(self.count)
+    }
+
+    /// Number of blocks.
+    pub fn count(&self) -> usize {
+        self.count
     }
 
     /// Number of frames.
@@ -99,171 +120,242 @@ impl<'m> Blocks<'m> {
         NEAR * sigma * blocks * (blocks * parts).min(residual)
     }
 
-    /// Sums up the frames of a span at a frequency of `cycles` a window.
+    /// Most blocks for so many frames and lines.
+    pub fn most(frames: u32, lines: usize) -> usize {
+        if lines > 1 || frames < FRAMES_FEW as u32 {
+            BLOCKS_FEWER
+        } else {
+            BLOCKS
+        }
+    }
+
+    /// Sums up the frames of a span at multiples up to `lines` of a frequency of `cycles` a window,
+    /// in at most so many blocks.
     #[inline(never)]
     pub fn collect(
         &mut self,
         span: &mut FrameSpan,
         reference: &Reference,
         cycles: f32,
+        lines: usize,
+        most: usize,
     ) -> Result<(), Overwritten> {
         let frames = span.frames as usize;
-        self.count = (frames / FRAMES_OF_BLOCK).clamp(1, BLOCKS);
-        self.cycles = cycles;
+        self.count = (frames / FRAMES_OF_BLOCK).clamp(1, most);
+        (self.cycles, self.lines) = (cycles, lines);
         self.sums = [[0.0; CHANNELS_MAX]; 3];
         self.powers = [0.0; 3];
-        let place = *span.domain();
-        // Phases are exact: a fraction of a turn for each frame, about the window's centre.
-        let step = from_turns(cycles / frames as f32);
-        let centre = from_turns(0.5 * cycles * (frames as f32 - 1.0) / frames as f32);
-        let (cos, sin) = cos_sin(step);
+        let run = &mut self.run;
+        run.start(frames, cycles, lines);
         let mut from = 0;
-        let blocks = self.blocks.iter_mut().zip(&mut *self.rows);
+        let blocks = self.blocks.iter_mut();
+        let blocks = blocks.zip(self.rows.chunks_exact_mut(rows(lines)));
         for (b, (block, rows)) in blocks.enumerate().take(self.count) {
-            *rows = [[0.0; CHANNELS_MAX]; 3];
             let end = (b + 1) * frames / self.count.max(1);
+            rows.fill([0.0; CHANNELS_MAX]);
             *block = Block::NONE;
-            let last = end.max(from + 1) - 1;
-            block.middle = 0.5 * (place.u(from as u32) + place.u(last as u32));
-            let mut chunk = Chunk::new(block.middle);
-            span.visit_range(
+            block.middle = run.u(0.5 * (from + end - 1) as f32);
+            run.dd = 0.0;
+            span.visit_runs(
                 from as u32..end as u32,
                 reference.wanted,
-                &mut |n, values| {
-                    let u = place.u(n);
-                    if !chunk.follows(n) {
-                        let (c, s) = cos_sin(step.wrapping_mul(n).wrapping_sub(centre));
-                        chunk.wave = [c, s];
-                    }
-                    chunk.add(reference, u, values);
-                    chunk.turn(n, [cos, sin]);
-                    if chunk.count == READ_FRAMES {
-                        chunk.flush(block, rows, &mut self.sums);
-                    }
-                },
+                &mut |first, values| run.add(first, values, reference, block, rows, &mut self.sums),
             )?;
-            chunk.flush(block, rows, &mut self.sums);
             let (n, middle) = (block.frames, block.middle);
             self.powers[0] += n;
             self.powers[1] += n * middle + block.d;
-            self.powers[2] += n * middle * middle + 2.0 * middle * block.d + chunk.dd;
+            self.powers[2] += n * middle * middle + 2.0 * middle * block.d + run.dd;
             from = end;
+        }
+        if reference.width < CHANNELS_MAX {
+            self.rows.iter_mut().for_each(|row| reference.clear(row));
+            self.sums.iter_mut().for_each(|row| reference.clear(row));
         }
         Ok(())
     }
 }
 
-/// Some frames of a block, that are multiplied together.
-struct Chunk {
-    values: [Values; READ_FRAMES],
-    waves: [Wave; READ_FRAMES],
-    u: [f32; READ_FRAMES],
-    count: usize,
-    middle: f32,
-    /// Sum of the squares of `d`, of all frames.
+/// Frames in a row that are multiplied by waves.
+struct Run {
+    lines: usize,
+    /// Phase of the line from one frame to the next, and at the window's centre.
+    step: u32,
+    centre: u32,
+    /// The same step as cosine and sine.
+    turn: Wave,
+    /// From one frame to the next.
+    u_step: f32,
+    /// Sum of the squares of `d`, of all frames of a block.
     dd: f32,
-    wave: Wave,
-    next: u32,
+    /// Cosine and sine of each line at each frame.
+    waves: [[Wave; READ_FRAMES]; LINES],
+    /// Values less the reference, where there are several lines.
+    values: [Values; READ_FRAMES],
 }
 
-impl Chunk {
-    fn new(middle: f32) -> Self {
-        Self {
-            values: [[0.0; CHANNELS_MAX]; READ_FRAMES],
-            waves: [[0.0; 2]; READ_FRAMES],
-            u: [0.0; READ_FRAMES],
-            count: 0,
-            middle,
-            dd: 0.0,
-            wave: [0.0; 2],
-            next: u32::MAX,
+impl Run {
+    const NONE: Self = Self {
+        lines: 0,
+        step: 0,
+        centre: 0,
+        turn: [0.0; 2],
+        u_step: 0.0,
+        dd: 0.0,
+        waves: [[[0.0; 2]; READ_FRAMES]; LINES],
+        values: [[0.0; CHANNELS_MAX]; READ_FRAMES],
+    };
+
+    /// Starts a window.
+    fn start(&mut self, frames: usize, cycles: f32, lines: usize) {
+        let frames = frames as f32;
+        self.lines = lines;
+        // Phases are exact: a fraction of a turn for each frame, about the window's centre.
+        self.step = from_turns(cycles / frames);
+        self.centre = from_turns(0.5 * cycles * (frames - 1.0) / frames);
+        let (cos, sin) = cos_sin(self.step);
+        self.turn = [cos, sin];
+        self.u_step = 2.0 / frames;
+    }
+
+    /// `u` at a frame.
+    fn u(&self, frame: f32) -> f32 {
+        (frame + 0.5) * self.u_step - 1.0
+    }
+
+    /// Adds frames to the sums of a block and of the window.
+    fn add(
+        &mut self,
+        first: u32,
+        values: &[Values],
+        reference: &Reference,
+        block: &mut Block,
+        rows: &mut [Values],
+        sums: &mut [Values; 3],
+    ) {
+        let [level, rows @ ..] = rows else { return };
+        let [[cos, sin], others @ ..] = rows.as_chunks_mut::<2>().0 else {
+            return;
+        };
+        let [total, moments, squares] = sums;
+        let sums = [level, cos, sin, total, moments, squares];
+        if self.lines == 1 {
+            self.turn_lines::<1, 2>(first, values.len(), block);
+            self.add_first::<false>(first, values, reference, sums);
+            return;
+        }
+        self.turn_lines::<LINES, WAVES>(first, values.len(), block);
+        self.add_first::<true>(first, values, reference, sums);
+        let values = self.values.get(..values.len()).unwrap_or_default();
+        for (waves, rows) in self.waves.iter().skip(1).zip(others) {
+            add_line(values, waves, rows);
         }
     }
 
-    /// True if the wave was turned to this frame.
-    fn follows(&self, number: u32) -> bool {
-        number == self.next && self.count > 0
-    }
-
-    /// Adds a frame, centred and scaled.
-    #[inline(always)]
-    fn add(&mut self, reference: &Reference, u: f32, values: &Values) {
-        let mut memory = [0.0; CHANNELS_MAX];
-        let values = reference.clean(values, &mut memory);
-        let place = self.count % READ_FRAMES;
-        self.u[place] = u;
-        self.waves[place] = self.wave;
-        let to = &mut self.values[place];
-        for c in 0..CHANNELS_MAX {
-            let value = values[c] - (reference.level[c] + reference.slope[c] * u);
-            to[c] = value * reference.inverse[c];
+    /// Waves of some frames, and their sums; `M` is twice `L`.
+    #[inline(never)]
+    fn turn_lines<const L: usize, const M: usize>(
+        &mut self,
+        first: u32,
+        count: usize,
+        block: &mut Block,
+    ) {
+        let (mut waves, mut moments) = ([[0.0; 2]; M], [[0.0; 2]; L]);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        let phase = self.step.wrapping_mul(first).wrapping_sub(self.centre);
+        let (c, s) = cos_sin(phase);
+        let (mut wave, turn) = ([c, s], self.turn);
+        let mut d = self.u(first as f32) - block.middle;
+        for i in 0..count.min(READ_FRAMES) {
+            let double = 2.0 * wave[0];
+            let (mut before, mut at) = ([1.0, 0.0], wave);
+            for m in 0..M {
+                if m < L {
+                    self.waves[m][i] = at;
+                    moments[m] = [moments[m][0] + d * at[0], moments[m][1] + d * at[1]];
+                }
+                waves[m] = [waves[m][0] + at[0], waves[m][1] + at[1]];
+                // Chebyshev's recurrence.
+                (before, at) = (at, [double * at[0] - before[0], double * at[1] - before[1]]);
+            }
+            sum += d;
+            squares += d * d;
+            d += self.u_step;
+            wave = times(wave, turn);
         }
-        self.count += 1;
+        let add = |to: &mut Wave, x: &Wave| *to = [to[0] + x[0], to[1] + x[1]];
+        let pairs = block.waves.iter_mut().zip(&waves);
+        pairs.for_each(|(to, x)| add(to, x));
+        let pairs = block.moments.iter_mut().zip(&moments);
+        pairs.for_each(|(to, x)| add(to, x));
+        block.frames += count as f32;
+        block.d += sum;
+        self.dd += squares;
     }
 
-    /// Turns the wave to the frame after `number`.
-    #[inline(always)]
-    fn turn(&mut self, number: u32, [cos, sin]: Wave) {
-        let [c, s] = self.wave;
-        self.wave = [c * cos - s * sin, s * cos + c * sin];
-        self.next = number + 1;
-    }
-
-    /// Adds what is there to the sums, and starts anew.
-    fn flush(&mut self, block: &mut Block, rows: &mut Rows, sums: &mut Rows) {
-        let count = self.count.min(READ_FRAMES);
-        self.count = 0;
-        let (frames, waves, places) = (
-            self.values.get(..count).unwrap_or_default(),
-            self.waves.get(..count).unwrap_or_default(),
-            self.u.get(..count).unwrap_or_default(),
-        );
-        for (u, [c, s]) in places.iter().zip(waves) {
-            let d = u - self.middle;
-            block.frames += 1.0;
-            block.d += d;
-            self.dd += d * d;
-            block.wave = [block.wave[0] + c, block.wave[1] + s];
-            block.moment = [block.moment[0] + d * c, block.moment[1] + d * s];
-            block.double = [
-                block.double[0] + c * c - s * s,
-                block.double[1] + 2.0 * c * s,
-            ];
-        }
-        let [level, cosines, sines] = rows;
-        let [values_sum, moments, squares] = sums;
-        for group in 0..CHANNELS_MAX / 4 {
-            // Sums of a few values first: rounding then grows with the number of sums.
-            let (mut sum, mut moment, mut square) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-            for (values, u) in frames.iter().zip(places) {
-                let values = &values.as_chunks::<4>().0[group];
+    /// Takes the reference out of the values, and adds what the first line needs: sums of the block's
+    /// values, of their products with cosine and sine; of all values, of these times `u`, and of
+    /// their squares. The hot loop: four channels at a time, whose sums are in registers.
+    #[inline(never)]
+    fn add_first<const KEEP: bool>(
+        &mut self,
+        first: u32,
+        values: &[Values],
+        reference: &Reference,
+        sums: [&mut Values; 6],
+    ) {
+        let (u, count) = (self.u(first as f32), values.len() as f32);
+        let sums = sums.map(|row| row.as_chunks_mut::<4>().0);
+        for (group, level) in reference.level.as_chunks::<4>().0.iter().enumerate() {
+            let [mut sum, mut double, mut square] = [[0.0; 4]; 3];
+            let [mut cos, mut sin] = [[0.0; 4]; 2];
+            let kept = self.values.iter_mut();
+            for ((frame, [c, s]), kept) in values.iter().zip(&self.waves[0]).zip(kept) {
+                let frame = &frame.as_chunks::<4>().0[group];
                 for k in 0..4 {
-                    sum[k] += values[k];
-                    moment[k] += u * values[k];
-                    square[k] += values[k] * values[k];
+                    let y = frame[k] - level[k];
+                    sum[k] += y;
+                    double[k] += sum[k];
+                    square[k] += y * y;
+                    cos[k] += c * y;
+                    sin[k] += s * y;
+                    if KEEP {
+                        kept.as_chunks_mut::<4>().0[group][k] = y;
+                    }
                 }
             }
-            let add = |to: &mut Values, from: [f32; 4]| {
-                let to = &mut to.as_chunks_mut::<4>().0[group];
-                to.iter_mut().zip(from).for_each(|(to, x)| *to += x);
-            };
-            add(level, sum);
-            add(values_sum, sum);
-            add(moments, moment);
-            add(squares, square);
-        }
-        for half in 0..2 {
-            let eight = |values: &Values| values.as_chunks::<8>().0[half];
-            let (mut cos, mut sin) = (eight(cosines), eight(sines));
-            for (values, [c, s]) in frames.iter().zip(waves) {
-                let values = &values.as_chunks::<8>().0[half];
-                for k in 0..8 {
-                    cos[k] += c * values[k];
-                    sin[k] += s * values[k];
-                }
+            for k in 0..4 {
+                sums[0][group][k] += sum[k];
+                sums[1][group][k] += cos[k];
+                sums[2][group][k] += sin[k];
+                sums[3][group][k] += sum[k];
+                // The sum of sums counts the first value most often.
+                sums[4][group][k] += u * sum[k] + self.u_step * (count * sum[k] - double[k]);
+                sums[5][group][k] += square[k];
             }
-            cosines.as_chunks_mut::<8>().0[half] = cos;
-            sines.as_chunks_mut::<8>().0[half] = sin;
         }
     }
+}
+
+/// Adds the products of frames with the waves of a line.
+#[inline(never)]
+fn add_line(values: &[Values], waves: &[Wave; READ_FRAMES], [cosines, sines]: &mut [Values; 2]) {
+    for half in 0..2 {
+        let [mut cos, mut sin] = [[0.0; 8]; 2];
+        for (values, [c, s]) in values.iter().zip(waves) {
+            let values = &values.as_chunks::<8>().0[half];
+            for k in 0..8 {
+                cos[k] += c * values[k];
+                sin[k] += s * values[k];
+            }
+        }
+        for k in 0..8 {
+            cosines.as_chunks_mut::<8>().0[half][k] += cos[k];
+            sines.as_chunks_mut::<8>().0[half][k] += sin[k];
+        }
+    }
+}
+
+/// Product of two complex numbers.
+pub fn times(a: Wave, b: Wave) -> Wave {
+    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }

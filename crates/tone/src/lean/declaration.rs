@@ -1,14 +1,16 @@
 //! Tests of the scene's declaration: are the residuals of the blocks white and independent?
 //!
-//! Three F ratios. The levels of the blocks tell drift and noise that is stronger at low
+//! F ratios. The levels of the blocks tell drift and noise that is stronger at low
 //! frequencies; cosine and sine in each block tell a tone that changes, and another one next to it;
-//! correlations of the levels between channels tell noise that channels share.
+//! correlations of the levels between channels tell noise that channels share. Where the line may be
+//! a harmonic, the lines of the lower fundamentals are looked for.
 
-use super::blocks::{Block, Blocks, Rows};
+use super::blocks::{BLOCKS, BLOCKS_FEWER, Block, Blocks, LINES, Wave};
 use super::reference::Reference;
-use super::solve::{FUNCTIONS, Solution, Turned};
+use super::solve::{Solution, Turned, products};
 use crate::limits::CHANNELS_MAX;
-use crate::significance::deviate;
+use crate::phase::{cos_sin, from_turns};
+use crate::significance::{deviate, square_root};
 use crate::source::Values;
 
 /// Deviate of each of them: one of 100,000 is above.
@@ -23,12 +25,14 @@ pub struct Declared {
     pub lines: f32,
     /// Of the correlations between channels.
     pub shared: f32,
+    /// Of lines at parts of the tested line's frequency.
+    pub parts: f32,
 }
 
 impl Declared {
-    /// The largest of the three.
+    /// The largest of them.
     pub fn worst(&self) -> f32 {
-        self.levels.max(self.lines).max(self.shared)
+        self.levels.max(self.lines).max(self.shared).max(self.parts)
     }
 
     /// True if the window is what the scene declares.
@@ -37,86 +41,215 @@ impl Declared {
     }
 }
 
-/// Tests what a solution leaves of the blocks.
+/// Lines of lower fundamentals of which the tested line is a harmonic: over its frequency, and number
+/// of harmonics that the lowest such fundamental needs.
+const PARTS: [(f32, usize); 7] = [
+    (1.0 / 2.0, 2),
+    (3.0 / 2.0, 3),
+    (1.0 / 3.0, 3),
+    (2.0 / 3.0, 3),
+    (4.0 / 3.0, 4),
+    (1.0 / 4.0, 4),
+    (3.0 / 4.0, 4),
+];
+
+/// Largest distance of such a line, cycles a block: it turns within the block.
+const PART_MAX: f32 = 0.8;
+
+/// What a fit leaves of a block.
+struct Residuals<'r> {
+    /// Of the values, over the root of the block's frames.
+    white: &'r mut Values,
+    /// Of their products with cosine and sine of a line, where these are wanted.
+    line: Option<&'r mut [Values; 2]>,
+}
+
+/// Tests what a solution leaves of the blocks' levels and of a line, the one at `place` among the
+/// solution's; the scene has so many `harmonics`.
 #[inline(never)]
-pub fn test(blocks: &Blocks, reference: &Reference, solution: &Solution) -> Declared {
+pub fn test(
+    blocks: &Blocks,
+    reference: &Reference,
+    solution: &Solution,
+    place: usize,
+    harmonics: usize,
+) -> Declared {
     let (mut levels, mut lines, mut explained, mut count) = (0.0, 0.0, 0.0, 0.0f32);
-    let mut products = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-    for (block, sums) in blocks.iter() {
-        let turned = Turned::new(block, solution.turn);
-        let [level, cos, sin] = residuals(block, sums, &turned, solution);
-        let inverse = 1.0 / block.frames;
-        levels += inverse * power(&level, &solution.weights);
-        lines += inverse * (power(&cos, &solution.weights) + power(&sin, &solution.weights));
-        let [c, s] = turned.wave;
-        explained += 2.0 * inverse * (c * c + s * s);
-        count += 1.0;
-        let root = libm::sqrtf(inverse);
-        let level = level.map(|x| root * x);
-        for i in 0..CHANNELS_MAX {
-            for j in 0..=i {
-                products[i][j] += level[i] * level[j];
-            }
+    let frames = blocks.frames();
+    let tested = solution.orders().get(place).copied().unwrap_or(1);
+    let highest = solution.orders().last().copied().unwrap_or(1);
+    // Residuals of the levels, each with the variance of a frame.
+    let mut white = [[0.0; CHANNELS_MAX]; BLOCKS];
+    let mut line = [[[0.0; CHANNELS_MAX]; 2]; BLOCKS_FEWER];
+    let mut turned = Turned::NONE;
+    for (b, ((block, rows), white)) in blocks.iter().zip(&mut white).enumerate() {
+        if block.frames <= 0.0 {
+            continue;
         }
+        turned.set(block, solution.turn, highest);
+        let inverse = 1.0 / block.frames;
+        let line = if blocks.lines > 1 {
+            line.get_mut(b)
+        } else {
+            None
+        };
+        let rest = Residuals { white, line };
+        let [of_levels, of_line] = residuals(block, rows, &turned, solution, tested, rest);
+        levels += inverse * of_levels;
+        lines += inverse * of_line;
+        for order in solution.orders() {
+            let [c, s] = turned.waves[order % turned.waves.len()];
+            explained += 2.0 * inverse * (c * c + s * s);
+        }
+        count += 1.0;
     }
     let width = reference.width as f32;
+    let of_tested = (blocks.cycles + solution.cycles()) * tested as f32;
+    let mut parts = 0.0f32;
+    for (part, needed) in PARTS {
+        let distance = (part - 1.0) * of_tested;
+        if needed <= harmonics && f32::abs(distance) < PART_MAX * blocks.count() as f32 {
+            let power = part_power(blocks, &line, &solution.weights, distance);
+            let ratio = power / (width * frames);
+            parts = parts.max(deviate(ratio, 2.0 * width, width * solution.freedom));
+        }
+    }
     // A line of many cycles a block has no part in the levels.
-    let of_levels = (count - 2.0 - explained / blocks.frames()).max(1.0);
-    let of_lines = (count - 0.5 * FUNCTIONS as f32).max(1.0);
+    let of_levels = (count - 2.0 - explained / frames).max(1.0);
+    let of_lines = (count - 2.0).max(1.0);
     let freedom = width * solution.freedom;
     Declared {
         levels: deviate(levels / (width * of_levels), width * of_levels, freedom),
         lines: deviate(lines / (width * of_lines), width * of_levels, freedom),
-        shared: correlation(&products, solution, of_levels),
+        shared: correlation(
+            white.get(..blocks.count()).unwrap_or_default(),
+            solution,
+            of_levels,
+        ),
+        parts,
     }
 }
 
-/// What the fit leaves of a block's sums: of the values, and of their products with cosine and sine.
-fn residuals(block: &Block, sums: &Rows, turned: &Turned, solution: &Solution) -> Rows {
-    let (n, u) = (block.frames, block.middle);
-    let [c, s] = turned.wave;
-    let [x, y] = turned.turn;
-    let [cc, ss] = [0.5 * (n + turned.double[0]), 0.5 * (n - turned.double[0])];
-    let cs = 0.5 * turned.double[1];
-    let along = [u * c + turned.moment[0], u * s + turned.moment[1]];
-    let [level, slope, a, b] = &solution.coefficients;
-    let [levels, cosines, sines] = sums;
-    let mut left = [[0.0; CHANNELS_MAX]; 3];
-    for k in 0..CHANNELS_MAX {
-        let (l, t, a, b) = (level[k], slope[k], a[k], b[k]);
-        let cos = cosines[k] * x - sines[k] * y;
-        let sin = sines[k] * x + cosines[k] * y;
-        left[0][k] = levels[k] - (l * n + t * (u * n + block.d) + a * c + b * s);
-        left[1][k] = cos - (l * c + t * along[0] + a * cc + b * cs);
-        left[2][k] = sin - (l * s + t * along[1] + a * cs + b * ss);
-    }
-    left
-}
-
-/// Sum of the squares of the channels, weighted.
-fn power(values: &Values, weights: &Values) -> f32 {
-    let squares = values.iter().zip(weights);
-    squares.map(|(value, weight)| weight * value * value).sum()
-}
-
-/// Deviate of the mean square of the correlations between channels.
-fn correlation(
-    products: &[[f32; CHANNELS_MAX]; CHANNELS_MAX],
+/// Weighted squares of what the fit leaves of a block's sums: of the values, and of their products
+/// with cosine and sine of a line.
+#[inline(never)]
+fn residuals(
+    block: &Block,
+    rows: &[Values],
+    turned: &Turned,
     solution: &Solution,
-    freedom: f32,
+    tested: usize,
+    mut rest: Residuals,
+) -> [f32; 2] {
+    let (n, u) = (block.frames, block.middle);
+    let tested = tested.clamp(1, LINES);
+    let [x, y] = turned.turns[tested - 1];
+    let along = turned.with_u[tested - 1];
+    let [c, s] = turned.waves[tested];
+    // What the functions have of the level, the cosine and the sine.
+    let mut seen = [[0.0; 3]; 2 + 2 * LINES];
+    seen[0] = [n, c, s];
+    seen[1] = [u * n + block.d, along[0], along[1]];
+    let pairs = seen.as_chunks_mut::<2>().0.iter_mut().skip(1);
+    for (seen, order) in pairs.zip(solution.orders()) {
+        let [c, s]: Wave = turned.waves[order % turned.waves.len()];
+        let [of_cos, of_sin] = products(&turned.waves, *order, tested);
+        *seen = [[c, of_cos[0], of_cos[1]], [s, of_sin[0], of_sin[1]]];
+    }
+    let functions = solution.functions();
+    let [level, others @ ..] = rows else {
+        return [0.0; 2];
+    };
+    let Some([cosines, sines]) = others.as_chunks::<2>().0.get(tested - 1) else {
+        return [0.0; 2];
+    };
+    let mut powers = [0.0; 2];
+    let root = square_root(1.0 / n);
+    for group in 0..CHANNELS_MAX / 4 {
+        let part = |values: &Values| values.as_chunks::<4>().0[group];
+        let (cos, sin, mut left) = (part(cosines), part(sines), part(level));
+        let mut cosine: [f32; 4] = core::array::from_fn(|k| cos[k] * x - sin[k] * y);
+        let mut sine: [f32; 4] = core::array::from_fn(|k| sin[k] * x + cos[k] * y);
+        for (coefficients, seen) in solution.coefficients.iter().zip(&seen).take(functions) {
+            let coefficients = part(coefficients);
+            for k in 0..4 {
+                left[k] -= seen[0] * coefficients[k];
+                cosine[k] -= seen[1] * coefficients[k];
+                sine[k] -= seen[2] * coefficients[k];
+            }
+        }
+        let weights = part(&solution.weights);
+        for k in 0..4 {
+            powers[0] += weights[k] * (left[k] * left[k]);
+            powers[1] += weights[k] * (cosine[k] * cosine[k] + sine[k] * sine[k]);
+        }
+        rest.white.as_chunks_mut::<4>().0[group] = left.map(|x| root * x);
+        if let Some([cosines, sines]) = &mut rest.line {
+            cosines.as_chunks_mut::<4>().0[group] = cosine;
+            sines.as_chunks_mut::<4>().0[group] = sine;
+        }
+    }
+    powers
+}
+
+/// Weighted power of a line at a distance in cycles from the tested one, by its residuals.
+#[inline(never)]
+fn part_power(
+    blocks: &Blocks,
+    residuals: &[[Values; 2]; BLOCKS_FEWER],
+    weights: &Values,
+    distance: f32,
 ) -> f32 {
-    let weights = &solution.weights;
+    let mut sums = [[0.0; CHANNELS_MAX]; 2];
+    for ((block, _), [cosines, sines]) in blocks.iter().zip(residuals) {
+        let (c, s) = cos_sin(from_turns(0.5 * distance * block.middle));
+        for k in 0..CHANNELS_MAX {
+            sums[0][k] += cosines[k] * c - sines[k] * s;
+            sums[1][k] += sines[k] * c + cosines[k] * s;
+        }
+    }
+    let [cosines, sines] = &sums;
+    let pairs = cosines.iter().zip(sines).zip(weights);
+    pairs.map(|((c, s), weight)| weight * (c * c + s * s)).sum()
+}
+
+/// Deviate of the mean square of the correlations between channels, by the levels' residuals.
+#[inline(never)]
+fn correlation(levels: &[Values], solution: &Solution, freedom: f32) -> f32 {
     // Rounding is no noise of its own.
-    let own = |k: usize| products[k][k] + freedom * solution.rounding[k];
-    let (mut sum, mut pairs) = (0.0, 0.0f32);
-    for i in 0..CHANNELS_MAX {
-        for j in 0..i {
-            if weights[i] > 0.0 && weights[j] > 0.0 {
-                sum += products[i][j] * products[i][j] / (own(i) * own(j));
-                pairs += 1.0;
+    let mut inverse = [0.0; CHANNELS_MAX];
+    for (c, inverse) in inverse.iter_mut().enumerate() {
+        if solution.weights[c] > 0.0 {
+            let own: f32 = levels.iter().map(|level| level[c] * level[c]).sum();
+            *inverse = 1.0 / (own + freedom * solution.rounding[c]);
+        }
+    }
+    // Squares of the channels' products in tiles of four by four, whose sums are in registers.
+    let mut sum = 0.0;
+    for i in 0..CHANNELS_MAX / 4 {
+        for j in 0..=i {
+            let mut tile = [[0.0; 4]; 4];
+            for level in levels {
+                let groups = level.as_chunks::<4>().0;
+                let (x, y) = (&groups[i], &groups[j]);
+                for k in 0..4 {
+                    for l in 0..4 {
+                        tile[k][l] += x[k] * y[l];
+                    }
+                }
+            }
+            for (k, row) in tile.iter().enumerate() {
+                for (l, product) in row.iter().enumerate() {
+                    let (a, b) = (4 * i + k, 4 * j + l);
+                    if b < a {
+                        sum += product * inverse[a] * (product * inverse[b]);
+                    }
+                }
             }
         }
     }
+    let width = inverse.iter().filter(|x| **x > 0.0).count() as f32;
+    let pairs = 0.5 * width * (width - 1.0);
     if pairs < 1.0 {
         return 0.0;
     }

@@ -3,12 +3,13 @@
 
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
+use crate::significance::square_root;
 use crate::source::{Overwritten, Values};
 
-/// Frames that are looked at.
-const FRAMES: u32 = 32;
+/// Most frames that are looked at.
+const FRAMES: usize = 32;
 /// Fewest of them that tell a level and a slope.
-const FRAMES_FEWEST: f32 = 8.0;
+const FRAMES_FEWEST: usize = 8;
 /// Least variance of a channel over its mean square: rounding.
 const ROUNDING: f32 = 1e-12;
 
@@ -21,38 +22,41 @@ pub struct Reference {
     pub width: usize,
     /// Level at the window's centre.
     pub level: Values,
-    /// Slope by `u`.
-    pub slope: Values,
     /// One over the scale; 0 of a channel that is not fitted.
     pub inverse: Values,
-    /// Variance of a value's rounding, in units of the scale.
+    /// Variance of a value's rounding.
     pub rounding: Values,
 }
 
-/// Sums over frames.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    first: Values,
-    values: Values,
-    with_u: Values,
-    squares: Values,
-    n: f32,
-    u: f32,
-    uu: f32,
+/// Some frames of a window.
+struct Sample {
+    u: [f32; FRAMES],
+    values: [Values; FRAMES],
+    count: usize,
 }
 
-impl Sums {
-    fn add(&mut self, u: f32, values: &Values) {
-        if self.n == 0.0 {
-            self.first = *values;
+impl Sample {
+    const EMPTY: Self = Self {
+        u: [0.0; FRAMES],
+        values: [[0.0; CHANNELS_MAX]; FRAMES],
+        count: 0,
+    };
+
+    /// Takes every `every`th frame that has the wanted channels, as many as there is room for.
+    fn take(&mut self, span: &mut FrameSpan, wanted: u16, every: u32) -> Result<(), Overwritten> {
+        let (step, mut frame) = (2.0 / span.frames as f32, 0);
+        self.count = 0;
+        while frame < span.frames && self.count < FRAMES {
+            span.visit_runs(frame..frame + 1, wanted, &mut |number, run| {
+                if let ([values, ..], Some(place)) = (run, self.values.get_mut(self.count)) {
+                    *place = *values;
+                    self.u[self.count % FRAMES] = (number as f32 + 0.5) * step - 1.0;
+                    self.count += 1;
+                }
+            })?;
+            frame += every;
         }
-        (self.n, self.u, self.uu) = (self.n + 1.0, self.u + u, self.uu + u * u);
-        for c in 0..CHANNELS_MAX {
-            let value = values[c] - self.first[c];
-            self.values[c] += value;
-            self.with_u[c] += u * value;
-            self.squares[c] += value * value;
-        }
+        Ok(())
     }
 }
 
@@ -60,59 +64,58 @@ impl Reference {
     /// The reference of a span.
     pub fn new(span: &mut FrameSpan) -> Result<Self, Overwritten> {
         let wanted = span.channels()?;
-        let place = *span.domain();
-        let mut sums = Sums::default();
-        let every = (span.frames / FRAMES).max(1);
-        for every in [every, 1] {
-            sums = Sums::default();
-            span.visit_some(every, wanted, &mut |number, values| {
-                sums.add(place.u(number), values);
-            })?;
-            if sums.n >= FRAMES_FEWEST {
-                break;
-            }
+        let every = span.frames.div_ceil(FRAMES as u32).max(1);
+        let mut sample = Sample::EMPTY;
+        sample.take(span, wanted, every)?;
+        if sample.count < FRAMES_FEWEST && every > 1 {
+            sample.take(span, wanted, 1)?;
         }
-        let n = sums.n.max(1.0);
-        let spread = (sums.uu - sums.u * sums.u / n).max(f32::MIN_POSITIVE);
         let mut reference = Self {
             wanted,
             ..Self::default()
         };
-        for c in 0..CHANNELS_MAX {
-            if wanted >> c & 1 == 0 {
-                continue;
+        let places = sample.u.get(..sample.count).unwrap_or_default();
+        let n = sample.count.max(1) as f32;
+        let mean = places.iter().sum::<f32>() / n;
+        let squares: f32 = places.iter().map(|u| (u - mean) * (u - mean)).sum();
+        let spread = squares.max(f32::MIN_POSITIVE);
+        for group in 0..CHANNELS_MAX / 4 {
+            let first = sample.values[0].as_chunks::<4>().0[group];
+            let [mut sum, mut moment, mut square] = [[0.0; 4]; 3];
+            for (values, u) in sample.values.iter().zip(places) {
+                let (values, u) = (&values.as_chunks::<4>().0[group], u - mean);
+                for k in 0..4 {
+                    let value = values[k] - first[k];
+                    sum[k] += value;
+                    moment[k] += u * value;
+                    square[k] += value * value;
+                }
             }
-            let (sum, squares) = (sums.values[c], sums.squares[c]);
-            let slope = (sums.with_u[c] - sums.u / n * sum) / spread;
-            let level = (sum - slope * sums.u) / n;
-            let variance = (squares - sum * sum / n - slope * slope * spread) / n;
-            if !(squares > 0.0 && variance.is_finite()) {
-                continue;
+            for k in 0..4 {
+                let c = 4 * group + k;
+                let slope = moment[k] / spread;
+                let level = sum[k] / n - slope * mean;
+                let left = square[k] - sum[k] * sum[k] / n - slope * slope * spread;
+                let is_fitted = wanted >> c & 1 == 1 && square[k] > 0.0 && left.is_finite();
+                if !is_fitted {
+                    continue;
+                }
+                let scale = square_root((left / n).max(ROUNDING * square[k] / n));
+                reference.level[c] = first[k] + level;
+                reference.inverse[c] = 1.0 / scale;
+                reference.rounding[c] = span.quantization_step * span.quantization_step / 12.0;
+                reference.width += 1;
             }
-            let scale = libm::sqrtf(variance.max(ROUNDING * squares / n));
-            let step = span.quantization_step / scale;
-            reference.level[c] = sums.first[c] + level;
-            reference.slope[c] = slope;
-            reference.inverse[c] = 1.0 / scale;
-            reference.rounding[c] = step * step / 12.0;
-            reference.width += 1;
         }
         Ok(reference)
     }
 
-    /// A frame whose channels are finite where they are not fitted.
-    #[inline(always)]
-    pub fn clean<'f>(&self, values: &'f Values, memory: &'f mut Values) -> &'f Values {
-        if self.width == CHANNELS_MAX {
-            return values;
+    /// Sets channels that are not fitted to 0.
+    pub fn clear(&self, values: &mut Values) {
+        for (value, inverse) in values.iter_mut().zip(&self.inverse) {
+            if *inverse <= 0.0 {
+                *value = 0.0;
+            }
         }
-        for c in 0..CHANNELS_MAX {
-            memory[c] = if self.inverse[c] > 0.0 {
-                values[c]
-            } else {
-                0.0
-            };
-        }
-        memory
     }
 }

@@ -1,10 +1,9 @@
 //! Frequency of the tone from transforms of mixtures of channels.
 //!
 //! A mixture is the sum of up to eight channels over their scales, with signs. Mixtures are added
-//! until the highest peak of their summed power is clear, so that a loud tone costs two transforms
-//! and a faint one has the evidence of all channels.
+//! until the highest peak of their summed power is clear, so that a loud tone costs one or two
+//! transforms and a faint one has the evidence of all channels.
 
-use super::blocks::Blocks;
 use super::reference::Reference;
 use crate::frame_span::FrameSpan;
 use crate::limits::{CHANNELS_MAX, POINTS_MAX};
@@ -21,10 +20,18 @@ const POINTS_MIN: usize = 128;
 const MIXED: usize = CHANNELS_MAX / 2;
 /// Most mixtures of each half of the channels.
 const MIXTURES: usize = 4;
+/// Frames above which one mixture may be enough.
+const FRAMES_LONG: usize = 512;
 /// Deviate of a peak that is clear.
 const Z_CLEAR: f32 = 7.0;
 /// Deviate of a second peak: one of 100,000 is above, one of a thousand windows.
 const Z_SECOND: f32 = 4.3;
+/// Deviate of a peak that may be a line: one of a hundred is above.
+const Z_LINE: f32 = 2.3;
+/// Powers above this many times their mean are lines rather than noise.
+const NOISE_MAX: f32 = 2.0;
+/// Mean of noise over the mean of what is below that, for the power of two mixtures.
+const NOISE_BELOW: f32 = 1.2;
 /// Fewest cycles of a peak.
 const CYCLES_MIN: f32 = 0.7;
 /// Half of the main lobe of a Hann window, and some more, cycles.
@@ -34,7 +41,7 @@ const SECOND_CYCLES_MIN: f32 = 2.0;
 
 /// Summed power of some mixtures of channels.
 pub struct Search<'m> {
-    /// Signals that are transformed.
+    /// A signal that is transformed.
     points: &'m mut [f32],
     /// Power of each bin.
     power: &'m mut [f32],
@@ -62,8 +69,6 @@ pub struct Peak {
     pub cycles: f32,
     /// False if the frequency is that of the window before.
     pub is_searched: bool,
-    /// Power over the noise of a bin.
-    height: f32,
 }
 
 impl Peak {
@@ -72,8 +77,29 @@ impl Peak {
         Self {
             cycles,
             is_searched: false,
-            height: 0.0,
         }
+    }
+}
+
+/// Lines at the multiples of a frequency, 1 to `lines`.
+#[derive(Clone, Copy, Debug)]
+pub struct Comb {
+    /// Cycles a window.
+    pub cycles: f32,
+    pub lines: usize,
+}
+
+impl Comb {
+    /// Distance in cycles of the nearest line.
+    fn distance(&self, cycles: f32) -> f32 {
+        let mut least = f32::abs(cycles - self.cycles);
+        for line in 2..=self.lines {
+            let distance = f32::abs(cycles - line as f32 * self.cycles);
+            if distance < least {
+                least = distance;
+            }
+        }
+        least
     }
 }
 
@@ -106,20 +132,66 @@ impl Mixture {
             }
         }
         Self {
-            half,
+            half: half % 2,
             weights,
             level,
         }
     }
 
+    /// The mixture of some frames: a level and a weight are read once for all of them.
     #[inline(always)]
-    fn value(&self, values: &Values) -> f32 {
-        let values = &values.as_chunks::<MIXED>().0[self.half % 2];
-        let mut sums = [0.0; 2];
+    fn values<const N: usize>(&self, frames: &[Values; N]) -> [f32; N] {
+        let frames = frames.each_ref();
+        let frames = frames.map(|frame| &frame.as_chunks::<MIXED>().0[self.half]);
+        let mut sums = [0.0; N];
         for k in 0..MIXED {
-            sums[k % 2] += self.weights[k] * (values[k] - self.level[k]);
+            for (sum, frame) in sums.iter_mut().zip(&frames) {
+                *sum += self.weights[k] * (frame[k] - self.level[k]);
+            }
         }
-        sums[0] + sums[1]
+        sums
+    }
+
+    /// Fills the points of a grid.
+    #[inline(never)]
+    fn fill(
+        &self,
+        span: &mut FrameSpan,
+        reference: &Reference,
+        each: usize,
+        points: &mut [f32],
+    ) -> Result<(), Overwritten> {
+        points.fill(0.0);
+        let all = 0..span.frames;
+        span.visit_runs(all, reference.wanted, &mut |first, run| {
+            let mut frame = first as usize;
+            let mut add = |value: f32| {
+                let point = if each == 1 {
+                    frame
+                } else {
+                    frame / each.max(1)
+                };
+                if let Some(point) = points.get_mut(point) {
+                    *point += value;
+                }
+                frame += 1;
+            };
+            if reference.width < CHANNELS_MAX {
+                for values in run {
+                    let mut values = *values;
+                    reference.clear(&mut values);
+                    self.values(&[values]).into_iter().for_each(&mut add);
+                }
+                return;
+            }
+            let (fours, rest) = run.as_chunks::<4>();
+            for frames in fours {
+                self.values(frames).into_iter().for_each(&mut add);
+            }
+            for frame in rest {
+                self.values(&[*frame]).into_iter().for_each(&mut add);
+            }
+        })
     }
 }
 
@@ -155,100 +227,121 @@ impl<'m> Search<'m> {
         self.mixtures = 0;
         let bins = points / 2;
         self.power.iter_mut().take(bins).for_each(|bin| *bin = 0.0);
-        let halves = reference.inverse.as_chunks::<MIXED>().0;
-        let widest = halves
-            .iter()
-            .map(|half| half.iter().filter(|x| **x > 0.0).count())
-            .max()
-            .unwrap_or_default();
+        let counts = reference.inverse.as_chunks::<MIXED>().0;
+        let counts = [0, 1].map(|half| counts[half].iter().filter(|x| **x > 0.0).count());
+        let most = MIXTURES.min(counts[0].max(counts[1]).next_power_of_two());
         let mut peak = Peak::default();
-        for number in 0..MIXTURES.min(widest.next_power_of_two()) {
-            self.add(span, reference, number)?;
-            peak = self.highest(band);
-            let samples = 2.0 * self.mixtures as f32;
-            if deviate(peak.height, samples, samples * bins as f32) > Z_CLEAR {
+        for number in 0..2 * most {
+            let half = number % 2;
+            if counts[half] == 0 {
+                continue;
+            }
+            self.add(span, reference, half, number / 2)?;
+            if half == 0 && counts[1] > 0 && frames <= FRAMES_LONG {
+                continue;
+            }
+            let bin = self.highest(band);
+            peak = self.peak_at(bin);
+            let comb = Comb {
+                cycles: peak.cycles,
+                lines: 1,
+            };
+            if self.deviate(self.at(bin), self.noise(&comb)) > Z_CLEAR {
                 break;
             }
         }
         Ok(peak)
     }
 
-    /// Adds the power of one more mixture of each half of the channels.
+    /// Adds the power of one more mixture.
     fn add(
         &mut self,
         span: &mut FrameSpan,
         reference: &Reference,
+        half: usize,
         number: usize,
     ) -> Result<(), Overwritten> {
-        let Grid { points, pieces, .. } = self.grid;
-        let halves = reference.inverse.as_chunks::<MIXED>().0;
-        let used = [0, 1].map(|half| halves[half].iter().any(|inverse| *inverse > 0.0));
-        let both = used[0] && used[1] && 2 * points <= self.points.len();
-        if both && let Some((first, second)) = self.points.split_at_mut_checked(points) {
-            let signals = [first, second.get_mut(..points).unwrap_or_default()];
-            mix_both(span, reference, &self.grid, number, signals)?;
+        let Grid {
+            points,
+            pieces,
+            each,
+            ..
+        } = self.grid;
+        let Some(signal) = self.points.get_mut(..points) else {
+            return Ok(());
+        };
+        let mixture = Mixture::new(reference, half, number);
+        mixture.fill(span, reference, each, signal)?;
+        straighten(signal.get_mut(..pieces).unwrap_or_default());
+        transform(signal);
+        let bins = signal.as_chunks::<2>().0;
+        for (power, [re, im]) in self.power.iter_mut().zip(bins).skip(1) {
+            *power += re * re + im * im;
         }
-        for half in 0..2 {
-            if !used[half] {
-                continue;
-            }
-            let from = if both { half * points } else { 0 };
-            let Some(signal) = self.points.get_mut(from..from + points) else {
-                continue;
-            };
-            if !both {
-                let mixture = Mixture::new(reference, half, number);
-                mix_half(span, reference, &self.grid, &mixture, signal)?;
-            }
-            straighten(signal, pieces);
-            transform(signal);
-            let bins = signal.as_chunks::<2>().0;
-            for (power, [re, im]) in self.power.iter_mut().zip(bins).skip(1) {
-                *power += re * re + im * im;
-            }
-            self.mixtures += 1;
-        }
+        self.mixtures += 1;
         Ok(())
     }
 
-    /// The highest bin of a band, and where its line is.
-    fn highest(&self, band: Band) -> Peak {
-        let Grid { points, step, .. } = self.grid;
-        let bins = self.power.get(..points / 2).unwrap_or_default();
+    fn bins(&self) -> &[f32] {
+        self.power.get(..self.grid.points / 2).unwrap_or_default()
+    }
+
+    fn at(&self, bin: usize) -> f32 {
+        self.bins().get(bin).copied().unwrap_or_default()
+    }
+
+    /// Deviate of a bin's power over the noise.
+    fn deviate(&self, power: f32, noise: f32) -> f32 {
+        let samples = 2.0 * self.mixtures as f32;
+        let ratio = power / noise.max(f32::MIN_POSITIVE);
+        deviate(ratio, samples, samples * self.bins().len() as f32)
+    }
+
+    /// The highest bin of a band.
+    fn highest(&self, band: Band) -> usize {
+        let (bins, step) = (self.bins(), self.grid.step);
         let first = ((band.least.max(CYCLES_MIN) / step) as usize).max(1);
         let last = match band.most > 0.0 {
             true => (band.most / step) as usize + 1,
             false => bins.len(),
         };
         let mut best = (0, 0.0);
-        let looked = bins
-            .iter()
-            .enumerate()
-            .take(last.saturating_add(1))
-            .skip(first);
-        for (bin, power) in looked {
+        let looked = bins.iter().enumerate();
+        for (bin, power) in looked.take(last.saturating_add(1)).skip(first) {
             if *power > best.1 {
                 best = (bin, *power);
             }
         }
-        let at = |bin: usize| bins.get(bin).copied().unwrap_or_default();
-        let cycles =
-            step * best.0 as f32 + offset(at(best.0.saturating_sub(1)), at(best.0 + 1), step);
-        let noise = self.noise(cycles);
+        best.0
+    }
+
+    /// Where the line of a highest bin is.
+    fn peak_at(&self, bin: usize) -> Peak {
+        let step = self.grid.step;
+        let (before, after) = (self.at(bin.saturating_sub(1)), self.at(bin + 1));
         Peak {
-            cycles,
+            cycles: step * bin as f32 + offset(before, after, step),
             is_searched: true,
-            height: best.1 / noise.max(f32::MIN_POSITIVE),
         }
     }
 
-    /// Mean power of the bins that are not next to a line, nor next to zero.
-    fn noise(&self, cycles: f32) -> f32 {
-        let Grid { points, step, .. } = self.grid;
+    /// Mean power of the bins that are not next to a comb's lines, nor next to zero.
+    fn noise(&self, comb: &Comb) -> f32 {
+        let all = self.mean(comb, f32::INFINITY);
+        if comb.lines == 1 {
+            return all;
+        }
+        // Lines of another comb may fill a short window's spectrum.
+        NOISE_BELOW * self.mean(comb, NOISE_MAX * all)
+    }
+
+    /// Mean power of the same bins up to a power.
+    fn mean(&self, comb: &Comb, most: f32) -> f32 {
+        let step = self.grid.step;
         let (mut sum, mut count) = (0.0, 0.0f32);
-        let bins = self.power.get(..points / 2).unwrap_or_default();
-        for (bin, power) in bins.iter().enumerate().skip((LOBE / step) as usize) {
-            if f32::abs(bin as f32 * step - cycles) > LOBE {
+        let bins = self.bins().iter().enumerate();
+        for (bin, power) in bins.skip((LOBE / step) as usize) {
+            if *power <= most && comb.distance(bin as f32 * step) > LOBE {
                 sum += power;
                 count += 1.0;
             }
@@ -256,50 +349,63 @@ impl<'m> Search<'m> {
         sum / count.max(1.0)
     }
 
-    /// Another tone outside the main lobe of the one at `cycles`, if it stands out of the noise and
-    /// of that tone's own side lobes. None if nothing was searched.
+    /// Highest power next to a number of cycles.
+    fn near(&self, cycles: f32) -> f32 {
+        let bin = (cycles / self.grid.step) as usize;
+        self.at(bin).max(self.at(bin + 1))
+    }
+
+    /// True if one of the lines of a comb may stand out that are not multiples of `part` times its
+    /// frequency.
     #[inline(never)]
-    pub fn second(
-        &self,
-        span: &FrameSpan,
-        peak: &Peak,
-        cycles: f32,
-        blocks: &Blocks,
-    ) -> Option<Second> {
-        if !peak.is_searched {
-            return None;
-        }
-        let Grid { points, step, .. } = self.grid;
-        let noise = self.noise(cycles).max(f32::MIN_POSITIVE);
+    pub fn may_have(&self, comb: &Comb, part: usize) -> bool {
+        let peak = Comb {
+            cycles: part as f32 * comb.cycles,
+            lines: comb.lines,
+        };
+        let noise = self.noise(&peak);
+        let mut lines = (1..=comb.lines).filter(|line| line % part != 0);
+        lines.any(|line| {
+            let cycles = line as f32 * comb.cycles;
+            // The main lobe of a line of the peak's comb hides it.
+            peak.distance(cycles) < LOBE || self.deviate(self.near(cycles), noise) > Z_LINE
+        })
+    }
+
+    /// Another tone outside the main lobes of a comb's lines, if it stands out of the noise and of
+    /// the lines' own side lobes. `missing` is the fraction of frames that are not there.
+    #[inline(never)]
+    pub fn second(&self, comb: &Comb, missing: f32) -> Option<Second> {
+        let step = self.grid.step;
+        let noise = self.noise(comb).max(f32::MIN_POSITIVE);
         // Missing frames are a window of their own, whose side lobes are at most this high.
-        let missing = 2.0 * (1.0 - blocks.frames() / span.frames.max(1) as f32);
-        let floor = missing * missing;
-        let bins = self.power.get(..points / 2).unwrap_or_default();
+        let floor = 4.0 * missing * missing;
         let first = (SECOND_CYCLES_MIN / step) as usize + 1;
-        let mut best = Second::default();
-        for (bin, power) in bins.iter().enumerate().skip(first) {
-            let distance = f32::abs(bin as f32 * step - cycles);
-            if distance <= LOBE {
+        let mut best = Second {
+            cycles: 0.0,
+            power: noise,
+        };
+        for (bin, power) in self.bins().iter().enumerate().skip(first) {
+            let x = bin as f32 * step;
+            if *power <= best.power || comb.distance(x) <= LOBE {
                 continue;
             }
-            let x = bin as f32 * step;
-            // The tone's line, its negative frequency, and the level and slope that were taken out
-            // of it; a factor of two in amplitude for interference with the noise.
-            let lobes = [lobe(distance), lobe(x + cycles), lobe(x) / cycles];
-            let lobes: f32 = lobes.iter().map(|lobe| lobe * lobe).sum();
-            let own = 4.0 * peak.height * noise * (lobes + floor);
-            let left = power - own;
-            if left > best.power {
-                best = Second {
-                    cycles: bin as f32 * step,
-                    power: left,
-                };
+            let mut own = 0.0;
+            for line in 1..=comb.lines {
+                let cycles = line as f32 * comb.cycles;
+                // The line, its negative frequency, and the level and slope that were taken out of
+                // it; a factor of two in amplitude for interference with the noise.
+                let lobes = [lobe(x - cycles), lobe(x + cycles), lobe(x) / cycles];
+                let lobes: f32 = lobes.iter().map(|lobe| lobe * lobe).sum();
+                own += 4.0 * self.near(cycles) * (lobes + floor);
+            }
+            if power - own > best.power {
+                (best.cycles, best.power) = (x, power - own);
             }
         }
-        let samples = 2.0 * self.mixtures as f32;
-        let is_clear = deviate(best.power / noise, samples, samples * bins.len() as f32) > Z_SECOND;
+        let is_clear = self.deviate(best.power, noise) > Z_SECOND;
         is_clear.then(|| Second {
-            power: best.power / (peak.height * noise),
+            power: best.power / self.near(comb.cycles).max(noise),
             ..best
         })
     }
@@ -311,8 +417,9 @@ fn lobe(distance: f32) -> f32 {
 }
 
 /// Distance in cycles of a Hann window's peak from the highest bin, by the powers of the bins before
-/// and after it: the logarithm of the main lobe is a quadratic and a quartic term.
+/// and after it.
 fn offset(before: f32, after: f32, step: f32) -> f32 {
+    // The logarithm of the main lobe is a quadratic and a quartic term, nearly.
     const SQUARE: f32 = PI * PI / 6.0 - 1.0;
     const QUARTIC: f32 = PI * PI * PI * PI / 180.0 - 0.5;
     if before <= 0.0 || after <= 0.0 {
@@ -320,74 +427,43 @@ fn offset(before: f32, after: f32, step: f32) -> f32 {
     }
     let difference = 0.5 * libm::logf(after / before);
     let linear = 4.0 * SQUARE * step + 8.0 * QUARTIC * step * step * step;
-    let mut x = difference / linear;
-    x = (difference - 8.0 * QUARTIC * step * x * x * x) / linear;
-    x.max(-0.5 * step).min(0.5 * step)
+    let most = 0.5 * step;
+    let mut x = 0.0;
+    for _ in 0..3 {
+        // A bin's distance from the line is that of the peak, the other way round.
+        let lobe = |distance: f32| {
+            let (_, sine) = cos_sin(from_turns(0.5 * distance));
+            sine / (distance * (1.0 - distance * distance))
+        };
+        let at = match x == 0.0 {
+            true => 0.0,
+            false => libm::logf(f32::abs(lobe(step - x) / lobe(step + x))),
+        };
+        x = (x + (difference - at) / linear).clamp(-most, most);
+    }
+    x
 }
 
-/// Mixes both halves of the channels in one pass.
+/// Takes level and slope out of a signal, and weighs it with a Hann window.
 #[inline(never)]
-fn mix_both(
-    span: &mut FrameSpan,
-    reference: &Reference,
-    grid: &Grid,
-    number: usize,
-    signals: [&mut [f32]; 2],
-) -> Result<(), Overwritten> {
-    let mixtures = [0, 1].map(|half| Mixture::new(reference, half, number));
-    let [first, second] = signals;
-    first.fill(0.0);
-    second.fill(0.0);
-    let mut memory = [0.0; CHANNELS_MAX];
-    span.visit(reference.wanted, &mut |frame, values| {
-        let values = reference.clean(values, &mut memory);
-        let point = frame as usize / grid.each.max(1);
-        if let (Some(a), Some(b)) = (first.get_mut(point), second.get_mut(point)) {
-            *a += mixtures[0].value(values);
-            *b += mixtures[1].value(values);
-        }
-    })
-}
-
-/// Mixes a half of the channels.
-#[inline(never)]
-fn mix_half(
-    span: &mut FrameSpan,
-    reference: &Reference,
-    grid: &Grid,
-    mixture: &Mixture,
-    signal: &mut [f32],
-) -> Result<(), Overwritten> {
-    signal.fill(0.0);
-    let mut memory = [0.0; CHANNELS_MAX];
-    span.visit(reference.wanted, &mut |frame, values| {
-        let values = reference.clean(values, &mut memory);
-        if let Some(place) = signal.get_mut(frame as usize / grid.each.max(1)) {
-            *place += mixture.value(values);
-        }
-    })
-}
-
-/// Takes level and slope out of the first `pieces` points, and weighs them with a Hann window.
-#[inline(never)]
-fn straighten(signal: &mut [f32], pieces: usize) {
-    let signal = signal.get_mut(..pieces).unwrap_or_default();
-    let count = pieces as f32;
+fn straighten(signal: &mut [f32]) {
+    let count = signal.len() as f32;
     let step = 2.0 / count;
     let start = 0.5 * step - 1.0;
-    let (mut sum, mut moment, mut u) = (0.0, 0.0, start);
+    let (mut sum, mut double) = (0.0, 0.0);
     for value in &*signal {
         sum += value;
-        moment += u * value;
-        u += step;
+        double += sum;
     }
+    // The sum of sums counts the first value most often.
+    let moment = start * sum + step * (count * sum - double);
     let (level, slope) = (sum / count, 3.0 * moment / count);
     let (cos, sin) = cos_sin(from_turns(1.0 / count));
     let (mut c, mut s) = cos_sin(from_turns(0.5 / count));
-    u = start;
+    let (mut line, step) = (level + slope * start, slope * step);
     for value in signal {
-        *value = (1.0 - c) * (*value - level - slope * u);
+        *value = (1.0 - c) * (*value - line);
         (c, s) = (c * cos - s * sin, s * cos + c * sin);
-        u += step;
+        line += step;
     }
 }

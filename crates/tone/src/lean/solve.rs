@@ -1,21 +1,22 @@
 //! Least squares of all channels from the blocks, and Gauss-Newton steps of the common frequency.
 //!
-//! Each channel has a level, a slope, a cosine and a sine. The derivative by the frequency is a
-//! combination of two more functions, the cosine and the sine times `u`, taken as constant in a
-//! block: what they have beside the first four gives the step of all channels at once (variable
-//! projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+//! Each channel has a level, a slope, and a cosine and a sine of each line. The derivative by the
+//! frequency is a combination of more functions, the cosines and the sines times `u`, taken as
+//! constant in a block: what they have beside the first ones gives the step of all channels at once
+//! (variable projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 
-use super::blocks::{Block, Blocks, Rows, Wave};
+use super::blocks::{BLOCKS, Block, Blocks, LINES, WAVES, Wave, times};
 use super::reference::Reference;
 use crate::limits::CHANNELS_MAX;
 use crate::phase::{cos_sin, from_turns};
+use crate::significance::square_root;
 use crate::source::Values;
 use core::f32::consts::{FRAC_1_PI, PI};
 
-/// Functions of a channel: level, slope, cosine, sine.
-pub const FUNCTIONS: usize = 4;
-/// The same with the two of the derivative.
-const ALL: usize = FUNCTIONS + 2;
+/// Most functions of a channel: level, slope, cosine and sine of each line.
+const FUNCTIONS: usize = 2 + 2 * LINES;
+/// The same with those of the derivative.
+const ALL: usize = FUNCTIONS + 2 * LINES;
 /// Least share of a function's square that the ones before it leave.
 const LEFT: f32 = 1e-4;
 /// Rounding of what a fit leaves of a channel's sum of squares, as a fraction of that sum.
@@ -24,7 +25,7 @@ const ROUNDING: f32 = 6e-7;
 const STEP_MAX: f32 = 0.5 * PI;
 
 /// Fit of all channels at one frequency.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Solution {
     /// Turn of the phase against that of the blocks, radians at `u` = 1.
     pub turn: f32,
@@ -32,10 +33,15 @@ pub struct Solution {
     pub turn_sigma: f32,
     /// Score of the turn, in units of the information.
     step: f32,
+    /// By how much the step lowers the residuals' squares, in units of the noise.
+    gain: f32,
+    /// Numbers of the lines.
+    orders: [usize; LINES],
+    lines: usize,
     /// Lower factor of the functions' products.
     lower: [[f32; ALL]; ALL],
-    /// Projections of the channels on the functions, orthonormal.
-    pub projections: [Values; FUNCTIONS],
+    /// One over its diagonal; 0 of a function that others explain.
+    inverse: [f32; ALL],
     /// Coefficients of the functions.
     pub coefficients: [Values; FUNCTIONS],
     /// One over the variance of the noise.
@@ -46,137 +52,405 @@ pub struct Solution {
     pub rounding: Values,
     /// Degrees of freedom of each channel's residuals.
     pub freedom: f32,
-    /// Sum of the squares of all residuals.
-    left: f32,
+    /// Sum of the squares of all residuals, over the reference's scales.
+    pub left: f32,
+    totals: Totals,
 }
 
-/// A block's sums at a turned phase.
+/// A block's sums at a turned phase: of the multiples from 0 on, and of the lines times `u`.
+#[derive(Clone, Copy, Debug)]
 pub struct Turned {
-    pub turn: Wave,
-    pub wave: Wave,
-    pub double: Wave,
-    pub moment: Wave,
+    /// Cosine and sine by which each line is turned, from 1 on.
+    pub turns: [Wave; LINES],
+    pub waves: Waves,
+    pub with_u: [Wave; LINES],
 }
 
 impl Turned {
-    /// Turns a block by `turn` radians at `u` = 1.
-    pub fn new(block: &Block, turn: f32) -> Self {
+    pub const NONE: Self = Self {
+        turns: [[0.0; 2]; LINES],
+        waves: [[0.0; 2]; WAVES + 1],
+        with_u: [[0.0; 2]; LINES],
+    };
+
+    /// Turns the first lines of a block by `turn` radians at `u` = 1. The others stay as they are.
+    #[inline(always)]
+    pub fn set(&mut self, block: &Block, turn: f32, lines: usize) {
+        let lines = lines.min(LINES);
         let (c, s) = cos_sin(from_turns(0.5 * FRAC_1_PI * turn * block.middle));
-        let turn = [c, s];
-        Self {
-            turn,
-            wave: times(block.wave, turn),
-            double: times(block.double, times(turn, turn)),
-            moment: times(block.moment, turn),
+        self.waves[0] = [block.frames, 0.0];
+        let mut power = [c, s];
+        for m in 0..2 * lines {
+            let wave = times(block.waves[m], power);
+            self.waves[m + 1] = wave;
+            if m < lines {
+                let moment = times(block.moments[m], power);
+                self.turns[m] = power;
+                self.with_u[m] = [
+                    block.middle * wave[0] + moment[0],
+                    block.middle * wave[1] + moment[1],
+                ];
+            }
+            power = times(power, [c, s]);
+        }
+    }
+}
+
+/// Sums of products of two lines, by their numbers.
+pub type Waves = [Wave; WAVES + 1];
+
+fn cos_cos(waves: &Waves, i: usize, j: usize) -> f32 {
+    0.5 * (waves[i.abs_diff(j) % (WAVES + 1)][0] + waves[(i + j) % (WAVES + 1)][0])
+}
+
+fn sin_sin(waves: &Waves, i: usize, j: usize) -> f32 {
+    0.5 * (waves[i.abs_diff(j) % (WAVES + 1)][0] - waves[(i + j) % (WAVES + 1)][0])
+}
+
+fn cos_sin_of(waves: &Waves, i: usize, j: usize) -> f32 {
+    let difference = waves[i.abs_diff(j) % (WAVES + 1)][1];
+    let difference = if i > j { -difference } else { difference };
+    0.5 * (waves[(i + j) % (WAVES + 1)][1] + difference)
+}
+
+/// Products of a line, cosine or sine, with those of another one, in a block.
+pub fn products(waves: &Waves, i: usize, j: usize) -> [[f32; 2]; 2] {
+    [
+        [cos_cos(waves, i, j), cos_sin_of(waves, i, j)],
+        [cos_sin_of(waves, j, i), sin_sin(waves, i, j)],
+    ]
+}
+
+/// Sums over the blocks that the functions' products are made of.
+#[derive(Clone, Copy, Debug)]
+struct Totals {
+    /// Waves, waves times the block's `u`, and times its square.
+    waves: [Waves; 3],
+    /// Lines times `u`, and times `u` and the block's.
+    with_u: [[Wave; LINES]; 2],
+    /// Turns of each line in each block.
+    turns: [[Wave; BLOCKS]; LINES],
+}
+
+impl Totals {
+    const NONE: Self = Self {
+        waves: [[[0.0; 2]; WAVES + 1]; 3],
+        with_u: [[[0.0; 2]; LINES]; 2],
+        turns: [[[0.0; 2]; BLOCKS]; LINES],
+    };
+
+    /// Sums up the first lines of blocks that are turned. The others stay as they are.
+    #[inline(always)]
+    fn set(&mut self, blocks: &Blocks, turn: f32, lines: usize) {
+        let (lines, most) = (lines.min(LINES), (2 * lines).min(WAVES));
+        for sums in &mut self.waves {
+            sums[..=most].fill([0.0; 2]);
+        }
+        for sums in &mut self.with_u {
+            sums[..lines].fill([0.0; 2]);
+        }
+        let add = |to: &mut Wave, [x, y]: Wave| *to = [to[0] + x, to[1] + y];
+        let mut turned = Turned::NONE;
+        for (b, (block, _)) in blocks.iter().enumerate().take(BLOCKS) {
+            turned.set(block, turn, lines);
+            let u = block.middle;
+            let [plain, once, twice] = &mut self.waves;
+            plain[0][0] += block.frames;
+            once[0][0] += u * block.frames;
+            twice[0][0] += u * (u * block.frames);
+            for m in 1..=most {
+                let wave = turned.waves[m];
+                let with_u = wave.map(|x| u * x);
+                add(&mut plain[m], wave);
+                add(&mut once[m], with_u);
+                add(&mut twice[m], with_u.map(|x| u * x));
+            }
+            for m in 0..lines {
+                self.turns[m][b] = turned.turns[m];
+                add(&mut self.with_u[0][m], turned.with_u[m]);
+                add(&mut self.with_u[1][m], turned.with_u[m].map(|x| u * x));
+            }
         }
     }
 }
 
 impl Solution {
-    /// The best of some starts, cycles from the blocks' frequency, after a few steps each.
-    pub fn best_of(blocks: &Blocks, reference: &Reference, starts: &[f32], steps: usize) -> Self {
-        let mut best = Self {
-            left: f32::INFINITY,
-            ..Self::default()
-        };
-        for start in starts {
-            let mut solution = Self::at(blocks, reference, PI * start);
-            for _ in 0..steps {
-                solution = Self::at(blocks, reference, solution.turn + solution.step());
-            }
-            if solution.left < best.left && blocks.cycles + solution.cycles() > 0.0 {
-                best = solution;
-            }
+    /// One without lines.
+    pub const NONE: Self = Self {
+        turn: 0.0,
+        turn_sigma: 0.0,
+        step: 0.0,
+        gain: 0.0,
+        orders: [0; LINES],
+        lines: 0,
+        lower: [[0.0; ALL]; ALL],
+        inverse: [0.0; ALL],
+        coefficients: [[0.0; CHANNELS_MAX]; FUNCTIONS],
+        weights: [0.0; CHANNELS_MAX],
+        variances: [0.0; CHANNELS_MAX],
+        rounding: [0.0; CHANNELS_MAX],
+        freedom: 0.0,
+        left: 0.0,
+        totals: Totals::NONE,
+    };
+
+    /// Chooses the lines of a mask, bit by bit.
+    pub fn choose(&mut self, lines: u16) {
+        self.lines = 0;
+        for order in (1..=LINES).filter(|order| lines >> order & 1 == 1) {
+            self.orders[self.lines % LINES] = order;
+            self.lines += 1;
         }
-        best
+    }
+
+    /// Numbers of the lines, ascending.
+    pub fn orders(&self) -> &[usize] {
+        self.orders.get(..self.lines).unwrap_or_default()
+    }
+
+    /// Mask of the lines.
+    pub fn mask(&self) -> u16 {
+        self.orders()
+            .iter()
+            .fold(0, |mask, order| mask | 1 << order)
+    }
+
+    /// Number of a channel's functions.
+    pub fn functions(&self) -> usize {
+        (2 + 2 * self.lines).min(FUNCTIONS)
     }
 
     /// Solves for the channels with the blocks turned.
-    #[inline(never)]
-    pub fn at(blocks: &Blocks, reference: &Reference, turn: f32) -> Self {
-        let mut solution = Self {
-            turn,
-            ..Self::default()
-        };
-        let mut rows = [[0.0; CHANNELS_MAX]; ALL];
-        [rows[0], rows[1], _] = blocks.sums;
-        let mut gram = [[0.0; ALL]; ALL];
-        let [n, u, uu] = blocks.powers;
-        (gram[0][0], gram[1][0], gram[1][1]) = (n, u, uu);
-        for (block, sums) in blocks.iter() {
-            let turned = Turned::new(block, turn);
-            add_products(&mut gram, block, &turned);
-            add_rows(&mut rows, sums, block.middle, turned.turn);
+    pub fn solve(&mut self, blocks: &Blocks, reference: &Reference, turn: f32) {
+        match self.orders() {
+            [1] => self.solve_lines::<1>(blocks, reference, turn),
+            _ => self.solve_lines::<LINES>(blocks, reference, turn),
         }
-        solution.lower = factor(gram);
-        solution.solve(&mut rows, blocks, reference);
-        solution
     }
 
-    /// Projections, residuals, weights and the step.
-    fn solve(&mut self, rows: &mut [Values; ALL], blocks: &Blocks, reference: &Reference) {
-        let lower = &self.lower;
-        for i in 0..ALL {
-            for j in 0..i {
-                let (done, rest) = rows.split_at_mut(i);
-                let (from, factor) = (&done[j], lower[i][j]);
-                rest[0]
-                    .iter_mut()
-                    .zip(from)
-                    .for_each(|(to, x)| *to -= factor * x);
-            }
-            let inverse = if lower[i][i] > 0.0 {
-                1.0 / lower[i][i]
-            } else {
-                0.0
-            };
-            rows[i].iter_mut().for_each(|to| *to *= inverse);
-        }
-        self.projections = [rows[0], rows[1], rows[2], rows[3]];
-        let frames = blocks.frames();
-        self.freedom = frames - FUNCTIONS as f32;
+    /// The same for up to `L` lines: with one all loops over lines are gone.
+    #[inline(never)]
+    fn solve_lines<const L: usize>(&mut self, blocks: &Blocks, reference: &Reference, turn: f32) {
+        self.turn = turn;
+        let highest = self.orders().last().copied().unwrap_or(1);
+        self.totals
+            .set(blocks, turn, if L == 1 { 1 } else { highest });
+        self.fill(blocks.powers);
+        self.factor();
+        self.freedom = blocks.frames() - self.functions() as f32;
+        self.left = 0.0;
         let (mut score, mut information) = (0.0, 0.0);
-        for c in 0..CHANNELS_MAX {
-            if reference.inverse[c] <= 0.0 {
-                continue;
-            }
-            let mut left = blocks.sums[2][c];
-            for row in &self.projections {
-                left -= row[c] * row[c];
-            }
-            let quantized = reference.rounding[c] * frames;
-            let rounding = ROUNDING * blocks.sums[2][c];
-            self.rounding[c] = rounding / self.freedom;
-            let left = left.max(quantized) + rounding;
-            let left = left.max(f32::MIN_POSITIVE);
-            self.left += left;
-            self.variances[c] = left / self.freedom;
-            self.weights[c] = self.freedom / left;
-            for i in (0..FUNCTIONS).rev() {
-                let mut x = self.projections[i][c];
-                for k in i + 1..FUNCTIONS {
-                    x -= lower[k][i] * self.coefficients[k][c];
-                }
-                self.coefficients[i][c] = if lower[i][i] > 0.0 {
-                    x / lower[i][i]
-                } else {
-                    0.0
-                };
-            }
-            let (a, b) = (self.coefficients[2][c], self.coefficients[3][c]);
-            // The derivative: b times the cosine times u, less a times the sine times u.
-            let along = [b * lower[4][4] - a * lower[5][4], -a * lower[5][5]];
-            score += self.weights[c] * (along[0] * rows[4][c] + along[1] * rows[5][c]);
-            information += self.weights[c] * (along[0] * along[0] + along[1] * along[1]);
+        for group in 0..CHANNELS_MAX / 4 {
+            let [of_group, and] = self.solve_group::<L>(blocks, reference, group);
+            score += of_group;
+            information += and;
         }
-        let information = information.max(f32::MIN_POSITIVE);
+        if information < f32::MIN_POSITIVE {
+            information = f32::MIN_POSITIVE;
+        }
         self.step = score / information;
-        self.turn_sigma = 1.0 / libm::sqrtf(information);
+        self.turn_sigma = 1.0 / square_root(information);
+        self.gain = score * self.step;
+    }
+
+    /// Solves at the best of some starts, cycles from the blocks' frequency: the one whose step
+    /// leaves least.
+    #[inline(never)]
+    pub fn start(&mut self, blocks: &Blocks, reference: &Reference, starts: &[f32]) {
+        let mut best = (f32::INFINITY, 0.0);
+        for start in starts {
+            self.solve(blocks, reference, PI * start);
+            let turn = self.turn + self.step();
+            let all = self.freedom * reference.width as f32;
+            let left = self.left * (1.0 - self.gain / all);
+            if left < best.0 && PI * blocks.cycles + turn > 0.0 {
+                best = (left, turn);
+            }
+        }
+        self.solve(blocks, reference, best.1);
+    }
+
+    /// Logarithm of the likelihood after the next step, less the price of the unknowns (G. Schwarz,
+    /// Ann. Stat. 6 (1978) 461).
+    pub fn score(&self, reference: &Reference) -> f32 {
+        let functions = self.functions() as f32;
+        let frames = self.freedom + functions;
+        let pairs = self.variances.iter().zip(&reference.inverse);
+        let used = pairs.filter(|(_, inverse)| **inverse > 0.0);
+        let terms = used.map(|(variance, inverse)| {
+            libm::logf(variance * inverse * inverse * self.freedom / frames)
+        });
+        let unknowns = functions * reference.width as f32;
+        let likelihood = 0.5 * (self.gain - frames * terms.sum::<f32>());
+        likelihood - 0.5 * unknowns * libm::logf(frames)
+    }
+
+    /// Products of the functions.
+    fn fill(&mut self, [n, u, uu]: [f32; 3]) {
+        let (lower, totals) = (&mut self.lower, &self.totals);
+        let derivatives = (2 + 2 * self.lines).min(FUNCTIONS);
+        (lower[0][0], lower[1][0], lower[1][1]) = (n, u, uu);
+        let [plain, once, twice] = &totals.waves;
+        for i in 0..self.lines.min(LINES) {
+            let order = self.orders[i].clamp(1, LINES);
+            let (own, along) = (2 + 2 * i, derivatives + 2 * i);
+            for part in 0..2 {
+                lower[own + part][0] = plain[order][part];
+                lower[own + part][1] = totals.with_u[0][order - 1][part];
+                lower[along + part][0] = once[order][part];
+                lower[along + part][1] = totals.with_u[1][order - 1][part];
+            }
+            for j in 0..self.lines.min(LINES) {
+                let other = self.orders[j].clamp(1, LINES);
+                let (to, to_along) = (2 + 2 * j, derivatives + 2 * j);
+                let functions = products(plain, order, other);
+                let mixed = products(once, order, other);
+                let all = products(twice, order, other);
+                for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    lower[along + a][to + b] = mixed[a][b];
+                    if j <= i {
+                        lower[own + a][to + b] = functions[a][b];
+                        lower[along + a][to_along + b] = all[a][b];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Cholesky factor in place; a function that the ones before it explain gets a zero.
+    fn factor(&mut self) {
+        for i in 0..(2 + 4 * self.lines).min(ALL) {
+            let (done, row) = self.lower.split_at_mut(i);
+            let row = &mut row[0];
+            let own = row[i];
+            let mut left = own;
+            for (j, other) in done.iter().enumerate() {
+                let mut sum = row[j];
+                for (x, y) in row[..j].iter().zip(other) {
+                    sum -= x * y;
+                }
+                row[j] = sum * self.inverse[j];
+                left -= row[j] * row[j];
+            }
+            if left > LEFT * own {
+                row[i] = square_root(left);
+                self.inverse[i] = 1.0 / row[i];
+            } else {
+                (row[i], self.inverse[i]) = (0.0, 0.0);
+            }
+        }
+    }
+
+    /// Solves for four channels: residuals, weights, coefficients; gives their part of the step's
+    /// score and information.
+    #[inline(never)]
+    fn solve_group<const L: usize>(
+        &mut self,
+        blocks: &Blocks,
+        reference: &Reference,
+        group: usize,
+    ) -> [f32; 2] {
+        let lines = if L == 1 { 1 } else { self.lines.min(LINES) };
+        let functions = 2 + 2 * lines;
+        let all = functions + 2 * lines;
+        let part = |values: &Values| values.as_chunks::<4>().0[group % 4];
+        let mut rows = [[0.0; 4]; ALL];
+        rows[0] = part(&blocks.sums[0]);
+        rows[1] = part(&blocks.sums[1]);
+        for i in 0..lines {
+            let line = self.orders[i].clamp(1, LINES) - 1;
+            let (own, along) = (2 + 2 * i, functions + 2 * i);
+            let sums = products_of(&self.totals.turns[line], blocks, line, group);
+            if along + 1 < ALL {
+                [rows[own], rows[own + 1], rows[along], rows[along + 1]] = sums;
+            }
+        }
+        // Projections on the functions, orthonormal.
+        for i in 0..all {
+            let mut row = rows[i];
+            for j in 0..i {
+                let factor = self.lower[i][j];
+                for k in 0..4 {
+                    row[k] -= factor * rows[j][k];
+                }
+            }
+            rows[i] = row.map(|x| x * self.inverse[i]);
+        }
+        let squares = part(&blocks.sums[2]);
+        let mut left = squares;
+        for row in &rows[..functions] {
+            for k in 0..4 {
+                left[k] -= row[k] * row[k];
+            }
+        }
+        let (inverse, quantized) = (part(&reference.inverse), part(&reference.rounding));
+        let [mut weights, mut variances, mut rounding] = [[0.0; 4]; 3];
+        for k in 0..4 {
+            if inverse[k] > 0.0 {
+                let of_sums = ROUNDING * squares[k];
+                let least = quantized[k] * blocks.frames();
+                let own = if left[k] > least { left[k] } else { least } + of_sums;
+                let own = if own > 0.0 { own } else { f32::MIN_POSITIVE };
+                self.left += own * inverse[k] * inverse[k];
+                rounding[k] = of_sums / self.freedom;
+                variances[k] = own / self.freedom;
+                weights[k] = self.freedom / own;
+            }
+        }
+        let mut coefficients = [[0.0; 4]; FUNCTIONS];
+        for i in (0..functions).rev() {
+            let mut row = rows[i];
+            for j in i + 1..functions {
+                let factor = self.lower[j][i];
+                for k in 0..4 {
+                    row[k] -= factor * coefficients[j][k];
+                }
+            }
+            coefficients[i] = row.map(|x| x * self.inverse[i]);
+            self.coefficients[i].as_chunks_mut::<4>().0[group % 4] = coefficients[i];
+        }
+        // The derivative: b times the cosine times u, less a times the sine times u.
+        let [mut score, mut information] = [[0.0; 4]; 2];
+        for i in 0..2 * lines {
+            let mut along = [0.0; 4];
+            for j in i..2 * lines {
+                let order = self.orders[j / 2] as f32;
+                let factor = self.lower[functions + j][functions + i];
+                let factor = if j % 2 == 0 {
+                    order * factor
+                } else {
+                    -order * factor
+                };
+                let other = coefficients[(2 + (j ^ 1)) % FUNCTIONS];
+                for k in 0..4 {
+                    along[k] += factor * other[k];
+                }
+            }
+            let row = rows[functions + i];
+            for k in 0..4 {
+                score[k] += along[k] * row[k];
+                information[k] += along[k] * along[k];
+            }
+        }
+        let sum = |values: [f32; 4]| {
+            let [a, b, c, d] = values;
+            let [e, f, g, h] = weights;
+            a * e + b * f + c * g + d * h
+        };
+        self.weights.as_chunks_mut::<4>().0[group % 4] = weights;
+        self.variances.as_chunks_mut::<4>().0[group % 4] = variances;
+        self.rounding.as_chunks_mut::<4>().0[group % 4] = rounding;
+        [sum(score), sum(information)]
     }
 
     /// The next step, radians at `u` = 1.
     pub fn step(&self) -> f32 {
         self.step.clamp(-STEP_MAX, STEP_MAX)
+    }
+
+    /// Takes a step that changes nothing else.
+    pub fn finish(&mut self) {
+        self.turn += self.step();
     }
 
     /// Turn in cycles a window.
@@ -189,82 +463,66 @@ impl Solution {
         self.turn_sigma * FRAC_1_PI
     }
 
-    /// Mean of the variances of a unit coefficient of cosine and sine.
-    pub fn line_variance(&self) -> f32 {
-        let (c, s) = (self.lower[2][2], self.lower[3][3]);
-        if c > 0.0 && s > 0.0 {
-            0.5 / (c * c) + 0.5 / (s * s)
-        } else {
-            f32::INFINITY
-        }
+    /// Information on the turn that a line of nothing but noise has in a channel; `variance` is that
+    /// of its cosine and sine.
+    pub fn noise_information(&self, place: usize, variance: f32) -> f32 {
+        let functions = self.functions();
+        let order = self.orders().get(place).map_or(0.0, |order| *order as f32);
+        let rows = self.lower.iter().skip(functions + 2 * place).take(2);
+        let squares = rows.map(|row| {
+            let own = row.iter().skip(functions).take(2 * place + 2);
+            own.map(|x| x * x).sum::<f32>()
+        });
+        order * order * variance * squares.sum::<f32>()
     }
-}
 
-/// Adds a block's part of the functions' products, all but those of level and slope alone.
-fn add_products(gram: &mut [[f32; ALL]; ALL], block: &Block, turned: &Turned) {
-    let (n, u) = (block.frames, block.middle);
-    let [c, s] = turned.wave;
-    let along = [u * c + turned.moment[0], u * s + turned.moment[1]];
-    let (cc, cs, ss) = (
-        0.5 * (n + turned.double[0]),
-        0.5 * turned.double[1],
-        0.5 * (n - turned.double[0]),
-    );
-    let add = |row: &mut [f32; ALL], terms: &[f32]| {
-        row.iter_mut().zip(terms).for_each(|(to, x)| *to += x);
-    };
-    add(&mut gram[2], &[c, along[0], cc]);
-    add(&mut gram[3], &[s, along[1], cs, ss]);
-    add(
-        &mut gram[4],
-        &[u * c, u * along[0], u * cc, u * cs, u * u * cc],
-    );
-    add(
-        &mut gram[5],
-        &[u * s, u * along[1], u * cs, u * ss, u * u * cs, u * u * ss],
-    );
-}
-
-/// Adds a block's products of the channels with cosine and sine, turned, and the same times `u`.
-#[inline(never)]
-fn add_rows(rows: &mut [Values; ALL], sums: &Rows, u: f32, [x, y]: Wave) {
-    let [_, cosines, sines] = sums;
-    let [_, _, first, second, third, fourth] = rows;
-    for c in 0..CHANNELS_MAX {
-        let cos = cosines[c] * x - sines[c] * y;
-        let sin = sines[c] * x + cosines[c] * y;
-        first[c] += cos;
-        second[c] += sin;
-        third[c] += u * cos;
-        fourth[c] += u * sin;
-    }
-}
-
-/// Cholesky factor; a function that the ones before it explain gets a zero.
-fn factor(mut gram: [[f32; ALL]; ALL]) -> [[f32; ALL]; ALL] {
-    for i in 0..ALL {
-        for j in 0..=i {
-            let mut sum = gram[i][j];
-            for k in 0..j {
-                sum -= gram[i][k] * gram[j][k];
-            }
-            gram[i][j] = if i == j {
-                if sum > LEFT * gram[i][i] {
-                    libm::sqrtf(sum)
-                } else {
-                    0.0
+    /// Covariance of a line's cosine and sine for unit noise; `place` counts the lines.
+    pub fn covariance(&self, place: usize) -> [[f32; 2]; 2] {
+        let (functions, own) = (self.functions(), (2 + 2 * place).min(FUNCTIONS - 2));
+        // Columns of the factor's inverse.
+        let mut columns = [[0.0; FUNCTIONS]; 2];
+        for (column, at) in columns.iter_mut().zip([own, own + 1]) {
+            for i in at..functions {
+                let mut x = if i == at { 1.0 } else { 0.0 };
+                for k in at..i {
+                    x -= self.lower[i][k] * column[k];
                 }
-            } else if gram[j][j] > 0.0 {
-                sum / gram[j][j]
-            } else {
-                0.0
-            };
+                column[i] = x * self.inverse[i];
+            }
         }
+        let [x, y] = &columns;
+        let dot = |a: &[f32; FUNCTIONS], b: &[f32; FUNCTIONS]| -> f32 {
+            a.iter().zip(b).map(|(a, b)| a * b).sum()
+        };
+        [[dot(x, x), dot(x, y)], [dot(x, y), dot(y, y)]]
     }
-    gram
 }
 
-/// Product of two complex numbers.
-fn times(a: Wave, b: Wave) -> Wave {
-    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
+/// Products of four channels with cosine and sine of a line, and the same times `u`.
+#[inline(never)]
+fn products_of(
+    turns: &[Wave; BLOCKS],
+    blocks: &Blocks,
+    line: usize,
+    group: usize,
+) -> [[f32; 4]; 4] {
+    let mut sums = [[0.0; 4]; 4];
+    for ((block, rows), [x, y]) in blocks.iter().zip(turns) {
+        let u = block.middle;
+        let pairs = rows.get(1..).unwrap_or_default().as_chunks::<2>().0;
+        let Some([cosines, sines]) = pairs.get(line) else {
+            continue;
+        };
+        let cosines = &cosines.as_chunks::<4>().0[group % 4];
+        let sines = &sines.as_chunks::<4>().0[group % 4];
+        for k in 0..4 {
+            let cos = cosines[k] * x - sines[k] * y;
+            let sin = sines[k] * x + cosines[k] * y;
+            sums[0][k] += cos;
+            sums[1][k] += sin;
+            sums[2][k] += u * cos;
+            sums[3][k] += u * sin;
+        }
+    }
+    sums
 }

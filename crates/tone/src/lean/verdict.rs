@@ -9,7 +9,7 @@ use crate::conclude::{CYCLES, CYCLES_ONE, SIGMA_MAX};
 use crate::fit::{ChannelFit, Fit, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
-use crate::significance::deviate;
+use crate::significance::{Z_TEST, deviate, square_root};
 
 /// Deviate of the line in all channels: one of ten million is above, one of ten thousand windows
 /// with a thousand places.
@@ -19,15 +19,77 @@ const Z_CHANNEL: f32 = 3.1;
 /// Lines of one shape in all channels leave less than this many standard deviations beside it.
 const Z_SHAPE: f32 = 4.0;
 
-/// What a status is set by.
+/// Least fraction of the information that is not noise.
+const FAINT_MIN: f32 = 0.3;
+
+/// Figures that a status is set by.
 pub struct Verdict<'v> {
     /// Cycles a window.
     pub cycles: f32,
     pub reference: &'v Reference,
     pub solution: &'v Solution,
+    /// Lines, the strongest first.
+    pub strongest: &'v Line,
+    pub fundamental: &'v Line,
+    /// Information on the turn that noise in all lines seems to have.
+    pub noise: f32,
     pub declared: &'v Declared,
     /// Another tone, elsewhere in the spectrum.
     pub second: Option<Second>,
+}
+
+/// A line of a solution.
+#[derive(Clone, Copy, Debug)]
+pub struct Line {
+    /// Place among the solution's lines.
+    pub place: usize,
+    /// Covariance of cosine and sine for unit noise.
+    covariance: [[f32; 2]; 2],
+    /// Deviate of its power in all channels.
+    pub deviate: f32,
+    /// Power in all channels over the noise.
+    pub power: f32,
+    /// The same of what is not of one shape in all channels.
+    other: f32,
+    /// Information on the turn that the line would have of noise alone.
+    pub noise: f32,
+}
+
+impl Line {
+    /// The line at a place of a solution.
+    pub fn new(solution: &Solution, reference: &Reference, place: usize) -> Self {
+        let covariance = solution.covariance(place);
+        let [[p, q], [_, r]] = covariance;
+        let determinant = (p * r - q * q).max(f32::MIN_POSITIVE);
+        // Factor of the information.
+        let (first, both) = (r / determinant, -q / determinant);
+        let root = square_root(first);
+        let (first, both) = (root, both / root.max(f32::MIN_POSITIVE));
+        let second = 1.0 / square_root(r).max(f32::MIN_POSITIVE);
+        let [mut cosines, mut sines, mut products] = [0.0; 3];
+        let rows = solution.coefficients.get(2 + 2 * place..4 + 2 * place);
+        if let Some([a, b]) = rows {
+            for ((a, b), weight) in a.iter().zip(b).zip(&solution.weights) {
+                let (x, y) = (first * a + both * b, second * b);
+                cosines += weight * x * x;
+                sines += weight * y * y;
+                products += weight * x * y;
+            }
+        }
+        let (freedom, width) = (solution.freedom, reference.width as f32);
+        let power = cosines + sines;
+        let half = 0.5 * (cosines - sines);
+        // The mean of a ratio whose denominator has few degrees of freedom is above one.
+        let ratio = power / (2.0 * width) * (freedom - 2.0) / freedom;
+        Self {
+            place,
+            covariance,
+            deviate: deviate(ratio, 2.0 * width, width * freedom),
+            power,
+            other: 0.5 * power - square_root(half * half + products * products),
+            noise: width * solution.noise_information(place, 0.5 * (p + r)),
+        }
+    }
 }
 
 impl Verdict<'_> {
@@ -37,55 +99,61 @@ impl Verdict<'_> {
         let mut fit = Fit::without_tone(Status::NoTone, blocks.frames() as u32);
         let freedom = solution.freedom;
         let width = self.reference.width as f32;
-        let [mut cosines, mut sines, mut both] = [0.0; 3];
-        let variance = solution.line_variance();
+        let [[p, q], [_, r]] = self.fundamental.covariance;
+        let determinant = (p * r - q * q).max(f32::MIN_POSITIVE);
+        let own = 2 + 2 * self.fundamental.place;
+        let [level, _, ..] = &solution.coefficients;
+        let (Some(cosines), Some(sines)) = (
+            solution.coefficients.get(own),
+            solution.coefficients.get(own + 1),
+        ) else {
+            return fit;
+        };
         for c in 0..CHANNELS_MAX {
             if self.reference.inverse[c] <= 0.0 {
                 continue;
             }
-            let scale = 1.0 / self.reference.inverse[c];
-            let (x, y) = (solution.projections[2][c], solution.projections[3][c]);
-            let weight = solution.weights[c];
-            cosines += weight * x * x;
-            sines += weight * y * y;
-            both += weight * x * y;
-            let power = 0.5 * weight * (x * x + y * y);
-            let (a, b) = (solution.coefficients[2][c], solution.coefficients[3][c]);
+            let (a, b) = (cosines[c], sines[c]);
+            let power = (r * a * a - 2.0 * q * a * b + p * b * b) / determinant;
             fit.usable |= 1 << c;
-            if deviate(power, 2.0, freedom) > Z_CHANNEL {
+            if deviate(0.5 * power * solution.weights[c], 2.0, freedom) > Z_CHANNEL {
                 fit.with_tone |= 1 << c;
             }
+            let square = a * a + b * b;
             fit.channels[c] = ChannelFit {
-                offset: self.reference.level[c] + scale * solution.coefficients[0][c],
-                amplitude: scale * libm::hypotf(a, b),
+                offset: self.reference.level[c] + level[c],
+                amplitude: square_root(square),
                 phase_rad: libm::atan2f(-b, a),
-                phase_variance: variance * solution.variances[c] / (a * a + b * b),
-                residual: scale * libm::sqrtf(solution.variances[c]),
+                phase_variance: 0.5 * (p + r) * solution.variances[c] / square,
+                residual: square_root(solution.variances[c]),
             };
         }
-        // The mean of a ratio whose denominator has few degrees of freedom is above one.
-        let ratio = (cosines + sines) / (2.0 * width) * (freedom - 2.0) / freedom;
-        let half = 0.5 * (cosines - sines);
-        let other = 0.5 * (cosines + sines) - libm::hypotf(half, both);
         let tests = Tests {
-            line: deviate(ratio, 2.0 * width, width * freedom),
+            line: self.strongest.deviate,
+            fundamental: self.fundamental.deviate,
             beside: self.declared.worst(),
             cycles: self.cycles,
-            one_shape: width <= 2.0 || other < width + Z_SHAPE * libm::sqrtf(2.0 * width),
+            // Lines of one shape in all channels leave no more than noise beside it.
+            one_shape: width <= 2.0
+                || self.strongest.other < width + Z_SHAPE * square_root(2.0 * width),
             steady: 1.0,
             degree: 1,
             degrees: 1,
-            lines: 0b10,
+            lines: solution.mask(),
             ..Tests::default()
         };
+        // Noise in the amplitudes looks like information, and scatters the score as that does.
+        let noise = self.noise * solution.turn_sigma * solution.turn_sigma;
+        let faint = 1.0 / (1.0 - noise).max(FAINT_MIN);
         // Each channel's noise is known from a finite number of frames.
-        let sigma = solution.sigma() * (1.0 + 2.0 / freedom);
+        let sigma = faint * solution.sigma() * (1.0 + 2.0 / freedom);
         fit.status = self.status(&tests, sigma, 0.5 * span.frames as f32);
         fit.tests = tests;
         if fit.status.has_tone() {
             fit.frequency = span.frequency(self.cycles);
-            fit.sigma = libm::hypotf(span.frequency(sigma), f32::EPSILON * fit.frequency);
-            fit.harmonics = 1;
+            let (sigma, rounding) = (span.frequency(sigma), f32::EPSILON * fit.frequency);
+            fit.sigma = square_root(sigma * sigma + rounding * rounding);
+            fit.harmonics = solution.orders().last().map_or(1, |order| *order as u8);
             fit.other_tone = self.second.map(|second| OtherTone {
                 frequency: span.frequency(second.cycles),
                 share: second.power,
@@ -107,6 +175,7 @@ impl Verdict<'_> {
             Status::NoTone
         } else if self.cycles.min(nyquist - self.cycles) < min
             || self.second.is_some()
+            || tests.fundamental < Z_TEST
             || !self.declared.is_met()
         {
             Status::Ambiguous
