@@ -35,14 +35,17 @@ class Run:
             yield item
         print(file=sys.stderr)
 
-    def finish(self, cells, tables, draw, values=None):
-        """Judge the requirements; write the JSON, the page and its picture after a full run. Exits with 1 if one is missed."""
+    def finish(self, cells, tables, draw, values=None, others=None):
+        """Judge the requirements, those of the cells of `others` by topic too; write the JSON, the page and its picture after a full run. Exits with 1 if one is missed."""
         if self.full:
             made = tables(cells)
             cells = {name: cells[name] for name in cells}
             pages.save(self.topic, made, values(cells) if values else {}, {"windows": self.windows, "seed": self.seed, "cells": cells}, self.out)
             draw(cells)
         lines, failures = judge.requirements(self.topic, cells)
+        for topic, own in (others or {}).items():
+            more = judge.requirements(topic, own)
+            lines, failures = lines + more[0], failures + more[1]
         for line in lines:
             print(line)
         for failure in failures:

@@ -26,6 +26,9 @@ CLOCK_HZ = 168e6
 SCENES = {"pure tone": SINE, "three overtones": RIDGES}
 EVERY = 10
 """Methods that take long get every tenth window."""
+TONES_UV = (1000, 100, 20, 5)
+CONVERTERS = [("ADS1258", None), ("gain of 20", 20), ("bare bridges", 3.3 / 5)]
+"""Converters, and what is between the bridge and the STM32's own: its supply of 3.3 V makes a bare bridge weaker."""
 LEAN = {"harmonics": 1, "exclude": ["all"]}
 # Scenes that are declared: settings, options of the fit, and windows that contain what they exclude.
 DECLARED = [
@@ -101,15 +104,53 @@ def plans(run):
     for row in run.progress(counts("plans"), "scan plans"):
         channels, rate_hz, window_s = row["channels"], row["frame_rate_hz"], row["window_s"]
         rng, count = run.rng(f"{row['plan']} {window_s}"), round(window_s * rate_hz)
-        # DRATE 3 without CHOP has 12 uV; `paper` has DRATE 3 with CHOP.
-        snr_db = SNR_DB + (20 * np.log10(1.4) if row["plan"] == "paper" else 0)
-        taxels = {4: (0, 2, 4, 6), 2: (0, 4), 1: (0,)}.get(channels, range(channels))
+        # Noise of a conversion (SBAS297G): 12 uV at the fast plans' data rate, 4.5 uV at that of `paper`.
+        snr_db = SNR_DB + (20 * np.log10(12 / 4.5) if row["plan"] == "paper" else 0)
+        taxels = {4: (0, 4, 8, 12), 2: (0, 4), 1: (0,)}.get(channels, range(channels))
         batch = joined([finger(rng, run.windows, count, hz / rate_hz, SINE, snr_db, period_mm=1.0, taxels=taxels) for hz in (70, 80, 90, 100)])
         answers = judge.of_fits(fits(batch, 4))
         off_hz = rate_hz * (answers.frequency - batch.frequency)[answers.status == "good"]
         name = f"plan/{row['plan']}/{1e3 * window_s:.0f} ms"
-        found[name] = judge.count(batch, answers) | {"rms_hz": float(f"{np.sqrt(np.mean(np.square(off_hz))):.3g}")}
+        found[name] = judge.count(batch, answers) | {"late_ms": 1e3 * (row["latency_s"] - window_s), "load_percent": 100 * row["load"]}
+        found[name] |= {"rms_hz": float(f"{np.sqrt(np.mean(np.square(off_hz))):.3g}")}
     return found
+
+
+def converters(run):
+    """The STM32's own 12 bits next to the ADS1258, in front of the same tones of 10 Hz: 14 channels, 1 s, their own noise."""
+    found = {}
+    count, scans, step_v = frames(1.0), 93, 3.3 / 4096
+    for tone_uv in run.progress(TONES_UV, "converters"):
+        for name, gain in CONVERTERS:
+            path = f"converter/{name}/{tone_uv:g} uV"
+            rng = run.rng(path)
+            # Without noise, in volts: `finger` gives standard deviations of the noise.
+            batch = finger(rng, run.windows, count, 10 / RATE_HZ, RIDGES, 0.0, period_mm=3.0, taxels=range(14), noise=0.0)
+            volts = 1e-6 * tone_uv * (batch.x - batch.x.mean(1, keepdims=True))
+            if gain is None:
+                batch.x = volts + 4.5e-6 * rng.standard_normal(volts.shape)
+            else:
+                # A frame is the mean of 93 samples, each with noise of a step.
+                sums = np.zeros(volts.shape)
+                pins = 0.5 * 4096 + gain * volts / step_v + rng.uniform(0, 1, (run.windows, 1, 14))
+                for _ in range(scans):
+                    sums += np.clip(np.floor(pins + rng.standard_normal(volts.shape)), 0, 4095)
+                batch.x = sums / scans
+            batch.crb = batch.luck = None
+            answers = judge.of_fits(fits(batch, 4))
+            off_hz = RATE_HZ * (answers.frequency - batch.frequency)[answers.status == "good"]
+            rms_mhz = float(f"{1e3 * np.sqrt(np.mean(np.square(off_hz))):.3g}") if len(off_hz) else None
+            found[path] = judge.count(batch, answers) | {"rms_mhz": rms_mhz}
+    return found
+
+
+def converters_table(found):
+    """A row for each tone."""
+    rows = []
+    for tone_uv in TONES_UV:
+        cells = [found[f"converter/{name}/{tone_uv:g} uV"] for name, _ in CONVERTERS]
+        rows.append([tone_uv, *(figure for cell in cells for figure in (unanswered(cell), pages.significant(cell["rms_mhz"], 2)))])
+    return pages.table("tone, uV rms|ADS1258: unanswered, %|RMS, mHz|12 bits, gain of 20: unanswered, %|RMS, mHz|12 bits, bare: unanswered, %|RMS, mHz", rows)
 
 
 def counts(kind):
@@ -246,7 +287,7 @@ def tables(found):
     guide = summary(found, [("three overtones", "default", (), window_s, default) for window_s in SHOWN_S])
     head = "window|RMS error|latency|instructions"
     made = {
-        "windows": windows_table(found), "choices": choices_table(found), "scenes": scenes_table(found), "plans": plans_table(found),
+        "windows": windows_table(found), "choices": choices_table(found), "scenes": scenes_table(found), "plans": plans_table(found), "converters": converters_table(found),
         "readme": pages.table(f"scene|set|{head}", readme), "guide": pages.table(head, guide),
     }  # fmt: skip
     return made
@@ -300,11 +341,11 @@ def draw(found, folder=pages.RESULTS):
 def main():
     """Run the campaign."""
     run = campaign.Run("trade", __doc__, WINDOWS, SEED)
-    found = measure(run) | declared(run) | plans(run)
+    found = measure(run) | declared(run) | plans(run) | converters(run)
     if run.full:
         compared = {name.replace(" ", "_"): methods_table(found, name) for name in SCENES}
         pages.save("comparison", compared, folder=run.out)
-    run.finish(found, tables, draw, values)
+    run.finish(found, tables, draw, values, {"counts": counts("cells")})
 
 
 if __name__ == "__main__":

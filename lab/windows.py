@@ -332,7 +332,7 @@ def limits(out, slope, x, shapes, covariance, tone, t=None):
     out.crb, out.luck = np.array(results).T
 
 
-def finger(rng, windows, count, frequency, harmonics=RIDGES, snr_db=20.0, *, period_mm=3.0, taxels=range(CHANNELS)):
+def finger(rng, windows, count, frequency, harmonics=RIDGES, snr_db=20.0, *, period_mm=3.0, taxels=range(CHANNELS), noise=1.0):
     """Windows of the simulated finger with random channels: piezoresistors of one unit differ in strength and sign, and units
     2 and 4 lie a pitch further along the motion. `frequency` in cycles per frame; noise `snr_db` below the mean power of the
     fundamental."""
@@ -350,7 +350,7 @@ def finger(rng, windows, count, frequency, harmonics=RIDGES, snr_db=20.0, *, per
     t = np.arange(count) - (count - 1) / 2
     turns = 2 * np.pi * frequency * np.outer(t, order)
     cos, sin, ramp = np.cos(turns), np.sin(turns), 2 * np.pi * np.outer(t, order)
-    x = cos @ a - sin @ b + rng.standard_normal((windows, count, CHANNELS)) + rng.uniform(-500, 500, (windows, 1, CHANNELS))
+    x = cos @ a - sin @ b + noise * rng.standard_normal((windows, count, CHANNELS)) + rng.uniform(-500, 500, (windows, 1, CHANNELS))
     slope = -(ramp * sin) @ a - (ramp * cos) @ b
     taxels = list(taxels)
     out = Windows(x[:, :, taxels], np.full(windows, frequency), slope=slope[:, :, taxels])

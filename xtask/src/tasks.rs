@@ -26,14 +26,6 @@ fn has(flags: &[String], flag: &str) -> bool {
         .any(|given| given.split('=').next() == Some(flag))
 }
 
-/// Measures accuracy here, and scan plans on the Feather's image.
-pub fn bench(flags: &[String]) -> Result<()> {
-    if has(flags, "--plans") {
-        images::build(Board::FeatherF405.image())?;
-    }
-    run(eval("bench").args(flags))
-}
-
 /// Builds the bench image and that of the Feather, counts instructions on the emulator, and measures the
 /// scan plans there, for `docs/results/counts.json`.
 pub fn counts() -> Result<()> {
@@ -45,7 +37,7 @@ pub fn counts() -> Result<()> {
     run(counts.arg(root().join("docs/results/counts.json")))
 }
 
-/// A command that needs no image: `noise`, `touch`, `real`, `pages`.
+/// A command that needs no image: `touch`, `real`, `pages`.
 pub fn plain(command: &str, arguments: &[String]) -> Result<()> {
     run(eval(command).args(arguments))
 }

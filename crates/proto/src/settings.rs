@@ -104,7 +104,7 @@ table::settings! {
     }
 
     /// What a window may hold beside the tone. What is not declared is not modelled: fewer
-    /// instructions, and wrong answers where it is there after all (`docs/results/scene.md`).
+    /// instructions, and wrong answers where it is there after all (`docs/results/trade.md`).
     scene: Declared "Scene" {
         /// Whether levels may bend over a window, as under a skin that creeps; otherwise they have a
         /// slope alone.

@@ -103,7 +103,10 @@ fn json(rows: &[Row], plans: Vec<Value>) -> serde_json::Result<String> {
         for (frames, pair) in FRAMES.iter().zip(own.chunks(2)) {
             let [untracked, tracked] = [&pair[0], &pair[1]].map(|row| row.instructions);
             let cell = json!({"untracked": untracked, "tracked": tracked});
-            lines.push(format!("{}: {cell}", json!(format!("{scene}/{frames} frames"))));
+            lines.push(format!(
+                "{}: {cell}",
+                json!(format!("{scene}/{frames} frames"))
+            ));
         }
     }
     let others = rows.get(2 * FRAMES.len() * SCENES.len()..);
@@ -111,7 +114,10 @@ fn json(rows: &[Row], plans: Vec<Value>) -> serde_json::Result<String> {
     for (name, own) in ["Hann FFT", "IEEE 1057"].iter().zip(others) {
         for (frames, row) in FRAMES.iter().zip(own) {
             let cell = json!({"untracked": row.instructions});
-            lines.push(format!("{}: {cell}", json!(format!("{name}/{frames} frames"))));
+            lines.push(format!(
+                "{}: {cell}",
+                json!(format!("{name}/{frames} frames"))
+            ));
         }
     }
     let plans: serde_json::Result<Vec<String>> = plans.iter().map(serde_json::to_string).collect();

@@ -4,7 +4,7 @@ use hal_mock::{Sliding, SlidingScene};
 use ridgetone_emulator::{Board, Emulator, Image, Start};
 use ridgetone_proto::command::{Command, Outcome, REQUEST_WIRE_MAX, Request};
 use ridgetone_proto::framing;
-use ridgetone_proto::plan::Plan;
+use ridgetone_proto::plan::{Converters, Plan};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Span};
 use serde_json::{Value, json};
@@ -64,10 +64,7 @@ impl Run {
 /// Load and latency of each named plan and window.
 pub fn measure(image: &Image, fit_irq: u16) -> Result<Vec<Value>, Box<dyn Error>> {
     let mut rows = Vec::new();
-    for (name, plan) in Plan::NAMED
-        .into_iter()
-        .filter(|(_, plan)| *plan != Plan::ONBOARD)
-    {
+    for (name, plan) in Plan::usual(Converters::ADS1258) {
         let longest_s = (plan.window_max_s() * 1e3).round() * 1e-3;
         let shortest_s = plan.window_min_s();
         let allowed = WINDOWS_S
