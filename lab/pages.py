@@ -89,7 +89,7 @@ def shown(cell):
         case int():
             return f"{cell:,}"
         case _:
-            return f"{cell:f}".rstrip("0") if isinstance(cell, float) and abs(cell) < 1e-4 else str(cell)
+            return f"{cell:f}".rstrip("0") if isinstance(cell, float) and 0 < abs(cell) < 1e-4 else str(cell)
 
 
 def markdown(table, columns=()):

@@ -175,7 +175,7 @@ def error(cell):
 
 def coverage(cell):
     """Intervals of good answers that hold the truth, percent; None of a method without intervals."""
-    return pages.percent(cell["covered"], cell["good"]) if "sigma_over_crb" in cell and np.isfinite(cell["sigma_over_crb"]) else None
+    return pages.percent(cell["covered"], cell["good"]) if cell["covered"] else None
 
 
 def latency_ms(window_s, work):

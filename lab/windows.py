@@ -303,6 +303,7 @@ def change(rng, out, extra, size, amplitude):
     if extra == "gains":
         x *= 10 ** (4 * np.arange(channels) / (channels - 1) - 2)
     if extra == "rounded":
+        x += rng.uniform(0, size * amplitude, (windows, 1, channels))
         np.round(x / (size * amplitude), out=x)
         x *= size * amplitude
     if extra == "clipped":

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use std::error::Error;
 
 /// Lengths of windows, seconds: a plan has those that it allows, and its longest up to the last.
-const WINDOWS_S: [f32; 5] = [0.032, 0.064, 0.128, 0.4, 1.0];
+const WINDOWS_S: [f64; 5] = [0.032, 0.064, 0.128, 0.4, 1.0];
 /// The tone, Hz: every plan follows it.
 const TONE_HZ: f64 = 100.0;
 /// Time that is watched: some windows of each stride.
@@ -65,8 +65,8 @@ impl Run {
 pub fn measure(image: &Image, fit_irq: u16) -> Result<Vec<Value>, Box<dyn Error>> {
     let mut rows = Vec::new();
     for (name, plan) in Plan::usual(Converters::ADS1258) {
-        let longest_s = (plan.window_max_s() * 1e3).round() * 1e-3;
-        let shortest_s = plan.window_min_s();
+        let longest_s = (f64::from(plan.window_max_s()) * 1e3).round() * 1e-3;
+        let shortest_s = f64::from(plan.window_min_s());
         let allowed = WINDOWS_S
             .into_iter()
             .filter(|window_s| (shortest_s..longest_s).contains(window_s));
@@ -76,7 +76,7 @@ pub fn measure(image: &Image, fit_irq: u16) -> Result<Vec<Value>, Box<dyn Error>
             let [load, late_s] = row.map_err(|why| format!("{name}, {window_s} s: {why}"))?;
             rows.push(json!({
                 "plan": name, "window_s": window_s, "channels": plan.channels(),
-                "frame_rate_hz": plan.frame_rate_hz(), "load": load, "latency_s": f64::from(window_s) + late_s,
+                "frame_rate_hz": plan.frame_rate_hz(), "load": load, "latency_s": window_s + late_s,
             }));
         }
     }
@@ -89,14 +89,15 @@ fn watch(
     image: &Image,
     fit_irq: u16,
     plan: Plan,
-    window_s: f32,
+    window_s: f64,
 ) -> Result<[f64; 2], Box<dyn Error>> {
+    let window = window_s as f32;
     let settings = Settings {
-        window_s,
-        stride_s: plan.default_stride(window_s),
+        window_s: window,
+        stride_s: plan.default_stride(window),
         ..Settings::DEFAULT.with_plan(plan)
     };
-    let slide_s = f64::from(window_s) + SETTLED_S + WATCHED_S + 1.0;
+    let slide_s = window_s + SETTLED_S + WATCHED_S + 1.0;
     let scene = Sliding {
         speed_mm_s: TONE_HZ,
         period_mm: 1.0,
@@ -134,7 +135,7 @@ fn watch(
         |event| matches!(event, Event::Reply(reply) if reply.outcome == Outcome::Done),
     )?;
     run.run_to("slide", 3.0, |event| matches!(event, Event::Slide(_)))?;
-    run.run_s(f64::from(window_s) + SETTLED_S)?;
+    run.run_s(window_s + SETTLED_S)?;
     let (before, lost) = (run.emulator.cycles(), run.emulator.adc().counters().lost);
     run.emulator.forget_served();
     let events = run.run_s(WATCHED_S)?;
