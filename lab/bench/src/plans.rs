@@ -67,10 +67,10 @@ pub fn measure(image: &Image, fit_irq: u16) -> Result<Vec<Value>, Box<dyn Error>
     for (name, plan) in Plan::usual(Converters::ADS1258) {
         let longest_s = (f64::from(plan.window_max_s()) * 1e3).round() * 1e-3;
         let shortest_s = f64::from(plan.window_min_s());
+        let last_s = longest_s.min(WINDOWS_S[WINDOWS_S.len() - 1]);
         let allowed = WINDOWS_S
             .into_iter()
-            .filter(|window_s| (shortest_s..longest_s).contains(window_s));
-        let last_s = longest_s.min(WINDOWS_S[WINDOWS_S.len() - 1]);
+            .filter(|window_s| (shortest_s..last_s).contains(window_s));
         for window_s in allowed.chain([last_s]) {
             let row = watch(image, fit_irq, plan, window_s);
             let [load, late_s] = row.map_err(|why| format!("{name}, {window_s} s: {why}"))?;

@@ -118,7 +118,7 @@ class Fits:
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         """Each window as a `dict`, channels as rows of arrays: `pandas.DataFrame(fits)` is a table."""
-        fields = [name for name in self.__slots__ if name != "names"]
+        fields = [name for name in Fits.__annotations__ if name != "names"]
         return ({name: getattr(self, name)[at] for name in fields} for at in range(len(self)))
 
     def __repr__(self) -> str:
@@ -133,18 +133,19 @@ _TEXTS = ("status", "why")
 
 def arrays(windows: list[tuple[float, str | None, str]]) -> Fits:
     """Arrays of the windows' JSON; of a window without a fit, from its start and the reason."""
-    fits = [json.loads(text) if text is not None else {"status": "no_fit", "from_s": from_s} for from_s, text, _ in windows]
-    names = next(([channel["name"] for channel in fit["channels"]] for fit in fits if "channels" in fit), [])
+    fits: list[dict[str, Any]] = [json.loads(text) if text is not None else {"status": "no_fit", "from_s": from_s} for from_s, text, _ in windows]
+    cells: list[list[dict[str, Any]]] = [fit.get("channels", []) for fit in fits]
+    names = next(([channel["name"] for channel in row] for row in cells if row), [])
     columns: dict[str, Any] = {"why": np.array([why for *_, why in windows]), "status": np.array([fit["status"] for fit in fits])}
-    for name in Fits.__slots__:
+    for name in Fits.__annotations__:
         if name in _COUNTS:
             columns[name] = np.array([fit.get(name, 0) for fit in fits], dtype=np.int64)
         elif name not in (*_CHANNEL, *_TEXTS, "names", "usable"):
             columns[name] = np.array([fit.get(name) for fit in fits], dtype=np.float64)
     blank: list[dict[str, Any]] = [{}] * len(names)
-    cells = [fit.get("channels", blank) for fit in fits]
+    cells = [row or blank for row in cells]
     for name in _CHANNEL:
         table = np.array([[channel.get(name) for channel in row] for row in cells], dtype=np.float64)
         columns[name] = table.reshape(len(fits), len(names))
-    usable = np.array([[channel.get("usable", False) for channel in row] for row in cells], dtype=bool)
+    usable = np.array([[channel.get("usable", False) for channel in row] for row in cells], dtype=np.bool_)
     return Fits(names=names, usable=usable.reshape(len(fits), len(names)), **columns)
