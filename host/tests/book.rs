@@ -1,11 +1,9 @@
 //! Documents: their commands run or parse, their links lead somewhere, and what they show of the
-//! wiring, the faults and the results is right.
+//! wiring and the faults is right.
 
 mod common;
 #[path = "book/facts.rs"]
 mod facts;
-#[path = "book/figures.rs"]
-mod figures;
 #[path = "book/links.rs"]
 mod links;
 #[path = "common/raw_recording.rs"]

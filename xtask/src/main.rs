@@ -13,6 +13,7 @@ mod package;
 mod panics;
 mod python;
 mod release;
+mod results;
 mod setup;
 mod sizes;
 mod tasks;
@@ -20,6 +21,7 @@ mod testing;
 mod toolchain;
 mod tools;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Parser, Subcommand};
 use images::Board;
 use std::path::PathBuf;
@@ -53,17 +55,19 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         scene: Option<PathBuf>,
     },
-    /// Measures the accuracy of each choice beside other methods'. With --write it fills in
-    /// docs/results/trade.md and docs/results/scene.md, with the instructions that are there.
-    #[command(disable_help_flag = true)]
-    Bench(Flags),
+    /// Runs the campaigns of lab and writes their pages in docs/results, all or one.
+    Results {
+        /// Only this one.
+        #[arg(value_parser = PossibleValuesParser::new(results::TOPICS))]
+        topic: Option<String>,
+        /// A twentieth of the windows; nothing is written. Fails if a requirement is missed by more
+        /// than its statistical error.
+        #[arg(long)]
+        short: bool,
+    },
     /// Counts the instructions of the fit in each scene on the emulator, next to a Hann FFT, IEEE 1057
-    /// and the image that gets flashed.
+    /// and the image that gets flashed, and measures the scan plans: docs/results/counts.json.
     Counts,
-    /// Fits windows whose noise is not white, that hold no tone, or a tone and something else. With
-    /// --write it fills in docs/results/noise.md.
-    #[command(disable_help_flag = true)]
-    Noise(Flags),
     /// Fits recordings of real touch whose frequency is known, and some without a grating:
     /// the tables of docs/results/real.md.
     Real {
@@ -159,9 +163,8 @@ enum Task {
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Demo { svg, scene } => tasks::demo(&svg, scene.as_deref()),
-        Task::Bench(Flags { flags }) => tasks::bench(&flags),
+        Task::Results { topic, short } => results::measure(topic.as_deref(), short),
         Task::Counts => tasks::counts(),
-        Task::Noise(Flags { flags }) => tasks::plain("noise", &flags),
         Task::Real { folder } => tasks::plain("real", &[folder]),
         Task::Touch(Flags { flags }) => tasks::plain("touch", &flags),
         Task::Board { write } => tasks::board(write),

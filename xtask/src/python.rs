@@ -7,9 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::{env, fs};
 
-/// Builds the wheel into `target/python`, an environment of its own. Gives the interpreter there.
-pub fn build() -> Result<PathBuf> {
-    announce("the Python package, in target/python");
+/// The interpreter of `target/python`, an environment of its own, which is made if it is missing.
+pub fn environment() -> Result<PathBuf> {
     let environment = target_dir().join("python");
     let inside = environment.join(if cfg!(windows) { "Scripts" } else { "bin" });
     if !inside.join("pip").exists() {
@@ -18,15 +17,24 @@ pub fn build() -> Result<PathBuf> {
             .arg(&environment))
         .context("an environment of Python")?;
     }
-    let mut pip = clean(inside.join("pip"));
+    Ok(inside.join("python"))
+}
+
+/// Builds the wheel into [`environment`]. Gives the interpreter there.
+pub fn build() -> Result<PathBuf> {
+    announce("the Python package, in target/python");
+    let python = environment()?;
+    let mut pip = clean(&python);
     pip.args([
+        "-m",
+        "pip",
         "install",
         "--quiet",
         "--disable-pip-version-check",
         "./host/python[test]",
     ]);
     run(&mut pip).context("the wheel")?;
-    Ok(inside.join("python"))
+    Ok(python)
 }
 
 /// Runs the wheel's tests beside the command that `cargo test` has built. Gives what they print.

@@ -26,24 +26,18 @@ fn has(flags: &[String], flag: &str) -> bool {
         .any(|given| given.split('=').next() == Some(flag))
 }
 
-/// Measures accuracy here, and scan plans on the Feather's image.
-pub fn bench(flags: &[String]) -> Result<()> {
-    if has(flags, "--plans") {
-        images::build(Board::FeatherF405.image())?;
-    }
-    run(eval("bench").args(flags))
-}
-
-/// Builds the bench image and that of the Feather, and counts instructions on the emulator.
+/// Builds the bench image and that of the Feather, counts instructions on the emulator, and measures the
+/// scan plans there, for `docs/results/counts.json`.
 pub fn counts() -> Result<()> {
     let (flashed, _) = images::build(Board::FeatherF405.image())?;
     let (bench, _) = images::build(images::COUNTS)?;
     announce("instructions of the fit, on the emulator");
     let mut counts = cargo("run --quiet --release --package ridgetone-bench --", []);
-    run(counts.arg(bench).arg(flashed))
+    counts.arg(bench).arg(flashed).arg("--json");
+    run(counts.arg(root().join("docs/results/counts.json")))
 }
 
-/// A command that needs no image: `noise`, `touch`, `real`, `pages`.
+/// A command that needs no image: `touch`, `real`, `pages`.
 pub fn plain(command: &str, arguments: &[String]) -> Result<()> {
     run(eval(command).args(arguments))
 }

@@ -105,7 +105,7 @@ table::settings! {
     }
 
     /// What a window may hold beside the tone. What is not declared is not modelled: fewer
-    /// instructions, and wrong answers where it is there after all (`docs/results/scene.md`). With
+    /// instructions, and wrong answers where it is there after all (`docs/results/trade.md`). With
     /// none of them it is the lean scene, whose fit is a path of its own.
     scene: Declared "Scene" {
         /// Whether the tone may have overtones, up to `harmonics`; otherwise it is a single sine.

@@ -54,6 +54,7 @@ fn _ridgetone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<live::Board>()?;
     module.add_class::<work::Fitted>()?;
     module.add_function(wrap_pyfunction!(work::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(work::fit_windows, module)?)?;
     module.add_function(wrap_pyfunction!(feel::feel, module)?)?;
     module.add_function(wrap_pyfunction!(feel::volts_per_um, module)?)?;
     module.add_function(wrap_pyfunction!(work::replay, module)?)?;

@@ -10,7 +10,7 @@ enum Value {
 }
 
 /// Options of the command that messages about recordings and boards name, and arguments for them.
-const ARGUMENTS: [(&str, &str, Value); 23] = [
+const ARGUMENTS: [(&str, &str, Value); 24] = [
     ("--rate", "rate_hz", Value::Number),
     ("--from", "from_s", Value::Number),
     ("--to", "to_s", Value::Number),
@@ -21,6 +21,7 @@ const ARGUMENTS: [(&str, &str, Value); 23] = [
     ("--mm-per-count", "mm_per_count", Value::Number),
     ("--scale", "scale", Value::Number),
     ("--window", "window_s", Value::Number),
+    ("--stride", "stride_s", Value::Number),
     ("--time-column", "time_column", Value::Text),
     ("--speed-column", "speed_column", Value::Text),
     ("--position-column", "position_column", Value::Text),

@@ -16,6 +16,7 @@ use ridgetone_host::positions::PositionFile;
 use ridgetone_host::samples;
 use ridgetone_host::speed::{Column, Quantity};
 use ridgetone_host::table_fit::{Band, Selection, TableFit};
+use ridgetone_host::windows::{self, Steps, Window};
 use ridgetone_host::{fit_picture, fit_report, replay as player, settings_form, touch_part};
 use ridgetone_proto::settings::{Declared, Settings};
 use ridgetone_proto::telemetry::{Event, Packet};
@@ -48,12 +49,10 @@ impl Fitted {
     }
 }
 
-/// The fit's object as JSON, what to look at, and the fit itself.
-#[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the options of `ridgetone fit`")]
-pub fn fit(
-    py: Python<'_>,
-    samples: &Samples,
+/// Options of `ridgetone fit`, from a `dict` with these keys.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Options {
     rate_hz: Option<f64>,
     from_s: Option<f64>,
     to_s: Option<f64>,
@@ -69,48 +68,77 @@ pub fn fit(
     max_hz: Option<f64>,
     exclude: Vec<String>,
     moving_speed: bool,
-) -> PyResult<(String, Vec<String>, Fitted)> {
-    let column = |quantity, text: Option<String>| {
-        text.map(|text| Column::parse(quantity, &text))
-            .transpose()
-            .map_err(crate::UsageError::new_err)
-    };
-    let position = column(Quantity::Position, position_column)?;
-    let column = position
-        .map(|column| column.with_mm_per_count(mm_per_count))
-        .or(column(Quantity::Speed, speed_column)?);
-    let mut declared = Declared {
-        moving_speed,
-        ..Declared::DEFAULT
-    };
-    for what in &exclude {
-        let what = Exclude::named(what).map_err(|why| raised(why.into()))?;
-        what.leave_out(&mut declared);
+}
+
+impl Options {
+    /// Column of positions or speeds.
+    fn column(&self) -> PyResult<Option<Column>> {
+        let column = |quantity, text: &Option<String>| {
+            text.as_deref()
+                .map(|text| Column::parse(quantity, text))
+                .transpose()
+                .map_err(crate::UsageError::new_err)
+        };
+        let position = column(Quantity::Position, &self.position_column)?;
+        let position = position.map(|column| column.with_mm_per_count(self.mm_per_count));
+        Ok(position.or(column(Quantity::Speed, &self.speed_column)?))
     }
-    let selection = Selection {
-        declared,
-        rate_hz,
-        from_s,
-        to_s,
-        columns,
-        harmonics,
-        position: column.clone().filter(|_| positions.is_none()),
-        alignment: None,
-        interferer_hz: mains_hz,
-        band: Band::new(min_hz, max_hz).map_err(|why| raised(why.into()))?,
-    };
+
+    fn selection(&self, column: Option<Column>) -> PyResult<Selection> {
+        let mut declared = Declared {
+            moving_speed: self.moving_speed,
+            ..Declared::DEFAULT
+        };
+        for what in &self.exclude {
+            let what = Exclude::named(what).map_err(|why| raised(why.into()))?;
+            what.leave_out(&mut declared);
+        }
+        Ok(Selection {
+            declared,
+            rate_hz: self.rate_hz,
+            from_s: self.from_s,
+            to_s: self.to_s,
+            columns: self.columns.clone(),
+            harmonics: self.harmonics,
+            position: column.filter(|_| self.positions.is_none()),
+            alignment: None,
+            interferer_hz: self.mains_hz,
+            band: Band::new(self.min_hz, self.max_hz).map_err(|why| raised(why.into()))?,
+        })
+    }
+}
+
+/// Samples with the positions of a robot's file, if there is one, and the part to fit.
+fn joined(
+    samples: &samples::Samples,
+    positions: Option<PathBuf>,
+    column: Option<Column>,
+    selection: Selection,
+) -> Result<(samples::Samples, Selection)> {
+    match positions {
+        Some(path) => PositionFile {
+            path,
+            column,
+            time: None,
+        }
+        .join(samples, &selection),
+        None => Ok((samples.clone(), selection)),
+    }
+}
+
+/// The fit's object as JSON, remarks, and the fit itself.
+#[pyfunction]
+pub fn fit(
+    py: Python<'_>,
+    samples: &Samples,
+    options: Options,
+) -> PyResult<(String, Vec<String>, Fitted)> {
+    let column = options.column()?;
+    let selection = options.selection(column.clone())?;
     let run = || -> Result<_> {
         // An array is what somebody has chosen.
-        let is_whole = whole || samples.0.path().is_none();
-        let (samples, selection) = match positions {
-            Some(path) => PositionFile {
-                path,
-                column,
-                time: None,
-            }
-            .join(&samples.0, &selection)?,
-            None => (samples.0.clone(), selection),
-        };
+        let is_whole = options.whole || samples.0.path().is_none();
+        let (samples, selection) = joined(&samples.0, options.positions, column, selection)?;
         let fit = touch_part::fit(&samples, &selection, is_whole, &mut |_| {})?;
         let remarks = named(samples.name(), fit.guessed.as_ref())
             .chain(fit.warning(&selection))
@@ -123,6 +151,47 @@ pub fn fit(
             fit,
         };
         Ok((json, remarks, fitted))
+    };
+    py.detach(run).map_err(raised)
+}
+
+/// Fits of windows, one after the other: the time of each window's first row, with its JSON or the
+/// reason why it has no fit.
+#[pyfunction]
+pub fn fit_windows(
+    py: Python<'_>,
+    samples: &Samples,
+    options: Options,
+    window_s: f64,
+    stride_s: f64,
+) -> PyResult<Vec<(f64, Option<String>, String)>> {
+    let column = options.column()?;
+    let selection = options.selection(column.clone())?;
+    let run = || -> Result<_> {
+        let (samples, selection) = joined(&samples.0, options.positions, column, selection)?;
+        let mut fits = Vec::new();
+        let mut take = |window: Window| {
+            fits.push(match window.fit {
+                Ok(fit) => {
+                    let json = fit_report::json(samples.name(), &fit)?;
+                    (window.from_s, Some(json), String::new())
+                }
+                Err(why) => (window.from_s, None, of_python(&format!("{why:#}"))),
+            });
+            if (fits.len() as u64).is_multiple_of(SIGNALS_EVERY) {
+                Python::attach(|py| py.check_signals())?;
+            }
+            Ok(())
+        };
+        let steps = Steps { window_s, stride_s };
+        windows::fit(
+            &mut *samples.open()?,
+            &selection,
+            steps,
+            &mut take,
+            &mut |_| {},
+        )?;
+        Ok(fits)
     };
     py.detach(run).map_err(raised)
 }

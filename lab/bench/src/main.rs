@@ -1,12 +1,15 @@
 //! Runs the bench image on the emulator and prints its table: `ridgetone-bench bench-image.elf`. With
 //! the Feather's image behind it, it compares the default scene with what is flashed, over the demo's
-//! touch. With `--words` it prints the bits of the results instead, for `qemu.py`.
+//! touch, and measures load and latency of the scan plans; `--json FILE` keeps all of it for
+//! `lab/trade.py`. With `--words` it prints the bits of the results instead, for `qemu.py`.
 
 mod layout;
+mod plans;
 
 use hal_mock::{Constant, Sliding, SlidingScene};
 use layout::{FRAMES, ROWS, SCENES, WORDS};
 use ridgetone_emulator::{Board, Emulator, Image, Start, Until};
+use serde_json::{Value, json};
 use std::error::Error;
 use std::path::Path;
 
@@ -37,10 +40,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         return Ok(());
     }
-    let (bench, flashed) = match &*arguments {
-        [bench] => (bench, None),
-        [bench, flashed] => (bench, Some(flashed)),
-        _ => return Err("ridgetone-bench BENCH.elf [FEATHER.elf | --words]".into()),
+    let (bench, flashed, file) = match &*arguments {
+        [bench] => (bench, None, None),
+        [bench, flashed] => (bench, Some(flashed), None),
+        [bench, flashed, option, file] if option == "--json" => (bench, Some(flashed), Some(file)),
+        _ => return Err("ridgetone-bench BENCH.elf [FEATHER.elf [--json FILE] | --words]".into()),
     };
     let rows = run(Path::new(bench))?;
     println!("instructions, thousands: untracked / tracked; error of the untracked one, sigma");
@@ -84,7 +88,44 @@ fn main() -> Result<(), Box<dyn Error>> {
         let whole = |row: usize| rows.get(row).map_or(0, |row| row.instructions / 1000);
         println!("here: {} untracked, {} tracked", whole(4), whole(5));
     }
+    if let Some((file, flashed)) = file.zip(flashed) {
+        let plans = plans::measure(&Image::read(Path::new(flashed))?, FIT_IRQ)?;
+        std::fs::write(file, json(&rows, plans)? + "\n")?;
+    }
     Ok(())
+}
+
+/// Instructions by scene or method and window, and the plans, a row a line.
+fn json(rows: &[Row], plans: Vec<Value>) -> serde_json::Result<String> {
+    let mut lines = Vec::new();
+    let fits = rows.chunks(2 * FRAMES.len());
+    for ((scene, _), own) in SCENES.iter().zip(fits) {
+        for (frames, pair) in FRAMES.iter().zip(own.chunks(2)) {
+            let [untracked, tracked] = [&pair[0], &pair[1]].map(|row| row.instructions);
+            let cell = json!({"untracked": untracked, "tracked": tracked});
+            lines.push(format!(
+                "{}: {cell}",
+                json!(format!("{scene}/{frames} frames"))
+            ));
+        }
+    }
+    let others = rows.get(2 * FRAMES.len() * SCENES.len()..);
+    let others = others.unwrap_or_default().chunks(FRAMES.len());
+    for (name, own) in ["Hann FFT", "IEEE 1057"].iter().zip(others) {
+        for (frames, row) in FRAMES.iter().zip(own) {
+            let cell = json!({"untracked": row.instructions});
+            lines.push(format!(
+                "{}: {cell}",
+                json!(format!("{name}/{frames} frames"))
+            ));
+        }
+    }
+    let plans: serde_json::Result<Vec<String>> = plans.iter().map(serde_json::to_string).collect();
+    Ok(format!(
+        "{{\n\"detail\": {{\n\"cells\": {{\n{}\n}},\n\"plans\": [\n{}\n]\n}}\n}}",
+        lines.join(",\n"),
+        plans?.join(",\n")
+    ))
 }
 
 /// All rows of the image.

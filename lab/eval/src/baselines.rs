@@ -11,12 +11,8 @@
 //! | [`periodogram`] | Rife and Boorstyn 1974 |
 //! | [`ieee1057`] | IEEE Std 1057; Haendel 2000 |
 //! | [`oddo2009`] | Oddo et al. 2009, the paper that Ridgetone follows |
-//!
-//! One more is for the PC alone, in f64, and gives an uncertainty too: `nls`, harmonic nonlinear
-//! least squares.
 
 pub mod ieee1057;
-pub mod nls;
 pub mod oddo2009;
 pub mod periodogram;
 mod rotation;

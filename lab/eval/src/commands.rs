@@ -2,25 +2,21 @@
 
 use crate::board::{self, BoardArgs};
 use crate::faults::{self, FaultsArgs};
-use crate::noise::{self, NoiseArgs};
 use crate::page::{self, Figures, Tables};
 use crate::real::{self, RealArgs};
 use crate::reproduce;
 use crate::reproduce::results::Reproduction;
 use crate::reproduce::taken::Place;
 use crate::touch::{self, TouchArgs};
-use crate::trade;
-use crate::trade::results::Trade;
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 use ridgetone_host::cli::firmware::FirmwareOptions;
 use ridgetone_host::emulator::Options;
-use ridgetone_host::output;
 use ridgetone_host::usage::UsageError;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Proves Ridgetone: the cost and accuracy of each choice, the paper's experiment, injected faults.
+/// Proves Ridgetone: the paper's experiment, touches, recordings, injected faults.
 #[derive(Debug, Parser)]
 #[command(name = "ridgetone-eval", version, max_term_width = 100)]
 struct Cli {
@@ -32,12 +28,8 @@ struct Cli {
 enum Command {
     /// Repeat the paper's experiment on the physical finger, figure for figure beside its own.
     Reproduce(ReproduceArgs),
-    /// Measure the accuracy of each choice, and of the scan plans and converters.
-    Bench(BenchArgs),
     /// Measure start, load, interrupts and jitter of the boards' images on the register model.
     Board(BoardArgs),
-    /// Fit windows whose noise is not white, that hold no tone, or a tone and something else.
-    Noise(NoiseArgs),
     /// Fit recordings of real touch whose frequency is known, and some without a grating.
     Real(RealArgs),
     /// Look for contacts, slides and releases in traces with known times.
@@ -81,70 +73,8 @@ struct ReproduceArgs {
     wavelengths: bool,
 }
 
-#[derive(Debug, Args)]
-struct BenchArgs {
-    /// Fewer windows, for a look.
-    #[arg(long)]
-    quick: bool,
-    /// Write trade.json, scene.json and their pages into a folder, with the instructions that are
-    /// there. `cargo xtask counts` counts them anew.
-    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", conflicts_with = "quick")]
-    write: Option<PathBuf>,
-    /// Measure the scan plans instead: accuracy here, load and latency on the register model.
-    /// Writes them into trade.json and trade.md in a folder. Takes three minutes.
-    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", exclusive = true)]
-    plans: Option<PathBuf>,
-    /// Measure the STM32's own converter beside the ADS1258 instead. Writes them into trade.json and
-    /// trade.md in a folder. Takes two minutes.
-    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", exclusive = true)]
-    converters: Option<PathBuf>,
-    /// Print one JSON object.
-    #[arg(long)]
-    json: bool,
-}
-
-fn run_bench(args: &BenchArgs) -> Result<()> {
-    if let Some(folder) = &args.plans {
-        let plans = trade::plans::measure(trade::plans::WINDOWS, true)?;
-        return trade::write(
-            Trade {
-                plans,
-                ..trade::load(folder)?
-            },
-            folder,
-        );
-    }
-    if let Some(folder) = &args.converters {
-        let converters = trade::converters::measure(trade::converters::WINDOWS)?;
-        return trade::write(
-            Trade {
-                converters,
-                ..trade::load(folder)?
-            },
-            folder,
-        );
-    }
-    let effort = if args.quick {
-        trade::QUICK
-    } else {
-        trade::FULL
-    };
-    let Some(folder) = &args.write else {
-        let trade = trade::measure(effort, Trade::default())?;
-        if args.json {
-            return output::line(&serde_json::to_string(&trade)?);
-        }
-        return page::print(&trade::figures(trade).tables);
-    };
-    let scenes = trade::scenes::measure(trade::scenes::load(folder)?)?;
-    trade::scenes::write(scenes, folder)?;
-    trade::write(trade::measure(effort, trade::load(folder)?)?, folder)
-}
-
 /// Makes the tables and pictures of a folder again; what is not measured there is left out.
 fn make_pages(folder: &Path) -> Result<()> {
-    trade::write(trade::load(folder)?, folder)?;
-    noise::write(noise::load(folder)?, folder)?;
     touch::write(touch::load(folder)?, folder)?;
     let papers = page::load::<Reproduction>(folder, reproduce::TOPIC)?;
     reproduce::write(papers.detail, folder)?;
@@ -181,9 +111,7 @@ fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
 pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Reproduce(args) => run_reproduce(&args),
-        Command::Bench(args) => run_bench(&args),
         Command::Board(args) => board::run(&args),
-        Command::Noise(args) => noise::run(&args),
         Command::Real(args) => real::run(&args),
         Command::Pages {
             folder,

@@ -3,12 +3,10 @@
 //! | what | where |
 //! |---|---|
 //! | the estimators that one would otherwise pick | [`baselines`] |
-//! | the bound that no unbiased estimator can beat | `bound` |
-//! | many estimates against the truth and the bound | `accuracy` |
-//! | simulated windows with their truth | `simulated`, `setting` |
-//! | cost beside accuracy | `trade` |
+//! | information about a frequency | `bound` |
+//! | the simulated converter | `simulated` |
 //! | the boards' images on the register model | `board` |
-//! | noise that is not white, and what is no tone | `noise` |
+//! | noise of sixteen channels | `noise` |
 //! | recordings of real touch | `real` |
 //! | touches against their truth | `touch` |
 //! | the paper's experiment | `reproduce` |
@@ -23,7 +21,6 @@ pub mod baselines;
 
 pub use commands::main;
 
-mod accuracy;
 mod board;
 mod bound;
 mod commands;
@@ -34,10 +31,8 @@ mod page;
 mod parallel;
 mod real;
 mod reproduce;
-mod setting;
 mod simulated;
 mod touch;
-mod trade;
 
 #[cfg(test)]
 mod tests;

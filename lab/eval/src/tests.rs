@@ -2,14 +2,11 @@
 //! give.
 
 mod board;
-mod bound;
 mod emulated_faults;
 mod faults;
 mod methods;
-mod nls;
 pub mod pages;
 mod reproduction;
-mod trade;
 
 pub fn from_root(path: &str) -> std::path::PathBuf {
     std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR"))

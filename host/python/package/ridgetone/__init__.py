@@ -11,7 +11,7 @@ import json
 import warnings
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from typing import Any
+from typing import Any, Unpack, overload
 
 import numpy.typing as npt
 
@@ -23,10 +23,11 @@ from ._live import Live, live
 from ._objects import Object, Settings, load
 from ._recording import Path, Recording, Samples, Times, native, read
 from ._show import Picture
+from ._windows import Fits, Options, arrays
 from ._ridgetone import Error, UsageError, __version__
 
 __all__ = _events.__all__ + [
-    "Conversion", "Error", "Felt", "Live", "Object", "Picture", "Recording", "Settings", "UsageError", "__version__", "feel", "fit", "live", "picture", "read",
+    "Conversion", "Error", "Felt", "Fits", "Live", "Object", "Picture", "Recording", "Settings", "UsageError", "__version__", "feel", "fit", "live", "picture", "read",
     "replay", "settings", "volts_per_um",
 ]  # fmt: skip
 
@@ -35,10 +36,20 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
+@overload
+def fit(
+    samples: Samples, rate_hz: float | None = None, *, window_s: None = None, stride_s: None = None, **options: Unpack[Options]
+) -> Fit: ...
+@overload
+def fit(
+    samples: Samples, rate_hz: float | None = None, *, window_s: float, stride_s: float | None = None, **options: Unpack[Options]
+) -> Fits: ...
 def fit(
     samples: Samples,
     rate_hz: float | None = None,
     *,
+    window_s: float | None = None,
+    stride_s: float | None = None,
     time_s: npt.ArrayLike | None = None,
     names: list[str] | None = None,
     from_s: float | None = None,
@@ -58,29 +69,78 @@ def fit(
     max_hz: float | None = None,
     exclude: str | Sequence[str] = (),
     moving_speed: bool = False,
-) -> Fit:
-    """Fits all channels with one common frequency, as `ridgetone fit` does.
-
-    `samples` is an array with a row for each sample and a column for each channel, in any unit; NaN and masked values are
-    missing readings. It may also be a data frame, a `Recording` or a file; of a file the slide of a touch is fitted, if there is
-    one, unless `whole`. Give `rate_hz`, in hertz, or `time_s`, a time for each row in seconds or as dates, evenly spaced or not.
-    A data frame may have them: as its column `time_s`, a column or an index of dates, or `time_column`, which is `NAME`,
-    `NAME:UNIT` with s, ms, us or ns, or `none`, as for files.
-
-    `speed_mm_s` or `position_mm`, a value for each row, fit by position: cycles per mm at any speed. `speed_column` and
-    `position_column` name columns that have them. `positions` is a file of a robot's positions or speeds for the raw frames of a
-    recording, as for `ridgetone fit --positions`; the two names are then of its columns. `min_hz` and `max_hz` bound the frequency. `picture` draws the result.
-    `exclude` names what the recording does not contain: one, or several, of `overtones`, `curved_baseline`, `coloured_noise`,
-    `shared_noise`, `impulses` and `all`, which is the lean scene: a single sine in white noise; `moving_speed` says that the speed changes as likely as not.
+) -> Fit | Fits:
+    """Fit all channels with one common frequency, as `ridgetone fit` does.
 
     An array of float32 or float64 is not copied, whatever its strides; others are converted to float64. Do not write to it
     from another thread meanwhile: the interpreter's lock is released.
 
+    Parameters
+    ----------
+    samples : array, data frame, Recording or path
+        A row for each sample and a column for each channel, in any unit; NaN and masked values are missing readings. Of a file
+        the slide of a touch is fitted, if there is one.
+    rate_hz : float, optional
+        Rows a second, Hz.
+    window_s, stride_s : float, optional
+        Fit windows of this length, one every `stride_s`, s; by default one after the other. The whole recording is used.
+    time_s : array, optional
+        A time for each row, in seconds or as dates, evenly spaced or not.
+    names : list of str, optional
+        Names of an array's columns.
+    from_s, to_s : float, optional
+        First and last time to use, s.
+    columns : list of str, optional
+        Columns to fit; all by default, at most 16.
+    time_column : str, optional
+        Column of the time in a file or a data frame: `NAME`, `NAME:UNIT` with s, ms, us or ns, or `none`.
+    harmonics : int, optional
+        Most harmonics, the fundamental included, 1 to 5; 5 by default.
+    mains_hz : float, optional
+        Frequency of an interferer in all channels, such as mains hum, Hz.
+    speed_mm_s, position_mm : array, optional
+        A value for each row: fits by position, in cycles per mm at any speed.
+    speed_column, position_column : str, optional
+        Names of columns that have them.
+    positions : path, optional
+        A robot's positions or speeds for the raw frames of a recording, as for `ridgetone fit --positions`; the two names are
+        then of its columns.
+    whole : bool
+        Fit all of a file, not the slide alone.
+    mm_per_count : float, optional
+        Step of positions that are counts, mm.
+    min_hz, max_hz : float, optional
+        Bounds of the frequency, Hz.
+    exclude : str or sequence of str
+        Effects that the recording does not contain: `overtones`, `curved_baseline`, `coloured_noise`, `shared_noise`, `impulses`,
+        or `all`, the lean scene: a single sine in white noise. The fit is then faster, but biased if they are present.
+    moving_speed : bool
+        Whether the speed changes as likely as not.
+
+    Returns
+    -------
+    Fit
+        The fit; `picture` draws it.
+    Fits
+        With `window_s`: arrays with one row a window.
+
+    Raises
+    ------
+    UsageError
+        Where arguments do not go together, or make no sense.
+    Error
+        Where the samples cannot be fitted. A window that cannot has the status `no_fit`.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> t = np.arange(1000) / 250
     >>> found = fit(np.c_[np.sin(50 * t), 3 * np.cos(50 * t) + 1], rate_hz=250)
     >>> found.status, round(found.frequency_hz, 3)
     ('good', 7.958)
+    >>> fits = fit(np.c_[np.sin(50 * t), 3 * np.cos(50 * t) + 1], rate_hz=250, window_s=1, stride_s=0.5)
+    >>> fits.frequency_hz.round(3)
+    array([7.958, 7.958, 7.958, 7.958, 7.958, 7.958, 7.958])
     """
     by = {
         "speed_mm_s": speed_mm_s,
@@ -96,24 +156,28 @@ def fit(
     elif speed_mm_s is not None:
         beside, speed_column = ("speed_mm_s", speed_mm_s), "speed_mm_s:mm/s"
     given = native(samples, Times(time_s, time_column, rate_hz), names, beside)
-    text, remarks, fitted = _ridgetone.fit(
-        given,
-        rate_hz,
-        from_s,
-        to_s,
-        columns or [],
-        harmonics,
-        mains_hz,
-        speed_column,
-        position_column,
-        positions,
-        whole,
-        mm_per_count,
-        min_hz,
-        max_hz,
-        [exclude] if isinstance(exclude, str) else list(exclude),
-        moving_speed,
-    )
+    options: dict[str, object] = {
+        "rate_hz": rate_hz,
+        "from_s": from_s,
+        "to_s": to_s,
+        "columns": columns or [],
+        "harmonics": harmonics,
+        "mains_hz": mains_hz,
+        "speed_column": speed_column,
+        "position_column": position_column,
+        "positions": positions,
+        "whole": whole,
+        "mm_per_count": mm_per_count,
+        "min_hz": min_hz,
+        "max_hz": max_hz,
+        "exclude": [exclude] if isinstance(exclude, str) else list(exclude),
+        "moving_speed": moving_speed,
+    }
+    if window_s is not None:
+        return arrays(_ridgetone.fit_windows(given, options, window_s, window_s if stride_s is None else stride_s))
+    if stride_s is not None:
+        raise UsageError("stride_s is for windows: give window_s, too")
+    text, remarks, fitted = _ridgetone.fit(given, options)
     _warn(remarks)
     found = load(Fit, text)
     vars(found)["_fitted"] = fitted

@@ -42,24 +42,10 @@ class Board:
     def counts(self) -> tuple[int, int, int]: ...
     def close(self) -> None: ...
 
-def fit(
-    samples: Samples,
-    rate_hz: float | None,
-    from_s: float | None,
-    to_s: float | None,
-    columns: list[str],
-    harmonics: int | None,
-    mains_hz: float | None,
-    speed_column: str | None,
-    position_column: str | None,
-    positions: str | PathLike[str] | None,
-    whole: bool,
-    mm_per_count: float | None,
-    min_hz: float | None,
-    max_hz: float | None,
-    exclude: list[str],
-    moving_speed: bool,
-) -> tuple[str, list[str], Fitted]: ...
+def fit(samples: Samples, options: dict[str, object]) -> tuple[str, list[str], Fitted]: ...
+def fit_windows(
+    samples: Samples, options: dict[str, object], window_s: float, stride_s: float
+) -> list[tuple[float, str | None, str]]: ...
 def feel(
     spectra_um: npt.NDArray[np.float32], measured_s: float, sigma_fraction: float, m: tuple[float, float] | None
 ) -> list[tuple[str, tuple[float, float] | None, str | None]]: ...

@@ -4,10 +4,9 @@
 use super::paper::{DELAY_S, LENGTH_MM, SPIKE_BEFORE_S};
 use super::taken::Taken;
 use crate::baselines::{Method, Scratch};
-use crate::trade::contender::fit;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_tone::Status;
+use ridgetone_tone::{Fitter, FrameSpan, Scene, Status, Table};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -115,7 +114,15 @@ pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64
         .iter()
         .map(|codes| std::array::from_fn(|taxel| codes[taxel] - zero[taxel]))
         .collect();
-    let fit = fit(&values, Settings::DEFAULT.harmonics, u16::MAX)?;
+    let valid = vec![u16::MAX; values.len()];
+    let mut table = Table {
+        values: &values,
+        valid: &valid,
+    };
+    let mut span = FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0);
+    let scene = Scene::with_harmonics(Settings::DEFAULT.harmonics);
+    let fit = Fitter::new().fit(&mut span, &scene);
+    let fit = fit.context("a table loses no frames")?;
     // The stimulator's speed has a ripple: the mean counts.
     let single = matches!(fit.status, Status::Good | Status::Unsteady);
     Ok(single.then(|| {

@@ -4,21 +4,11 @@ use super::{from_root, read};
 use crate::page::{self, Figures, Tables, filled};
 use crate::reproduce::results::Reproduction;
 use crate::reproduce::{self, okamoto};
-use crate::trade::scenes;
-use crate::{noise, touch, trade};
+use crate::touch;
 use std::path::PathBuf;
 
 /// Topics, each a page and its figures.
-const TOPICS: [&str; 8] = [
-    "boards",
-    "faults",
-    "noise",
-    "papers",
-    "papers-runs",
-    "scene",
-    "touch",
-    "trade",
-];
+const TOPICS: [&str; 5] = ["boards", "faults", "papers", "papers-runs", "touch"];
 
 fn results() -> PathBuf {
     from_root("docs/results")
@@ -47,19 +37,10 @@ fn every_page_is_what_its_figures_give() {
 #[test]
 fn the_tables_and_pictures_are_what_was_measured() {
     let folder = results();
-    let trade = trade::figures(trade::load(&folder).expect("the data"));
-    let scene = scenes::figures(scenes::load(&folder).expect("the data"));
-    let noise = noise::figures(noise::load(&folder).expect("rows"));
     let touch = touch::figures(touch::load(&folder).expect("rows"));
     let papers: Figures<Reproduction> = page::load(&folder, reproduce::TOPIC).expect("figures");
     let oddo = reproduce::figures(papers.detail.clone(), papers.clone());
-    for (topic, expected) in [
-        ("trade", &trade.tables),
-        ("scene", &scene.tables),
-        ("noise", &noise.tables),
-        ("touch", &touch.tables),
-        ("papers-runs", &oddo.tables),
-    ] {
+    for (topic, expected) in [("touch", &touch.tables), ("papers-runs", &oddo.tables)] {
         assert!(
             tables(topic) == *expected,
             "{topic}: run `cargo run -p ridgetone-eval -- pages`"
@@ -67,8 +48,6 @@ fn the_tables_and_pictures_are_what_was_measured() {
     }
     let wavelengths = &papers.tables["okamoto_wavelengths"];
     for (name, expected) in [
-        ("trade", trade::picture(&trade.detail)),
-        ("noise", noise::picture(&noise.detail)),
         ("papers", reproduce::picture(&papers.detail)),
         ("papers-wavelengths", okamoto::tables::picture(wavelengths)),
     ] {

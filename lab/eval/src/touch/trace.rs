@@ -1,7 +1,7 @@
 //! A touch as the chip converts it, and what a detector should report of it.
 
 use crate::draw::Draw;
-use crate::noise::process::{self, Noise};
+use crate::noise::process::pink_frames;
 use crate::simulated::CODE_V;
 use anyhow::Result;
 use hal_mock::{Finger, Scene, Sliding, SlidingScene, Stimulator};
@@ -153,7 +153,7 @@ impl Trace {
         };
         let frames = ((times.end_s - from_s) * rate_hz) as u32;
         let pink = if recipe.pink {
-            process::frames(Noise::Pink, frames as usize, rate_hz, &mut draw).0
+            pink_frames(frames as usize, rate_hz, &mut draw)
         } else {
             Vec::new()
         };

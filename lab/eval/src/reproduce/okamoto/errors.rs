@@ -3,7 +3,6 @@
 use super::motion::{Motion, SETTLES_S};
 use super::paper::{CYCLES, WINDOW_S};
 use super::run::{Answer, FELT_LATE_S, Slid, conversion_s};
-use crate::accuracy::NINETY_FIVE;
 use crate::bound::{Clue, orthonormal};
 use crate::simulated::converter_noise_v;
 use anyhow::{Context, Result};
@@ -13,6 +12,8 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Span, Status};
 use std::f64::consts::TAU;
 
+/// Normal deviate that is exceeded in 5 % of all cases, either sign.
+const NINETY_FIVE: f64 = 1.959_964;
 /// What amplitudes are taken from: away from the slide's ends and from turns, where friction builds
 /// up by millivolts.
 const SETTLED_S: f64 = 0.03;
