@@ -206,7 +206,8 @@ def main():
     if given.short:
         print("\n".join(pages.markdown(one) for one in tables.values()))
     else:
-        pages.save("real-touch", tables, {"right": share(right), "covered": share(covered)})
+        values = {"right": share(right), "covered": share(covered), "cloth_good_percent": round(100 * sum(cloth) / len(cloth))}
+        pages.save("real-touch", tables, values)
     return 0
 
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import ridgetone as rt
-from scipy.optimize import least_squares as descend
+from scipy.optimize import minimize_scalar
 
 from steps import span
 
@@ -65,17 +65,18 @@ def highest_line(signals):
 def joint_fit(signals):
     """Equations 7 to 9: one frequency, and an offset and a sine for each column; cycles per row. The linear unknowns are solved
     at each frequency, so that the minimum over one number is that over all seven."""
-    n = np.arange(len(signals)) - (len(signals) - 1) / 2
+    n, centred = np.arange(len(signals)) - (len(signals) - 1) / 2, signals - signals.mean(0)
 
     def left(cycles):
-        angles = 2 * np.pi * cycles[0] * n
-        q, _ = np.linalg.qr(np.stack([np.ones(len(n)), np.cos(angles), np.sin(angles)], axis=1))
-        return (signals - q @ (q.T @ signals)).ravel()
+        angles = 2 * np.pi * cycles * n
+        basis = np.stack([np.ones(len(n)), np.cos(angles), np.sin(angles)])
+        along = basis @ centred
+        return -(along * np.linalg.solve(basis @ basis.T, along)).sum()
 
-    power = np.square(np.abs(np.fft.rfft(signals - signals.mean(0), axis=0))).sum(1)
+    power = np.square(np.abs(np.fft.rfft(centred, axis=0))).sum(1)
     grid = (1 + power[1:].argmax() + np.linspace(-0.75, 0.75, 7)) / len(n)
-    start = min(grid, key=lambda cycles: np.square(left([cycles])).sum())
-    return descend(left, [start], x_scale=0.05 / len(n), xtol=1e-10).x[0]
+    start, step = min(grid, key=left), 0.25 / len(n)
+    return minimize_scalar(left, bounds=(start - step, start + step), method="bounded", options={"xatol": 1e-6 * step}).x
 
 
 def all_channels(values):

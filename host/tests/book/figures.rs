@@ -171,20 +171,7 @@ fn values() -> BTreeMap<String, String> {
     let of_hand = 100.0 * load("`paper`") / load("`hand`");
     give("plans.load", format!("{of_hand:.0}"));
 
-    // The load is that of the slower of the two boards.
-    let boards = Table::load("boards", "boards");
-    for (name, phase) in [("rest", "at rest"), ("sliding", "sliding, with fits")] {
-        let begins = format!("load {phase}, 5064 conversions a second, %");
-        let row = boards
-            .rows
-            .iter()
-            .find(|row| row[0] == *begins)
-            .expect("a row");
-        let loads: Vec<f64> = row[1..].iter().filter_map(Value::as_f64).collect();
-        give(&format!("load.{name}"), max(&loads).round().to_string());
-    }
-
-    // Requirements that are not met, by topic.
+    // Values that a topic has itself, and requirements that are not met.
     for entry in root().join("docs/results").read_dir().expect("the results") {
         let path = entry.expect("an entry").path();
         let topic = path
@@ -196,6 +183,11 @@ fn values() -> BTreeMap<String, String> {
             continue;
         }
         let figures = figures(&topic);
+        let own = figures["values"].as_object().into_iter().flatten();
+        for (name, value) in own {
+            let text = value.as_str().map_or(value.to_string(), str::to_owned);
+            give(&format!("{topic}.{name}"), text);
+        }
         let tables = figures["tables"].as_object().expect("tables").iter();
         let requirements = tables.filter(|(name, _)| *name == "bars" || name.ends_with("_bars"));
         let verdicts: Vec<bool> = requirements
@@ -208,30 +200,6 @@ fn values() -> BTreeMap<String, String> {
             format!("{unmet} of {}", verdicts.len()),
         );
     }
-
-    // Recordings of others have no JSON: their page is written by hand from a run.
-    let real = read(&root().join("docs/results/real.md"));
-    let counts = |name: &str| {
-        let begins = format!("| {name} |");
-        let row = real.lines().find(|line| line.starts_with(&begins));
-        let cell = row.expect("a row").split('|').nth(2).expect("a cell");
-        let (count, of) = cell
-            .trim_matches([' ', '*'])
-            .split_once(" of ")
-            .expect("N of M");
-        [count, of].map(|text| text.parse::<u32>().expect("a number"))
-    };
-    for (name, row) in [
-        ("right", "right within tolerance"),
-        ("covered", "interval holds, of the good"),
-    ] {
-        let [count, of] = counts(row);
-        give(&format!("real.{name}"), count.to_string());
-        give(&format!("real.{name}_of"), of.to_string());
-    }
-    let [good, of] = counts("cloth without a grating, whole and in 1.5 and 3 s: good");
-    let percent = 100.0 * f64::from(good) / f64::from(of);
-    give("real.cloth_good", format!("{percent:.0}"));
     values
 }
 

@@ -103,15 +103,11 @@ impl Bench {
         }
         let greeted_ns = emulator.now_ns();
         let started_ns = emulator.started_ns().ok_or("START never rises")?;
-        let first = emulator.readings().first().ok_or("no conversion is read")?;
+        let readings = emulator.readings();
+        let first_ns = readings.first().ok_or("no conversion is read")?.edge_ns;
         let ms = |ns: u64| ns as f64 * 1e-6;
         let lost = emulator.adc().counters().lost;
-        Ok([
-            ms(started_ns),
-            ms(first.edge_ns),
-            ms(greeted_ns),
-            lost as f64,
-        ])
+        Ok([ms(started_ns), ms(first_ns), ms(greeted_ns), lost as f64])
     }
 
     /// Share of time that the processor is awake in each phase of the demo's touch.

@@ -7,11 +7,7 @@
 //! | many estimates against the truth and the bound | `accuracy` |
 //! | simulated windows with their truth | `simulated`, `setting` |
 //! | cost beside accuracy | `trade` |
-//! | the boards' images on the register model | `board` |
 //! | noise that is not white, and what is no tone | `noise` |
-//! | recordings of real touch | `real` |
-//! | touches against their truth | `touch` |
-//! | the paper's experiment | `reproduce` |
 //! | injected faults | `faults` |
 #![forbid(unsafe_code)]
 // Nobody publishes it: a field whose name and unit say all has no doc.
@@ -24,7 +20,6 @@ pub mod baselines;
 pub use commands::main;
 
 mod accuracy;
-mod board;
 mod bound;
 mod commands;
 mod draw;
@@ -32,11 +27,8 @@ mod faults;
 mod noise;
 mod page;
 mod parallel;
-mod real;
-mod reproduce;
 mod setting;
 mod simulated;
-mod touch;
 mod trade;
 
 #[cfg(test)]

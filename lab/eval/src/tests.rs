@@ -1,14 +1,12 @@
 //! Tests of several modules together, and that the pages in `docs/results` are what their figures
 //! give.
 
-mod board;
 mod bound;
 mod emulated_faults;
 mod faults;
 mod methods;
 mod nls;
 pub mod pages;
-mod reproduction;
 mod trade;
 
 pub fn from_root(path: &str) -> std::path::PathBuf {

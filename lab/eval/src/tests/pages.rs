@@ -1,24 +1,13 @@
 //! That the pages and pictures in `docs/results` are what their figures give.
 
 use super::{from_root, read};
-use crate::page::{self, Figures, Tables, filled};
-use crate::reproduce::results::Reproduction;
-use crate::reproduce::{self, okamoto};
+use crate::page::{self, Tables, filled};
 use crate::trade::scenes;
-use crate::{noise, touch, trade};
+use crate::{noise, trade};
 use std::path::PathBuf;
 
 /// Topics, each a page and its figures.
-const TOPICS: [&str; 8] = [
-    "boards",
-    "faults",
-    "noise",
-    "papers",
-    "papers-runs",
-    "scene",
-    "touch",
-    "trade",
-];
+const TOPICS: [&str; 4] = ["faults", "noise", "scene", "trade"];
 
 fn results() -> PathBuf {
     from_root("docs/results")
@@ -50,27 +39,19 @@ fn the_tables_and_pictures_are_what_was_measured() {
     let trade = trade::figures(trade::load(&folder).expect("the data"));
     let scene = scenes::figures(scenes::load(&folder).expect("the data"));
     let noise = noise::figures(noise::load(&folder).expect("rows"));
-    let touch = touch::figures(touch::load(&folder).expect("rows"));
-    let papers: Figures<Reproduction> = page::load(&folder, reproduce::TOPIC).expect("figures");
-    let oddo = reproduce::figures(papers.detail.clone(), papers.clone());
     for (topic, expected) in [
         ("trade", &trade.tables),
         ("scene", &scene.tables),
         ("noise", &noise.tables),
-        ("touch", &touch.tables),
-        ("papers-runs", &oddo.tables),
     ] {
         assert!(
             tables(topic) == *expected,
             "{topic}: run `cargo run -p ridgetone-eval -- pages`"
         );
     }
-    let wavelengths = &papers.tables["okamoto_wavelengths"];
     for (name, expected) in [
         ("trade", trade::picture(&trade.detail)),
         ("noise", noise::picture(&noise.detail)),
-        ("papers", reproduce::picture(&papers.detail)),
-        ("papers-wavelengths", okamoto::tables::picture(wavelengths)),
     ] {
         let path = format!("docs/results/{name}.svg");
         assert!(

@@ -3,13 +3,16 @@
 use super::accuracy::{TONES_HZ, scene};
 use super::{Choice, OnBoard};
 use crate::accuracy::rounded;
-use crate::board::{FIT_IRQ, request};
 use crate::trade::units::CLOCK_HZ;
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use hal_mock::{Sliding, SlidingScene};
 use ridgetone_emulator::{Board, Emulator, Image, Start};
-use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::command::{Command, Outcome, REQUEST_WIRE_MAX, Request};
+use ridgetone_proto::framing;
 use ridgetone_proto::telemetry::{Decoder, Event, Span};
+
+/// Interrupt of the task `fit`, on both boards.
+const FIT_IRQ: u16 = 76;
 
 /// How long it is watched, seconds: some windows of each stride.
 const WATCHED_S: f64 = 1.5;
@@ -23,6 +26,14 @@ const STEP_NS: u64 = 10_000;
 /// The image that gets flashed.
 pub fn image() -> Result<Image> {
     Ok(Image::built(Board::FeatherF405)?)
+}
+
+/// A request as it travels.
+fn request(number: u16, command: Command) -> Result<Vec<u8>> {
+    let mut wire = [0; REQUEST_WIRE_MAX];
+    let length = framing::encode(&Request { number, command }, &mut wire)
+        .map_err(|_| anyhow!("a request"))?;
+    Ok(wire[..length].to_vec())
 }
 
 struct Run {
