@@ -28,12 +28,17 @@ def significant(value, digits):
     """A number with so many significant digits; None where there is no number."""
     if value is None or not math.isfinite(value):
         return None
-    return float(f"{value:.{digits}g}")
+    return whole(float(f"{value:.{digits}g}"))
 
 
 def fixed(value, decimals):
     """A number with so many decimals; None where there is no number."""
-    return None if value is None or not math.isfinite(value) else round(float(value), decimals)
+    return None if value is None or not math.isfinite(value) else whole(round(float(value), decimals))
+
+
+def whole(value):
+    """A whole number is written as one."""
+    return int(value) if value == int(value) else value
 
 
 def percent(count, of):
@@ -81,12 +86,10 @@ def shown(cell):
             return "met" if cell else "**not met**"
         case str():
             return cell
-        case int() if abs(cell) >= 10_000:
+        case int():
             return f"{cell:,}"
-        case float() if cell == int(cell) and abs(cell) < 1e15:
-            return shown(int(cell))
         case _:
-            return f"{cell:f}".rstrip("0") if isinstance(cell, float) and abs(cell) < 1e-4 else str(cell)
+            return f"{cell:f}".rstrip("0") if isinstance(cell, float) and 0 < abs(cell) < 1e-4 else str(cell)
 
 
 def markdown(table, columns=()):

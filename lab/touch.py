@@ -1,15 +1,12 @@
 """Contacts, slides and releases in touches with known times: docs/results/touch.md.
 
-    python lab/touch.py                        200 touches a case, several minutes
-    python lab/touch.py --short                10 touches a case; writes nothing
-    python lab/touch.py --group lift --seed 7  one group on other seeds; writes nothing
+    python lab/touch.py            200 touches a case, four minutes of one core
+    python lab/touch.py --short    10 touches a case; writes nothing
 
 Each touch is air, contact, hold, slide, hold, release, air, by `ridgetone.simulate` with random channels. Constants of the detector
 are chosen on other seeds than the page's.
 """
 
-import argparse
-import sys
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +14,7 @@ import ridgetone as rt
 
 import pages
 import windows
+from campaign import Run
 
 PERIOD_MM, RATE_HZ, CHANNELS = 3.6, windows.RATE_HZ, 16
 CONVERTER_V = 4.5e-6
@@ -89,9 +87,8 @@ def cases():
     return [*found, Case("disturbances", "physical finger", physical=True), still(Case("disturbances", ""), "white noise, no slide")]
 
 
-def touch(case, seed):
+def touch(case, rng):
     """Frames of a touch in volts, and its truth in seconds from the first frame."""
-    rng = np.random.default_rng(seed)
     draw = lambda low, high: low * (high / low) ** rng.random()
     hz, slide_s = draw(*case.tone_hz), case.slide_s and draw(*case.slide_s)
     ramp_s = min(draw(*case.ramp_s), slide_s / 2 if slide_s else 0.5)
@@ -150,9 +147,9 @@ def overlap(a, b):
     return max(0.0, min(a[1], b[1]) - max(a[0], b[0]))
 
 
-def judged(case, seed):
+def judged(case, rng):
     """What `replay` reports of a touch, beside its truth."""
-    values, contact_s, slide, release_s = touch(case, seed)
+    values, contact_s, slide, release_s = touch(case, rng)
     # One window a second: the detector is judged here, and `good` where nothing slides.
     settings = {"interferer_hz": 50.0 if case.mains else 0.0, "stride_s": 1.0}
     events = rt.replay(values, rate_hz=RATE_HZ, settings=settings)
@@ -179,58 +176,51 @@ def judged(case, seed):
     return out
 
 
-def row(case, found):
-    """Figures of a case."""
-    count = lambda name: sum(one[name] for one in found)
-    slides, contacts, all_of = count("slide"), count("contact"), len(found)
+COUNTS = ("slide", "slide found", "slide false", "near", "near visible", "contact", "contact found", "contact false", "release found", "good outside")
 
-    def ms(name, at):
+
+def cell(found):
+    """Counts of a case, and quantiles of its errors, ms: 5 %, median, 95 %."""
+    counts = {"touches": len(found)} | {name: int(sum(one[name] for one in found)) for name in COUNTS}
+    for name in ("contact ms", "start ms", "end ms", "release ms"):
         errors = [one[name] for one in found if one.get(name) is not None]
-        return pages.fixed(np.quantile(errors, at), 0) if errors else None
-
-    return [
-        case.group, case.name, pages.percent(count("slide found"), slides), pages.percent(count("slide false"), all_of), ms("start ms", 0.5), ms("end ms", 0.5),
-        pages.percent(count("near"), slides), pages.percent(count("near visible"), slides), pages.percent(count("contact found"), contacts),
-        pages.percent(count("contact false"), all_of), ms("contact ms", 0.5), pages.percent(count("release found"), all_of), ms("release ms", 0.5),
-        pages.percent(count("good outside"), all_of), ms("start ms", 0.05), ms("start ms", 0.95), ms("end ms", 0.05), ms("end ms", 0.95),
-    ]  # fmt: skip
+        counts[name] = [pages.fixed(np.quantile(errors, at), 0) for at in (0.05, 0.5, 0.95)] if errors else None
+    return counts
 
 
-HEADINGS = ("group|case|slide found, %|false slides, %|start, ms|end, ms|both ends within 20 ms, %|within 20 ms of what shows, %|contact found, %|"
-            "false contacts, %|contact, ms|release found, %|release, ms|good outside slides, %|start, 5 %, ms|start, 95 %, ms|end, 5 %, ms|end, 95 %, ms")  # fmt: skip
+FIGURES = {
+    "slide found, %": ("slide found", "slide"), "false slides, %": ("slide false", "touches"), "both ends within 20 ms, %": ("near", "slide"),
+    "within 20 ms of what shows, %": ("near visible", "slide"), "contact found, %": ("contact found", "contact"), "release found, %": ("release found", "touches"),
+    "false contacts, %": ("contact false", "touches"), "good outside slides, %": ("good outside", "touches"),
+}  # fmt: skip
 
 
-def groups(rows):
-    """The worst case of each group."""
-    found = []
-    for group in dict.fromkeys(one[0] for one in rows):
-        own = [one for one in rows if one[0] == group]
-        least = lambda at: min((one[at] for one in own if one[at] is not None), default=None)
-        found.append([group, len(own), least(2), max(one[3] for one in own), least(6), least(7), least(8), least(11)])
-    return pages.table("group|cases|slide found, %|false slides, %|both ends within 20 ms, %|within 20 ms of what shows, %|contact found, %|release found, %", found)
+def tables(cells):
+    """The worst case of each group, and the cases in which ends are badly located."""
+    percents = {name: [pages.percent(of[count], of[all_of]) for count, all_of in FIGURES.values()] for name, of in cells.items()}
+    groups = []
+    for group in dict.fromkeys(name.split("/")[0] for name in cells):
+        own = [row for name, row in percents.items() if name.startswith(f"{group}/")]
+        worst = [(max if "false" in name or "outside" in name else min)((row[at] for row in own if row[at] is not None), default=None) for at, name in enumerate(FIGURES)]
+        groups.append([group, len(own), *worst])
+    median = lambda of: of and of[1]
+    hard = [[name.split("/", 1)[1], *row[:4], median(cells[name]["start ms"]), median(cells[name]["end ms"])] for name, row in percents.items() if row[3] is not None and row[3] < 95]
+    return {
+        "groups": pages.table("|".join(["group", "cases", *FIGURES]), groups),
+        "hard": pages.table("|".join(["case", *list(FIGURES)[:4], "start, median error, ms", "end, median error, ms"]), sorted(hard, key=lambda row: row[4])),
+    }
 
 
 def main():
-    arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    arguments.add_argument("--short", action="store_true", help="10 touches a case; writes nothing")
-    arguments.add_argument("--touches", type=int, default=200, help="touches of each case")
-    arguments.add_argument("--group", help="one group; writes nothing")
-    arguments.add_argument("--seed", type=int, default=30_000, help="first seed")
-    given = arguments.parse_args()
-    chosen = [case for case in cases() if given.group in (None, case.group)]
-    if not chosen:
-        return f"--group {given.group}: choose from {', '.join(dict.fromkeys(case.group for case in cases()))}"
-    touches, rows = 10 if given.short else given.touches, []
-    for number, case in enumerate(chosen):
-        print(f"touch: {number + 1} of {len(chosen)}, {case.name}", file=sys.stderr)
-        rows.append(row(case, [judged(case, [given.seed, number, n]) for n in range(touches)]))
-    if given.short or given.group:
-        print(pages.markdown(pages.table(HEADINGS, rows), range(14)))
-    else:
-        hard = sorted((one for one in rows if one[7] is not None and one[7] < 95), key=lambda one: one[7])
-        pages.save("touch", {"groups": groups(rows), "hard": pages.table(HEADINGS, hard), "cases": pages.table(HEADINGS, rows)}, detail={"touches": touches, "seed": given.seed})
-    return 0
+    run = Run("touch", __doc__, 200, 30_000)
+    cells = {}
+    for case in run.progress(cases()):
+        rng = run.rng(f"{case.group}/{case.name}")
+        cells[f"{case.group}/{case.name}"] = cell([judged(case, rng) for _ in range(run.windows)])
+    if not run.full:
+        print("\n".join(pages.markdown(one) for one in tables(cells).values()))
+    run.finish(cells, tables, lambda _: None)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

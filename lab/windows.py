@@ -4,7 +4,7 @@ Frequencies are in cycles per frame, so a window of `frames` rows is `frames` lo
 rate of 1. Times in seconds are at `RATE_HZ`. Arrays of values are windows by frames by channels.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -160,7 +160,7 @@ def bound(nuisance, slope, x, covariance, gains=None):
 
 @dataclass(frozen=True)
 class Tone:
-    """A tone: cycles in the window (drawn between two numbers, up to 40 Hz), relative amplitudes of the harmonics of which
+    """A tone: cycles in the window (drawn between two numbers, up to 40 Hz if the second is infinite), relative amplitudes of the harmonics of which
     the strongest is 1, power of the strongest over that of the noise, and its speed: `steady`, or `wander` (below 2 Hz) or
     `chirp` over the window by a fraction of the frequency."""
 
@@ -189,14 +189,14 @@ class Windows:
     crb: np.ndarray | None = None
     """Cramer-Rao bound, and the error on the bound for the noise of the window."""
     luck: np.ndarray | None = None
-    options: dict = field(default_factory=dict)
-    """Options of the fit."""
+    slope: np.ndarray | None = None
+    """Derivative of the tone by the frequency, of the simulated finger's windows."""
 
 
 def courses(rng, tone, windows, count):
     """Frequency in each frame, windows by frames."""
     low, high = tone.cycles
-    high = max(min(high, 40 / RATE_HZ * count), low)
+    high = max(high if np.isfinite(high) else 40 / RATE_HZ * count, low)
     middle = (log_uniform(rng, low, high, windows) / count)[:, None] * np.ones(count)
     match tone.speed:
         case "steady":
@@ -303,6 +303,7 @@ def change(rng, out, extra, size, amplitude):
     if extra == "gains":
         x *= 10 ** (4 * np.arange(channels) / (channels - 1) - 2)
     if extra == "rounded":
+        x += rng.uniform(0, size * amplitude, (windows, 1, channels))
         np.round(x / (size * amplitude), out=x)
         x *= size * amplitude
     if extra == "clipped":
@@ -316,10 +317,10 @@ def change(rng, out, extra, size, amplitude):
     x += np.round(rng.uniform(-200, 200, (windows, 1, channels))) * step
 
 
-def limits(out, slope, x, shapes, covariance, tone):
+def limits(out, slope, x, shapes, covariance, tone, t=None):
     """Set the bound of each window, with unknown offset, slope, drift and amplitudes in each channel."""
     windows, count, _ = x.shape
-    t = np.arange(count) - (count - 1) / 2
+    t = np.arange(count) - (count - 1) / 2 if t is None else t
     base = np.column_stack([np.ones(count), t / count])
     harmonics = 1 + np.flatnonzero(tone.harmonics)[-1]
     nuisance = [np.hstack([base, shapes[w], waves(t, out.frequency[w], harmonics)]) for w in range(windows)]
@@ -332,7 +333,7 @@ def limits(out, slope, x, shapes, covariance, tone):
     out.crb, out.luck = np.array(results).T
 
 
-def finger(rng, windows, count, frequency, harmonics=RIDGES, snr_db=20.0, *, period_mm=3.0, channels=CHANNELS):
+def finger(rng, windows, count, frequency, harmonics=RIDGES, snr_db=20.0, *, period_mm=3.0, taxels=range(CHANNELS), noise=1.0):
     """Windows of the simulated finger with random channels: piezoresistors of one unit differ in strength and sign, and units
     2 and 4 lie a pitch further along the motion. `frequency` in cycles per frame; noise `snr_db` below the mean power of the
     fundamental."""
@@ -350,16 +351,30 @@ def finger(rng, windows, count, frequency, harmonics=RIDGES, snr_db=20.0, *, per
     t = np.arange(count) - (count - 1) / 2
     turns = 2 * np.pi * frequency * np.outer(t, order)
     cos, sin, ramp = np.cos(turns), np.sin(turns), 2 * np.pi * np.outer(t, order)
-    x = cos @ a - sin @ b + rng.standard_normal((windows, count, CHANNELS)) + rng.uniform(-500, 500, (windows, 1, CHANNELS))
+    x = cos @ a - sin @ b + noise * rng.standard_normal((windows, count, CHANNELS)) + rng.uniform(-500, 500, (windows, 1, CHANNELS))
     slope = -(ramp * sin) @ a - (ramp * cos) @ b
-    out = Windows(x[:, :, :channels], np.full(windows, frequency))
-    shapes = np.zeros((windows, count, 0))
-    limits(out, slope[:, :, :channels], out.x, shapes, Covariance(white=1.0), Tone(harmonics=tuple(harmonics)))
+    taxels = list(taxels)
+    out = Windows(x[:, :, taxels], np.full(windows, frequency), slope=slope[:, :, taxels])
+    limits(out, out.slope, out.x, np.zeros((windows, count, 0)), Covariance(white=1.0), Tone(harmonics=tuple(harmonics)))
     return out
 
 
-def fits(batch, harmonics=4, channels=None, **options):
+def narrowed(batch, channels, harmonics):
+    """The first channels of windows of the simulated finger, with the bound of these."""
+    out = replace(batch, x=batch.x[:, :, :channels], slope=batch.slope[:, :, :channels])
+    windows, count, _ = out.x.shape
+    limits(out, out.slope, out.x, np.zeros((windows, count, 0)), Covariance(white=1.0), Tone(harmonics=tuple(harmonics)))
+    return out
+
+
+def joined(batches):
+    """Windows of several batches as one."""
+    names = ("x", "frequency", "crb", "luck", "slope")
+    return Windows(**{name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names})
+
+
+def fits(batch, harmonics=4, **options):
     """Ridgetone's fits of a batch, in cycles per frame, from one call of the package."""
     windows, count, width = batch.x.shape
-    rows = batch.x[:, :, : channels or width].reshape(windows * count, -1)
-    return ridgetone.fit(rows, 1.0, window_s=count, harmonics=harmonics, mains_hz=batch.interferer, **{**batch.options, **options})
+    rows = batch.x.reshape(windows * count, width)
+    return ridgetone.fit(rows, 1.0, window_s=count, harmonics=harmonics, mains_hz=batch.interferer, **options)

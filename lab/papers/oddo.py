@@ -284,7 +284,7 @@ def by_lags(steps):
             off.append((100 * abs(whole.spatial_period_mm / period_mm - 1), whole.travel, sigmas))
     honest = all(travel == "uncalibrated" and sigmas < 2 for _, travel, sigmas in defaults)
     right = all(travel == "unique" and off < 0.1 for off, travel, _ in calibrated)
-    steps.add("period without the speed, by lags (section 6)", "-", f"within {max(one[0] for one in calibrated):.2f} % calibrated; else {max(one[0] for one in defaults):.0f} %",
+    steps.add("period without the speed, by lags (section 6)", "-", f"within {max(one[0] for one in calibrated):.3f} % calibrated; else {max(one[0] for one in defaults):.0f} %",
               "`uncalibrated` without calibration, within its sigma", "`replay`, `calibrate`", honest and right)  # fmt: skip
 
 

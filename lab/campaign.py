@@ -1,0 +1,54 @@
+"""A run of a campaign: arguments, random numbers, progress, requirements, and the page at the end."""
+
+import argparse
+import sys
+import time
+import zlib
+
+import numpy as np
+
+import judge
+import pages
+
+
+class Run:
+    """Arguments of a campaign: `--short` for a twentieth of the windows, `--seed`, `--out` for a folder of its own."""
+
+    def __init__(self, topic, description, windows, seed):
+        arguments = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+        arguments.add_argument("--short", action="store_true", help="a twentieth of the windows; nothing is written")
+        arguments.add_argument("--seed", type=int, default=seed, help=f"seed of all windows [default: {seed}]")
+        arguments.add_argument("--out", default=str(pages.RESULTS), help="folder of the JSON, the page and its picture")
+        given = arguments.parse_args()
+        self.topic, self.full, self.seed, self.out = topic, not given.short, given.seed, given.out
+        self.windows = windows if self.full else max(windows // 20, 1)
+        self.begun_s = time.monotonic()
+
+    def rng(self, name):
+        """Random numbers of a test case: the same for equal seeds and names, whatever else runs."""
+        return np.random.default_rng([self.seed, zlib.crc32(name.encode())])
+
+    def progress(self, items, what="test cases"):
+        """Yield items, with a line on standard error that says how far the run is."""
+        for number, item in enumerate(items):
+            print(f"\r{self.topic}: {what} {number + 1} of {len(items)}, {time.monotonic() - self.begun_s:.0f} s ", end="", file=sys.stderr, flush=True)
+            yield item
+        print(file=sys.stderr)
+
+    def finish(self, cells, tables, draw, values=None, others=None):
+        """Judge the requirements, those of the cells of `others` by topic too; write the JSON, the page and its picture after a full run. Exits with 1 if one is missed."""
+        if self.full:
+            made = tables(cells)
+            cells = {name: cells[name] for name in cells}
+            pages.save(self.topic, made, values(cells) if values else {}, {"windows": self.windows, "seed": self.seed, "cells": cells}, self.out)
+            draw(cells)
+        lines, failures = judge.requirements(self.topic, cells)
+        for topic, own in (others or {}).items():
+            more = judge.requirements(topic, own)
+            lines, failures = lines + more[0], failures + more[1]
+        for line in lines:
+            print(line)
+        for failure in failures:
+            print(f"MISSED: {failure}")
+        print(f"{self.topic}: {self.windows} windows a test case, {time.monotonic() - self.begun_s:.0f} s, {len(failures)} requirements missed")
+        sys.exit(1 if failures else 0)
