@@ -68,36 +68,10 @@ enum Task {
     /// Counts the instructions of the fit in each scene on the emulator, next to a Hann FFT, IEEE 1057
     /// and the image that gets flashed, and measures the scan plans: docs/results/counts.json.
     Counts,
-    /// Fits recordings of real touch whose frequency is known, and some without a grating:
-    /// the tables of docs/results/real.md.
-    Real {
-        /// The folder of the recordings.
-        folder: String,
-    },
-    /// Looks for contacts, slides and releases in traces with known times. With --write it fills
-    /// in docs/results/touch.md.
-    #[command(disable_help_flag = true)]
-    Touch(Flags),
-    /// Measures start, load, interrupts and jitter of the boards' images on the register model.
-    Board {
-        /// Fill in docs/results/boards.md.
-        #[arg(long)]
-        write: bool,
-    },
     /// Injects ten thousand faults and prints their consequences: one thousand with --quick; a
     /// hundred thousand with --full, which fills in docs/results/faults.md and takes most of an hour.
     #[command(disable_help_flag = true)]
     Faults(Flags),
-    /// Repeats the paper's experiment beside its own figures and fills in docs/results/papers-runs.md.
-    #[command(disable_help_flag = true)]
-    Reproduce(Flags),
-    /// Computes the figures of the four papers a second time, in NumPy and without the crates' code,
-    /// and compares them with what the commands print.
-    Papers {
-        /// Fill in docs/results/papers.md, a table a paper.
-        #[arg(long)]
-        write: bool,
-    },
     /// Checks that the command builds for Windows and macOS, where rustup may fetch their core
     /// libraries.
     CheckSystems,
@@ -165,12 +139,7 @@ fn main() -> ExitCode {
         Task::Demo { svg, scene } => tasks::demo(&svg, scene.as_deref()),
         Task::Results { topic, short } => results::measure(topic.as_deref(), short),
         Task::Counts => tasks::counts(),
-        Task::Real { folder } => tasks::plain("real", &[folder]),
-        Task::Touch(Flags { flags }) => tasks::plain("touch", &flags),
-        Task::Board { write } => tasks::board(write),
         Task::Faults(Flags { flags }) => tasks::faults(&flags),
-        Task::Reproduce(Flags { flags }) => tasks::reproduce(&flags),
-        Task::Papers { write } => tasks::papers(write),
         Task::CheckSystems => tasks::check_systems(),
         Task::Test { fresh: true, .. } => testing::fresh(),
         Task::Test { all: true, .. } => testing::all(),

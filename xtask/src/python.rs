@@ -4,7 +4,6 @@ use crate::setup;
 use crate::tools::{announce, clean, output_of, run, target_dir};
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::{env, fs};
 
 /// The interpreter of `target/python`, an environment of its own, which is made if it is missing.
@@ -60,20 +59,4 @@ fn copied(python: &Path, command: &str) -> Result<PathBuf> {
     fs::copy(target_dir().join("debug").join(&name), &copy)
         .with_context(|| format!("{name} of `cargo test`"))?;
     Ok(copy)
-}
-
-/// The script that computes figures of the papers a second time, with NumPy, and tries the package
-/// and the commands that `cargo test` has built.
-pub fn script(python: &Path) -> Result<Command> {
-    let command = copied(python, "ridgetone")?;
-    copied(python, "ridgetone-teletaction")?;
-    let mut papers = clean(python);
-    papers.arg("lab/papers/papers.py").arg("--command");
-    papers.arg(command);
-    Ok(papers)
-}
-
-/// Computes figures of the papers a second time. Gives the table.
-pub fn run_papers(python: &Path) -> Result<String> {
-    output_of(&mut script(python)?).context("figures of the papers")
 }

@@ -1,8 +1,8 @@
 //! Tasks that run another program of this workspace, with the images that it needs.
 
 use crate::images::{self, Board};
+use crate::inspect;
 use crate::tools::{announce, cargo, clean, create, find, read, root, run, target_dir, write};
-use crate::{inspect, python, testing};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use std::path::Path;
 use std::process::Command;
@@ -37,22 +37,6 @@ pub fn counts() -> Result<()> {
     run(counts.arg(root().join("docs/results/counts.json")))
 }
 
-/// A command that needs no image: `touch`, `real`, `pages`.
-pub fn plain(command: &str, arguments: &[String]) -> Result<()> {
-    run(eval(command).args(arguments))
-}
-
-/// Builds the boards' images and measures them on the register model; with `--write` it fills in
-/// `docs/results/boards.md`.
-pub fn board(write: bool) -> Result<()> {
-    images::build_real()?;
-    let mut board = eval("board");
-    if write {
-        board.arg("--write").arg(root().join("docs/results"));
-    }
-    run(&mut board)
-}
-
 /// Injects faults: ten thousand; with `--quick` one thousand; with `--full` a hundred thousand, for
 /// `docs/results/faults.md`. Fails if a number is not zero that must be.
 pub fn faults(flags: &[String]) -> Result<()> {
@@ -76,31 +60,11 @@ pub fn faults(flags: &[String]) -> Result<()> {
             faults.arg("--write").arg(root().join("docs/results"));
         }
     }
-    run(&mut faults)
-}
-
-/// Repeats the paper's experiment. With `--emulated` it builds the image, unless `--elf` names one.
-pub fn reproduce(flags: &[String]) -> Result<()> {
-    let mut reproduce = eval("reproduce");
-    reproduce.args(flags);
-    if has(flags, "--emulated") && !has(flags, "--elf") {
-        let (elf, _) = images::build(Board::FeatherF405.image())?;
-        reproduce.arg("--elf").arg(elf);
+    run(&mut faults)?;
+    if has(flags, "--full") {
+        run(clean("python3").arg("lab/pages.py"))?;
     }
-    run(&mut reproduce)
-}
-
-/// Computes figures of the papers a second time; with `is_written` it fills in
-/// `docs/results/papers.md`.
-pub fn papers(is_written: bool) -> Result<()> {
-    testing::prepare()?;
-    run(&mut testing::test("--no-run --test tables --test pins"))?;
-    let mut papers = python::script(&python::build()?)?;
-    if !is_written {
-        return run(&mut papers);
-    }
-    run(papers.arg("--write"))?;
-    plain("pages", &["--topic".into(), "papers".into()])
+    Ok(())
 }
 
 /// Installs and builds everything, runs a scene file or else the default scene, and prints the

@@ -98,7 +98,7 @@ pub fn all() -> Result<()> {
     both(|| run_busy(&browser, &receiver), || run_beside(&sender))?;
     println!(
         "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
-         register model, pages in a browser, streams, the Python package, the papers' figures in NumPy"
+         register model, pages in a browser, streams, the Python package"
     );
     println!("not run: {}", NEVER.join(", "));
     Ok(())
@@ -159,7 +159,6 @@ fn run_beside(images: &Sender<Built>) -> Result<()> {
         output_of(&mut boards).context("tests of the boards' images")?
     );
     println!("{}", python::run_tests(&python)?);
-    println!("{}", python::run_papers(&python)?);
     Ok(())
 }
 

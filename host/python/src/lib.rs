@@ -7,6 +7,7 @@
 mod array;
 mod feel;
 mod live;
+mod simulate;
 mod words;
 mod work;
 
@@ -57,6 +58,7 @@ fn _ridgetone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(work::fit_windows, module)?)?;
     module.add_function(wrap_pyfunction!(feel::feel, module)?)?;
     module.add_function(wrap_pyfunction!(feel::volts_per_um, module)?)?;
+    module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(work::replay, module)?)?;
     module.add_function(wrap_pyfunction!(work::settings, module)?)?;
     module.add_function(wrap_pyfunction!(work::messages, module)?)

@@ -1,6 +1,6 @@
 //! Gratings under a hand's speed with the plan `hand`, in the emulator and by
-//! the library on this PC: the same answers, bit for bit. What docs/results/papers-runs.md measures with
-//! the library is so what the image measures.
+//! the library on this PC: the same answers, bit for bit. What lab/papers/okamoto.py measures with the
+//! library is so what the image measures.
 
 use hal_mock::{Finger, Sliding};
 use ridgetone_finger::Pipeline;

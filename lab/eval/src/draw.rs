@@ -19,25 +19,16 @@ impl Draw {
     }
 
     /// A whole number, both ends included.
-    pub fn whole(&mut self, least: u64, most: u64) -> u64 {
-        least + self.0.next_u64() % (most - least + 1)
+    pub fn whole(&mut self, min: u64, max: u64) -> u64 {
+        min + self.0.next_u64() % (max - min + 1)
     }
 
-    pub fn even(&mut self, least: f64, most: f64) -> f64 {
-        least + (most - least) * self.uniform()
+    pub fn even(&mut self, min: f64, max: f64) -> f64 {
+        min + (max - min) * self.uniform()
     }
 
-    /// Gaussian, mean 0, variance 1 (Box and Muller).
-    pub fn normal(&mut self) -> f64 {
-        let (radius, angle) = (
-            -2.0 * libm::log(1.0 - self.uniform()),
-            std::f64::consts::TAU * self.uniform(),
-        );
-        radius.sqrt() * libm::cos(angle)
-    }
-
-    /// From `least` to `most`, evenly in the logarithm: as many short ones as long ones.
-    pub fn log(&mut self, least: f64, most: f64) -> f64 {
-        least * (most / least).powf(self.uniform())
+    /// From `min` to `max`, evenly in the logarithm: as many short ones as long ones.
+    pub fn log(&mut self, min: f64, max: f64) -> f64 {
+        min * (max / min).powf(self.uniform())
     }
 }

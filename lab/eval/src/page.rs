@@ -1,10 +1,6 @@
-//! Figures as JSON, and a page of Markdown beside them whose tables are filled in from the JSON.
-//!
-//! A person writes the page. A table stands between the lines `<!-- NAME -->` and `<!-- end -->`;
-//! `<!-- NAME: 0 2 3 -->` shows some of its columns.
+//! Tables of figures, as JSON and on the terminal.
 
 use anyhow::{Context, Result};
-use ridgetone_host::digits::significant;
 use ridgetone_host::output;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -37,25 +33,20 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// The table in Markdown, with these of its columns; figures stand to the right.
-    fn markdown(&self, columns: &[usize]) -> String {
-        let cell = |row: &[Value], column: &usize| row.get(*column).map_or_else(String::new, shown);
+    /// The table in Markdown; figures stand to the right.
+    fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let is_text = |column: &usize| {
+        let is_text = |column: usize| {
             self.rows
                 .iter()
-                .any(|row| row.get(*column).is_some_and(Value::is_string))
+                .any(|row| row.get(column).is_some_and(Value::is_string))
         };
-        let headings = columns
-            .iter()
-            .filter_map(|column| self.columns.get(*column).cloned());
-        let rules: Vec<&str> = columns
-            .iter()
-            .map(|c| if is_text(c) { "---" } else { "---:" })
+        let rules: Vec<&str> = (0..self.columns.len())
+            .map(|column| if is_text(column) { "---" } else { "---:" })
             .collect();
-        let mut text = line(headings.collect()) + &format!("|{}|\n", rules.join("|"));
+        let mut text = line(self.columns.clone()) + &format!("|{}|\n", rules.join("|"));
         for row in &self.rows {
-            text += &line(columns.iter().map(|column| cell(row, column)).collect());
+            text += &line(row.iter().map(shown).collect());
         }
         text.trim_end().to_owned()
     }
@@ -71,28 +62,12 @@ fn shown(cell: &Value) -> String {
     }
 }
 
-/// A cell with so many significant digits; nothing where there is no number.
-pub fn figure(value: impl Into<Option<f64>>, digits: usize) -> Value {
-    let value = value.into().filter(|value| value.is_finite());
-    value
-        .and_then(|value| significant(value, digits).parse::<f64>().ok())
-        .map_or(Value::Null, number)
-}
-
 /// A cell with so many decimals.
 pub fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> Value {
     let value = value.into().filter(|value| value.is_finite());
     value
         .and_then(|value| format!("{value:.decimals$}").parse().ok())
         .map_or(Value::Null, number)
-}
-
-/// A share in percent, to a tenth; nothing of none.
-pub fn percent(count: u32, of: u32) -> Value {
-    fixed(
-        (of > 0).then(|| 100.0 * f64::from(count) / f64::from(of)),
-        1,
-    )
 }
 
 /// A whole number is written as one.
@@ -153,35 +128,6 @@ pub fn bars<'a>(bars: impl IntoIterator<Item = &'a Bar>) -> Table {
     table
 }
 
-/// The page with each of its tables filled in.
-pub fn filled(page: &str, tables: &Tables) -> Result<String> {
-    let (mut text, mut lines) = (String::new(), page.lines());
-    while let Some(line) = lines.next() {
-        text += line;
-        text.push('\n');
-        let Some(marker) = line
-            .strip_prefix("<!-- ")
-            .and_then(|rest| rest.strip_suffix(" -->"))
-        else {
-            continue;
-        };
-        let (name, columns) = marker.split_once(": ").unwrap_or((marker, ""));
-        let table = tables
-            .get(name)
-            .with_context(|| format!("no table is called {name}"))?;
-        let columns: Result<Vec<usize>, _> = columns.split_whitespace().map(str::parse).collect();
-        let mut columns = columns.with_context(|| line.to_owned())?;
-        if columns.is_empty() {
-            columns = (0..table.columns.len()).collect();
-        }
-        lines
-            .find(|line| *line == "<!-- end -->")
-            .with_context(|| format!("{name}: no end"))?;
-        text += &format!("{}\n<!-- end -->\n", table.markdown(&columns));
-    }
-    Ok(text)
-}
-
 /// The figures of a topic: the tables of its page, and what they were made of.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures<T> {
@@ -204,26 +150,21 @@ pub fn load<T: DeserializeOwned + Default>(folder: &Path, topic: &str) -> Result
     serde_json::from_str(&text).with_context(|| path.display().to_string())
 }
 
-/// Writes the figures of a topic, and fills in its page if the folder has one.
+/// Writes the figures of a topic; `lab/pages.py` fills its page from them.
 pub fn write<T: Serialize>(folder: &Path, topic: &str, figures: &Figures<T>) -> Result<()> {
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     // A line for each row and each object, so that a diff shows what changed.
     let json = serde_json::to_string(figures)?;
     let json = json.replace("],[", "],\n[").replace("},{", "},\n{");
-    output::whole_text(&folder.join(format!("{topic}.json")), &(json + "\n"))?;
-    let page = folder.join(format!("{topic}.md"));
-    if page.is_file() {
-        let text = fs::read_to_string(&page).with_context(|| page.display().to_string())?;
-        output::whole_text(&page, &filled(&text, &figures.tables)?)?;
-    }
-    output::line(&page.display().to_string())
+    let path = folder.join(format!("{topic}.json"));
+    output::whole_text(&path, &(json + "\n"))?;
+    output::line(&path.display().to_string())
 }
 
 /// Prints all tables.
 pub fn print(tables: &Tables) -> Result<()> {
     for (name, table) in tables {
-        let columns: Vec<usize> = (0..table.columns.len()).collect();
-        output::line(&format!("{name}\n{}\n", table.markdown(&columns)))?;
+        output::line(&format!("{name}\n{}\n", table.markdown()))?;
     }
     Ok(())
 }
@@ -231,25 +172,6 @@ pub fn print(tables: &Tables) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn tables_are_filled_in_and_the_text_stays() {
-        let mut table = Table::new("what|n|share|");
-        table.row(["a".into(), 1234.into(), figure(0.012_34, 2), true.into()]);
-        table.row(["b".into(), Value::Null, fixed(2.0, 1), false.into()]);
-        let tables = Tables::from([("t".to_owned(), table)]);
-        let page = "1\n<!-- t: 0 3 -->\nold\n<!-- end -->\n2\n<!-- t -->\n<!-- end -->\n";
-        let new = filled(page, &tables).expect("tables");
-        assert_eq!(
-            new,
-            "1\n<!-- t: 0 3 -->\n| what |  |\n|---|---:|\n| a | met |\n| b | **not met** |\n<!-- end -->\n2\n\
-             <!-- t -->\n| what | n | share |  |\n|---|---:|---:|---:|\n| a | 1,234 | 0.012 | met |\n\
-             | b | - | 2 | **not met** |\n<!-- end -->\n"
-        );
-        assert_eq!(filled(&new, &tables).expect("tables"), new);
-        assert!(filled("<!-- other -->\n<!-- end -->\n", &tables).is_err());
-        assert!(filled("<!-- t -->\n", &tables).is_err());
-    }
 
     #[test]
     fn numbers_are_grouped() {

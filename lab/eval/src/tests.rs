@@ -1,19 +1,4 @@
-//! Tests of several modules together, and that the pages in `docs/results` are what their figures
-//! give.
+//! Tests of the campaign, and that the committed figures have no wrong `good`.
 
-mod board;
 mod emulated_faults;
 mod faults;
-mod methods;
-pub mod pages;
-mod reproduction;
-
-pub fn from_root(path: &str) -> std::path::PathBuf {
-    std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../..")
-        .join(path)
-}
-
-pub fn read(path: &str) -> String {
-    std::fs::read_to_string(from_root(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
-}

@@ -1,8 +1,9 @@
 """The tone of the ridges under a tactile fingertip.
 
 `fit` finds the one frequency that all channels of an array or of a recording share. `replay` runs a recording through the code
-that the chip runs. `read` gives a recording's arrays, `live` a board's events. All of them are the command `ridgetone`'s own
-functions: the same numbers to the last bit. `feel` estimates the firing of mechanoreceptors. Errors name Python's arguments.
+that the chip runs, and `simulate` makes one. `read` gives a recording's arrays, `live` a board's events. All of them are the
+command `ridgetone`'s own functions: the same numbers to the last bit. `feel` estimates the firing of mechanoreceptors. Errors
+name Python's arguments.
 """
 
 from __future__ import annotations
@@ -22,13 +23,15 @@ from ._feel import Conversion, Felt, feel, volts_per_um
 from ._live import Live, live
 from ._objects import Object, Settings, load
 from ._recording import Path, Recording, Samples, Times, native, read
+from ._replayed import Replayed
 from ._show import Picture
+from ._simulate import Simulated, simulate
 from ._windows import Fits, Options, arrays
 from ._ridgetone import Error, UsageError, __version__
 
 __all__ = _events.__all__ + [
-    "Conversion", "Error", "Felt", "Fits", "Live", "Object", "Picture", "Recording", "Settings", "UsageError", "__version__", "feel", "fit", "live", "picture", "read",
-    "replay", "settings", "volts_per_um",
+    "Conversion", "Error", "Felt", "Fits", "Live", "Object", "Picture", "Recording", "Replayed", "Settings", "Simulated", "UsageError", "__version__", "feel", "fit",
+    "live", "picture", "read", "replay", "settings", "simulate", "volts_per_um",
 ]  # fmt: skip
 
 
@@ -195,13 +198,46 @@ def replay(
     scale: float = 1.0,
     seed: int | None = None,
     settings: Mapping[str, Any] | None = None,
-) -> list[Event]:
+) -> Replayed:
     """Runs a recording through the code that the chip runs, as `ridgetone replay` does.
 
-    `samples` are volts, or `scale` times volts, at most 16 channels at 180 to 23,740 rows a second: they are taken as they are, at
-    their own rate. A recording of telemetry gives its raw frames, bit for bit. Without samples a `scene`, a file or the plain scene,
-    is played to a simulated ADS1258. `settings` are those of the board or of the library with some in place, such as
-    `{"window_s": 0.5}`. Events of samples have no `Hello` and no `Health`.
+    Parameters
+    ----------
+    samples : array, data frame, `Recording`, `Simulated` or path, optional
+        Volts, or `scale` times volts: a row for each frame and a column for each of at most 16 channels, at 180 to 23,740 rows a
+        second. They are taken as they are, at their own rate. A recording of telemetry gives its raw frames, bit for bit.
+    scene : path, optional
+        Without samples: a scene file, played to a simulated ADS1258. Default: the plain scene.
+    rate_hz : float, optional
+        Rows a second, where there are no times.
+    time_s : array, optional
+        A time for each row, seconds or dates.
+    names : list of str, optional
+        Names of the channels of an array.
+    time_column : str, optional
+        Column of the time in a file or data frame, ``NAME`` or ``NAME:UNIT``.
+    scale : float
+        Volts per unit of the samples.
+    seed : int, optional
+        Seed of a scene, in place of its own.
+    settings : mapping, optional
+        Settings in place of the board's or the library's, such as ``{"window_s": 0.5}``.
+
+    Returns
+    -------
+    Replayed
+        All events in their order, with the fields of the command's JSON. `contacts`, `slides`, `estimates` and `releases`
+        select from them, and `columns` makes arrays of their fields. Samples give no `Hello` and no `Health`.
+
+    Raises
+    ------
+    Error
+        The samples cannot be read, or are slower or faster than the library takes.
+
+    >>> touch = replay(simulate())
+    >>> [slide] = touch.slides
+    >>> round(slide.end_s - slide.start_s, 1)
+    2.0
     """
     return _replay(
         samples, scene, Times(time_s, time_column, rate_hz), names, scale, seed, settings, False
@@ -242,7 +278,7 @@ def _replay(
     seed: int | None,
     settings: Mapping[str, Any] | None,
     draws: bool,
-) -> tuple[list[Event], str | None]:
+) -> tuple[Replayed, str | None]:
     if samples is not None and scene is not None:
         raise UsageError("a scene does not go with samples")
     given = None if samples is None else native(samples, times, names)
@@ -250,7 +286,7 @@ def _replay(
         given, scene, times.rate_hz, scale, seed, json.dumps(settings or {}), draws
     )
     _warn(remarks, 4)
-    return [event(line) for line in lines], svg
+    return Replayed(event(line) for line in lines), svg
 
 
 def settings(file: Path | None = None, **changes: Any) -> Settings:

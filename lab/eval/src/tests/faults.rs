@@ -2,16 +2,17 @@
 //! this PC. `emulated_faults` does the same on the emulated chip; `cargo xtask faults --full`
 //! injects a hundred thousand.
 
-use super::pages::tables;
 use crate::faults::campaign::Campaign;
 use crate::faults::counts::Counts;
 use crate::faults::family::Family;
 use crate::faults::judge::{Fate, Judgement};
 use crate::faults::lines;
 use crate::faults::row::{Delays, Place, Row};
+use crate::page;
 use clap::ValueEnum;
 use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_proto::plan::{Converters, HealthReadings, Plan as Scan};
+use std::path::Path;
 
 /// More than a thousand injections: nothing wrong is reported as right, nothing is lost silently.
 #[test]
@@ -210,7 +211,10 @@ fn without_injections_there_is_no_fault() {
 /// The figures are of a full run with every family: `cargo xtask faults --full`.
 #[test]
 fn the_figures_are_whole() {
-    let tables = tables("faults");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/results");
+    let tables = page::load::<page::None>(&folder, "faults")
+        .expect("the figures")
+        .tables;
     let injected = tables["numbers"].rows[0][1].as_u64().expect("a number");
     assert!(
         injected >= 100_000,
