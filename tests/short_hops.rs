@@ -122,3 +122,36 @@ fn a_stride_that_the_plan_cannot_provide_is_refused_with_those_that_it_can() {
         );
     }
 }
+
+/// The touch begins at time zero: a conversion's time is device time.
+#[test]
+fn events_say_how_long_after_their_time_they_were_reported() {
+    let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
+    let mut reported = Vec::new();
+    for conversion in conversions() {
+        let now_us = u64::from(conversion.t_us);
+        pipeline.push(conversion, &mut |event| {
+            let (name, t_us, after_us) = match event {
+                Event::Contact(one) => ("contact", one.t_us, one.reported_after_us),
+                Event::Moving(one) => ("moving", one.t_us, one.reported_after_us),
+                Event::Slide(one) => (
+                    "slide",
+                    one.end_us.unwrap_or(one.start_us),
+                    one.reported_after_us,
+                ),
+                Event::Release(one) => ("release", one.t_us, one.reported_after_us),
+                _ => return,
+            };
+            // The nominal scan against the times of its conversions.
+            let off_us = (t_us + u64::from(after_us)).abs_diff(now_us);
+            assert!(off_us <= 2, "{name}: {off_us} us");
+            reported.push((name, after_us));
+        });
+    }
+    let names: Vec<_> = reported.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["contact", "moving", "slide", "slide", "release"]);
+    for (name, after_us) in reported {
+        let most_us = if name == "moving" { 60_000 } else { 500_000 };
+        assert!((4_000..most_us).contains(&after_us), "{name}: {after_us}");
+    }
+}

@@ -153,9 +153,15 @@ impl Detector {
         diagnostics: &Diagnostics,
         outputs: &mut Outputs<'_>,
     ) {
-        if self.assembler.buffer(&conversion) {
-            self.scan(ring, diagnostics, outputs.emit, outputs.due);
+        if self.buffer(&conversion) {
+            self.scan(ring, diagnostics, outputs);
         }
+    }
+
+    /// Buffers one conversion. True if there is now a scan's worth of them, for [`Self::scan`].
+    #[inline(always)]
+    pub(crate) fn buffer(&mut self, conversion: &TimedConversion) -> bool {
+        self.assembler.buffer(conversion)
     }
 
     /// Takes a plain frame of another converter, in place of conversions. The settings' plan is
@@ -216,14 +222,16 @@ impl Detector {
         }
     }
 
-    /// Takes the scan that is in the assembler's buffer.
-    fn scan(
+    /// Takes the scan that is in the assembler's buffer. A frame of its own: in the loop of the task
+    /// its addresses would be computed before the first scan, for one scan.
+    #[inline(never)]
+    pub(crate) fn scan(
         &mut self,
         ring: &mut Ring,
         diagnostics: &Diagnostics,
-        emit: &mut dyn FnMut(Event),
-        due: &mut dyn FnMut(Window),
+        outputs: &mut Outputs<'_>,
     ) {
+        let Outputs { emit, due } = outputs;
         let Self {
             assembler, tracker, ..
         } = self;

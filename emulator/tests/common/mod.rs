@@ -166,6 +166,7 @@ pub fn touches_and_tones(events: &[Event]) -> Vec<Event> {
             event,
             Event::Estimate(_)
                 | Event::Contact(_)
+                | Event::Moving(_)
                 | Event::Slide(_)
                 | Event::Release(_)
                 | Event::Image(_)

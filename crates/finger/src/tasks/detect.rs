@@ -59,8 +59,8 @@ impl<'a> Detect<'a> {
             detector.add_standing_faults(platform.now_us(), diagnostics);
         }
         loop {
-            let conversion = samples.dequeue();
-            if conversion.is_none() {
+            let next = fill(samples, detector);
+            if next == Next::Nothing {
                 shared.touched.store(detector.is_touched(), Relaxed);
                 if shared.look.swap(false, Relaxed) {
                     detector.look(platform.now_us(), diagnostics, &mut emit);
@@ -79,12 +79,10 @@ impl<'a> Detect<'a> {
                 emit: &mut emit,
                 due: &mut due,
             };
-            match conversion {
-                Some(conversion) => match conversion.as_mark() {
-                    None => detector.push(conversion, ring, diagnostics, outputs),
-                    Some(mark) => detector.begin(mark, ring, diagnostics, outputs),
-                },
-                None => {
+            match next {
+                Next::Scan => detector.scan(ring, diagnostics, outputs),
+                Next::Mark(mark) => detector.begin(mark, ring, diagnostics, outputs),
+                Next::Nothing => {
                     if platform.has_ended() && !shared.finished.load(Relaxed) {
                         detector.finish(ring, diagnostics, &mut emit, &mut due);
                         shared.finished.store(true, Relaxed);
@@ -95,6 +93,30 @@ impl<'a> Detect<'a> {
         }
         shared.liveness.detected.bump();
     }
+}
+
+/// What comes next in the queue.
+#[derive(Clone, Copy, PartialEq)]
+enum Next {
+    /// A scan's worth of conversions, in the detector's buffer.
+    Scan,
+    /// A mark: conversions of another plan follow.
+    Mark(u32),
+    Nothing,
+}
+
+/// Moves conversions into the detector's buffer. A loop of its own: it runs for each conversion.
+#[inline(never)]
+fn fill(samples: &mut Consumer<TimedConversion>, detector: &mut Detector) -> Next {
+    while let Some(conversion) = samples.dequeue() {
+        if let Some(mark) = conversion.as_mark() {
+            return Next::Mark(mark);
+        }
+        if detector.buffer(&conversion) {
+            return Next::Scan;
+        }
+    }
+    Next::Nothing
 }
 
 /// Gives a window that is due to the fit by `put`, which is false if there is no place, or counts

@@ -108,15 +108,15 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                     break;
                 }
                 let begins_anew = acquisition.watch(platform.now_us(), diagnostics, wait);
-                if begins_anew || edge != Some(false) {
+                if begins_anew || edge == Some(true) {
                     // Right behind a conversion the next one does not end during the check. On the
                     // register model an edge that is kept shows the same conversion again.
                     pin.unmute();
                     break;
                 }
-                // After an unexpected edge a conversion may have ended during the check: it is read
-                // before the next one takes its place. A storm's edges during the check are
-                // cleared.
+                // After an unexpected edge, or for an estimate that waits, a conversion may have ended
+                // during the check: it is read before the next one takes its place. A storm's edges
+                // during the check are cleared.
                 edge = pin.acknowledge();
                 if edge != Some(true) {
                     break;

@@ -17,7 +17,8 @@ pub struct Block {
     pub faint: bool,
     /// It differs from the course of the last [`LONGEST_BLOCKS`](super::motion::LONGEST_BLOCKS).
     pub longest: bool,
-    /// It is `quick`, and more than the load changes: something moves along the surface.
+    /// It is `quick`, and more than the load changes: something moves along the surface. Only where
+    /// that is [sought](super::motion::Motion::seeks_across).
     pub across: bool,
 }
 

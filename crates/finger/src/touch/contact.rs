@@ -178,6 +178,11 @@ impl ContactDetector {
             }
             _ => {}
         }
+        self.motion.seeks_across = match &self.phase {
+            Phase::Hold => true,
+            Phase::Moving(moving) => !moving.is_reported,
+            _ => false,
+        };
         let Some(block) = self.motion.push(values, squares) else {
             return;
         };

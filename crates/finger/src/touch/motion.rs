@@ -99,6 +99,8 @@ pub struct Motion {
     before: Option<Values>,
     /// Squared changes from frame to frame in the latest block.
     squares: Values,
+    /// Whether blocks are to say if they show a motion across the direction of the load.
+    pub seeks_across: bool,
     /// The comparisons of the latest block.
     compared: [f32; COMPARISONS],
     /// Those of still blocks.
@@ -134,6 +136,7 @@ impl Motion {
             count: 0,
             before: None,
             squares: [0.0; TAXELS],
+            seeks_across: false,
             compared: [0.0; COMPARISONS],
             typical: [0.0; COMPARISONS],
             learned: [0.0; COMPARISONS],
@@ -184,7 +187,6 @@ impl Motion {
         let [latest, near, far] = [0, SHORT - 1, 2 * SHORT - 1].map(|back| self.past.back(back));
         // One loop: it is the dearest step of a frame.
         let mut within = 0.0;
-        let mut steps = [Apart::NONE; BLOCK_FRAMES as usize];
         let (mut change, mut bend) = (Apart::NONE, Apart::NONE);
         let mean: Values = core::array::from_fn(|c| {
             let changes = [
@@ -195,9 +197,6 @@ impl Motion {
             ];
             let [one, two, three, four] = changes.map(|change| change * change);
             let (weight, pull) = (self.noise.weights[c], self.pull[c]);
-            for (step, change) in steps.iter_mut().zip(changes) {
-                step.add(change, weight, pull);
-            }
             self.squares[c] = one + two + three + four;
             within += self.squares[c] * weight;
             let mean = (first[c] + second[c] + third[c] + fourth[c]) * (1.0 / BLOCK_FRAMES as f32);
@@ -205,7 +204,6 @@ impl Motion {
             bend.add(mean + far[c] - 2.0 * near[c], weight, pull);
             mean
         });
-        self.before = Some(*fourth);
         // In units of the noise: a mean of four frames has a quarter of the variance of one, a
         // first difference of such means twice that, a second difference six times.
         let known = self.past.count;
@@ -266,17 +264,6 @@ impl Motion {
             }
         };
         let over = |which: usize| self.compared[which] > limit(which);
-        // Beyond what a change of the load explains, whose second difference may be small where the
-        // first one is large.
-        let beyond = |apart: Apart, pressed: f32| {
-            apart.square() - LOAD_SPREAD * (apart.along_square() + pressed)
-        };
-        let across = [
-            steps.iter().map(|step| beyond(*step, 0.0)).sum(),
-            if_known(1, beyond(change, 0.0)) * (frames / 2.0),
-            if_known(2 * SHORT, beyond(bend, 4.0 * change.along_square())) * (frames / 6.0),
-        ];
-        let is_across = (0..across.len()).any(|which| across[which] > ACROSS * limit(which));
         // One block counts no more than a motion that it shows alone.
         let most = |which: usize| {
             if over(which) {
@@ -297,14 +284,25 @@ impl Motion {
                 self.faint[which] > greater(limits[which], FAINT_OVER_TYPICAL * typical[which]);
         }
         let now = over(0) || over(1) || over(4);
+        let quick = now || over(2);
+        // Seldom needed, so not part of the loop.
+        let across = quick && self.seeks_across && {
+            let changes = [
+                self.steps_across(),
+                if_known(1, across(change, 0.0)) * (frames / 2.0),
+                if_known(2 * SHORT, across(bend, 4.0 * change.along_square())) * (frames / 6.0),
+            ];
+            (0..changes.len()).any(|which| changes[which] > ACROSS * limit(which))
+        };
         let block = Block {
             now,
-            quick: now || over(2),
+            quick,
             slow: over(3),
             faint,
             longest: over(LONGEST),
-            across: is_across,
+            across,
         };
+        self.before = Some(self.frames[BLOCK_FRAMES as usize - 1]);
         self.still_quick = if block.quick {
             0
         } else {
@@ -321,6 +319,21 @@ impl Motion {
             self.still.saturating_add(1)
         };
         block
+    }
+
+    /// Squared changes from frame to frame in the block under way, without what the load explains.
+    fn steps_across(&self) -> f32 {
+        let mut before = self.before.as_ref().unwrap_or(&self.frames[0]);
+        let mut sum = 0.0;
+        for frame in &self.frames {
+            let mut step = Apart::NONE;
+            for c in 0..TAXELS {
+                step.add(frame[c] - before[c], self.noise.weights[c], self.pull[c]);
+            }
+            sum += across(step, 0.0);
+            before = frame;
+        }
+        sum
     }
 
     /// How far the mean of the latest four blocks, and two before it at a distance of [`LONG`], are
@@ -464,6 +477,12 @@ impl Motion {
     pub const fn weights(&self) -> &Values {
         &self.noise.weights
     }
+}
+
+/// Square of a difference beyond what a change of the load explains. `pressed` is another such change,
+/// whose own second difference may be small.
+fn across(apart: Apart, pressed: f32) -> f32 {
+    apart.square() - LOAD_SPREAD * (apart.along_square() + pressed)
 }
 
 /// Takes one more into an average of at most [`NOISE_BLOCKS`].
