@@ -4,13 +4,46 @@
 
 use std::{env, fs, path::PathBuf};
 
+/// The firmware's boards, which are its features.
+const BOARDS: [&str; 4] = [
+    "feather-f405",
+    "nucleo-f446re",
+    "feather-f405-adc",
+    "nucleo-f446re-adc",
+];
+
+/// Says what to type where no board is chosen, or two, and where the profile is not the images'.
+fn check_choice(has: &dyn Fn(&str) -> bool) {
+    let feature = |board: &&str| board.to_uppercase().replace('-', "_");
+    let chosen = BOARDS.iter().filter(|board| has(&feature(board))).count();
+    if chosen != 1 {
+        println!(
+            "cargo::error={chosen} boards are chosen; choose one: --features {}. `cargo feather` and \
+             `cargo nucleo` build, flash and log",
+            BOARDS.join(", or ")
+        );
+    } else if env::var("OPT_LEVEL").is_ok_and(|level| level != "s") {
+        println!(
+            "cargo::warning=this profile is the PC's: the image is slower, and too large for the \
+             Nucleo. Take --profile image in its place, as `cargo feather` and `cargo nucleo` do"
+        );
+    }
+}
+
 fn main() {
     // This file and the linker script are part of the script itself: when they change it is built,
     // and run, anew.
     println!("cargo::rerun-if-changed=Cargo.toml");
     let bare = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
     let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
-    if !bare || !(has("FIRMWARE") || has("BENCH")) {
+    if !bare {
+        return;
+    }
+    // The stylus's image and the bench have features of their own.
+    if env::var("CARGO_PKG_NAME").is_ok_and(|name| name == "ridgetone-firmware") {
+        check_choice(&has);
+    }
+    if !(has("FIRMWARE") || has("BENCH")) {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));

@@ -20,29 +20,15 @@
 #![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![deny(clippy::unreachable, clippy::todo, clippy::unimplemented)]
 
-#[cfg(all(
-    target_os = "none",
-    any(
-        all(feature = "spi-adc", feature = "own-adc"),
-        all(feature = "feather-f405", feature = "nucleo-f446re"),
-        all(feature = "feather-f405-adc", feature = "nucleo-f446re-adc")
-    )
-))]
-compile_error!(
-    "choose one board: the feature `feather-f405`, `nucleo-f446re`, or one of these with `-adc`"
-);
-#[cfg(all(target_os = "none", not(feature = "stm32f4")))]
-compile_error!(
-    "choose a board: the feature `feather-f405`, `nucleo-f446re`, or one of these with `-adc`"
-);
-
 #[cfg(target_os = "none")]
 mod board;
+#[cfg(target_os = "none")]
+mod log;
 
 /// On a PC there is nothing to run.
 #[cfg(not(target_os = "none"))]
 fn main() {
-    eprintln!("This is the firmware; build it for thumbv7em-none-eabihf: cargo xtask firmware");
+    eprintln!("This is the firmware. `cargo feather` and `cargo nucleo` flash a board with it");
     std::process::exit(2);
 }
 
@@ -74,6 +60,7 @@ mod app {
     use ridgetone_finger::tasks::{RequestInbox, SerialLine};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::store::{FlashStore, Store};
+    use ridgetone_proto::telemetry::Headline;
     use stm32f4xx_hal::pac::Interrupt;
 
     defmt::timestamp!("{=u32:us}", board::now_us());
@@ -100,6 +87,10 @@ mod app {
 
         fn has_ended(&self) -> bool {
             false
+        }
+
+        fn log(&self, headline: Headline) {
+            crate::log::log(headline);
         }
     }
 

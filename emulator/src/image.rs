@@ -45,15 +45,15 @@ impl std::error::Error for ImageError {}
 impl Image {
     /// A board's image, as `cargo xtask firmware` has built it in this tree.
     pub fn built(board: Board) -> Result<Self, ImageError> {
+        Self::built_as(board.name(), board.file())
+    }
+
+    /// An image that `cargo xtask firmware` has built in this tree, by its folder and its file.
+    pub fn built_as(folder: &str, file: &str) -> Result<Self, ImageError> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let target = std::env::var_os("CARGO_TARGET_DIR")
             .map_or_else(|| root.join("target"), |target| root.join(target));
-        Self::read(
-            &target
-                .join("firmware")
-                .join(board.name())
-                .join(board.file()),
-        )
+        Self::read(&target.join("firmware").join(folder).join(file))
     }
 
     /// Reads an ELF file.

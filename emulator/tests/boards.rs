@@ -4,8 +4,8 @@
 mod common;
 
 use common::{BOARDS, Run, estimates, hello, on_pc, reply_to, request, touches_and_tones};
-use hal_mock::Constant;
-use ridgetone_emulator::Start;
+use hal_mock::{Constant, Sliding, SlidingScene};
+use ridgetone_emulator::{Board, Emulator, Image, Start};
 use ridgetone_proto::boot::{Oscillator, ResetCause};
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule};
@@ -102,4 +102,39 @@ fn the_longest_command_arrives_two_hundred_times_while_the_chip_scans() {
         run.assert_rules();
         assert_eq!(run.emulator.received()[..2], [0, 0], "{board:?}: none lost");
     }
+}
+
+/// `src/minimal.rs` has no tasks: it loses what is converted during a fit, and says so.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test"]
+fn the_minimal_firmware_prints_a_touch_as_text() {
+    let image = Image::built_as("minimal", "ridgetone-minimal.elf").expect("an image");
+    let scene = SlidingScene::new(Sliding::default()).expect("a scene");
+    let board = Board::NucleoF446re;
+    let mut emulator = Emulator::new(board, &image, scene, Start::default()).expect("vectors");
+    emulator.run_ns(8_000_000_000).expect("a run");
+    let text = String::from_utf8(emulator.take_sent()).expect("text");
+    println!("{text}");
+    let found = |word: &str| text.lines().position(|line| line == word);
+    let (contact, release) = (found("contact"), found("release"));
+    assert!(contact.is_some() && contact < release, "{text}");
+    // `Good: 8333 mHz +- 682 uHz`
+    let good = text.lines().filter_map(|line| {
+        let (mhz, sigma_uhz) = line.strip_prefix("Good: ")?.split_once(" mHz +- ")?;
+        let sigma_uhz: f64 = sigma_uhz.strip_suffix(" uHz")?.parse().ok()?;
+        Some((mhz.parse::<f64>().ok()?, sigma_uhz))
+    });
+    let good: Vec<_> = good.collect();
+    assert!(!good.is_empty(), "{text}");
+    for (mhz, sigma_uhz) in good {
+        // Cut off to whole millihertz.
+        let off_mhz = (mhz + 0.5 - 30_000.0 / 3.6).abs();
+        assert!(off_mhz < 0.5 + 5.0 * sigma_uhz * 1e-3, "{text}");
+    }
+    let lost = text
+        .lines()
+        .filter_map(|line| line.strip_suffix(" conversions lost"));
+    let lost: u32 = lost.last().expect("a count").parse().expect("a number");
+    assert!(lost > 0, "a loop reads nothing while it fits: {text}");
+    assert!(emulator.findings().is_empty(), "{:#?}", emulator.findings());
 }

@@ -61,7 +61,7 @@ pub fn prepare() -> Result<()> {
 pub fn short() -> Result<()> {
     prepare()?;
     announce("tests on this PC; beside them the other images, of which each keeps one core busy");
-    both(on_this_pc, images::build_real)?;
+    both(on_this_pc, images::build_tested)?;
     announce("the images of the boards on the register model");
     run(&mut test(
         "--test boards --test own_adc --test stylus_image -- --ignored",
@@ -135,7 +135,7 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
 /// What keeps one core busy at most: links images, builds the wheel, waits, or runs in virtual
 /// time. The output of each is printed at its end, as the others print meanwhile.
 fn run_beside(images: &Sender<Built>) -> Result<()> {
-    images::build_real()?;
+    images::build_tested()?;
     let built: Result<Built> = IMAGES
         .into_iter()
         .map(|(name, image)| Ok((name, images::build(image)?.0)))

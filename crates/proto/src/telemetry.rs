@@ -16,7 +16,7 @@ pub use estimate::{
     Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
 };
 pub use event::*;
-pub use events::Events;
+pub use events::{Events, Headline};
 pub use image::{Hold, Image, Pressed};
 pub use packet::{PROTOCOL, Packet, encode, longest_packet};
 pub use starts::Starts;

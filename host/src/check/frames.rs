@@ -37,7 +37,9 @@ pub fn frame_rate(seen: &Observations, limits: Limits) -> Outcome {
     let adc_clock_hz = hz * f64::from(plan.frame_ticks);
     let adc_clock_mhz = adc_clock_hz * 1e-6;
     let finding = format!(
-        "{hz:.3} Hz, {off_ppm:+.0} ppm off the nominal {nominal_hz:.3} Hz; the ADC's clock is {adc_clock_mhz:.4} MHz"
+        "{hz:.3} Hz, {:+.0} ppm off the nominal {nominal_hz:.3} Hz; the ADC's clock is {adc_clock_mhz:.4} MHz",
+        // Plus zero, where it is rounded to minus zero.
+        off_ppm.round() + 0.0
     );
     let values = json!({
         "frame_rate_hz": hz, "off_nominal_ppm": off_ppm, "adc_clock_hz": adc_clock_hz,

@@ -4,7 +4,7 @@
 use super::shared::{FRAMES, PACKETS, Platform, Shared, Task};
 use heapless::Deque;
 use ridgetone_proto::framing::TooLong;
-use ridgetone_proto::telemetry::{Event, Events, Packet, WIRE_MAX};
+use ridgetone_proto::telemetry::{Event, Events, Headline, Packet, WIRE_MAX};
 
 /// Both ends of the serial line as a task sees them: requests come in, packets go out.
 pub struct Mail<'a, I, O> {
@@ -94,6 +94,11 @@ impl<E: Events> Outbox<E> {
         }
         self.sequence = sequence.wrapping_add(1);
         Some(encoded)
+    }
+
+    /// What a log shows of the event that goes out next, if anything.
+    pub fn headline(&self) -> Option<Headline> {
+        self.events.front()?.headline()
     }
 
     /// Whether nothing waits.

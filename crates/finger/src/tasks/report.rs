@@ -32,9 +32,15 @@ impl<'a> Report<'a> {
     ) {
         while self.bytes.len() <= LOW_WATER {
             let wire = &mut self.wire;
-            let Some(length) = outbox.lock(|outbox| outbox.encode_next(wire)) else {
+            let (headline, length) =
+                outbox.lock(|outbox| (outbox.headline(), outbox.encode_next(wire)));
+            let Some(length) = length else {
                 break;
             };
+            // Without the lock, which `detect` may wait for.
+            if let Some(headline) = headline {
+                shared.platform.log(headline);
+            }
             let Some(encoded) = length.ok().and_then(|length| wire.get(..length)) else {
                 shared.diagnostics.messages_dropped.add(1);
                 continue;

@@ -5,7 +5,7 @@ use super::plan_request::PlanRequest;
 use crate::faults::diagnostics::Diagnostics;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::telemetry::WIRE_MAX;
+use ridgetone_proto::telemetry::{Headline, WIRE_MAX};
 
 /// Places of the queue of conversions from `drdy` to `detect`: 17 ms at 5064 a second, 3.7 ms at
 /// 23,336; the longest step of `detect` takes 0.14 ms. A queue holds one less than that.
@@ -51,6 +51,9 @@ pub trait Platform: Sized {
     fn has_ended(&self) -> bool {
         false
     }
+
+    /// Logs an event that goes out, in one line.
+    fn log(&self, _: Headline) {}
 }
 
 /// What the tasks share without a lock.

@@ -1,9 +1,28 @@
 //! What a decoder has to know of the events of a kind of board.
 
+use super::estimate::Status;
 use super::event::{Event, Raw};
 use super::packet::{PROTOCOL, Packet};
+use crate::fault::FaultKind;
 use crate::framing::{self, TooLong, WIRE_MAX};
 use serde::de::DeserializeOwned;
+
+/// What a log shows of an event, in one line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Headline {
+    /// The finger touches.
+    Contact,
+    /// A slide begins.
+    Slide,
+    /// A slide is over.
+    Stop,
+    /// The finger is lifted.
+    Release,
+    /// Frequency and standard deviation, hertz, with their status.
+    Estimate(f32, f32, Status),
+    /// A fault begins, or is over.
+    Fault(FaultKind, bool),
+}
 
 /// The events of a kind of board.
 pub trait Events: DeserializeOwned {
@@ -26,6 +45,11 @@ pub trait Events: DeserializeOwned {
     /// dated by what they report.
     fn made_us(&self) -> Option<u64>;
 
+    /// What a log shows of the event, if anything.
+    fn headline(&self) -> Option<Headline> {
+        None
+    }
+
     /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Here, so that it is
     /// compiled, small, where the event is.
     fn encode(packet: &Packet<&Self>, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong>;
@@ -40,6 +64,18 @@ impl Events for Event {
         } else {
             None
         }
+    }
+
+    fn headline(&self) -> Option<Headline> {
+        Some(match self {
+            Self::Contact(_) => Headline::Contact,
+            Self::Slide(slide) if slide.end_us.is_none() => Headline::Slide,
+            Self::Slide(_) => Headline::Stop,
+            Self::Release(_) => Headline::Release,
+            Self::Estimate(one) => Headline::Estimate(one.frequency, one.sigma, one.status),
+            Self::Fault(fault) => Headline::Fault(fault.kind, fault.until_us.is_some()),
+            _ => return None,
+        })
     }
 
     type Bulk = Raw;
