@@ -6,8 +6,8 @@ use pyo3::buffer::{Element, PyBuffer};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
-use ridgetone_host::samples;
 use ridgetone_host::tables::{TimeColumn, Timing};
+use ridgetone_host::{samples, tables};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -205,4 +205,27 @@ impl Samples {
             guessed: rows.guessed(),
         })
     }
+}
+
+/// Seconds of a unit of time, by its name; none if it is not known.
+#[pyfunction]
+pub fn time_unit(unit: &str) -> Option<f64> {
+    tables::per_second(unit).map(f64::recip)
+}
+
+/// Whether the name of a column says that it is the time.
+#[pyfunction]
+pub fn is_time(name: &str) -> bool {
+    tables::is_time(name)
+}
+
+/// Seconds of the unit that the name of a time declares; none if it declares none. A unit that is not
+/// known is refused.
+#[pyfunction]
+pub fn declared_unit(name: &str) -> PyResult<Option<f64>> {
+    tables::declared_seconds(name).map_err(|unit| {
+        crate::UsageError::new_err(format!(
+            "column {name}: the unit {unit:?} is not known: say which with time_column=\"{name}:ms\" (or s, us, ns, min, h, d)"
+        ))
+    })
 }

@@ -43,7 +43,7 @@ def fit(
     names: list[str] | None = None,
     from_s: float | None = None,
     to_s: float | None = None,
-    columns: list[str] | None = None,
+    columns: Sequence[str | int] | None = None,
     time_column: str | None = None,
     harmonics: int | None = None,
     mains_hz: float | None = None,
@@ -64,8 +64,8 @@ def fit(
     `samples` is an array with a row for each sample and a column for each channel, in any unit; NaN and masked values are
     missing readings. It may also be a data frame, a `Recording` or a file; of a file the slide of a touch is fitted, if there is
     one, unless `whole`. Give `rate_hz`, in hertz, or `time_s`, a time for each row in seconds or as dates, evenly spaced or not.
-    A data frame may have them: as its column `time_s`, a column or an index of dates, or `time_column`, which is `NAME`,
-    `NAME:UNIT` with s, ms, us or ns, or `none`, as for files.
+    A data frame may have them: as a column whose name says that it is the time, a column or an index of dates, or `time_column`, which is `NAME`,
+    `NAME:UNIT` with s, ms, us, ns, min, h or d, or `none`, as for files.
 
     `speed_mm_s` or `position_mm`, a value for each row, fit by position: cycles per mm at any speed. `speed_column` and
     `position_column` name columns that have them. `positions` is a file of a robot's positions or speeds for the raw frames of a
@@ -101,7 +101,7 @@ def fit(
         rate_hz,
         from_s,
         to_s,
-        columns or [],
+        [str(name) for name in columns or []],
         harmonics,
         mains_hz,
         speed_column,

@@ -126,6 +126,9 @@ def native(
         values = values[:, np.newaxis]
     if values.ndim != 2:
         raise _ridgetone.UsageError(f"an array of {values.ndim} dimensions: rows, then channels are needed")
+    if values.shape[1] > 16 and values.shape[1] > 4 * values.shape[0]:
+        rows, columns = values.shape
+        raise _ridgetone.UsageError(f"{rows} rows of {columns} channels: give the array transposed, x.T, with a row for each sample")
     names = names or [f"ch{channel}" for channel in range(values.shape[1])]
     stamps = None if time_s is None else numbers(time_s, is_time=True).reshape(-1, 1)
     column: dict[str, object] | None = None
