@@ -6,7 +6,7 @@ use pyo3::buffer::{Element, PyBuffer};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
-use ridgetone_host::tables::{TimeColumn, Timing};
+use ridgetone_host::tables::{TableForm, TimeColumn, Timing};
 use ridgetone_host::{samples, tables};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -104,12 +104,23 @@ fn view(array: &Bound<'_, PyAny>) -> PyResult<(ValueAt, [usize; 2])> {
 impl Samples {
     /// Those of a file in any form that the command reads.
     #[staticmethod]
-    fn file(path: PathBuf, time_column: Option<&str>) -> PyResult<Self> {
+    #[pyo3(signature = (path, time_column, flatten=false, has_columns=false))]
+    fn file(
+        path: PathBuf,
+        time_column: Option<&str>,
+        flatten: bool,
+        has_columns: bool,
+    ) -> PyResult<Self> {
         let time = time_column
             .map(TimeColumn::parse)
             .transpose()
             .map_err(crate::UsageError::new_err)?;
-        samples::Samples::file_with(&path, time)
+        let form = TableForm {
+            time,
+            is_flat: flatten,
+            has_columns,
+        };
+        samples::Samples::file_as(&path, form)
             .map(Self)
             .map_err(raised)
     }

@@ -10,7 +10,7 @@ enum Value {
 }
 
 /// Options of the command that messages about recordings and boards name, and arguments for them.
-const ARGUMENTS: [(&str, &str, Value); 23] = [
+const ARGUMENTS: [(&str, &str, Value); 24] = [
     ("--rate", "rate_hz", Value::Number),
     ("--from", "from_s", Value::Number),
     ("--to", "to_s", Value::Number),
@@ -32,6 +32,7 @@ const ARGUMENTS: [(&str, &str, Value); 23] = [
     ("--elf", "elf", Value::Text),
     ("--settings", "settings", Value::Text),
     ("--whole", "whole", Value::On),
+    ("--flatten", "flatten", Value::On),
     ("--raw", "raw", Value::On),
     ("--emulated", "source=\"emulated\"", Value::Text),
 ];

@@ -125,7 +125,7 @@ fn estimate_long(
         };
         let note = match (found.status.has_tone(), &window) {
             (true, _) => format!(
-                "{slots} rows are fitted by a low-pass filter and every {slots_per_frame}th value of it; no stronger tone above {} Hz is in windows of {} s",
+                "{slots} rows are fitted by a low-pass filter and one value in {slots_per_frame} of it; no stronger tone above {} Hz is in windows of {} s",
                 significant(max_hz, 3),
                 significant(window_s, 3)
             ),
@@ -206,7 +206,7 @@ fn estimate_long(
     }
     found.harmonics = 1;
     let note = format!(
-        "{slots} rows are fitted around {hz} Hz, the tone of a window of {} s, through a filter and every {slots_per_frame}th value of it; residuals are those of the filter",
+        "{slots} rows are fitted around {hz} Hz, the tone of a window of {} s, through a filter and one value in {slots_per_frame} of it; residuals are those of the filter",
         significant(window_s, 3)
     );
     Ok(Estimated {

@@ -368,7 +368,7 @@ fn failing(name: &str) -> Vec<u8> {
         }
         // More rows than the estimator takes at once.
         "long_fast.csv" => (0..70_000).fold("time_s,x\n".into(), |csv, row| {
-            let phase = std::f64::consts::TAU * 0.14 * f64::from(row);
+            let phase = std::f64::consts::TAU * 0.16 * f64::from(row);
             let noise = channels(row as usize, 0.0)[1] - channels(0, 0.0)[1];
             format!(
                 "{csv}{:.3},{:.5}\n",

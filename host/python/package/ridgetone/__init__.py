@@ -95,7 +95,7 @@ def fit(
         beside, position_column = ("position_mm", position_mm), "position_mm:mm"
     elif speed_mm_s is not None:
         beside, speed_column = ("speed_mm_s", speed_mm_s), "speed_mm_s:mm/s"
-    given = native(samples, Times(time_s, time_column, rate_hz), names, beside)
+    given = native(samples, Times(time_s, time_column, rate_hz, bool(columns)), names, beside)
     text, remarks, fitted = _ridgetone.fit(
         given,
         rate_hz,

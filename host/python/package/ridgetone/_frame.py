@@ -99,7 +99,15 @@ def _named_unit(name: str, values: npt.NDArray[Any]) -> float | None:
     if unit_s is not None:
         return unit_s
     known = values[np.isfinite(values)] if values.dtype.kind == "f" else values
+    if len(known) > 1 and _may_be_days(known):
+        raise _ridgetone.UsageError(f'column {name} begins with {known[0]}, which may be days, as Excel and MATLAB count them: say so with time_column="{name}:d", or "{name}:s" if it is in seconds')
     return 1.0 if len(known) and np.any(known != np.floor(known)) else None
+
+
+def _may_be_days(values: npt.NDArray[Any]) -> bool:
+    """Whether numbers may be days since 1900 or the year 0, as of a file."""
+    first, step = float(values[0]), float(np.median(np.diff(values[:1000].astype(np.float64))))
+    return (20_000 <= first < 80_000 or 700_000 <= first < 780_000) and first != int(first) and 0 < step < 1e-3
 
 
 def _grows(values: npt.NDArray[Any]) -> bool:
