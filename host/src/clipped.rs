@@ -43,16 +43,21 @@ pub fn wraps_at(values: &[f64]) -> Option<f64> {
     let span = known.iter().copied().fold(f64::NEG_INFINITY, f64::max)
         - known.iter().copied().fold(f64::INFINITY, f64::min);
     let steps = || known.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    PERIODS.into_iter().find(|period| {
-        let is_jump = |step: &f64| *step > 0.75 * period;
-        let jumps = steps().filter(is_jump).count();
-        let others = steps().filter(|step| !is_jump(step));
-        // Between jumps it is steady.
-        let steepest = others.fold(0.0, f64::max);
-        (0.9 * period..=1.0001 * period).contains(&span)
-            && jumps >= JUMPS_MIN
-            && steepest < 0.25 * period
-    })
+    // Radians have decimals.
+    let are_whole = known.iter().all(|value| value.fract() == 0.0);
+    PERIODS
+        .into_iter()
+        .filter(|period| !are_whole || period.fract() == 0.0)
+        .find(|period| {
+            let is_jump = |step: &f64| *step > 0.75 * period;
+            let jumps = steps().filter(is_jump).count();
+            let others = steps().filter(|step| !is_jump(step));
+            // Between jumps it is steady.
+            let steepest = others.fold(0.0, f64::max);
+            (0.9 * period..=1.0001 * period).contains(&span)
+                && jumps >= JUMPS_MIN
+                && steepest < 0.25 * period
+        })
 }
 
 #[cfg(test)]

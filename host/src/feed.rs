@@ -10,6 +10,7 @@ mod following;
 mod pace;
 mod requester;
 mod source;
+mod strangers;
 
 pub use decoded::Feed;
 pub use emulated::{EMULATED, Emulated, Emulation, emulated, end, scene_input, untouched};

@@ -108,7 +108,7 @@ impl Frames {
             return Ok(settings);
         }
         let mut has_touch = false;
-        if !table.may_be_touch() {
+        if !table.may_be_volts() {
             return Ok(always(settings));
         }
         self.detect(&settings, &mut |event| {
@@ -286,12 +286,17 @@ const TOUCH_CHANNELS_MIN: usize = 4;
 
 /// True if columns may be the taxels of a finger: four or more, in volts or without a unit.
 pub fn may_be_touch(rows: &dyn RowReader, columns: &[usize]) -> bool {
+    columns.len() >= TOUCH_CHANNELS_MIN && may_be_volts(rows, columns)
+}
+
+/// True if columns are in volts or without a unit.
+fn may_be_volts(rows: &dyn RowReader, columns: &[usize]) -> bool {
     let units = rows.units();
     let is_volts = |unit: &Option<String>| {
         let unit = unit.as_deref().map(str::to_lowercase);
         matches!(unit.as_deref(), None | Some("v" | "volt" | "volts"))
     };
-    columns.len() >= TOUCH_CHANNELS_MIN && columns.iter().all(|at| is_volts(&units[*at]))
+    columns.iter().all(|at| is_volts(&units[*at]))
 }
 
 /// The settings with all of a recording as one slide.

@@ -41,6 +41,8 @@ pub struct Listener {
     /// Packets lost and damaged as reported.
     reported: (u32, u32),
     damaged_since: Option<Instant>,
+    /// The name of the open port, until something is said of it.
+    unnamed: Option<String>,
 }
 
 /// What happened to a feed.
@@ -65,6 +67,7 @@ impl Listener {
             held: VecDeque::new(),
             reported: (0, 0),
             damaged_since: None,
+            unnamed: None,
         }
     }
 
@@ -131,6 +134,7 @@ impl Listener {
                     bail!("{}: {}", self.feed.name(), events::outcome(&outcome));
                 }
             }
+            Some(Heard::Connected(name)) => self.unnamed = Some(name.clone()),
             Some(Heard::Disconnected(..)) => self.is_connected = false,
             _ => {}
         }
@@ -140,9 +144,21 @@ impl Listener {
         Ok(heard)
     }
 
-    /// A sentence on packets lost or damaged, if there are new ones.
+    /// A sentence on packets lost or damaged, if there are new ones; before the first packet, on
+    /// what else is on the line.
     pub fn losses(&mut self) -> Option<String> {
         let counts = self.feed.counts();
+        if counts.received == 0 && self.feed.has_board() {
+            let is_silent = self.feed.bytes() == 0 && self.feed.elapsed() > SILENT;
+            let silence = || {
+                is_silent.then(|| {
+                    "nothing arrives: is the board powered, and its TX on this port?".to_owned()
+                })
+            };
+            let what = self.feed.strangers().or_else(silence)?;
+            let name = self.unnamed.take()?;
+            return Some(format!("{name}: {what}"));
+        }
         if (counts.missing, counts.damaged) == self.reported {
             return None;
         }

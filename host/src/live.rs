@@ -115,6 +115,9 @@ pub struct Now {
     pub source: String,
     pub connection: Connection,
     pub counts: Counts,
+    /// What is on the line if no packet is.
+    #[serde(skip)]
+    pub strangers: Option<String>,
     /// The latest device time, seconds since the board's first conversion.
     pub now_s: Option<f64>,
     pub phase: Phase,

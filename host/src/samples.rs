@@ -193,7 +193,7 @@ impl RowReader for ArrayRows {
     fn timing(&self) -> Timing {
         match self.time_s {
             Some(_) => Timing::Stamped,
-            None => Timing::Absent("give rate_hz, or time_s".into()),
+            None => Timing::Absent("give rate_hz, or time_s; of a data frame, or a file, time_column names the column that is the time".into()),
         }
     }
 

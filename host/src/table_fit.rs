@@ -247,7 +247,7 @@ fn fit_group(
         slots_per_frame,
         shift,
         note,
-    } = estimate::estimate(file, scaled, &motion, &grid, selection)?;
+    } = long::estimate(file, &scaled, &motion, &grid, selection)?;
     let frames_per_s = grid.rate_hz / slots_per_frame as f64;
 
     let rate_share = grid.rate_sigma_hz / grid.rate_hz;

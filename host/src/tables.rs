@@ -28,7 +28,7 @@ pub use row_reader::{OpenRows, PROGRESS_ROWS, RowReader, Timing, ValueAt, check_
 pub use rows::{Rows, TableForm};
 pub use table::Table;
 pub use time_column::{TIME_COLUMN, TimeColumn};
-pub use units::{bracketed, of_channel};
+pub use units::{bracketed, of_channel, per_second};
 
 /// Seconds of a date or a time of day in any of the forms that tables have: since 1970, or midnight.
 pub fn seconds_of(text: &str) -> Option<f64> {
@@ -36,6 +36,22 @@ pub fn seconds_of(text: &str) -> Option<f64> {
 }
 
 pub use clock_time::date;
+
+/// True if the name of a column says that it is the time.
+pub fn is_time(name: &str) -> bool {
+    time_column::named(name, false).is_some()
+}
+
+/// Seconds of the unit that the name of a time declares; none if it declares none. The error is a
+/// unit that is not known.
+pub fn declared_seconds(name: &str) -> Result<Option<f64>, String> {
+    let known = time_column::named(name, false).map(|named| named.unit);
+    match known.unwrap_or_else(|| units::declared_time(name)) {
+        units::Declared::PerSecond(per_second) => Ok(Some(per_second.recip())),
+        units::Declared::Unknown(unit) => Err(unit),
+        units::Declared::Nothing => Ok(None),
+    }
+}
 
 #[cfg(test)]
 mod tests;

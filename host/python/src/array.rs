@@ -6,8 +6,8 @@ use pyo3::buffer::{Element, PyBuffer};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
-use ridgetone_host::samples;
-use ridgetone_host::tables::{TimeColumn, Timing};
+use ridgetone_host::tables::{TableForm, TimeColumn, Timing};
+use ridgetone_host::{samples, tables};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -104,12 +104,23 @@ fn view(array: &Bound<'_, PyAny>) -> PyResult<(ValueAt, [usize; 2])> {
 impl Samples {
     /// Those of a file in any form that the command reads.
     #[staticmethod]
-    fn file(path: PathBuf, time_column: Option<&str>) -> PyResult<Self> {
+    #[pyo3(signature = (path, time_column, flatten=false, has_columns=false))]
+    fn file(
+        path: PathBuf,
+        time_column: Option<&str>,
+        flatten: bool,
+        has_columns: bool,
+    ) -> PyResult<Self> {
         let time = time_column
             .map(TimeColumn::parse)
             .transpose()
             .map_err(crate::UsageError::new_err)?;
-        samples::Samples::file_with(&path, time)
+        let form = TableForm {
+            time,
+            is_flat: flatten,
+            has_columns,
+        };
+        samples::Samples::file_as(&path, form)
             .map(Self)
             .map_err(raised)
     }
@@ -205,4 +216,27 @@ impl Samples {
             guessed: rows.guessed(),
         })
     }
+}
+
+/// Seconds of a unit of time, by its name; none if it is not known.
+#[pyfunction]
+pub fn time_unit(unit: &str) -> Option<f64> {
+    tables::per_second(unit).map(f64::recip)
+}
+
+/// Whether the name of a column says that it is the time.
+#[pyfunction]
+pub fn is_time(name: &str) -> bool {
+    tables::is_time(name)
+}
+
+/// Seconds of the unit that the name of a time declares; none if it declares none. A unit that is not
+/// known is refused.
+#[pyfunction]
+pub fn declared_unit(name: &str) -> PyResult<Option<f64>> {
+    tables::declared_seconds(name).map_err(|unit| {
+        crate::UsageError::new_err(format!(
+            "column {name}: the unit {unit:?} is not known: say which with time_column=\"{name}:ms\" (or s, us, ns, min, h, d)"
+        ))
+    })
 }

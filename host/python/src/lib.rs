@@ -54,6 +54,9 @@ fn _ridgetone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<array::Samples>()?;
     module.add_class::<live::Board>()?;
     module.add_class::<work::Fitted>()?;
+    module.add_function(wrap_pyfunction!(array::time_unit, module)?)?;
+    module.add_function(wrap_pyfunction!(array::is_time, module)?)?;
+    module.add_function(wrap_pyfunction!(array::declared_unit, module)?)?;
     module.add_function(wrap_pyfunction!(work::fit, module)?)?;
     module.add_function(wrap_pyfunction!(work::fit_windows, module)?)?;
     module.add_function(wrap_pyfunction!(feel::feel, module)?)?;

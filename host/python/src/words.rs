@@ -33,6 +33,7 @@ const ARGUMENTS: [(&str, &str, Value); 24] = [
     ("--elf", "elf", Value::Text),
     ("--settings", "settings", Value::Text),
     ("--whole", "whole", Value::On),
+    ("--flatten", "flatten", Value::On),
     ("--raw", "raw", Value::On),
     ("--emulated", "source=\"emulated\"", Value::Text),
 ];

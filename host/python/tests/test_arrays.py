@@ -95,7 +95,7 @@ def test_errors_have_the_commands_text_and_pythons_arguments(tmp_path: Path, ref
     tables = {
         "no_rate": ("a\n1\n2\n", "with rate_hz"),
         "empty": ("", ""),
-        "no_unit": ("t,a\n0,1\n4,2\n8,1\n", 'time_column="t:ms" (or s, us, ns), or give rate_hz'),
+        "no_unit": ("t,a\n0,1\n4,2\n8,1\n", 'time_column="t:ms", or give rate_hz'),
         "quoted": ("Relative Time,a\n0,1\n4,2\n8,1\n", 'time_column="Relative Time:ms"'),
         "backwards": ("time_s,a\n0,1\n0.2,2\n0.1,3\n", "rate_hz, or choose another time_column"),
         "wide": ("time_s," + ",".join(f"c{c}" for c in range(17)) + "\n0" + ",1" * 17 + "\n1" + ",1" * 17 + "\n", "with columns"),

@@ -239,6 +239,9 @@ impl Talk<'_> {
                 Some(FeedEvent::Connected(_)) | None => {}
             }
             let (bytes, packets) = (self.feed.bytes(), self.feed.counts().received);
+            if let Some(what) = self.feed.strangers() {
+                bail!("{}: {what}", self.feed.name());
+            }
             ensure!(
                 heard.elapsed() <= SILENCE,
                 "the board is silent: {bytes} bytes received, {packets} packets"

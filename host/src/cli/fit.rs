@@ -26,6 +26,7 @@ FILE.csv has one row per sample, and a header; a column time_s is the time in se
 read too, gzip and UTF-16 included, as are WAV files and recordings of telemetry with raw frames; guesses are printed. The rate is
 the slope of a straight line through all time stamps, and sigma includes its uncertainty. A gap of a few rows counts as missing
 rows; rows that are not evenly spaced are fitted at their own times. A file may be long: no row after --to is read.
+Exit status: 0 a fit, whatever its status; 1 an error; 2 wrong usage; 3 one row alone.
 
 Examples:
   ridgetone fit recording.csv

@@ -2,6 +2,7 @@
 
 use super::pace::Pace;
 use super::source::{FeedEvent, Source};
+use super::strangers::Strangers;
 use crate::live::Counts;
 use crate::recording::Keep;
 use crate::utc::Receipt;
@@ -18,6 +19,7 @@ pub struct Feed {
     /// Number of the latest packet: a packet that arrives twice is given once.
     latest: Option<u16>,
     bytes: u64,
+    strangers: Strangers,
     queue: VecDeque<(FeedEvent<Packet>, Option<Receipt>)>,
     receipt: Option<Receipt>,
     is_over: bool,
@@ -35,6 +37,7 @@ impl Feed {
             received: 0,
             latest: None,
             bytes: 0,
+            strangers: Strangers::default(),
             queue: VecDeque::new(),
             receipt: None,
             is_over: false,
@@ -126,6 +129,9 @@ impl Feed {
 
     fn decode(&mut self, bytes: &[u8], receipt: Option<Receipt>) -> Result<()> {
         self.bytes += bytes.len() as u64;
+        if self.received == 0 {
+            self.strangers.take(bytes);
+        }
         if let Some(recording) = &mut self.recording {
             recording.keep(bytes, receipt).context("the recording")?;
         }
@@ -172,6 +178,14 @@ impl Feed {
     /// Bytes received so far.
     pub fn bytes(&self) -> u64 {
         self.bytes
+    }
+
+    /// What is on a board's line if no packet is: text, or another baud rate.
+    pub fn strangers(&self) -> Option<String> {
+        let what = || self.strangers.what();
+        (self.received == 0 && self.has_board())
+            .then(what)
+            .flatten()
     }
 
     pub fn name(&self) -> String {

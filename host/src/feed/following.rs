@@ -184,6 +184,7 @@ impl Following {
 
     fn follow_up(&mut self, live: &mut Live) {
         live.now.counts = self.feed.counts();
+        live.now.strangers = self.feed.strangers();
         // A source that is paused does not answer.
         if self.feed.has_board()
             && !self.is_idle

@@ -55,7 +55,7 @@ pub struct Table {
     last: u64,
     largest: Option<Largest>,
     guessed: Option<String>,
-    may_be_touch: bool,
+    may_be_volts: bool,
 }
 
 /// The value of the largest magnitude.
@@ -119,17 +119,17 @@ impl Table {
             last: survey.last,
             largest: survey.largest,
             guessed: rows.guessed(),
-            may_be_touch: {
+            may_be_volts: {
                 let all: Vec<usize> = (0..rows.names().len()).collect();
                 // Scaled values are volts.
-                reading.volts_per_unit != 1.0 || super::may_be_touch(&*rows, &all)
+                reading.volts_per_unit != 1.0 || super::may_be_volts(&*rows, &all)
             },
         })
     }
 
-    /// True if its columns may be the taxels of a finger.
-    pub fn may_be_touch(&self) -> bool {
-        self.may_be_touch
+    /// True if its values may be the volts of a finger.
+    pub fn may_be_volts(&self) -> bool {
+        self.may_be_volts
     }
 
     /// The library's settings with the plan of these rows. Columns that are no board's have no

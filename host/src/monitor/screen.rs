@@ -72,7 +72,10 @@ fn header(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let state = match &live.now.connection {
         Connection::Waiting => Span::raw("nothing received yet"),
         Connection::Connected if live.hello().is_none() && live.now.now_s.is_none() => {
-            Span::raw("open, nothing received yet")
+            match &live.now.strangers {
+                Some(what) => Span::styled(what.clone(), alarm(view)),
+                None => Span::raw("open, nothing received yet"),
+            }
         }
         Connection::Connected => Span::raw("connected"),
         Connection::Disconnected { .. } => Span::styled("UNPLUGGED, waiting for it", alarm(view)),

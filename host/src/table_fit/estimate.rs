@@ -1,14 +1,12 @@
 //! The one place that calls the estimator: how many frames it takes, and which scene.
 
 use super::bridge;
-use super::long;
 use super::scaled::Scaled;
 use crate::digits::significant;
-use crate::grid::Grid;
 use crate::part::{Band, Selection};
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, bail};
 use ridgetone_tone::{
-    FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, OtherTone, Scene, Status, Table, Values,
+    Fit, Fitter, FrameSpan, HARMONICS_MAX, OtherTone, Scene, Status, Table, Values,
 };
 
 /// Blank cells are bridged where less than this share of the rows has all readings.
@@ -76,36 +74,6 @@ pub struct Frames<'a> {
     pub band: Band,
 }
 
-/// Fits all rows: more than the estimator takes at once through a low-pass filter.
-pub fn estimate(
-    file: &str,
-    scaled: Scaled,
-    motion: &Motion,
-    grid: &Grid,
-    selection: &Selection,
-) -> Result<Estimated> {
-    let slots = scaled.values.len();
-    let slots_per_frame = slots.div_ceil(FRAMES_MAX);
-    if slots_per_frame == 1 {
-        let frames = Frames {
-            file,
-            scaled: &scaled,
-            motion,
-            rate_hz: grid.rate_hz,
-            selection,
-            band: selection.band,
-        };
-        let found = frames.named(frames.fit()?)?;
-        let note = frames.outside(&found)?;
-        return Ok(Estimated::of(found, note));
-    }
-    ensure!(
-        motion.positions.is_empty(),
-        "{file}: {slots} rows by position or at uneven times, and at most {FRAMES_MAX} of these are fitted together: choose a part with --from and --to, or windows with --window"
-    );
-    long::estimate(file, &scaled, grid.rate_hz, selection)
-}
-
 impl Frames<'_> {
     /// The unit of frequencies: in frames along time they are cycles per frame.
     fn unit_hz(&self) -> f64 {
@@ -118,7 +86,7 @@ impl Frames<'_> {
 
     /// The fit with another reading named where there is one, and the fit does not name it: the
     /// strongest tone below or above its own.
-    fn named(&self, mut found: Fit) -> Result<Fit> {
+    pub fn named(&self, mut found: Fit) -> Result<Fit> {
         let is_open = found.status == Status::Ambiguous && found.other_tone.is_none();
         if !is_open {
             return Ok(found);

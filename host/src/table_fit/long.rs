@@ -4,14 +4,18 @@
 //! then fitted in all rows through a low-pass filter and every n-th value of it; a faster one is
 //! shifted to a slow one first, by multiplying all rows with a sine.
 
-use super::estimate::{Estimated, Frames};
+use super::estimate::{Estimated, Frames, Motion};
 use super::means::PASSED;
 use super::scaled::Scaled;
 use crate::digits::significant;
+use crate::grid::Grid;
 use crate::part::{Band, Selection};
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use ridgetone_tone::{FRAMES_MAX, Fit, OtherTone, Status};
 use std::f64::consts::TAU;
+
+/// Frames up to which the estimator searches its whole band: of more it searches the lower part.
+const SEARCHED_MAX: usize = 32_768;
 
 /// Where a fast tone is shifted to, as a fraction of the thinned rate.
 const SHIFTED_TO: f64 = 0.22;
@@ -22,17 +26,49 @@ const SHIFTED_BAND: f64 = 0.12;
 /// Ratio of powers from which on a slower tone is named beside a faster one.
 const NAMED_POWER: f64 = 0.05;
 
-/// Fits all rows, with one frame for each `slots_per_frame` rows.
+/// Fits all rows: more than the estimator takes at once through filters.
 pub fn estimate(
+    file: &str,
+    scaled: &Scaled,
+    motion: &Motion,
+    grid: &Grid,
+    selection: &Selection,
+) -> Result<Estimated> {
+    let slots = scaled.values.len();
+    if slots > FRAMES_MAX {
+        ensure!(
+            motion.positions.is_empty(),
+            "{file}: {slots} rows by position or at uneven times, and at most {FRAMES_MAX} of these are fitted together: choose a part with --from and --to, or windows with --window"
+        );
+        return estimate_long(file, scaled, grid.rate_hz, selection);
+    }
+    let frames = Frames {
+        file,
+        scaled,
+        motion,
+        rate_hz: grid.rate_hz,
+        selection,
+        band: selection.band,
+    };
+    let found = frames.named(frames.fit()?)?;
+    if !found.status.has_tone() && slots > SEARCHED_MAX && motion.positions.is_empty() {
+        return estimate_long(file, scaled, grid.rate_hz, selection);
+    }
+    let note = frames.outside(&found)?;
+    Ok(Estimated::of(found, note))
+}
+
+/// Fits more rows than the estimator takes.
+fn estimate_long(
     file: &str,
     scaled: &Scaled,
     rate_hz: f64,
     selection: &Selection,
 ) -> Result<Estimated> {
     let slots = scaled.values.len();
-    let slots_per_frame = slots.div_ceil(FRAMES_MAX);
+    let slots_per_frame = slots.div_ceil(SEARCHED_MAX);
     let thin_hz = rate_hz / slots_per_frame as f64;
-    let still = super::estimate::Motion::still();
+    let still = Motion::still();
     let fit = |scaled: &Scaled, rate_hz: f64, band: Band| -> Result<(Fit, Option<String>)> {
         let frames = Frames {
             file,
@@ -47,11 +83,11 @@ pub fn estimate(
         Ok((found, outside))
     };
     let max_hz = PASSED * thin_hz;
-    let window_s = FRAMES_MAX as f64 / rate_hz;
+    let window_s = SEARCHED_MAX as f64 / rate_hz;
     // The middle tells most; a tone may also be in the first or the last window alone.
     let mut window: Option<Fit> = None;
-    for from in [(slots - FRAMES_MAX) / 2, 0, slots - FRAMES_MAX] {
-        let (found, _) = fit(&scaled.cut(from, FRAMES_MAX), rate_hz, selection.band)?;
+    for from in [(slots - SEARCHED_MAX) / 2, 0, slots - SEARCHED_MAX] {
+        let (found, _) = fit(&scaled.cut(from, SEARCHED_MAX), rate_hz, selection.band)?;
         if found.status.has_tone() {
             window = Some(found);
             break;
@@ -89,7 +125,7 @@ pub fn estimate(
         };
         let note = match (found.status.has_tone(), &window) {
             (true, _) => format!(
-                "{slots} rows are fitted by a low-pass filter and every {slots_per_frame}th value of it; no stronger tone above {} Hz is in windows of {} s",
+                "{slots} rows are fitted by a low-pass filter and one value in {slots_per_frame} of it; no stronger tone above {} Hz is in windows of {} s",
                 significant(max_hz, 3),
                 significant(window_s, 3)
             ),
@@ -170,7 +206,7 @@ pub fn estimate(
     }
     found.harmonics = 1;
     let note = format!(
-        "{slots} rows are fitted around {hz} Hz, the tone of a window of {} s, through a filter and every {slots_per_frame}th value of it; residuals are those of the filter",
+        "{slots} rows are fitted around {hz} Hz, the tone of a window of {} s, through a filter and one value in {slots_per_frame} of it; residuals are those of the filter",
         significant(window_s, 3)
     );
     Ok(Estimated {

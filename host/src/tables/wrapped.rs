@@ -1,17 +1,26 @@
 //! One series that is written several samples a row.
 
 /// Rows that show it.
-const ROWS_MIN: usize = 12;
+const ROWS_MIN: usize = 24;
+
+/// Fewest samples a row: two channels a quarter of a cycle apart look like two samples.
+const WIDTH_MIN: usize = 3;
 
 /// Largest ratio of the steps within a row, and from one row to the next, in one series.
-const RATIO_MAX: f64 = 3.0;
+const RATIO_MAX: f64 = 1.5;
+
+/// Largest difference of the columns' means in one series, in standard deviations.
+const MEANS_APART: f64 = 0.5;
 
 /// True if the columns continue one another: the step from the last column of a row to the first
 /// column of the next row is as large as those within a row, and smaller than both the step from row
 /// to row in a column and the scatter of all values. `rows` have the same number of values each.
 pub fn is_wrapped(rows: &[Vec<f64>]) -> bool {
     let width = rows.first().map_or(0, Vec::len);
-    if width < 2 || rows.len() < ROWS_MIN || rows.iter().flatten().any(|value| !value.is_finite()) {
+    if width < WIDTH_MIN
+        || rows.len() < ROWS_MIN
+        || rows.iter().flatten().any(|value| !value.is_finite())
+    {
         return false;
     }
     let mean_square = |steps: &mut dyn Iterator<Item = f64>| {
@@ -37,8 +46,17 @@ pub fn is_wrapped(rows: &[Vec<f64>]) -> bool {
     let alike = within
         .iter()
         .all(|step| *step < RATIO_MAX * end && end < RATIO_MAX * step);
+    let columns = (0..width).map(|at| {
+        let column = || rows.iter().map(move |row| row[at]);
+        let level = column().sum::<f64>() / rows.len() as f64;
+        (level, mean_square(&mut column().map(|value| value - level)))
+    });
+    let is_one = columns.into_iter().all(|(level, scatter)| {
+        let is_level = (level - mean).abs() < MEANS_APART * variance.sqrt();
+        is_level && scatter < RATIO_MAX * variance && variance < RATIO_MAX * scatter
+    });
     // Two samples of white noise are apart by twice the variance.
-    alike && end < variance && end < 0.7 * down
+    alike && is_one && end < variance && end < 0.7 * down
 }
 
 #[cfg(test)]
@@ -62,7 +80,7 @@ mod tests {
     #[test]
     fn a_wrapped_series_is_told_from_channels() {
         let tone = |phase: f64| (std::f64::consts::TAU * phase).sin();
-        for width in [2, 5, 6, 8, 50] {
+        for width in [3, 5, 6, 8, 50] {
             for per_sample in [0.0185, 0.03, 0.05] {
                 let series = rows(width, |row, at| {
                     tone((row * width + at) as f64 * per_sample)
@@ -78,6 +96,8 @@ mod tests {
                 (0.02, 1.0 / 3.0),
                 (0.3, 0.0),
                 (0.02, 0.1),
+                (0.26, 0.16),
+                (0.26, 0.1),
                 (0.45, 0.2),
             ] {
                 let channels = rows(width, |row, at| {

@@ -15,6 +15,10 @@ pub fn status(live: &Live, age: Option<Duration>) -> String {
         (_, None) if live.now.source == EMULATED => {
             "The emulated board is starting.".into()
         }
+        (_, None) if live.now.strangers.is_some() => {
+            let what = live.now.strangers.as_deref().unwrap_or_default();
+            format!("This port has no Ridgetone on it: {what}.")
+        }
         (_, None) => {
             "Nothing was received from the board yet. Is it powered, and its TX on this port, at 921600 baud?".into()
         }
@@ -62,6 +66,8 @@ mod tests {
         let mut live = Live::new("a port");
         let now = Some(Duration::ZERO);
         assert!(status(&live, None).starts_with("Nothing was received"));
+        live.now.strangers = Some("text arrives".into());
+        assert!(status(&live, None).contains("no Ridgetone on it: text arrives"));
         let emulated = status(&Live::new(EMULATED), None);
         assert!(emulated.starts_with("The emulated board is starting"));
         live.now.connection = Connection::Connected;

@@ -165,7 +165,9 @@ const FILES: [Case; 57] = [
 ];
 
 /// Made files of the same kinds, with a tone of 12.34 Hz.
-const TWINS: [Case; 34] = [
+const TWINS: [Case; 36] = [
+    ("long_fast.csv", &[], Noted(160.0, &["around 160.00 Hz"])),
+    ("two_phases.csv", &[], Hz(65.0)),
     ("time_min.csv", &[], Noted(12.34, &["in minutes"])),
     ("time_days.csv", &[], Noted(12.34, &["in days"])),
     ("time_10ms.csv", &[], TONE),

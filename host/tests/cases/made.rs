@@ -366,6 +366,22 @@ fn failing(name: &str) -> Vec<u8> {
                 (0..ROWS).map(row).collect::<String>()
             )
         }
+        // More rows than the estimator takes at once.
+        "long_fast.csv" => (0..70_000).fold("time_s,x\n".into(), |csv, row| {
+            let phase = std::f64::consts::TAU * 0.16 * f64::from(row);
+            let noise = channels(row as usize, 0.0)[1] - channels(0, 0.0)[1];
+            format!(
+                "{csv}{:.3},{:.5}\n",
+                f64::from(row) * 1e-3,
+                phase.sin() + noise
+            )
+        }),
+        // Two channels, and no series with two samples a row.
+        "two_phases.csv" => table("time_s,a,b\n", &evenly(), &|row, t_s, _| {
+            let noise = channels(row, 0.0)[1] - channels(0, 0.0)[1];
+            let value = |phase: f64| (std::f64::consts::TAU * 65.0 * t_s + phase).sin() + noise;
+            format!("{t_s:.3},{:.5},{:.5}", value(0.0), value(1.0))
+        }),
         "epoch.csv" => stamped("time", &|_, t_s| format!("{:.3}", 1_677_146_936.4 + t_s)),
         "one_channel.csv" => table("time_s,x\n", &evenly(), &|_, t_s, [_, y, _]| {
             format!("{t_s:.3},{y}")

@@ -57,7 +57,7 @@ def fit(
     names: list[str] | None = None,
     from_s: float | None = None,
     to_s: float | None = None,
-    columns: list[str] | None = None,
+    columns: Sequence[str | int] | None = None,
     time_column: str | None = None,
     harmonics: int | None = None,
     mains_hz: float | None = None,
@@ -94,9 +94,9 @@ def fit(
     from_s, to_s : float, optional
         First and last time to use, s.
     columns : list of str, optional
-        Columns to fit; all by default, at most 16.
+        Columns to fit, by name or number, `3-8` for a range; all by default.
     time_column : str, optional
-        Column of the time in a file or a data frame: `NAME`, `NAME:UNIT` with s, ms, us or ns, or `none`.
+        Column of the time in a file or a data frame: `NAME`, `NAME:UNIT` with s, ms, us, ns, min, h or d, or `none`.
     harmonics : int, optional
         Most harmonics, the fundamental included, 1 to 5; 5 by default.
     mains_hz : float, optional
@@ -158,12 +158,12 @@ def fit(
         beside, position_column = ("position_mm", position_mm), "position_mm:mm"
     elif speed_mm_s is not None:
         beside, speed_column = ("speed_mm_s", speed_mm_s), "speed_mm_s:mm/s"
-    given = native(samples, Times(time_s, time_column, rate_hz), names, beside)
+    given = native(samples, Times(time_s, time_column, rate_hz, bool(columns)), names, beside)
     options: dict[str, object] = {
         "rate_hz": rate_hz,
         "from_s": from_s,
         "to_s": to_s,
-        "columns": columns or [],
+        "columns": [str(name) for name in columns or []],
         "harmonics": harmonics,
         "mains_hz": mains_hz,
         "speed_column": speed_column,

@@ -442,6 +442,8 @@ class Fit(Object):
     """How far the fit can be trusted."""
     harmonics: int
     """Harmonics in the fit, the fundamental included."""
+    groups: int
+    """Groups of at most 16 channels that were fitted by themselves; 1 for up to 16 channels."""
     channels: list[Object]
     """The columns."""
 

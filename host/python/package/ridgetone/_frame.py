@@ -11,7 +11,6 @@ import numpy.typing as npt
 from . import _ridgetone
 
 Array = npt.NDArray[np.float64]
-_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 class DataFrame(Protocol):
@@ -68,18 +67,53 @@ def _time(names: list[str], columns: list[npt.NDArray[Any]], time_column: str | 
         return None, 1.0
     if time_column is not None:
         name, _, unit = time_column.rpartition(":")
-        if time_column in names or unit not in _UNITS:
-            name, unit = time_column, "s"
+        seconds_of_unit = _ridgetone.time_unit(unit)
+        if time_column in names or seconds_of_unit is None:
+            name, seconds_of_unit = time_column, None
         if name not in names:
             raise _ridgetone.UsageError(f"no column {name}; there are: {', '.join(names)}")
-        return names.index(name), _UNITS[unit]
+        at = names.index(name)
+        # As of a file: the name may say the unit.
+        return at, _named_unit(name, columns[at]) or 1.0 if seconds_of_unit is None else seconds_of_unit
     if "time_s" in names:
         return names.index("time_s"), 1.0
+    named = [at for at, name in enumerate(names) if _ridgetone.is_time(name) and columns[at].dtype.kind in "biuf"]
+    named = [at for at in named if _grows(columns[at])]
+    if len(named) == 1:
+        at = named[0]
+        if (unit_s := _named_unit(names[at], columns[at])) is not None:
+            return at, unit_s
+        raise _ridgetone.UsageError(f'column {names[at]} may be the time: say its unit with time_column="{names[at]}:ms" (or s, us, ns, min, h, d), or "none" and rate_hz')
     dates = [at for at, values in enumerate(columns) if values.dtype.kind in "mM"]
     if len(dates) > 1:
         several = ", ".join(names[at] for at in dates)
         raise _ridgetone.UsageError(f'{several} may all be the time: choose with time_column="{names[dates[0]]}", or "none"')
     return (dates[0] if dates else None), 1.0
+
+
+def _named_unit(name: str, values: npt.NDArray[Any]) -> float | None:
+    """Seconds of the unit of a time, by its name, or of numbers with decimals; none if nothing says it."""
+    if values.dtype.kind in "mM":
+        return 1.0
+    unit_s = _ridgetone.declared_unit(name)
+    if unit_s is not None:
+        return unit_s
+    known = values[np.isfinite(values)] if values.dtype.kind == "f" else values
+    if len(known) > 1 and _may_be_days(known):
+        raise _ridgetone.UsageError(f'column {name} begins with {known[0]}, which may be days, as Excel and MATLAB count them: say so with time_column="{name}:d", or "{name}:s" if it is in seconds')
+    return 1.0 if len(known) and np.any(known != np.floor(known)) else None
+
+
+def _may_be_days(values: npt.NDArray[Any]) -> bool:
+    """Whether numbers may be days since 1900 or the year 0, as of a file."""
+    first, step = float(values[0]), float(np.median(np.diff(values[:1000].astype(np.float64))))
+    return (20_000 <= first < 80_000 or 700_000 <= first < 780_000) and first != int(first) and 0 < step < 1e-3
+
+
+def _grows(values: npt.NDArray[Any]) -> bool:
+    """Whether a column may be a clock."""
+    steps = np.diff(values[:1000].astype(np.float64))
+    return bool(len(steps)) and bool(np.all(steps >= 0)) and bool(np.any(steps > 0))
 
 
 def _index_s(index: Any) -> Array | None:

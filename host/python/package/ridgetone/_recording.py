@@ -56,18 +56,18 @@ class Recording:
 Samples: TypeAlias = Recording | Path | DataFrame | npt.ArrayLike
 
 
-def read(path: Path, *, time_column: str | None = None) -> Recording:
+def read(path: Path, *, time_column: str | None = None, flatten: bool = False) -> Recording:
     """Reads a recording: a table as CSV, telemetry (`.rec`), or what `export` made of it (`.mcap`, JSON lines).
 
     Of telemetry the channels are the raw frames in volts, in no row if it was recorded without `--raw`, and `events` has its
     other messages. Of a table `time_column` says which column is the time, as `NAME`, `NAME:UNIT` or `none`; what is guessed of
-    a table otherwise is said in a warning.
+    a table otherwise is said in a warning. With `flatten` rows hold consecutive samples of one series.
     """
     lines = _ridgetone.messages(path)
     events = [event(line) for line in lines or []]
     guessed = None
     try:
-        names, times, values, guessed = _ridgetone.Samples.file(path, time_column).read()
+        names, times, values, guessed = _ridgetone.Samples.file(path, time_column, flatten).read()
     except _ridgetone.Error as error:
         if not events or "holds no frames" not in str(error):
             raise
@@ -92,6 +92,8 @@ class Times:
     time_s: npt.ArrayLike | None = None
     time_column: str | None = None
     rate_hz: float | None = None
+    has_columns: bool = False
+    """Columns are chosen: they are channels."""
 
 
 def native(
@@ -108,7 +110,7 @@ def native(
     if isinstance(samples, (str, PathLike)):
         if time_s is not None or names is not None or beside is not None:
             raise _ridgetone.UsageError("time_s, names, speed_mm_s and position_mm are for arrays: a file has columns")
-        return _ridgetone.Samples.file(samples, times.time_column)
+        return _ridgetone.Samples.file(samples, times.time_column, False, times.has_columns)
     file = "array"
     if hasattr(samples, "to_frame") and not is_frame(samples):
         samples = samples.to_frame()
@@ -126,6 +128,9 @@ def native(
         values = values[:, np.newaxis]
     if values.ndim != 2:
         raise _ridgetone.UsageError(f"an array of {values.ndim} dimensions: rows, then channels are needed")
+    if values.shape[1] > 16 and values.shape[1] > 4 * values.shape[0]:
+        rows, columns = values.shape
+        raise _ridgetone.UsageError(f"{rows} rows of {columns} channels: give the array transposed, x.T, with a row for each sample")
     names = names or [f"ch{channel}" for channel in range(values.shape[1])]
     stamps = None if time_s is None else numbers(time_s, is_time=True).reshape(-1, 1)
     column: dict[str, object] | None = None

@@ -1,0 +1,80 @@
+//! Bytes on a line that hold no packet of ours: another baud rate, or another device.
+
+/// Bytes without a packet from which on something is said: a packet has at most half of them.
+const BYTES_MIN: u64 = 1024;
+
+/// The same of whole lines of text, which no packet is.
+const TEXT_BYTES_MIN: u64 = 128;
+
+/// Fraction of printable bytes from which on they are text.
+const TEXT_MIN: f64 = 0.9;
+
+/// Longest example of a text, characters.
+const EXAMPLE_MAX: usize = 40;
+
+/// Bytes that have arrived before the first packet.
+#[derive(Debug, Default)]
+pub struct Strangers {
+    bytes: u64,
+    printable: u64,
+    line: String,
+    /// The latest whole line.
+    example: String,
+}
+
+impl Strangers {
+    pub fn take(&mut self, bytes: &[u8]) {
+        self.bytes += bytes.len() as u64;
+        for byte in bytes {
+            let is_end = matches!(byte, b'\r' | b'\n');
+            let is_text = is_end || matches!(byte, b' '..=b'~' | b'\t');
+            self.printable += u64::from(is_text);
+            if is_end && !self.line.is_empty() {
+                self.example = std::mem::take(&mut self.line);
+            } else if is_text && !is_end && self.line.len() < EXAMPLE_MAX {
+                self.line.push(char::from(*byte));
+            }
+        }
+    }
+
+    /// What the bytes are most likely, and what to do; none before there are enough of them.
+    pub fn what(&self) -> Option<String> {
+        let Self {
+            bytes, printable, ..
+        } = *self;
+        let is_text = printable as f64 >= TEXT_MIN * bytes as f64 && !self.example.is_empty();
+        let min = if is_text { TEXT_BYTES_MIN } else { BYTES_MIN };
+        if bytes < min {
+            return None;
+        }
+        Some(match is_text {
+            true => format!(
+                "text arrives, such as {:?}, and no packet of Ridgetone: another device, or another program on the board",
+                self.example
+            ),
+            false => format!(
+                "{bytes} bytes have arrived, and no packet of Ridgetone: another baud rate than 921600, another device, or no common ground"
+            ),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_and_noise_are_named() {
+        let what = |bytes: &[u8]| {
+            let mut strangers = Strangers::default();
+            (0..2000 / bytes.len()).for_each(|_| strangers.take(bytes));
+            strangers.what()
+        };
+        assert!(what(b"x:0.12,y:0.3\r\n").is_some_and(|text| text.contains("\"x:0.12,y:0.3\"")));
+        let noise: Vec<u8> = (0..=255).collect();
+        assert!(what(&noise).is_some_and(|text| text.contains("921600")));
+        let mut few = Strangers::default();
+        few.take(b"garbage");
+        assert_eq!(few.what(), None);
+    }
+}
