@@ -147,14 +147,16 @@ impl<'m> Lean<'m> {
         let band = scene.band.over(span.frequency(1.0));
         let harmonics = usize::from(scene.harmonics());
         let of_peak = self.solution.score(reference);
+        let peak_comb = Comb::new(peak.cycles, harmonics, span.frames);
         // A part needs a line beside the peak's own.
         let margin = reference.width as f32 * libm::logf(span.frames as f32);
         let (mut best, mut found): (f32, Option<f32>) = (of_peak, None);
         for part in 2..=harmonics {
             let cycles = peak.cycles / part as f32;
             let lines = Self::lines(span, cycles, harmonics);
-            let comb = Comb { cycles, lines };
-            if cycles < CYCLES_PART || !band.has(cycles) || !self.search.may_have(&comb, part) {
+            let comb = Comb::new(cycles, harmonics, span.frames);
+            let is_in = cycles > CYCLES_PART && band.has(cycles);
+            if !is_in || !self.search.may_have(&comb, &peak_comb, part) {
                 continue;
             }
             let most = Blocks::most(span.frames, lines);
@@ -248,7 +250,7 @@ impl<'m> Lean<'m> {
         }
         let declared = declaration::test(blocks, reference, solution, strongest.place, harmonics);
         let missing = 1.0 - blocks.frames() / span.frames.max(1) as f32;
-        let comb = Comb { cycles, lines };
+        let comb = Comb::new(cycles, harmonics, span.frames);
         let second = if peak.is_searched {
             self.search.second(&comb, missing)
         } else {
