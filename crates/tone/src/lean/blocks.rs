@@ -28,9 +28,9 @@ pub const LEAN_ROWS: usize = {
     if one > several { one } else { several }
 };
 
-/// Rows of a block: the values, and their products with cosine and sine of each line.
+/// Rows of a block: products of the channels with cosine and sine of each line.
 const fn rows(lines: usize) -> usize {
-    1 + 2 * lines
+    2 * lines
 }
 
 /// Cosine and sine, or sums of them.
@@ -49,6 +49,8 @@ pub struct Block {
     pub waves: [Wave; WAVES],
     /// Cosine and sine of each line, times `d`.
     pub moments: [Wave; LINES],
+    /// The channels' values.
+    pub level: Values,
 }
 
 impl Block {
@@ -58,6 +60,7 @@ impl Block {
         d: 0.0,
         waves: [[0.0; 2]; WAVES],
         moments: [[0.0; 2]; LINES],
+        level: [0.0; CHANNELS_MAX],
     };
 }
 
@@ -168,6 +171,8 @@ impl<'m> Blocks<'m> {
             from = end;
         }
         if reference.width < CHANNELS_MAX {
+            let levels = self.blocks.iter_mut().map(|block| &mut block.level);
+            levels.for_each(|row| reference.clear(row));
             self.rows.iter_mut().for_each(|row| reference.clear(row));
             self.sums.iter_mut().for_each(|row| reference.clear(row));
         }
@@ -232,18 +237,19 @@ impl Run {
         rows: &mut [Values],
         sums: &mut [Values; 3],
     ) {
-        let [level, rows @ ..] = rows else { return };
         let [[cos, sin], others @ ..] = rows.as_chunks_mut::<2>().0 else {
             return;
         };
-        let [total, moments, squares] = sums;
-        let sums = [level, cos, sin, total, moments, squares];
         if self.lines == 1 {
             self.turn_lines::<1, 2>(first, values.len(), block);
+            let [total, moments, squares] = sums;
+            let sums = [&mut block.level, cos, sin, total, moments, squares];
             self.add_first::<false>(first, values, reference, sums);
             return;
         }
         self.turn_lines::<LINES, WAVES>(first, values.len(), block);
+        let [total, moments, squares] = sums;
+        let sums = [&mut block.level, cos, sin, total, moments, squares];
         self.add_first::<true>(first, values, reference, sums);
         let values = self.values.get(..values.len()).unwrap_or_default();
         for (waves, rows) in self.waves.iter().skip(1).zip(others) {

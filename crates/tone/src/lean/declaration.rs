@@ -168,10 +168,7 @@ fn residuals(
         *seen = [[c, of_cos[0], of_cos[1]], [s, of_sin[0], of_sin[1]]];
     }
     let functions = solution.functions();
-    let [level, others @ ..] = rows else {
-        return [0.0; 2];
-    };
-    let Some([cosines, sines]) = others.as_chunks::<2>().0.get(tested - 1) else {
+    let Some([cosines, sines]) = rows.as_chunks::<2>().0.get(tested - 1) else {
         return [0.0; 2];
     };
     let mut powers = [0.0; 2];
@@ -179,7 +176,7 @@ fn residuals(
     let root = square_root(1.0 / n);
     for group in 0..CHANNELS_MAX / 4 {
         let part = |values: &Values| values.as_chunks::<4>().0[group];
-        let (cos, sin, mut left) = (part(cosines), part(sines), part(level));
+        let (cos, sin, mut left) = (part(cosines), part(sines), part(&block.level));
         let mut cosine: [f32; 4] = core::array::from_fn(|k| cos[k] * x - sin[k] * y);
         let mut sine: [f32; 4] = core::array::from_fn(|k| sin[k] * x + cos[k] * y);
         for (coefficients, seen) in solution.coefficients.iter().zip(&seen).take(functions) {

@@ -378,8 +378,8 @@ impl<'m> Search<'m> {
         let own = comb.lines().iter().enumerate();
         let mut own = own.filter(|(i, _)| (i + 1) % part != 0);
         own.any(|(_, line)| {
-            // The main lobe of a line of the peak's comb hides it.
-            peak.distance(*line) < LOBE || self.deviate(self.near(*line), noise) > Z_LINE
+            // Main lobes that touch leave no bin for the noise.
+            peak.distance(*line) < 2.0 * LOBE || self.deviate(self.near(*line), noise) > Z_LINE
         })
     }
 

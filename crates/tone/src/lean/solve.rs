@@ -509,8 +509,7 @@ fn products_of(
     let mut sums = [[0.0; 4]; 4];
     for ((block, rows), [x, y]) in blocks.iter().zip(turns) {
         let u = block.middle;
-        let pairs = rows.get(1..).unwrap_or_default().as_chunks::<2>().0;
-        let Some([cosines, sines]) = pairs.get(line) else {
+        let Some([cosines, sines]) = rows.as_chunks::<2>().0.get(line) else {
             continue;
         };
         let cosines = &cosines.as_chunks::<4>().0[group % 4];
