@@ -19,7 +19,7 @@ use crate::limits::FRAMES_MIN;
 use crate::scene::{Band, Baseline, Channels, Noise, Scene, Speed};
 use crate::source::{Overwritten, Values};
 pub use blocks::LEAN_ROWS;
-use blocks::{BLOCKS_FEWER, Blocks, LINES};
+use blocks::{BLOCKS_FEWER, Blocks, LINES, Pass};
 use reference::Reference;
 use search::{Comb, Peak, Search};
 use solve::Solution;
@@ -159,8 +159,12 @@ impl<'m> Lean<'m> {
             if !is_in || !self.search.may_have(&comb, &peak_comb, part) {
                 continue;
             }
-            let most = Blocks::most(span.frames, lines);
-            self.blocks.collect(span, reference, cycles, lines, most)?;
+            let pass = Pass {
+                cycles,
+                lines,
+                blocks: Blocks::most(span.frames, lines),
+            };
+            self.blocks.collect(span, reference, pass)?;
             self.solution.choose((2 << lines) - 2);
             self.solution.solve(&self.blocks, reference, 0.0);
             let turn = self.solution.turn + self.solution.step();
@@ -204,8 +208,12 @@ impl<'m> Lean<'m> {
         for pass in 1..=PASSES {
             let (blocks, solution) = (&mut self.blocks, &mut self.solution);
             let is_open = is_open && pass == 1;
-            let few = if is_open { BLOCKS_FEWER } else { most };
-            blocks.collect(span, reference, cycles, lines, few)?;
+            let pass = Pass {
+                cycles,
+                lines,
+                blocks: if is_open { BLOCKS_FEWER } else { most },
+            };
+            blocks.collect(span, reference, pass)?;
             let frames = blocks.frames();
             if frames < FRAMES_MIN as f32 || 2.0 * frames < span.frames as f32 {
                 return Ok(Fit::without_tone(Status::TooShort, frames as u32));

@@ -80,6 +80,17 @@ pub struct Blocks<'m> {
     run: Run,
 }
 
+/// A pass over the frames.
+#[derive(Clone, Copy, Debug)]
+pub struct Pass {
+    /// Cycles a window of the first line.
+    pub cycles: f32,
+    /// Number of lines.
+    pub lines: usize,
+    /// Most blocks.
+    pub blocks: usize,
+}
+
 impl<'m> Blocks<'m> {
     /// Empty ones, with [`LEAN_ROWS`] rows of memory.
     #[inline(always)]
@@ -132,19 +143,17 @@ impl<'m> Blocks<'m> {
         }
     }
 
-    /// Sums up the frames of a span at multiples up to `lines` of a frequency of `cycles` a window,
-    /// in at most so many blocks.
+    /// Sums up the frames of a span.
     #[inline(never)]
     pub fn collect(
         &mut self,
         span: &mut FrameSpan,
         reference: &Reference,
-        cycles: f32,
-        lines: usize,
-        most: usize,
+        pass: Pass,
     ) -> Result<(), Overwritten> {
+        let Pass { cycles, lines, .. } = pass;
         let frames = span.frames as usize;
-        self.count = (frames / FRAMES_OF_BLOCK).clamp(1, most);
+        self.count = (frames / FRAMES_OF_BLOCK).clamp(1, pass.blocks);
         (self.cycles, self.lines) = (cycles, lines);
         self.sums = [[0.0; CHANNELS_MAX]; 3];
         self.powers = [0.0; 3];
@@ -159,11 +168,11 @@ impl<'m> Blocks<'m> {
             *block = Block::NONE;
             block.middle = run.u(0.5 * (from + end - 1) as f32);
             run.dd = 0.0;
-            span.visit_runs(
-                from as u32..end as u32,
-                reference.wanted,
-                &mut |first, values| run.add(first, values, reference, block, rows, &mut self.sums),
-            )?;
+            let part = from as u32..end as u32;
+            span.visit_runs(part, reference.wanted, &mut |first, values| {
+                let total = &mut self.sums;
+                run.add(first, values, reference, Sums { block, rows, total });
+            })?;
             let (n, middle) = (block.frames, block.middle);
             self.powers[0] += n;
             self.powers[1] += n * middle + block.d;
@@ -178,6 +187,14 @@ impl<'m> Blocks<'m> {
         }
         Ok(())
     }
+}
+
+/// Sums that frames are added to.
+struct Sums<'b> {
+    block: &'b mut Block,
+    rows: &'b mut [Values],
+    /// Those of the window.
+    total: &'b mut [Values; 3],
 }
 
 /// Frames in a row that are multiplied by waves.
@@ -228,27 +245,20 @@ impl Run {
     }
 
     /// Adds frames to the sums of a block and of the window.
-    fn add(
-        &mut self,
-        first: u32,
-        values: &[Values],
-        reference: &Reference,
-        block: &mut Block,
-        rows: &mut [Values],
-        sums: &mut [Values; 3],
-    ) {
+    fn add(&mut self, first: u32, values: &[Values], reference: &Reference, sums: Sums) {
+        let Sums { block, rows, total } = sums;
         let [[cos, sin], others @ ..] = rows.as_chunks_mut::<2>().0 else {
             return;
         };
         if self.lines == 1 {
             self.turn_lines::<1, 2>(first, values.len(), block);
-            let [total, moments, squares] = sums;
+            let [total, moments, squares] = total;
             let sums = [&mut block.level, cos, sin, total, moments, squares];
             self.add_first::<false>(first, values, reference, sums);
             return;
         }
         self.turn_lines::<LINES, WAVES>(first, values.len(), block);
-        let [total, moments, squares] = sums;
+        let [total, moments, squares] = total;
         let sums = [&mut block.level, cos, sin, total, moments, squares];
         self.add_first::<true>(first, values, reference, sums);
         let values = self.values.get(..values.len()).unwrap_or_default();

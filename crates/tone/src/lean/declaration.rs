@@ -99,7 +99,12 @@ pub fn test(
         };
         let [cosine, sine] = line;
         let rest = [level, cosine, sine];
-        let [of_levels, of_line] = residuals(block, rows, &turned, solution, tested, rest);
+        let model = Model {
+            turned: &turned,
+            solution,
+            tested,
+        };
+        let [of_levels, of_line] = residuals(block, rows, &model, rest);
         levels += inverse * of_levels;
         lines += inverse * of_line;
         for order in solution.orders() {
@@ -141,17 +146,23 @@ pub fn test(
     }
 }
 
+/// A solution in a block.
+struct Model<'m> {
+    turned: &'m Turned,
+    solution: &'m Solution,
+    /// Number of the tested line.
+    tested: usize,
+}
+
 /// Weighted squares of what the fit leaves of a block's sums: of the values, and of their products
 /// with cosine and sine of a line. `rest` becomes the residuals, with the variance of a frame.
 #[inline(never)]
-fn residuals(
-    block: &Block,
-    rows: &[Values],
-    turned: &Turned,
-    solution: &Solution,
-    tested: usize,
-    rest: [&mut Values; 3],
-) -> [f32; 2] {
+fn residuals(block: &Block, rows: &[Values], model: &Model, rest: [&mut Values; 3]) -> [f32; 2] {
+    let Model {
+        turned,
+        solution,
+        tested,
+    } = *model;
     let (n, u) = (block.frames, block.middle);
     let tested = tested.clamp(1, LINES);
     let [x, y] = turned.turns[tested - 1];
