@@ -30,7 +30,8 @@ pub const LEAN_ROWS: usize = {
 
 /// Rows of a block: products of the channels with cosine and sine of each line.
 const fn rows(lines: usize) -> usize {
-    2 * lines
+    let rows = 2 * lines;
+    if rows > 2 { rows } else { 2 }
 }
 
 /// Cosine and sine, or sums of them.
@@ -153,7 +154,7 @@ impl<'m> Blocks<'m> {
     ) -> Result<(), Overwritten> {
         let Pass { cycles, lines, .. } = pass;
         let frames = span.frames as usize;
-        self.count = (frames / FRAMES_OF_BLOCK).clamp(1, pass.blocks);
+        self.count = (frames / FRAMES_OF_BLOCK).min(pass.blocks).max(1);
         (self.cycles, self.lines) = (cycles, lines);
         self.sums = [[0.0; CHANNELS_MAX]; 3];
         self.powers = [0.0; 3];

@@ -160,7 +160,7 @@ impl Mixture {
     #[inline(always)]
     fn values<const N: usize>(&self, frames: &[Values; N]) -> [f32; N] {
         let frames = frames.each_ref();
-        let frames = frames.map(|frame| &frame.as_chunks::<MIXED>().0[self.half]);
+        let frames = frames.map(|frame| &frame.as_chunks::<MIXED>().0[self.half % 2]);
         let mut sums = [0.0; N];
         for k in 0..MIXED {
             for (sum, frame) in sums.iter_mut().zip(&frames) {
@@ -376,7 +376,7 @@ impl<'m> Search<'m> {
     pub fn may_have(&self, comb: &Comb, peak: &Comb, part: usize) -> bool {
         let noise = self.noise(peak);
         let own = comb.lines().iter().enumerate();
-        let mut own = own.filter(|(i, _)| (i + 1) % part != 0);
+        let mut own = own.filter(|(i, _)| !(i + 1).is_multiple_of(part));
         own.any(|(_, line)| {
             // Main lobes that touch leave no bin for the noise.
             peak.distance(*line) < 2.0 * LOBE || self.deviate(self.near(*line), noise) > Z_LINE
@@ -449,7 +449,7 @@ fn offset(before: f32, after: f32, step: f32) -> f32 {
             true => 0.0,
             false => libm::logf(f32::abs(lobe(step - x) / lobe(step + x))),
         };
-        x = (x + (difference - at) / linear).clamp(-most, most);
+        x = (x + (difference - at) / linear).max(-most).min(most);
     }
     x
 }
