@@ -314,29 +314,41 @@ pub fn overtones(solution: &Solution, variances: &Values, width: usize) -> [[f32
     if !numbers.has(1) {
         return ratios;
     }
-    for (line, [cos, sin]) in numbers.iter().skip(1).zip(others) {
-        let (mut real, mut imaginary, mut all) = (0.0, 0.0, 0.0);
-        for k in 0..width.min(CHANNELS_MAX) {
-            let (x, y) = (first[0][k], -first[1][k]);
-            let power = x * x + y * y;
-            if power <= 0.0 {
-                continue;
-            }
-            // Conjugate of the fundamental to the line's power, of unit length but once.
-            let (mut c, mut s) = (1.0, 0.0);
-            let size = libm::sqrtf(power);
-            for _ in 0..line {
-                (c, s) = ((c * x + s * y) / size, (s * x - c * y) / size);
-            }
-            let (a, b) = (cos[k], -sin[k]);
-            let weight = size / variances[k];
-            real += weight * (a * c - b * s);
-            imaginary += weight * (a * s + b * c);
-            all += weight * size;
-        }
+    for (line, wave) in numbers.iter().skip(1).zip(others) {
         if let Some(ratio) = ratios.get_mut(line - 2) {
-            *ratio = [real / all, imaginary / all];
+            *ratio = overtone(line, wave, first, variances, width);
         }
     }
     ratios
+}
+
+/// Ratio of one overtone, by cosine and sine of its line and of the fundamental in the first `width`
+/// channels.
+pub fn overtone(
+    line: usize,
+    [cos, sin]: &[Values; 2],
+    first: &[Values; 2],
+    variances: &Values,
+    width: usize,
+) -> [f32; 2] {
+    let (mut real, mut imaginary, mut all) = (0.0, 0.0, 0.0);
+    for k in 0..width.min(CHANNELS_MAX) {
+        let (x, y) = (first[0][k], -first[1][k]);
+        let power = x * x + y * y;
+        if power <= 0.0 {
+            continue;
+        }
+        // Conjugate of the fundamental to the line's power, of unit length but once.
+        let (mut c, mut s) = (1.0, 0.0);
+        let size = libm::sqrtf(power);
+        for _ in 0..line {
+            (c, s) = ((c * x + s * y) / size, (s * x - c * y) / size);
+        }
+        let (a, b) = (cos[k], -sin[k]);
+        let weight = size / variances[k];
+        real += weight * (a * c - b * s);
+        imaginary += weight * (a * s + b * c);
+        all += weight * size;
+    }
+    [real / all, imaginary / all]
 }

@@ -8,7 +8,7 @@ use crate::fit::{Fit, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::{self, Impulses};
-use crate::late::Late;
+use crate::late::{Delays, Late};
 use crate::lean::Lean;
 use crate::legendre::legendre;
 use crate::limits::FRAMES_MIN;
@@ -71,6 +71,32 @@ impl Fitter {
             let power = self.work.memory.as_flattened_mut();
             return Lean::new(self.blocks.rows(), power).fit(span, scene);
         }
+        self.fit_all(span, scene, None)
+    }
+
+    /// Fits all usable channels of a span along a path, each channel at a position of its own.
+    ///
+    /// # Errors
+    /// If its frames were overwritten meanwhile.
+    pub fn fit_delayed(
+        &mut self,
+        span: &mut FrameSpan,
+        scene: &Scene,
+        delays: &Delays,
+    ) -> Result<Fit, Overwritten> {
+        let correction = Correction {
+            delays,
+            correct: |data, memory, scene, comb, delays| data.has_late(memory, scene, comb, delays),
+        };
+        self.fit_all(span, scene, Some(correction))
+    }
+
+    fn fit_all(
+        &mut self,
+        span: &mut FrameSpan,
+        scene: &Scene,
+        correction: Option<Correction>,
+    ) -> Result<Fit, Overwritten> {
         let statistics = Statistics::collect(span)?;
         let mut fit = Fit::without_tone(Status::Nothing, statistics.frames);
         if statistics.width == 0 {
@@ -96,7 +122,11 @@ impl Fitter {
             late: None,
             is_lost: false,
         };
-        let mut memory = Memory { blocks, work };
+        let mut memory = Memory {
+            blocks,
+            work,
+            correction,
+        };
         data.fit(&mut memory, scene, &mut fit);
         if data.is_lost {
             Err(Overwritten)
@@ -144,7 +174,10 @@ impl Data<'_, '_> {
                 fit.status = Status::NoTone;
                 return;
             };
-            if attempt == 1 && self.span.is_late() && self.has_late(memory, scene, &comb) {
+            if attempt == 1
+                && let Some(Correction { delays, correct }) = memory.correction
+                && correct(self, memory, scene, &comb, delays)
+            {
                 known = Some(comb.course.cycles);
                 continue;
             }
@@ -171,7 +204,13 @@ impl Data<'_, '_> {
     /// Takes the lateness of channels and the low-pass out of the frames, by a comb; false if they
     /// are less than the noise.
     #[inline(never)]
-    fn has_late(&mut self, memory: &mut Memory, scene: &Scene, comb: &Comb) -> bool {
+    fn has_late(
+        &mut self,
+        memory: &mut Memory,
+        scene: &Scene,
+        comb: &Comb,
+        delays: &Delays,
+    ) -> bool {
         let mut course = comb.course;
         memory.work.restore_weights();
         for number in 0..LATE_FITS {
@@ -190,7 +229,7 @@ impl Data<'_, '_> {
             }
             memory.work.solution.project(memory.blocks, comb.shape);
             memory.work.solution.solve();
-            if !Late::take_out(self, memory.work, &course) {
+            if !Late::take_out(self, memory.work, &course, delays) {
                 return number > 0;
             }
             self.centre();
@@ -199,10 +238,20 @@ impl Data<'_, '_> {
     }
 }
 
-/// Memory of the steps.
+/// Memory of the steps, and what they correct.
 struct Memory<'m> {
     blocks: &'m mut Blocks,
     work: &'m mut Work,
+    correction: Option<Correction<'m>>,
+}
+
+/// Correction for delays. The function comes with them, so that an image without delays is without
+/// the function.
+#[derive(Clone, Copy)]
+struct Correction<'c> {
+    delays: &'c Delays,
+    /// True if delays were taken out of the frames, by a comb.
+    correct: fn(&mut Data, &mut Memory, &Scene, &Comb, &Delays) -> bool,
 }
 
 /// A window that is fitted.
@@ -232,7 +281,7 @@ impl<'w> Window<'w, '_, '_> {
     /// The comb near a frequency, with the blocks at its unit. None if the likeliest one there has
     /// another frequency.
     fn near(&mut self, memory: &mut Memory, cycles: f32) -> Option<Comb> {
-        let Memory { blocks, work } = memory;
+        let Memory { blocks, work, .. } = memory;
         let refinement = self.refinement();
         let course = Course::steady(cycles);
         self.collect(blocks, &course, refinement.lines(cycles));
@@ -252,7 +301,7 @@ impl<'w> Window<'w, '_, '_> {
     /// The likeliest comb of those at the peaks, and at half and at a third of each.
     #[inline(never)]
     fn search(&mut self, memory: &mut Memory) -> Option<Comb> {
-        let Memory { blocks, work } = memory;
+        let Memory { blocks, work, .. } = memory;
         let refinement = self.refinement();
         let mut peaks = self.candidates(blocks, work);
         let mut tried = [0.0f32; PEAKS * DIVISORS];
@@ -330,7 +379,7 @@ impl<'w> Window<'w, '_, '_> {
     /// near it, or are collected anew.
     #[inline(never)]
     fn choose_degree(&mut self, memory: &mut Memory, best: &mut Comb, collected: Option<Course>) {
-        let Memory { blocks, work } = memory;
+        let Memory { blocks, work, .. } = memory;
         let refinement = self.refinement();
         let cycles = best.course.cycles;
         let lines = refinement.lines(cycles).and(best.shape.lines);
@@ -383,7 +432,7 @@ impl<'w> Window<'w, '_, '_> {
     /// The verdict on a comb, whose phase is followed and tested.
     #[inline(never)]
     fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
-        let Memory { blocks, work } = memory;
+        let Memory { blocks, work, .. } = memory;
         let refinement = self.refinement();
         let mut followed = Followed::at(comb.course, comb.shape);
         work.restore_weights();
@@ -483,7 +532,7 @@ impl<'w> Window<'w, '_, '_> {
     /// What a tone leaves: the deviate of lines between its own, and another line.
     #[inline(never)]
     fn beside(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
-        let Memory { blocks, work } = memory;
+        let Memory { blocks, work, .. } = memory;
         let mut between = 0.0;
         if tested.followed.moves {
             tested.followed.take_out_motion(blocks, &mut work.solution);

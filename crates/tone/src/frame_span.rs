@@ -22,10 +22,6 @@ pub struct FrameSpan<'a> {
     /// Frames per unit of time.
     rate: f32,
     domain: Domain<'a>,
-    /// Frames by which each channel is read after its frame's position.
-    pub(crate) late: Option<&'a Values>,
-    /// Time constant of the low-pass before the converter, frames.
-    pub(crate) low_pass: f32,
 }
 
 impl<'a> FrameSpan<'a> {
@@ -40,8 +36,6 @@ impl<'a> FrameSpan<'a> {
             expected: None,
             rate: 1.0,
             domain: Domain::time(frames),
-            late: None,
-            low_pass: 0.0,
         }
     }
 
@@ -89,32 +83,6 @@ impl<'a> FrameSpan<'a> {
             domain: Domain::positions(position, self.frames)?,
             ..self
         })
-    }
-
-    /// Declares that channels are read one after the other: each so many frames, at most one, after
-    /// the frame's position; negative is before it. Along a path a channel's own position counts. In
-    /// time, and at the mean speed, being late is a phase, and stays in it.
-    pub fn with_lateness(self, frames: &'a Values) -> Self {
-        Self {
-            late: Some(frames),
-            ..self
-        }
-    }
-
-    /// Declares a low-pass of first order before the converter, with a time constant of so many
-    /// frames; the positions of a path are those of that much earlier. Fast tones are delayed less
-    /// and weakened more, each harmonic by its own frequency: along a path whose speed varies that is
-    /// no longer the same amplitude and phase everywhere.
-    pub fn with_low_pass(self, frames: f32) -> Self {
-        Self {
-            low_pass: frames,
-            ..self
-        }
-    }
-
-    /// Whether frames have more than the wave at their position.
-    pub(crate) fn is_late(&self) -> bool {
-        self.late.is_some() || self.low_pass > 0.0
     }
 
     /// Where its frames are.

@@ -14,6 +14,19 @@ use crate::source::Values;
 use crate::work::Work;
 use core::f32::consts::PI;
 
+/// Delays of the channels along a path. In time, and at the mean speed, a delay is a phase, and stays
+/// in it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Delays {
+    /// Frames, at most one, by which each channel is read after its frame's position; negative is
+    /// before it.
+    pub frames: Values,
+    /// Time constant of a first-order low-pass before the converter, frames; 0: none. The positions
+    /// of the path are those of that much earlier. Fast tones are delayed less and weakened more,
+    /// each harmonic by its own frequency.
+    pub low_pass: f32,
+}
+
 /// What a low-pass does to a line at some speed: the angle by which it is ahead of its position, and
 /// its gain.
 #[derive(Clone, Copy, Debug, Default)]
@@ -50,11 +63,13 @@ pub struct Late {
     lines: Lines,
     /// Cosine and sine of each line.
     waves: [Values; 2 * HARMONICS_MAX],
+    /// Takes the change out of a frame. An image that never fits with delays has no such function.
+    subtract: fn(&Self, &Domain, &mut Frame),
 }
 
 impl Late {
     /// The waves of a solution, where channels are late along a path.
-    fn new(data: &Data, solution: &Solution, course: &Course) -> Option<Self> {
+    fn new(data: &Data, solution: &Solution, course: &Course, delays: &Delays) -> Option<Self> {
         let last = data.count().checked_sub(1)?;
         if matches!(data.domain, Domain::Time { .. }) || last == 0 {
             return None;
@@ -62,10 +77,7 @@ impl Late {
         let mut frames = [0.0; CHANNELS_MAX];
         let order = data.statistics.order.iter().take(data.width());
         for (frames, channel) in frames.iter_mut().zip(order) {
-            *frames = data
-                .span
-                .late
-                .map_or(0.0, |late| late[usize::from(*channel) % CHANNELS_MAX]);
+            *frames = delays.frames[usize::from(*channel) % CHANNELS_MAX];
         }
         let mut waves = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
         let pairs = waves.iter_mut().zip(solution.lines());
@@ -74,11 +86,12 @@ impl Late {
             frames,
             step: (data.domain.u(last) - data.domain.u(0)) / last as f32,
             last,
-            low_pass: data.span.low_pass,
+            low_pass: delays.low_pass,
             mean: [Response::default(); HARMONICS_MAX + 1],
             course: *course,
             lines: solution.shape.lines,
             waves,
+            subtract: Self::take_change,
         };
         late.mean = late.mean_response(&data.domain);
         Some(late)
@@ -112,9 +125,9 @@ impl Late {
     /// Finds what lateness changes, by the latest solution. From then on each visit takes it out of
     /// the frames; false if it is less than the noise, and stays.
     #[inline(never)]
-    pub fn take_out(data: &mut Data, work: &Work, course: &Course) -> bool {
+    pub fn take_out(data: &mut Data, work: &Work, course: &Course, delays: &Delays) -> bool {
         data.late = None;
-        let Some(late) = Self::new(data, &work.solution, course) else {
+        let Some(late) = Self::new(data, &work.solution, course, delays) else {
             return false;
         };
         let (domain, mut squares) = (data.domain, 0.0);
@@ -128,9 +141,12 @@ impl Late {
         data.late.is_some()
     }
 
-    /// Takes the change out of a frame. It is not inlined, so that all passes share one copy.
-    #[inline(never)]
+    /// Takes the change out of a frame.
     pub fn subtract(&self, domain: &Domain, frame: &mut Frame) {
+        (self.subtract)(self, domain, frame);
+    }
+
+    fn take_change(&self, domain: &Domain, frame: &mut Frame) {
         let change = self.change(domain, frame);
         let pairs = frame.values.iter_mut().zip(&change);
         pairs.for_each(|(value, change)| *value -= change);

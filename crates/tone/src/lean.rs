@@ -19,7 +19,7 @@ use crate::limits::FRAMES_MIN;
 use crate::scene::{Band, Baseline, Channels, Noise, Scene, Speed};
 use crate::source::{Overwritten, Values};
 pub use blocks::LEAN_ROWS;
-use blocks::{BLOCKS_FEWER, Blocks, LINES};
+use blocks::{BLOCKS_FEWER, Blocks, LINES, Pass};
 use reference::Reference;
 use search::{Comb, Peak, Search};
 use solve::Solution;
@@ -147,18 +147,24 @@ impl<'m> Lean<'m> {
         let band = scene.band.over(span.frequency(1.0));
         let harmonics = usize::from(scene.harmonics());
         let of_peak = self.solution.score(reference);
+        let peak_comb = Comb::new(peak.cycles, harmonics, span.frames);
         // A part needs a line beside the peak's own.
         let margin = reference.width as f32 * libm::logf(span.frames as f32);
         let (mut best, mut found): (f32, Option<f32>) = (of_peak, None);
         for part in 2..=harmonics {
             let cycles = peak.cycles / part as f32;
             let lines = Self::lines(span, cycles, harmonics);
-            let comb = Comb { cycles, lines };
-            if cycles < CYCLES_PART || !band.has(cycles) || !self.search.may_have(&comb, part) {
+            let comb = Comb::new(cycles, harmonics, span.frames);
+            let is_in = cycles > CYCLES_PART && band.has(cycles);
+            if !is_in || !self.search.may_have(&comb, &peak_comb, part) {
                 continue;
             }
-            let most = Blocks::most(span.frames, lines);
-            self.blocks.collect(span, reference, cycles, lines, most)?;
+            let pass = Pass {
+                cycles,
+                lines,
+                blocks: Blocks::most(span.frames, lines),
+            };
+            self.blocks.collect(span, reference, pass)?;
             self.solution.choose((2 << lines) - 2);
             self.solution.solve(&self.blocks, reference, 0.0);
             let turn = self.solution.turn + self.solution.step();
@@ -202,8 +208,12 @@ impl<'m> Lean<'m> {
         for pass in 1..=PASSES {
             let (blocks, solution) = (&mut self.blocks, &mut self.solution);
             let is_open = is_open && pass == 1;
-            let few = if is_open { BLOCKS_FEWER } else { most };
-            blocks.collect(span, reference, cycles, lines, few)?;
+            let pass = Pass {
+                cycles,
+                lines,
+                blocks: if is_open { BLOCKS_FEWER } else { most },
+            };
+            blocks.collect(span, reference, pass)?;
             let frames = blocks.frames();
             if frames < FRAMES_MIN as f32 || 2.0 * frames < span.frames as f32 {
                 return Ok(Fit::without_tone(Status::TooShort, frames as u32));
@@ -248,7 +258,7 @@ impl<'m> Lean<'m> {
         }
         let declared = declaration::test(blocks, reference, solution, strongest.place, harmonics);
         let missing = 1.0 - blocks.frames() / span.frames.max(1) as f32;
-        let comb = Comb { cycles, lines };
+        let comb = Comb::new(cycles, harmonics, span.frames);
         let second = if peak.is_searched {
             self.search.second(&comb, missing)
         } else {

@@ -3,7 +3,7 @@
 
 mod common;
 
-use ridgetone_tone::{CHANNELS_MAX, Fit, Fitter, FrameSpan, Frames, Scene, Status};
+use ridgetone_tone::{CHANNELS_MAX, Delays, Fit, Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
 const COUNT: usize = 240;
@@ -45,14 +45,18 @@ fn fit(x_mm: &dyn Fn(f64) -> f64, recipe: Recipe) -> Fit {
     }
     let mut frames = Frames::new(&values, CHANNELS_MAX).expect("sixteen channels");
     let place = |frame: u32| x_mm(f64::from(frame)) as f32;
-    let late: [f32; CHANNELS_MAX] = std::array::from_fn(|channel| later(channel) as f32);
+    let frames_late = |channel| match recipe.is_lateness_unknown {
+        true => 0.0,
+        false => later(channel) as f32,
+    };
+    let delays = Delays {
+        frames: std::array::from_fn(frames_late),
+        low_pass: 0.0,
+    };
     let span = FrameSpan::new(&mut frames, 0, COUNT as u32);
     let mut span = span.along(&place).expect("it moves");
-    if !recipe.is_lateness_unknown {
-        span = span.with_lateness(&late);
-    }
     Fitter::new()
-        .fit(&mut span, &Scene::with_harmonics(1))
+        .fit_delayed(&mut span, &Scene::with_harmonics(1), &delays)
         .expect("its frames are there")
 }
 
@@ -171,10 +175,13 @@ fn fit_filtered(x_mm: &dyn Fn(f64) -> f64, channels: usize, low_pass: f64) -> Fi
     let position = |frame: u32| x_mm(f64::from(frame) - LOW_PASS) as f32;
     let mut span = FrameSpan::new(&mut frames, 0, COUNT as u32)
         .along(&position)
-        .expect("it moves")
-        .with_low_pass(low_pass as f32);
+        .expect("it moves");
+    let delays = Delays {
+        low_pass: low_pass as f32,
+        ..Delays::default()
+    };
     Fitter::new()
-        .fit(&mut span, &Scene::with_harmonics(2))
+        .fit_delayed(&mut span, &Scene::with_harmonics(2), &delays)
         .expect("its frames are there")
 }
 

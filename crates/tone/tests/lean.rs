@@ -33,6 +33,9 @@ struct Case {
     channels: usize,
     snr_db: f64,
     extra: Extra,
+    /// Harmonics 2, 3 and 4, by their amplitudes over the fundamental's, where the scene has them;
+    /// the power of all is that of the tone.
+    overtones: Option<[f64; 3]>,
 }
 
 /// A window, its cycles, and the Cramer-Rao bound of these.
@@ -50,13 +53,17 @@ impl Case {
         for _ in 0..4 {
             even();
         }
-        let most = if self.extra == Extra::Overtone {
+        let most = if self.overtones.is_some() {
+            0.11
+        } else if self.extra == Extra::Overtone {
             0.2
         } else {
             0.42
-        } * n;
-        let cycles = 2.0 * (most / 2.0).powf(even());
-        let amplitude = 2f64.sqrt() * 10f64.powf(self.snr_db / 20.0);
+        };
+        let overtones = self.overtones.unwrap_or_default();
+        let cycles = 2.0 * (most * n / 2.0).powf(even());
+        let power: f64 = 1.0 + overtones.iter().map(|x| x * x).sum::<f64>();
+        let amplitude = (2.0 / power).sqrt() * 10f64.powf(self.snr_db / 20.0);
         let shared: Vec<f64> = (0..self.frames).map(|_| normal()).collect();
         let mut values = vec![0.0; self.frames * self.channels];
         for channel in 0..self.channels {
@@ -85,17 +92,36 @@ impl Case {
                     Extra::Overtone => value += wave(2.0 * phase + other) / 3.0,
                     _ => {}
                 }
+                if self.extra != Extra::Begins || t >= 0.4 {
+                    for (order, ratio) in (2..).zip(overtones) {
+                        let order = f64::from(order);
+                        value += ratio * wave(order * phase + order * order * other);
+                    }
+                }
                 values[frame * self.channels + channel] =
                     (gain * (value + noise) + level + slope * t) as f32;
             }
         }
         // D. C. Rife and R. R. Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591: radians a frame.
-        let information = self.channels as f64 * amplitude * amplitude;
+        let mut information = self.channels as f64 * amplitude * amplitude;
+        let orders = (2..)
+            .zip(overtones)
+            .map(|(order, ratio)| (f64::from(order) * ratio).powi(2));
+        information *= 1.0 + orders.sum::<f64>();
         let bound = (24.0 / (information * n * n * n)).sqrt() * n / TAU;
         Window {
             values,
             cycles,
             bound,
+        }
+    }
+
+    /// The lean scene, or the same with four harmonics.
+    fn scene(&self) -> Scene {
+        let harmonics = if self.overtones.is_some() { 4 } else { 1 };
+        Scene {
+            harmonics,
+            ..Scene::LEAN
         }
     }
 
@@ -108,7 +134,7 @@ impl Case {
             span = span.expecting(expected);
         }
         fitter
-            .fit(&mut span, &Scene::LEAN)
+            .fit(&mut span, &self.scene())
             .expect("its frames are there")
     }
 }
@@ -152,6 +178,7 @@ fn white_noise_is_fitted_as_well_as_the_bound_allows() {
         channels,
         snr_db,
         extra: Extra::Nothing,
+        overtones: None,
     };
     for (case, ratio_max) in [
         (white(48, 16, 20.0), 1.5),
@@ -173,6 +200,81 @@ fn white_noise_is_fitted_as_well_as_the_bound_allows() {
     }
 }
 
+/// Four harmonics, whatever the strongest is: no harmonic is taken for the fundamental, nor a part of
+/// the fundamental.
+#[test]
+fn harmonics_are_fitted_as_well_as_the_bound_allows() {
+    const WINDOWS: u64 = 200;
+    const RIDGES: [f64; 3] = [0.4, 0.2, 0.1];
+    for (frames, channels, snr_db, overtones, ratio_max) in [
+        (48, 16, 20.0, RIDGES, 1.6),
+        (96, 16, 20.0, RIDGES, 1.45),
+        (241, 16, 20.0, RIDGES, 1.4),
+        (940, 16, 20.0, RIDGES, 1.4),
+        (241, 4, 20.0, RIDGES, 1.4),
+        (241, 16, 0.0, RIDGES, 1.7),
+        (241, 16, 50.0, RIDGES, 1.6),
+        (241, 16, 20.0, [0.0; 3], 1.4),
+        (48, 16, 20.0, [2.0, 1.0, 0.5], 1.6),
+        (96, 16, 20.0, [2.0, 1.0, 0.5], 1.5),
+        (241, 16, 20.0, [2.0, 1.0, 0.5], 1.4),
+        (48, 16, 20.0, [8.0, 3.0, 0.0], 1.6),
+        (241, 16, 20.0, [20.0, 6.0, 0.0], 1.4),
+        (241, 16, 20.0, [1.0, 0.0, 0.0], 1.4),
+        (241, 16, 20.0, [0.0, 0.5, 0.0], 1.4),
+    ] {
+        let case = Case {
+            frames,
+            channels,
+            snr_db,
+            extra: Extra::Nothing,
+            overtones: Some(overtones),
+        };
+        let counts = count(case, WINDOWS);
+        assert!(
+            counts.good >= 194
+                && counts.covered as f64 >= 0.9 * counts.good as f64
+                && counts.outliers == 0
+                && counts.ratio < ratio_max,
+            "{case:?}: {counts:?}"
+        );
+    }
+}
+
+/// The harmonics' ratios to the fundamental, which all channels share: those of the wave, and of the
+/// default scene's fit.
+#[test]
+fn overtones_are_those_of_the_wave() {
+    const RATIOS: [f64; 3] = [0.4, 0.2, 0.1];
+    const TURNS: [f64; 3] = [0.1, 0.3, 0.7];
+    let (mut even, mut normal) = (even(3), normal(4));
+    let starts: Vec<f64> = (0..16).map(|_| even()).collect();
+    let mut values = Vec::new();
+    for frame in 0..241 {
+        for start in &starts {
+            let turns = 9.3 * f64::from(frame) / 241.0 + start;
+            let mut value = (TAU * turns).cos();
+            for ((order, ratio), turn) in (2..).zip(RATIOS).zip(TURNS) {
+                value += ratio * (TAU * (f64::from(order) * turns + turn)).cos();
+            }
+            values.push((value + 0.02 * normal()) as f32);
+        }
+    }
+    let scene = Scene {
+        harmonics: 4,
+        ..Scene::LEAN
+    };
+    for scene in [scene, Scene::DEFAULT] {
+        let found = common::fit_scene(&values, 16, &scene, |span| span);
+        assert_eq!(found.status, Status::Good);
+        for ((got, ratio), turn) in found.overtones.iter().zip(RATIOS).zip(TURNS) {
+            let (sin, cos) = (TAU * turn).sin_cos();
+            let off = (f64::from(got[0]) - ratio * cos).hypot(f64::from(got[1]) - ratio * sin);
+            assert!(off < 0.005, "{scene:?}: {:?}", found.overtones);
+        }
+    }
+}
+
 #[test]
 fn more_channels_find_fainter_tones() {
     for (channels, snr_db, good_min) in [(1, -4.0, 160), (4, -10.0, 180), (16, -13.0, 180)] {
@@ -181,6 +283,7 @@ fn more_channels_find_fainter_tones() {
             channels,
             snr_db,
             extra: Extra::Nothing,
+            overtones: None,
         };
         let counts = count(case, 200);
         assert!(
@@ -193,16 +296,23 @@ fn more_channels_find_fainter_tones() {
 #[test]
 fn what_the_scene_does_not_declare_is_not_good() {
     const WINDOWS: u64 = 100;
-    for (extra, good_max) in [
-        (Extra::Creep, 0),
-        (Extra::Coloured(0.9), 0),
-        (Extra::Coloured(0.5), 3),
-        (Extra::Shared, 10),
-        (Extra::Tone(0.6), 0),
-        (Extra::Tone(7.0), 0),
-        (Extra::Begins, 0),
-        (Extra::Chirp, 12),
-        (Extra::Overtone, 0),
+    const RIDGES: Option<[f64; 3]> = Some([0.4, 0.2, 0.1]);
+    for (extra, overtones, good_max) in [
+        (Extra::Creep, None, 0),
+        (Extra::Coloured(0.9), None, 0),
+        (Extra::Coloured(0.5), None, 3),
+        (Extra::Shared, None, 10),
+        (Extra::Tone(0.6), None, 0),
+        (Extra::Tone(7.0), None, 0),
+        (Extra::Begins, None, 0),
+        (Extra::Chirp, None, 12),
+        (Extra::Overtone, None, 0),
+        (Extra::Creep, RIDGES, 0),
+        (Extra::Coloured(0.9), RIDGES, 0),
+        (Extra::Shared, RIDGES, 20),
+        (Extra::Tone(0.6), RIDGES, 0),
+        (Extra::Begins, RIDGES, 0),
+        (Extra::Chirp, RIDGES, 12),
     ] {
         for frames in [96, 241, 940] {
             let case = Case {
@@ -210,8 +320,10 @@ fn what_the_scene_does_not_declare_is_not_good() {
                 channels: 16,
                 snr_db: 20.0,
                 extra,
+                overtones,
             };
             let counts = count(case, WINDOWS);
+            println!("{case:?}: {counts:?}");
             assert!(
                 counts.good <= good_max && counts.outliers == 0,
                 "{case:?}: {counts:?}"
@@ -223,22 +335,28 @@ fn what_the_scene_does_not_declare_is_not_good() {
 /// Where a loud tone is known from the window before, the answer is the same to a part of sigma.
 #[test]
 fn a_tracked_tone_has_the_same_answer() {
-    let case = Case {
-        frames: 241,
-        channels: 16,
-        snr_db: 20.0,
-        extra: Extra::Nothing,
-    };
     let mut fitter = Box::new(Fitter::new());
-    for seed in 0..40 {
-        let window = case.window(seed);
-        let searched = case.fit(&window, &mut fitter, None);
-        for off in [0.05, 0.3, 3.0] {
-            let expected = window.cycles as f32 + off;
-            let tracked = case.fit(&window, &mut fitter, Some(expected));
-            assert_eq!(tracked.status, searched.status, "{seed} {off}");
-            let moved = (tracked.frequency - searched.frequency).abs();
-            assert!(moved < 0.1 * searched.sigma, "{seed} {off}: {tracked:?}");
+    for (overtones, moved_max) in [(None, 0.1), (Some([0.4, 0.2, 0.1]), 0.3)] {
+        let case = Case {
+            frames: 241,
+            channels: 16,
+            snr_db: 20.0,
+            extra: Extra::Nothing,
+            overtones,
+        };
+        for seed in 0..40 {
+            let window = case.window(seed);
+            let searched = case.fit(&window, &mut fitter, None);
+            for off in [0.05, 0.3, 3.0] {
+                let expected = window.cycles as f32 + off;
+                let tracked = case.fit(&window, &mut fitter, Some(expected));
+                assert_eq!(tracked.status, searched.status, "{seed} {off}");
+                let moved = (tracked.frequency - searched.frequency).abs();
+                assert!(
+                    moved < moved_max * searched.sigma,
+                    "{seed} {off}: {tracked:?}"
+                );
+            }
         }
     }
 }
@@ -253,6 +371,7 @@ fn a_scale_changes_no_status() {
             channels: 16,
             snr_db,
             extra: Extra::Nothing,
+            overtones: None,
         };
         for seed in 0..100 {
             let mut window = case.window(seed);

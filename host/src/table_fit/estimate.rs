@@ -6,7 +6,7 @@ use crate::digits::significant;
 use crate::part::{Band, Selection};
 use anyhow::{Result, bail};
 use ridgetone_tone::{
-    Fit, Fitter, FrameSpan, HARMONICS_MAX, OtherTone, Scene, Status, Table, Values,
+    Delays, Fit, Fitter, FrameSpan, HARMONICS_MAX, OtherTone, Scene, Status, Table, Values,
 };
 
 /// Blank cells are bridged where less than this share of the rows has all readings.
@@ -195,14 +195,20 @@ impl Frames<'_> {
                 }
             };
             span = along;
-            if let Some(delays) = &self.motion.delays {
-                span = span
-                    .with_lateness(&delays.skew_frames)
-                    .with_low_pass(delays.low_pass_frames);
-            }
         }
-        let mut fitter = Box::new(Fitter::new());
-        let Ok(found) = fitter.fit(&mut span, &self.scene()) else {
+        let (mut fitter, scene) = (Box::new(Fitter::new()), self.scene());
+        let delays = self.motion.delays.as_ref();
+        let found = match delays.filter(|_| !positions.is_empty()) {
+            Some(delays) => {
+                let delays = Delays {
+                    frames: delays.skew_frames,
+                    low_pass: delays.low_pass_frames,
+                };
+                fitter.fit_delayed(&mut span, &scene, &delays)
+            }
+            None => fitter.fit(&mut span, &scene),
+        };
+        let Ok(found) = found else {
             bail!("{file}: the fit did not reach all rows");
         };
         Ok(found)

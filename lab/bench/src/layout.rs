@@ -2,7 +2,7 @@
 
 /// Scenes that are fitted: the setting, and the parts that differ from the default: 1 the baseline,
 /// 2 the noise's colour, 4 its correlation, 8 impulses, 16 the moving speed, 32 the overtones.
-pub const SCENES: [(&str, u8); 8] = [
+pub const SCENES: [(&str, u8); 9] = [
     ("default: four harmonics", 0),
     ("harmonics = 1", 32),
     ("scene.curved_baseline = false", 1),
@@ -11,6 +11,7 @@ pub const SCENES: [(&str, u8); 8] = [
     ("scene.impulses = false", 8),
     ("scene.moving_speed = true", 16),
     ("lean: one harmonic, all four false", 1 | 2 | 4 | 8 | 32),
+    ("four harmonics, all four false", 1 | 2 | 4 | 8),
 ];
 
 /// Frames of the windows: 0.2, 0.4, 1 and 3.9 s.

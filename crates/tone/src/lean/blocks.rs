@@ -28,9 +28,10 @@ pub const LEAN_ROWS: usize = {
     if one > several { one } else { several }
 };
 
-/// Rows of a block: the values, and their products with cosine and sine of each line.
+/// Rows of a block: products of the channels with cosine and sine of each line.
 const fn rows(lines: usize) -> usize {
-    1 + 2 * lines
+    let rows = 2 * lines;
+    if rows > 2 { rows } else { 2 }
 }
 
 /// Cosine and sine, or sums of them.
@@ -49,6 +50,8 @@ pub struct Block {
     pub waves: [Wave; WAVES],
     /// Cosine and sine of each line, times `d`.
     pub moments: [Wave; LINES],
+    /// The channels' values.
+    pub level: Values,
 }
 
 impl Block {
@@ -58,6 +61,7 @@ impl Block {
         d: 0.0,
         waves: [[0.0; 2]; WAVES],
         moments: [[0.0; 2]; LINES],
+        level: [0.0; CHANNELS_MAX],
     };
 }
 
@@ -75,6 +79,17 @@ pub struct Blocks<'m> {
     /// Cycles a window of the line.
     pub cycles: f32,
     run: Run,
+}
+
+/// A pass over the frames.
+#[derive(Clone, Copy, Debug)]
+pub struct Pass {
+    /// Cycles a window of the first line.
+    pub cycles: f32,
+    /// Number of lines.
+    pub lines: usize,
+    /// Most blocks.
+    pub blocks: usize,
 }
 
 impl<'m> Blocks<'m> {
@@ -129,19 +144,17 @@ impl<'m> Blocks<'m> {
         }
     }
 
-    /// Sums up the frames of a span at multiples up to `lines` of a frequency of `cycles` a window,
-    /// in at most so many blocks.
+    /// Sums up the frames of a span.
     #[inline(never)]
     pub fn collect(
         &mut self,
         span: &mut FrameSpan,
         reference: &Reference,
-        cycles: f32,
-        lines: usize,
-        most: usize,
+        pass: Pass,
     ) -> Result<(), Overwritten> {
+        let Pass { cycles, lines, .. } = pass;
         let frames = span.frames as usize;
-        self.count = (frames / FRAMES_OF_BLOCK).clamp(1, most);
+        self.count = (frames / FRAMES_OF_BLOCK).min(pass.blocks).max(1);
         (self.cycles, self.lines) = (cycles, lines);
         self.sums = [[0.0; CHANNELS_MAX]; 3];
         self.powers = [0.0; 3];
@@ -156,11 +169,11 @@ impl<'m> Blocks<'m> {
             *block = Block::NONE;
             block.middle = run.u(0.5 * (from + end - 1) as f32);
             run.dd = 0.0;
-            span.visit_runs(
-                from as u32..end as u32,
-                reference.wanted,
-                &mut |first, values| run.add(first, values, reference, block, rows, &mut self.sums),
-            )?;
+            let part = from as u32..end as u32;
+            span.visit_runs(part, reference.wanted, &mut |first, values| {
+                let total = &mut self.sums;
+                run.add(first, values, reference, Sums { block, rows, total });
+            })?;
             let (n, middle) = (block.frames, block.middle);
             self.powers[0] += n;
             self.powers[1] += n * middle + block.d;
@@ -168,11 +181,21 @@ impl<'m> Blocks<'m> {
             from = end;
         }
         if reference.width < CHANNELS_MAX {
+            let levels = self.blocks.iter_mut().map(|block| &mut block.level);
+            levels.for_each(|row| reference.clear(row));
             self.rows.iter_mut().for_each(|row| reference.clear(row));
             self.sums.iter_mut().for_each(|row| reference.clear(row));
         }
         Ok(())
     }
+}
+
+/// Sums that frames are added to.
+struct Sums<'b> {
+    block: &'b mut Block,
+    rows: &'b mut [Values],
+    /// Those of the window.
+    total: &'b mut [Values; 3],
 }
 
 /// Frames in a row that are multiplied by waves.
@@ -223,27 +246,21 @@ impl Run {
     }
 
     /// Adds frames to the sums of a block and of the window.
-    fn add(
-        &mut self,
-        first: u32,
-        values: &[Values],
-        reference: &Reference,
-        block: &mut Block,
-        rows: &mut [Values],
-        sums: &mut [Values; 3],
-    ) {
-        let [level, rows @ ..] = rows else { return };
+    fn add(&mut self, first: u32, values: &[Values], reference: &Reference, sums: Sums) {
+        let Sums { block, rows, total } = sums;
         let [[cos, sin], others @ ..] = rows.as_chunks_mut::<2>().0 else {
             return;
         };
-        let [total, moments, squares] = sums;
-        let sums = [level, cos, sin, total, moments, squares];
         if self.lines == 1 {
             self.turn_lines::<1, 2>(first, values.len(), block);
+            let [total, moments, squares] = total;
+            let sums = [&mut block.level, cos, sin, total, moments, squares];
             self.add_first::<false>(first, values, reference, sums);
             return;
         }
         self.turn_lines::<LINES, WAVES>(first, values.len(), block);
+        let [total, moments, squares] = total;
+        let sums = [&mut block.level, cos, sin, total, moments, squares];
         self.add_first::<true>(first, values, reference, sums);
         let values = self.values.get(..values.len()).unwrap_or_default();
         for (waves, rows) in self.waves.iter().skip(1).zip(others) {

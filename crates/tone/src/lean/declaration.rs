@@ -12,6 +12,7 @@ use crate::limits::CHANNELS_MAX;
 use crate::phase::{cos_sin, from_turns};
 use crate::significance::{deviate, square_root};
 use crate::source::Values;
+use core::f32::consts::SQRT_2;
 
 /// Deviate of each of them: one of 100,000 is above.
 const Z: f32 = 4.3;
@@ -56,13 +57,10 @@ const PARTS: [(f32, usize); 7] = [
 /// Largest distance of such a line, cycles a block: it turns within the block.
 const PART_MAX: f32 = 0.8;
 
-/// What a fit leaves of a block.
-struct Residuals<'r> {
-    /// Of the values, over the root of the block's frames.
-    white: &'r mut Values,
-    /// Of their products with cosine and sine of a line, where these are wanted.
-    line: Option<&'r mut [Values; 2]>,
-}
+/// Residuals that are kept of each window: those of the levels, and where there are few blocks two of
+/// a line behind them.
+const KEPT: usize = 3 * BLOCKS_FEWER;
+const _: () = assert!(KEPT >= BLOCKS);
 
 /// Tests what a solution leaves of the blocks' levels and of a line, the one at `place` among the
 /// solution's; the scene has so many `harmonics`.
@@ -78,39 +76,56 @@ pub fn test(
     let frames = blocks.frames();
     let tested = solution.orders().get(place).copied().unwrap_or(1);
     let highest = solution.orders().last().copied().unwrap_or(1);
-    // Residuals of the levels, each with the variance of a frame.
-    let mut white = [[0.0; CHANNELS_MAX]; BLOCKS];
-    let mut line = [[[0.0; CHANNELS_MAX]; 2]; BLOCKS_FEWER];
+    let is_few = blocks.count() <= BLOCKS_FEWER;
+    // Sum of the squares of the correlations of a block's level, cosine and sine.
+    let mut together = 0.0f32;
+    // Residuals of the blocks, each with the variance of a frame.
+    let mut white = [[0.0; CHANNELS_MAX]; KEPT];
     let mut turned = Turned::NONE;
-    for (b, ((block, rows), white)) in blocks.iter().zip(&mut white).enumerate() {
+    for (b, (block, rows)) in blocks.iter().enumerate() {
         if block.frames <= 0.0 {
             continue;
         }
         turned.set(block, solution.turn, highest);
         let inverse = 1.0 / block.frames;
-        let line = if blocks.lines > 1 {
-            line.get_mut(b)
-        } else {
-            None
+        let (of_level, of_lines) = white.split_at_mut(if is_few { BLOCKS_FEWER } else { BLOCKS });
+        let mut unused = [[0.0; CHANNELS_MAX]; 2];
+        let line = match of_lines.as_chunks_mut::<2>().0.get_mut(b) {
+            Some(line) if is_few => line,
+            _ => &mut unused,
         };
-        let rest = Residuals { white, line };
-        let [of_levels, of_line] = residuals(block, rows, &turned, solution, tested, rest);
+        let Some(level) = of_level.get_mut(b) else {
+            continue;
+        };
+        let [cosine, sine] = line;
+        let rest = [level, cosine, sine];
+        let model = Model {
+            turned: &turned,
+            solution,
+            tested,
+        };
+        let [of_levels, of_line] = residuals(block, rows, &model, rest);
         levels += inverse * of_levels;
         lines += inverse * of_line;
         for order in solution.orders() {
             let [c, s] = turned.waves[order % turned.waves.len()];
             explained += 2.0 * inverse * (c * c + s * s);
         }
+        let [[cc, cs], [_, ss]] = products(&turned.waves, tested, tested);
+        let [c, s] = turned.waves[tested % turned.waves.len()];
+        let squares = cc * cc + 2.0 * cs * cs + ss * ss + c * c + s * s;
+        together += 1.0 + 4.0 * inverse * inverse * squares;
         count += 1.0;
     }
     let width = reference.width as f32;
     let of_tested = (blocks.cycles + solution.cycles()) * tested as f32;
     let mut parts = 0.0f32;
+    let of_line = white[BLOCKS_FEWER..].as_chunks::<2>().0;
     for (part, needed) in PARTS {
         let distance = (part - 1.0) * of_tested;
         if needed <= harmonics && f32::abs(distance) < PART_MAX * blocks.count() as f32 {
-            let power = part_power(blocks, &line, &solution.weights, distance);
-            let ratio = power / (width * frames);
+            let power = part_power(blocks, of_line, &solution.weights, distance);
+            let ratio = power / (2.0 * width * count);
             parts = parts.max(deviate(ratio, 2.0 * width, width * solution.freedom));
         }
     }
@@ -121,26 +136,33 @@ pub fn test(
     Declared {
         levels: deviate(levels / (width * of_levels), width * of_levels, freedom),
         lines: deviate(lines / (width * of_lines), width * of_levels, freedom),
-        shared: correlation(
-            white.get(..blocks.count()).unwrap_or_default(),
-            solution,
-            of_levels,
-        ),
+        shared: if is_few {
+            let samples = (of_levels + 2.0 * of_lines) * 3.0 * count / together;
+            correlation(&white, solution, samples)
+        } else {
+            correlation(&white[..BLOCKS], solution, of_levels)
+        },
         parts,
     }
 }
 
-/// Weighted squares of what the fit leaves of a block's sums: of the values, and of their products
-/// with cosine and sine of a line.
-#[inline(never)]
-fn residuals(
-    block: &Block,
-    rows: &[Values],
-    turned: &Turned,
-    solution: &Solution,
+/// A solution in a block.
+struct Model<'m> {
+    turned: &'m Turned,
+    solution: &'m Solution,
+    /// Number of the tested line.
     tested: usize,
-    mut rest: Residuals,
-) -> [f32; 2] {
+}
+
+/// Weighted squares of what the fit leaves of a block's sums: of the values, and of their products
+/// with cosine and sine of a line. `rest` becomes the residuals, with the variance of a frame.
+#[inline(never)]
+fn residuals(block: &Block, rows: &[Values], model: &Model, rest: [&mut Values; 3]) -> [f32; 2] {
+    let Model {
+        turned,
+        solution,
+        tested,
+    } = *model;
     let (n, u) = (block.frames, block.middle);
     let tested = tested.clamp(1, LINES);
     let [x, y] = turned.turns[tested - 1];
@@ -157,17 +179,15 @@ fn residuals(
         *seen = [[c, of_cos[0], of_cos[1]], [s, of_sin[0], of_sin[1]]];
     }
     let functions = solution.functions();
-    let [level, others @ ..] = rows else {
-        return [0.0; 2];
-    };
-    let Some([cosines, sines]) = others.as_chunks::<2>().0.get(tested - 1) else {
+    let Some([cosines, sines]) = rows.as_chunks::<2>().0.get(tested - 1) else {
         return [0.0; 2];
     };
     let mut powers = [0.0; 2];
+    let rest = rest.map(|values| values.as_chunks_mut::<4>().0);
     let root = square_root(1.0 / n);
     for group in 0..CHANNELS_MAX / 4 {
         let part = |values: &Values| values.as_chunks::<4>().0[group];
-        let (cos, sin, mut left) = (part(cosines), part(sines), part(level));
+        let (cos, sin, mut left) = (part(cosines), part(sines), part(&block.level));
         let mut cosine: [f32; 4] = core::array::from_fn(|k| cos[k] * x - sin[k] * y);
         let mut sine: [f32; 4] = core::array::from_fn(|k| sin[k] * x + cos[k] * y);
         for (coefficients, seen) in solution.coefficients.iter().zip(&seen).take(functions) {
@@ -183,23 +203,16 @@ fn residuals(
             powers[0] += weights[k] * (left[k] * left[k]);
             powers[1] += weights[k] * (cosine[k] * cosine[k] + sine[k] * sine[k]);
         }
-        rest.white.as_chunks_mut::<4>().0[group] = left.map(|x| root * x);
-        if let Some([cosines, sines]) = &mut rest.line {
-            cosines.as_chunks_mut::<4>().0[group] = cosine;
-            sines.as_chunks_mut::<4>().0[group] = sine;
-        }
+        rest[0][group] = left.map(|x| root * x);
+        rest[1][group] = cosine.map(|x| SQRT_2 * root * x);
+        rest[2][group] = sine.map(|x| SQRT_2 * root * x);
     }
     powers
 }
 
 /// Weighted power of a line at a distance in cycles from the tested one, by its residuals.
 #[inline(never)]
-fn part_power(
-    blocks: &Blocks,
-    residuals: &[[Values; 2]; BLOCKS_FEWER],
-    weights: &Values,
-    distance: f32,
-) -> f32 {
+fn part_power(blocks: &Blocks, residuals: &[[Values; 2]], weights: &Values, distance: f32) -> f32 {
     let mut sums = [[0.0; CHANNELS_MAX]; 2];
     for ((block, _), [cosines, sines]) in blocks.iter().zip(residuals) {
         let (c, s) = cos_sin(from_turns(0.5 * distance * block.middle));
@@ -213,14 +226,14 @@ fn part_power(
     pairs.map(|((c, s), weight)| weight * (c * c + s * s)).sum()
 }
 
-/// Deviate of the mean square of the correlations between channels, by the levels' residuals.
+/// Deviate of the mean square of the correlations between channels, by residuals.
 #[inline(never)]
-fn correlation(levels: &[Values], solution: &Solution, freedom: f32) -> f32 {
+fn correlation(residuals: &[Values], solution: &Solution, freedom: f32) -> f32 {
     // Rounding is no noise of its own.
     let mut inverse = [0.0; CHANNELS_MAX];
     for (c, inverse) in inverse.iter_mut().enumerate() {
         if solution.weights[c] > 0.0 {
-            let own: f32 = levels.iter().map(|level| level[c] * level[c]).sum();
+            let own: f32 = residuals.iter().map(|row| row[c] * row[c]).sum();
             *inverse = 1.0 / (own + freedom * solution.rounding[c]);
         }
     }
@@ -229,8 +242,8 @@ fn correlation(levels: &[Values], solution: &Solution, freedom: f32) -> f32 {
     for i in 0..CHANNELS_MAX / 4 {
         for j in 0..=i {
             let mut tile = [[0.0; 4]; 4];
-            for level in levels {
-                let groups = level.as_chunks::<4>().0;
+            for row in residuals {
+                let groups = row.as_chunks::<4>().0;
                 let (x, y) = (&groups[i], &groups[j]);
                 for k in 0..4 {
                     for l in 0..4 {

@@ -4,6 +4,7 @@
 //! until the highest peak of their summed power is clear, so that a loud tone costs one or two
 //! transforms and a faint one has the evidence of all channels.
 
+use super::blocks::LINES;
 use super::reference::Reference;
 use crate::frame_span::FrameSpan;
 use crate::limits::{CHANNELS_MAX, POINTS_MAX};
@@ -30,8 +31,8 @@ const Z_SECOND: f32 = 4.3;
 const Z_LINE: f32 = 2.3;
 /// Powers above this many times their mean are lines rather than noise.
 const NOISE_MAX: f32 = 2.0;
-/// Mean of noise over the mean of what is below that, for the power of two mixtures.
-const NOISE_BELOW: f32 = 1.2;
+/// By how much the mean of noise is above the mean of what is below that, times the mixtures.
+const NOISE_ABOVE: f32 = 0.45;
 /// Fewest cycles of a peak.
 const CYCLES_MIN: f32 = 0.7;
 /// Half of the main lobe of a Hann window, and some more, cycles.
@@ -81,20 +82,37 @@ impl Peak {
     }
 }
 
-/// Lines at the multiples of a frequency, 1 to `lines`.
+/// Lines at the multiples of a frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct Comb {
-    /// Cycles a window.
-    pub cycles: f32,
-    pub lines: usize,
+    /// Where frames see the lines, from the first on: those above half the frame rate are aliases.
+    at: [f32; LINES],
+    lines: usize,
 }
 
 impl Comb {
+    /// So many lines of a frequency of `cycles` a window of so many frames.
+    pub fn new(cycles: f32, lines: usize, frames: u32) -> Self {
+        let frames = frames as f32;
+        let seen = |number: usize| {
+            let turns = number as f32 * cycles / frames;
+            f32::abs(turns - (turns + 0.5) as i32 as f32) * frames
+        };
+        Self {
+            at: core::array::from_fn(|i| seen(i + 1)),
+            lines: lines.min(LINES),
+        }
+    }
+
+    fn lines(&self) -> &[f32] {
+        self.at.get(..self.lines).unwrap_or_default()
+    }
+
     /// Distance in cycles of the nearest line.
     fn distance(&self, cycles: f32) -> f32 {
-        let mut least = f32::abs(cycles - self.cycles);
-        for line in 2..=self.lines {
-            let distance = f32::abs(cycles - line as f32 * self.cycles);
+        let mut least = f32::abs(cycles - self.at[0]);
+        for line in self.lines().iter().skip(1) {
+            let distance = f32::abs(cycles - line);
             if distance < least {
                 least = distance;
             }
@@ -142,7 +160,7 @@ impl Mixture {
     #[inline(always)]
     fn values<const N: usize>(&self, frames: &[Values; N]) -> [f32; N] {
         let frames = frames.each_ref();
-        let frames = frames.map(|frame| &frame.as_chunks::<MIXED>().0[self.half]);
+        let frames = frames.map(|frame| &frame.as_chunks::<MIXED>().0[self.half % 2]);
         let mut sums = [0.0; N];
         for k in 0..MIXED {
             for (sum, frame) in sums.iter_mut().zip(&frames) {
@@ -242,10 +260,7 @@ impl<'m> Search<'m> {
             }
             let bin = self.highest(band);
             peak = self.peak_at(bin);
-            let comb = Comb {
-                cycles: peak.cycles,
-                lines: 1,
-            };
+            let comb = Comb::new(peak.cycles, 1, span.frames);
             if self.deviate(self.at(bin), self.noise(&comb)) > Z_CLEAR {
                 break;
             }
@@ -332,7 +347,8 @@ impl<'m> Search<'m> {
             return all;
         }
         // Lines of another comb may fill a short window's spectrum.
-        NOISE_BELOW * self.mean(comb, NOISE_MAX * all)
+        let below = 1.0 + NOISE_ABOVE / self.mixtures as f32;
+        below * self.mean(comb, NOISE_MAX * all)
     }
 
     /// Mean power of the same bins up to a power.
@@ -355,20 +371,15 @@ impl<'m> Search<'m> {
         self.at(bin).max(self.at(bin + 1))
     }
 
-    /// True if one of the lines of a comb may stand out that are not multiples of `part` times its
-    /// frequency.
+    /// True if a line of a comb may stand out that is none of the lines of a peak.
     #[inline(never)]
-    pub fn may_have(&self, comb: &Comb, part: usize) -> bool {
-        let peak = Comb {
-            cycles: part as f32 * comb.cycles,
-            lines: comb.lines,
-        };
-        let noise = self.noise(&peak);
-        let mut lines = (1..=comb.lines).filter(|line| line % part != 0);
-        lines.any(|line| {
-            let cycles = line as f32 * comb.cycles;
-            // The main lobe of a line of the peak's comb hides it.
-            peak.distance(cycles) < LOBE || self.deviate(self.near(cycles), noise) > Z_LINE
+    pub fn may_have(&self, comb: &Comb, peak: &Comb, part: usize) -> bool {
+        let noise = self.noise(peak);
+        let own = comb.lines().iter().enumerate();
+        let mut own = own.filter(|(i, _)| !(i + 1).is_multiple_of(part));
+        own.any(|(_, line)| {
+            // Main lobes that touch leave no bin for the noise.
+            peak.distance(*line) < 2.0 * LOBE || self.deviate(self.near(*line), noise) > Z_LINE
         })
     }
 
@@ -391,13 +402,12 @@ impl<'m> Search<'m> {
                 continue;
             }
             let mut own = 0.0;
-            for line in 1..=comb.lines {
-                let cycles = line as f32 * comb.cycles;
+            for line in comb.lines() {
                 // The line, its negative frequency, and the level and slope that were taken out of
                 // it; a factor of two in amplitude for interference with the noise.
-                let lobes = [lobe(x - cycles), lobe(x + cycles), lobe(x) / cycles];
+                let lobes = [lobe(x - line), lobe(x + line), lobe(x) / line];
                 let lobes: f32 = lobes.iter().map(|lobe| lobe * lobe).sum();
-                own += 4.0 * self.near(cycles) * (lobes + floor);
+                own += 4.0 * self.near(*line) * (lobes + floor);
             }
             if power - own > best.power {
                 (best.cycles, best.power) = (x, power - own);
@@ -405,7 +415,7 @@ impl<'m> Search<'m> {
         }
         let is_clear = self.deviate(best.power, noise) > Z_SECOND;
         is_clear.then(|| Second {
-            power: best.power / self.near(comb.cycles).max(noise),
+            power: best.power / self.near(comb.at[0]).max(noise),
             ..best
         })
     }
@@ -439,7 +449,7 @@ fn offset(before: f32, after: f32, step: f32) -> f32 {
             true => 0.0,
             false => libm::logf(f32::abs(lobe(step - x) / lobe(step + x))),
         };
-        x = (x + (difference - at) / linear).clamp(-most, most);
+        x = (x + (difference - at) / linear).max(-most).min(most);
     }
     x
 }

@@ -324,13 +324,14 @@ impl Solution {
             let row = &mut row[0];
             let own = row[i];
             let mut left = own;
-            for (j, other) in done.iter().enumerate() {
-                let mut sum = row[j];
-                for (x, y) in row[..j].iter().zip(other) {
+            for (j, (other, inverse)) in done.iter().zip(&self.inverse).enumerate() {
+                let (before, rest) = row.split_at_mut(j.min(ALL - 1));
+                let mut sum = rest[0];
+                for (x, y) in before.iter().zip(other) {
                     sum -= x * y;
                 }
-                row[j] = sum * self.inverse[j];
-                left -= row[j] * row[j];
+                rest[0] = sum * inverse;
+                left -= rest[0] * rest[0];
             }
             if left > LEFT * own {
                 row[i] = square_root(left);
@@ -509,8 +510,7 @@ fn products_of(
     let mut sums = [[0.0; 4]; 4];
     for ((block, rows), [x, y]) in blocks.iter().zip(turns) {
         let u = block.middle;
-        let pairs = rows.get(1..).unwrap_or_default().as_chunks::<2>().0;
-        let Some([cosines, sines]) = pairs.get(line) else {
+        let Some([cosines, sines]) = rows.as_chunks::<2>().0.get(line) else {
             continue;
         };
         let cosines = &cosines.as_chunks::<4>().0[group % 4];

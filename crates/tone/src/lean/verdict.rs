@@ -5,7 +5,7 @@ use super::declaration::Declared;
 use super::reference::Reference;
 use super::search::Second;
 use super::solve::Solution;
-use crate::conclude::{CYCLES, CYCLES_ONE, SIGMA_MAX};
+use crate::conclude::{CYCLES, CYCLES_ONE, SIGMA_MAX, overtone};
 use crate::fit::{ChannelFit, Fit, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
@@ -154,6 +154,7 @@ impl Verdict<'_> {
             let (sigma, rounding) = (span.frequency(sigma), f32::EPSILON * fit.frequency);
             fit.sigma = square_root(sigma * sigma + rounding * rounding);
             fit.harmonics = solution.orders().last().map_or(1, |order| *order as u8);
+            self.fill_overtones(&mut fit);
             fit.other_tone = self.second.map(|second| OtherTone {
                 frequency: span.frequency(second.cycles),
                 share: second.power,
@@ -166,6 +167,20 @@ impl Verdict<'_> {
             }
         }
         fit
+    }
+
+    /// Ratios of the overtones to the fundamental.
+    fn fill_overtones(&self, fit: &mut Fit) {
+        let solution = self.solution;
+        let pairs = solution.coefficients.as_chunks::<2>().0;
+        let [_, first, others @ ..] = pairs else {
+            return;
+        };
+        for (order, wave) in solution.orders().iter().skip(1).zip(others) {
+            if let Some(ratio) = fit.overtones.get_mut(order - 2) {
+                *ratio = overtone(*order, wave, first, &solution.variances, CHANNELS_MAX);
+            }
+        }
     }
 
     fn status(&self, tests: &Tests, sigma: f32, nyquist: f32) -> Status {
