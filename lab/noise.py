@@ -4,9 +4,11 @@
     python lab/noise.py --short     a twentieth of the windows, against the requirements alone
 """
 
-import campaign
+import fnmatch
+
 import numpy as np
 
+import campaign
 import judge
 import methods
 import pages
@@ -238,7 +240,7 @@ def tables(found):
         with_tone, without = found[f"sigma/{name}/20 dB/{window_s:g} s"], found[f"no_tone/{name}/{window_s:g} s"]
         nls, none = found[f"nls/sigma/{name}/20 dB/{window_s:g} s"], found[f"nls/no_tone/{name}/{window_s:g} s"]
         return [
-            name, window_s, pages.fixed(with_tone.get("over_crb"), 2), percent(with_tone["covered"], with_tone["good"]),
+            name, pages.significant(window_s, 3), pages.fixed(with_tone.get("over_crb"), 2), percent(with_tone["covered"], with_tone["good"]),
             percent(with_tone["windows"] - with_tone["good"], with_tone["windows"]), percent(without["good"], without["windows"]),
             pages.fixed(nls.get("over_crb"), 2), percent(nls["covered"], nls["good"]), percent(none["good"], none["windows"]),
         ]  # fmt: skip
@@ -279,6 +281,39 @@ def tables(found):
     }  # fmt: skip
 
 
+def values(found):
+    """Values that stand in sentences: percentages over the cells of a pattern, from the least to the most."""
+
+    def span(pattern, count, of="windows", less=False):
+        cells = [cell for name, cell in found.items() if fnmatch.fnmatchcase(name, pattern) and cell[of]]
+        percents = sorted(round(100 * (cell[of] - cell[count] if less else cell[count]) / cell[of]) for cell in cells)
+        return f"{percents[0]} to {percents[-1]}" if percents[0] < percents[-1] else f"{percents[0]}"
+
+    return {
+        "narrow_band": span("no_tone/narrow band*", "good"),
+        "two_tones": span("something/two tones*", "unnamed"),
+        "faint": span("something/harmonics 1, 2, 4*/0.4 s", "wrong"),
+        "halfway": span("something/the tone begins halfway/*", "good"),
+        "bump": span("something/a bump*", "good", less=True),
+        "coloured_unanswered": span("sigma/[pA][iR]*[k)9]/20 dB/*", "good", less=True),
+        "ar_coverage": span("sigma/AR*", "covered", "good"),
+        "pink_coverage": span("sigma/pink/*", "covered", "good"),
+        "shared_coverage": span("sigma/pink,*", "covered", "good"),
+        "creep_unanswered": span("sigma/white, log*", "good", less=True),
+        "few_wrong": span("few_cycles/0.*", "wrong"),
+        "first_cycles": span("accuracy/1 to*", "good", less=True),
+        "wander_mean": span("unsteady/wander*", "mean", "sure"),
+        "wander_long": span("unsteady/wander*/3.9 s", "wander", "sure"),
+        "chirp": span("unsteady/chirp*", "chirp", "lines"),
+        "detected_16": span("detection/-8 dB/16*", "good"),
+        "detected_1": span("detection/-8 dB/1 *", "good"),
+        "uneven": span("extreme/uneven rows: uniform, +-0.4*", "covered", "good"),
+        "clipped": span("extreme/all channels clipped at 0.4*", "covered", "good"),
+        "third": span("extreme/within*1/3*", "covered", "good"),
+        "fifth": span("extreme/within*1/5*", "covered", "good"),
+    }
+
+
 def draw(found):
     """RMS over CRB by window, of Ridgetone and of its opponent."""
     import plots
@@ -297,8 +332,7 @@ def draw(found):
 def main():
     """Run the campaign."""
     run = campaign.Run("noise", __doc__, WINDOWS, SEED)
-    found = measure(run) | detection(run) | extremes(run)
-    run.finish(found, tables, draw)
+    run.finish(run.cells(measure, detection, extremes), tables, draw, values)
 
 
 if __name__ == "__main__":

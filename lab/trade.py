@@ -190,7 +190,7 @@ def windows_table(found):
         cell = found[f"three overtones/{window_s:g} s/default"]
         work, again = (instructions(DECLARED[0][0], window_s, tracked) for tracked in (False, True))
         rate = None if again is None else pages.fixed(CLOCK_HZ / again, 0)
-        rows.append([window_s, error(cell), pages.fixed(cell.get("over_crb"), 2), coverage(cell), unanswered(cell), work, again, latency_ms(window_s, work), rate])
+        rows.append([pages.significant(window_s, 3), error(cell), pages.fixed(cell.get("over_crb"), 2), coverage(cell), unanswered(cell), work, again, latency_ms(window_s, work), rate])
     return pages.table("window, s|RMS, %|RMS over CRB|coverage, %|unanswered, %|instructions|after a good window|latency, ms|answers a second at most", rows)
 
 
@@ -341,7 +341,7 @@ def draw(found, folder=pages.RESULTS):
 def main():
     """Run the campaign."""
     run = campaign.Run("trade", __doc__, WINDOWS, SEED)
-    found = measure(run) | declared(run) | plans(run) | converters(run)
+    found = run.cells(measure, declared, plans, converters)
     if run.full:
         compared = {name.replace(" ", "_"): methods_table(found, name) for name in SCENES}
         pages.save("comparison", compared, folder=run.out)
