@@ -309,8 +309,8 @@ def values(found):
         "detected_1": span("detection/-8 dB/1 *", "good"),
         "uneven": span("extreme/uneven rows: uniform, +-0.4*", "covered", "good"),
         "clipped": span("extreme/all channels clipped at 0.4*", "covered", "good"),
-        "third": span("extreme/within*1/3*", "covered", "good"),
-        "fifth": span("extreme/within*1/5*", "covered", "good"),
+        "fractions": span("extreme/within*", "covered", "good"),
+        "two_fifths": span("extreme/within*2/5*", "wrong"),
     }
 
 
@@ -322,10 +322,11 @@ def draw(found):
     plots.ticks(axis, WINDOWS_S, " s")
     axis.set_yscale("log")
     axis.set_title("RMS error over the Cramer-Rao bound of the noise's whole covariance")
-    for number, name in enumerate(("white", "pink", "pink, the same in all channels")):
+    drawn = {"white": "white", "pink": "pink", "pink, the same in all channels": "shared pink"}
+    for number, (name, shown) in enumerate(drawn.items()):
         for who, path in (("Ridgetone", ""), ("NLS", "nls/")):
             ratios = [found[f"{path}sigma/{name}/20 dB/{window_s:g} s"].get("over_crb", np.nan) for window_s in WINDOWS_S]
-            plots.curve(axis, WINDOWS_S, ratios, f"{who}: {name}", number, dashed=bool(path))
+            plots.curve(axis, WINDOWS_S, ratios, f"{who}: {shown}", number, dashed=bool(path))
     plots.save(figure, "noise", "Error over the bound in noise of three kinds")
 
 
