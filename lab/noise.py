@@ -1,7 +1,7 @@
 """Noise that is not white, windows without a tone, a tone and something else, and extremes: docs/results/noise.md.
 
-    python lab/noise.py             all windows, and the page: some minutes
-    python lab/noise.py --short     a twentieth of the windows, against the requirements alone
+python lab/noise.py             all windows, and the page: some minutes
+python lab/noise.py --short     a twentieth of the windows, against the requirements alone
 """
 
 import fnmatch
@@ -12,7 +12,7 @@ import campaign
 import judge
 import methods
 import pages
-from windows import CHANNELS, RATE_HZ, RIDGES, SINE, Tone, Windows, fits, frames, limits, make
+from windows import CHANNELS, RIDGES, SINE, Tone, Windows, fits, frames, limits, make
 
 WINDOWS_S = (0.2, 0.4, 1.0, 3.9)
 WINDOWS = 200
@@ -70,9 +70,19 @@ SIGMA = [
     ("three dead channels, two without a tone", "white", "dead", 0),
     ("three channels clipped at a rail, two that stay there", "white", "saturated", 0),
 ]
-KINDS = ["white", "impulses: 1 % of 20 sigma", "pink", "AR(1) of 0.9", "pink, the same in all channels", "pink, shared with random phases"]
+KINDS = [
+    "white",
+    "impulses: 1 % of 20 sigma",
+    "pink",
+    "AR(1) of 0.9",
+    "pink, the same in all channels",
+    "pink, shared with random phases",
+]
 """Noises of the first table."""
-FEW = [*((cycles, 16) for cycles in (0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.25, 1.5)), *((cycles, few) for few in (4, 1) for cycles in (0.4, 0.5, 0.7, 0.9, 2))]
+FEW = [
+    *((cycles, 16) for cycles in (0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.25, 1.5)),
+    *((cycles, few) for few in (4, 1) for cycles in (0.4, 0.5, 0.7, 0.9, 2)),
+]
 UNSTEADY = [("wander", 0.005), ("wander", 0.02), ("wander", 0.05), ("chirp", 0.05), ("chirp", 0.15)]
 SNRS_DB = range(20, -17, -4)
 FRACTIONS = [(1, 7), (1, 5), (1, 4), (1, 3), (2, 5)]
@@ -186,11 +196,23 @@ def uneven(run, name, offsets):
         amplitude = np.sqrt(2) * 10 ** (tone.snr_db / 20) * gains
         x = (amplitude * np.asarray(RIDGES)[:, None, None] * np.cos(angles)).sum(0) + rng.standard_normal((count, CHANNELS))
         one = Windows(x[None], batch.frequency[[w]])
-        slope = -(amplitude * np.asarray(RIDGES)[:, None, None] * np.arange(1, len(RIDGES) + 1)[:, None, None] * np.sin(angles)).sum(0)
-        limits(one, (2 * np.pi * (t - t.mean()))[None, :, None] * slope, one.x, np.zeros((1, count, 0)), judge.WHITE, tone, t - t.mean())
+        slope = -(
+            amplitude * np.asarray(RIDGES)[:, None, None] * np.arange(1, len(RIDGES) + 1)[:, None, None] * np.sin(angles)
+        ).sum(0)
+        limits(
+            one,
+            (2 * np.pi * (t - t.mean()))[None, :, None] * slope,
+            one.x,
+            np.zeros((1, count, 0)),
+            judge.WHITE,
+            tone,
+            t - t.mean(),
+        )
         fit = judge.single(x, t, HARMONICS)
         out.append((fit.status, fit.frequency_hz, fit.sigma_hz, one.crb[0], one.luck[0]))
-    status, frequency, sigma, batch.crb, batch.luck = (np.array(column, dtype=None if at == 0 else float) for at, column in enumerate(zip(*out, strict=True)))
+    status, frequency, sigma, batch.crb, batch.luck = (
+        np.array(column, dtype=None if at == 0 else float) for at, column in enumerate(zip(*out, strict=True))
+    )
     return judge.count(batch, judge.Answers(frequency, sigma, status)) | worst(batch, frequency, sigma, status)
 
 
@@ -203,7 +225,10 @@ def worst(batch, frequency, sigma, status):
 def extremes(run):
     """Rows at uneven times, clipped and coarse channels, tones near fractions of the frame rate, scaled values: 1 s."""
     found = {}
-    spacings = [(f"uniform, +-{size:g} of a spacing", lambda rng, n, size=size: rng.uniform(-size, size, n)) for size in (0.1, 0.2, 0.3, 0.4)]
+    spacings = [
+        (f"uniform, +-{size:g} of a spacing", lambda rng, n, size=size: rng.uniform(-size, size, n))
+        for size in (0.1, 0.2, 0.3, 0.4)
+    ]
     spacings += [(f"normal, {size:g} of a spacing", lambda rng, n, size=size: rng.normal(0, size, n)) for size in (0.1, 0.2)]
     for name, offsets in run.progress(spacings, "uneven rows"):
         found[f"extreme/uneven rows: {name}"] = uneven(run, name, offsets)
@@ -224,10 +249,14 @@ def extremes(run):
     batches["the same windows, all values times 1 + 3e-6"] = scaled
     for what, batch in run.progress(list(batches.items()), "extremes"):
         answers = fits(batch, HARMONICS)
-        found[f"extreme/{what}"] = judge.count(batch, judge.of_fits(answers)) | worst(batch, answers.frequency_hz, answers.sigma_hz, answers.status)
+        found[f"extreme/{what}"] = judge.count(batch, judge.of_fits(answers)) | worst(
+            batch, answers.frequency_hz, answers.sigma_hz, answers.status
+        )
         if batch is scaled:
             before = fits(plain, HARMONICS)
-            same = (before.status == answers.status) & ~(np.abs(before.frequency_hz - answers.frequency_hz) > 0.1 * before.sigma_hz)
+            same = (before.status == answers.status) & ~(
+                np.abs(before.frequency_hz - answers.frequency_hz) > 0.1 * before.sigma_hz
+            )
             found[f"extreme/{what}"]["changed"] = int((~same).sum())
     return found
 
@@ -258,7 +287,11 @@ def tables(found):
 
     def detected(snr_db):
         at = [found[f"detection/{snr_db} dB/{channels} channels"] for channels in (1, 4, 16)]
-        return [snr_db, *(percent(cell["good"] - cell["wrong"], cell["windows"]) for cell in at), sum(cell["wrong"] for cell in at)]
+        return [
+            snr_db,
+            *(percent(cell["good"] - cell["wrong"], cell["windows"]) for cell in at),
+            sum(cell["wrong"] for cell in at),
+        ]
 
     return {
         "kinds": pages.table(

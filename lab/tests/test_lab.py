@@ -45,7 +45,14 @@ def test_the_error_on_the_bound_has_the_mean_square_of_the_bound(kind):
 
 @pytest.mark.parametrize(
     ("kind", "square", "next_frame", "next_channel"),
-    [("white", 1, 0, 0), ("impulses", 5, 0, 0), ("ar 0.9", 1, 0.9, 0), ("ar 0.6", 1, 0.6, 0), ("shared pink", 13 / 12, None, 12 / 13), ("shared phases", 13 / 12, None, 0)],
+    [
+        ("white", 1, 0, 0),
+        ("impulses", 5, 0, 0),
+        ("ar 0.9", 1, 0.9, 0),
+        ("ar 0.6", 1, 0.6, 0),
+        ("shared pink", 13 / 12, None, 12 / 13),
+        ("shared phases", 13 / 12, None, 0),
+    ],
 )
 def test_a_noise_has_the_moments_of_its_definition(kind, square, next_frame, next_channel):
     x, _ = w.noise(np.random.default_rng(3), kind, 60, 1000)
@@ -82,8 +89,16 @@ def test_the_package_gives_one_row_for_each_window_of_a_batch():
 
 def test_answers_are_counted():
     batch = w.Windows(np.zeros((4, 1, 1)), np.full(4, 10.0), crb=np.full(4, 0.1), luck=np.zeros(4))
-    found = judge.count(batch, judge.Answers([10.1, 10.3, 20.0, np.nan], [0.1] * 4, np.array(["good", "good", "good", "no_tone"])))
-    assert {name: found[name] for name in ("windows", "good", "wrong", "covered", "octaves")} == {"windows": 4, "good": 3, "wrong": 1, "covered": 1, "octaves": 1}
+    found = judge.count(
+        batch, judge.Answers([10.1, 10.3, 20.0, np.nan], [0.1] * 4, np.array(["good", "good", "good", "no_tone"]))
+    )
+    assert {name: found[name] for name in ("windows", "good", "wrong", "covered", "octaves")} == {
+        "windows": 4,
+        "good": 3,
+        "wrong": 1,
+        "covered": 1,
+        "octaves": 1,
+    }
     assert found["rms_percent"] == pytest.approx(100 * np.sqrt((0.01**2 + 0.03**2 + 1) / 3), rel=1e-3)
 
 
@@ -118,11 +133,16 @@ def test_a_known_miss_must_not_get_worse(tmp_path):
 
 
 def test_tables_and_values_are_filled_in_and_unknown_ones_refused(tmp_path):
-    (tmp_path / "t.md").write_text("<!-- rows: 0 2 -->\nold\n<!-- end -->\nIt takes <!-- value: s -->2<!-- end --> s.\n".replace("old\n", ""))
+    (tmp_path / "t.md").write_text(
+        "<!-- rows: 0 2 -->\nold\n<!-- end -->\nIt takes <!-- value: s -->2<!-- end --> s.\n".replace("old\n", "")
+    )
     made = pages.table("a|b|c", [["x", 1, 12345], ["y", None, 0.5]])
     pages.save("t", {"rows": made}, {"s": "3"}, folder=tmp_path)
     page = (tmp_path / "t.md").read_text()
-    assert page == "<!-- rows: 0 2 -->\n| a | c |\n|---|---:|\n| x | 12,345 |\n| y | 0.5 |\n<!-- end -->\nIt takes <!-- value: s -->3<!-- end --> s.\n"
+    assert (
+        page
+        == "<!-- rows: 0 2 -->\n| a | c |\n|---|---:|\n| x | 12,345 |\n| y | 0.5 |\n<!-- end -->\nIt takes <!-- value: s -->3<!-- end --> s.\n"
+    )
     assert pages.filled(page, "t", tmp_path) == page
     assert pages.filled("<!-- value: t.s -->9<!-- end -->", "other", tmp_path) == "<!-- value: t.s -->3<!-- end -->"
     for wrong in ("<!-- value: none -->2<!-- end -->", "<!-- none -->\n<!-- end -->"):
