@@ -1,16 +1,18 @@
 """Noise that is not white, windows without a tone, a tone and something else, and extremes: docs/results/noise.md.
 
-    python lab/noise.py             all windows, and the page: some minutes
-    python lab/noise.py --short     a twentieth of the windows, against the requirements alone
+python lab/noise.py             all windows, and the page: some minutes
+python lab/noise.py --short     a twentieth of the windows, against the requirements alone
 """
 
-import campaign
+import fnmatch
+
 import numpy as np
 
+import campaign
 import judge
 import methods
 import pages
-from windows import CHANNELS, RATE_HZ, RIDGES, SINE, Tone, Windows, fits, frames, limits, make
+from windows import CHANNELS, RIDGES, SINE, Tone, Windows, fits, frames, limits, make
 
 WINDOWS_S = (0.2, 0.4, 1.0, 3.9)
 WINDOWS = 200
@@ -68,9 +70,19 @@ SIGMA = [
     ("three dead channels, two without a tone", "white", "dead", 0),
     ("three channels clipped at a rail, two that stay there", "white", "saturated", 0),
 ]
-KINDS = ["white", "impulses: 1 % of 20 sigma", "pink", "AR(1) of 0.9", "pink, the same in all channels", "pink, shared with random phases"]
+KINDS = [
+    "white",
+    "impulses: 1 % of 20 sigma",
+    "pink",
+    "AR(1) of 0.9",
+    "pink, the same in all channels",
+    "pink, shared with random phases",
+]
 """Noises of the first table."""
-FEW = [*((cycles, 16) for cycles in (0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.25, 1.5)), *((cycles, few) for few in (4, 1) for cycles in (0.4, 0.5, 0.7, 0.9, 2))]
+FEW = [
+    *((cycles, 16) for cycles in (0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.25, 1.5)),
+    *((cycles, few) for few in (4, 1) for cycles in (0.4, 0.5, 0.7, 0.9, 2)),
+]
 UNSTEADY = [("wander", 0.005), ("wander", 0.02), ("wander", 0.05), ("chirp", 0.05), ("chirp", 0.15)]
 SNRS_DB = range(20, -17, -4)
 FRACTIONS = [(1, 7), (1, 5), (1, 4), (1, 3), (2, 5)]
@@ -184,11 +196,23 @@ def uneven(run, name, offsets):
         amplitude = np.sqrt(2) * 10 ** (tone.snr_db / 20) * gains
         x = (amplitude * np.asarray(RIDGES)[:, None, None] * np.cos(angles)).sum(0) + rng.standard_normal((count, CHANNELS))
         one = Windows(x[None], batch.frequency[[w]])
-        slope = -(amplitude * np.asarray(RIDGES)[:, None, None] * np.arange(1, len(RIDGES) + 1)[:, None, None] * np.sin(angles)).sum(0)
-        limits(one, (2 * np.pi * (t - t.mean()))[None, :, None] * slope, one.x, np.zeros((1, count, 0)), judge.WHITE, tone, t - t.mean())
+        slope = -(
+            amplitude * np.asarray(RIDGES)[:, None, None] * np.arange(1, len(RIDGES) + 1)[:, None, None] * np.sin(angles)
+        ).sum(0)
+        limits(
+            one,
+            (2 * np.pi * (t - t.mean()))[None, :, None] * slope,
+            one.x,
+            np.zeros((1, count, 0)),
+            judge.WHITE,
+            tone,
+            t - t.mean(),
+        )
         fit = judge.single(x, t, HARMONICS)
         out.append((fit.status, fit.frequency_hz, fit.sigma_hz, one.crb[0], one.luck[0]))
-    status, frequency, sigma, batch.crb, batch.luck = (np.array(column, dtype=None if at == 0 else float) for at, column in enumerate(zip(*out, strict=True)))
+    status, frequency, sigma, batch.crb, batch.luck = (
+        np.array(column, dtype=None if at == 0 else float) for at, column in enumerate(zip(*out, strict=True))
+    )
     return judge.count(batch, judge.Answers(frequency, sigma, status)) | worst(batch, frequency, sigma, status)
 
 
@@ -201,7 +225,10 @@ def worst(batch, frequency, sigma, status):
 def extremes(run):
     """Rows at uneven times, clipped and coarse channels, tones near fractions of the frame rate, scaled values: 1 s."""
     found = {}
-    spacings = [(f"uniform, +-{size:g} of a spacing", lambda rng, n, size=size: rng.uniform(-size, size, n)) for size in (0.1, 0.2, 0.3, 0.4)]
+    spacings = [
+        (f"uniform, +-{size:g} of a spacing", lambda rng, n, size=size: rng.uniform(-size, size, n))
+        for size in (0.1, 0.2, 0.3, 0.4)
+    ]
     spacings += [(f"normal, {size:g} of a spacing", lambda rng, n, size=size: rng.normal(0, size, n)) for size in (0.1, 0.2)]
     for name, offsets in run.progress(spacings, "uneven rows"):
         found[f"extreme/uneven rows: {name}"] = uneven(run, name, offsets)
@@ -222,10 +249,14 @@ def extremes(run):
     batches["the same windows, all values times 1 + 3e-6"] = scaled
     for what, batch in run.progress(list(batches.items()), "extremes"):
         answers = fits(batch, HARMONICS)
-        found[f"extreme/{what}"] = judge.count(batch, judge.of_fits(answers)) | worst(batch, answers.frequency_hz, answers.sigma_hz, answers.status)
+        found[f"extreme/{what}"] = judge.count(batch, judge.of_fits(answers)) | worst(
+            batch, answers.frequency_hz, answers.sigma_hz, answers.status
+        )
         if batch is scaled:
             before = fits(plain, HARMONICS)
-            same = (before.status == answers.status) & ~(np.abs(before.frequency_hz - answers.frequency_hz) > 0.1 * before.sigma_hz)
+            same = (before.status == answers.status) & ~(
+                np.abs(before.frequency_hz - answers.frequency_hz) > 0.1 * before.sigma_hz
+            )
             found[f"extreme/{what}"]["changed"] = int((~same).sum())
     return found
 
@@ -238,7 +269,7 @@ def tables(found):
         with_tone, without = found[f"sigma/{name}/20 dB/{window_s:g} s"], found[f"no_tone/{name}/{window_s:g} s"]
         nls, none = found[f"nls/sigma/{name}/20 dB/{window_s:g} s"], found[f"nls/no_tone/{name}/{window_s:g} s"]
         return [
-            name, window_s, pages.fixed(with_tone.get("over_crb"), 2), percent(with_tone["covered"], with_tone["good"]),
+            name, pages.significant(window_s, 3), pages.fixed(with_tone.get("over_crb"), 2), percent(with_tone["covered"], with_tone["good"]),
             percent(with_tone["windows"] - with_tone["good"], with_tone["windows"]), percent(without["good"], without["windows"]),
             pages.fixed(nls.get("over_crb"), 2), percent(nls["covered"], nls["good"]), percent(none["good"], none["windows"]),
         ]  # fmt: skip
@@ -256,7 +287,11 @@ def tables(found):
 
     def detected(snr_db):
         at = [found[f"detection/{snr_db} dB/{channels} channels"] for channels in (1, 4, 16)]
-        return [snr_db, *(percent(cell["good"] - cell["wrong"], cell["windows"]) for cell in at), sum(cell["wrong"] for cell in at)]
+        return [
+            snr_db,
+            *(percent(cell["good"] - cell["wrong"], cell["windows"]) for cell in at),
+            sum(cell["wrong"] for cell in at),
+        ]
 
     return {
         "kinds": pages.table(
@@ -279,6 +314,39 @@ def tables(found):
     }  # fmt: skip
 
 
+def values(found):
+    """Values that stand in sentences: percentages over the cells of a pattern, from the least to the most."""
+
+    def span(pattern, count, of="windows", less=False):
+        cells = [cell for name, cell in found.items() if fnmatch.fnmatchcase(name, pattern) and cell[of]]
+        percents = sorted(round(100 * (cell[of] - cell[count] if less else cell[count]) / cell[of]) for cell in cells)
+        return f"{percents[0]} to {percents[-1]}" if percents[0] < percents[-1] else f"{percents[0]}"
+
+    return {
+        "narrow_band": span("no_tone/narrow band*", "good"),
+        "two_tones": span("something/two tones*", "unnamed"),
+        "faint": span("something/harmonics 1, 2, 4*/0.4 s", "wrong"),
+        "halfway": span("something/the tone begins halfway/*", "good"),
+        "bump": span("something/a bump*", "good", less=True),
+        "coloured_unanswered": span("sigma/[pA][iR]*[k)9]/20 dB/*", "good", less=True),
+        "ar_coverage": span("sigma/AR*", "covered", "good"),
+        "pink_coverage": span("sigma/pink/*", "covered", "good"),
+        "shared_coverage": span("sigma/pink,*", "covered", "good"),
+        "creep_unanswered": span("sigma/white, log*", "good", less=True),
+        "few_wrong": span("few_cycles/0.*", "wrong"),
+        "first_cycles": span("accuracy/1 to*", "good", less=True),
+        "wander_mean": span("unsteady/wander*", "mean", "sure"),
+        "wander_long": span("unsteady/wander*/3.9 s", "wander", "sure"),
+        "chirp": span("unsteady/chirp*", "chirp", "lines"),
+        "detected_16": span("detection/-8 dB/16*", "good"),
+        "detected_1": span("detection/-8 dB/1 *", "good"),
+        "uneven": span("extreme/uneven rows: uniform, +-0.4*", "covered", "good"),
+        "clipped": span("extreme/all channels clipped at 0.4*", "covered", "good"),
+        "fractions": span("extreme/within*", "covered", "good"),
+        "two_fifths": span("extreme/within*2/5*", "wrong"),
+    }
+
+
 def draw(found):
     """RMS over CRB by window, of Ridgetone and of its opponent."""
     import plots
@@ -287,18 +355,18 @@ def draw(found):
     plots.ticks(axis, WINDOWS_S, " s")
     axis.set_yscale("log")
     axis.set_title("RMS error over the Cramer-Rao bound of the noise's whole covariance")
-    for number, name in enumerate(("white", "pink", "pink, the same in all channels")):
+    drawn = {"white": "white", "pink": "pink", "pink, the same in all channels": "shared pink"}
+    for number, (name, shown) in enumerate(drawn.items()):
         for who, path in (("Ridgetone", ""), ("NLS", "nls/")):
             ratios = [found[f"{path}sigma/{name}/20 dB/{window_s:g} s"].get("over_crb", np.nan) for window_s in WINDOWS_S]
-            plots.curve(axis, WINDOWS_S, ratios, f"{who}: {name}", number, dashed=bool(path))
+            plots.curve(axis, WINDOWS_S, ratios, f"{who}: {shown}", number, dashed=bool(path))
     plots.save(figure, "noise", "Error over the bound in noise of three kinds")
 
 
 def main():
     """Run the campaign."""
     run = campaign.Run("noise", __doc__, WINDOWS, SEED)
-    found = measure(run) | detection(run) | extremes(run)
-    run.finish(found, tables, draw)
+    run.finish(run.cells(measure, detection, extremes), tables, draw, values)
 
 
 if __name__ == "__main__":

@@ -41,14 +41,25 @@ DECLARED = [
     ("scene.moving_speed = true", {"moving_speed": True}, ("white", Tone(speed="wander", change=0.005), "", 0)),
     ("lean: one harmonic, all four false", LEAN, ("white", Tone(harmonics=SINE), "", 0)),
 ]
-CONTENTS = ["", "three overtones", "logarithmic creep of 30 amplitudes", "AR(1) of 0.9", "pink, the same in all channels", "impulses: 1 % of 20 sigma", "a wander of 0.5 %", "a pure tone"]
+CONTENTS = [
+    "",
+    "three overtones",
+    "logarithmic creep of 30 amplitudes",
+    "AR(1) of 0.9",
+    "pink, the same in all channels",
+    "impulses: 1 % of 20 sigma",
+    "a wander of 0.5 %",
+    "a pure tone",
+]
 
 
 def batch_of(run, scene, window_s):
     """Windows of the combinations of Table 2 that hold a cycle."""
     rng, count = run.rng(f"{scene}/{window_s:g}"), frames(window_s)
     combinations = [(speed / period, period) for speed, period in TABLE_2 if speed / period * window_s >= 1]
-    return joined([finger(rng, run.windows, count, hz / RATE_HZ, SCENES[scene], SNR_DB, period_mm=period) for hz, period in combinations])
+    return joined(
+        [finger(rng, run.windows, count, hz / RATE_HZ, SCENES[scene], SNR_DB, period_mm=period) for hz, period in combinations]
+    )
 
 
 def others(run, batch, harmonics):
@@ -107,11 +118,19 @@ def plans(run):
         # Noise of a conversion (SBAS297G): 12 uV at the fast plans' data rate, 4.5 uV at that of `paper`.
         snr_db = SNR_DB + (20 * np.log10(12 / 4.5) if row["plan"] == "paper" else 0)
         taxels = {4: (0, 4, 8, 12), 2: (0, 4), 1: (0,)}.get(channels, range(channels))
-        batch = joined([finger(rng, run.windows, count, hz / rate_hz, SINE, snr_db, period_mm=1.0, taxels=taxels) for hz in (70, 80, 90, 100)])
+        batch = joined(
+            [
+                finger(rng, run.windows, count, hz / rate_hz, SINE, snr_db, period_mm=1.0, taxels=taxels)
+                for hz in (70, 80, 90, 100)
+            ]
+        )
         answers = judge.of_fits(fits(batch, 4))
         off_hz = rate_hz * (answers.frequency - batch.frequency)[answers.status == "good"]
         name = f"plan/{row['plan']}/{1e3 * window_s:.0f} ms"
-        found[name] = judge.count(batch, answers) | {"late_ms": 1e3 * (row["latency_s"] - window_s), "load_percent": 100 * row["load"]}
+        found[name] = judge.count(batch, answers) | {
+            "late_ms": 1e3 * (row["latency_s"] - window_s),
+            "load_percent": 100 * row["load"],
+        }
         found[name] |= {"rms_hz": float(f"{np.sqrt(np.mean(np.square(off_hz))):.3g}")}
     return found
 
@@ -149,8 +168,13 @@ def converters_table(found):
     rows = []
     for tone_uv in TONES_UV:
         cells = [found[f"converter/{name}/{tone_uv:g} uV"] for name, _ in CONVERTERS]
-        rows.append([tone_uv, *(figure for cell in cells for figure in (unanswered(cell), pages.significant(cell["rms_mhz"], 2)))])
-    return pages.table("tone, uV rms|ADS1258: unanswered, %|RMS, mHz|12 bits, gain of 20: unanswered, %|RMS, mHz|12 bits, bare: unanswered, %|RMS, mHz", rows)
+        rows.append(
+            [tone_uv, *(figure for cell in cells for figure in (unanswered(cell), pages.significant(cell["rms_mhz"], 2)))]
+        )
+    return pages.table(
+        "tone, uV rms|ADS1258: unanswered, %|RMS, mHz|12 bits, gain of 20: unanswered, %|RMS, mHz|12 bits, bare: unanswered, %|RMS, mHz",
+        rows,
+    )
 
 
 def counts(kind):
@@ -190,14 +214,32 @@ def windows_table(found):
         cell = found[f"three overtones/{window_s:g} s/default"]
         work, again = (instructions(DECLARED[0][0], window_s, tracked) for tracked in (False, True))
         rate = None if again is None else pages.fixed(CLOCK_HZ / again, 0)
-        rows.append([window_s, error(cell), pages.fixed(cell.get("over_crb"), 2), coverage(cell), unanswered(cell), work, again, latency_ms(window_s, work), rate])
-    return pages.table("window, s|RMS, %|RMS over CRB|coverage, %|unanswered, %|instructions|after a good window|latency, ms|answers a second at most", rows)
+        rows.append(
+            [
+                pages.significant(window_s, 3),
+                error(cell),
+                pages.fixed(cell.get("over_crb"), 2),
+                coverage(cell),
+                unanswered(cell),
+                work,
+                again,
+                latency_ms(window_s, work),
+                rate,
+            ]
+        )
+    return pages.table(
+        "window, s|RMS, %|RMS over CRB|coverage, %|unanswered, %|instructions|after a good window|latency, ms|answers a second at most",
+        rows,
+    )
 
 
 def choices_table(found):
     """What other choices change, at 0.4 and 1 s."""
     rows = []
-    names = {"default": "16 channels, four harmonics", **{f"{few} channels": f"{few} channel{'s' if few > 1 else ''}" for few in (8, 4, 2, 1)}}
+    names = {
+        "default": "16 channels, four harmonics",
+        **{f"{few} channels": f"{few} channel{'s' if few > 1 else ''}" for few in (8, 4, 2, 1)},
+    }
     for scene, name, shown in [
         *(("three overtones", name, shown) for name, shown in names.items()),
         ("three overtones", "one harmonic", "`harmonics = 1`"),
@@ -206,17 +248,31 @@ def choices_table(found):
         ("pure tone", "lean", "lean scene"),
     ]:
         cells = [found[f"{scene}/{window_s:g} s/{name}"] for window_s in (0.4, 1.0)]
-        rows.append([scene, shown, *(figure for cell in cells for figure in (error(cell), pages.fixed(cell.get("over_crb"), 2), unanswered(cell)))])
+        rows.append(
+            [
+                scene,
+                shown,
+                *(figure for cell in cells for figure in (error(cell), pages.fixed(cell.get("over_crb"), 2), unanswered(cell))),
+            ]
+        )
     return pages.table("scene|choice|0.4 s: RMS, %|RMS over CRB|unanswered, %|1 s: RMS, %|RMS over CRB|unanswered, %", rows)
 
 
 def scenes_table(found):
     """What declarations save, and what goes wrong where they do not hold."""
     rows = []
-    for (name, _, content), contained in zip(DECLARED, CONTENTS, strict=True):
+    for (name, _, _), contained in zip(DECLARED, CONTENTS, strict=True):
         work = [instructions(name, window_s) for window_s in SHOWN_S] + [instructions(name, 1.0, True)]
         both = [found.get(f"scene/{name}/{who}") for who in ("declared", "default")]
-        figures = [figure for cell in both for figure in ([pages.percent(cell["good"], cell["windows"]), pages.percent(cell["wrong"], cell["windows"]), coverage(cell)] if cell else [None] * 3)]
+        figures = [
+            figure
+            for cell in both
+            for figure in (
+                [pages.percent(cell["good"], cell["windows"]), pages.percent(cell["wrong"], cell["windows"]), coverage(cell)]
+                if cell
+                else [None] * 3
+            )
+        ]
         rows.append([name if ":" in name else f"`{name}`", *work, contained, *figures])
     return pages.table(
         "scene|0.2 s|0.4 s|1 s|3.9 s|1 s, after a good window|windows with|good, %|outliers called `good`, %|coverage, %|"
@@ -258,7 +314,9 @@ def methods_table(found, scene):
     for name, shown, work in COMPARED:
         cells = [found.get(f"{scene}/{window_s:g} s/{name}") for window_s in SHOWN_S]
         if None not in cells:
-            rows.append([shown, *(figure for cell in cells for figure in (error(cell), unanswered(cell))), coverage(cells[2]), work(1.0)])
+            rows.append(
+                [shown, *(figure for cell in cells for figure in (error(cell), unanswered(cell))), coverage(cells[2]), work(1.0)]
+            )
     head = "|".join(f"{window_s:g} s: RMS, %|unanswered, %" for window_s in SHOWN_S)
     crb = [found[f"{scene}/{window_s:g} s/honest FFT"]["crb_percent"] for window_s in SHOWN_S]
     rows.append(["Cramer-Rao bound", *(figure for one in crb for figure in (pages.significant(one, 2), None)), None, None])
@@ -272,7 +330,15 @@ def summary(found, choices):
         work = instructions(counted, window_s)
         percents = f"{error(found[f'{scene}/{window_s:g} s/{name}']):g} %"
         latency = None if work is None else f"{window_s + work / CLOCK_HZ:.3g} s"
-        rows.append([*option, f"{window_s:g} s", percents, latency, None if work is None else f"{pages.significant(work / 1e6, 2):g} million"])
+        rows.append(
+            [
+                *option,
+                f"{window_s:g} s",
+                percents,
+                latency,
+                None if work is None else f"{pages.significant(work / 1e6, 2):g} million",
+            ]
+        )
     return rows
 
 
@@ -295,8 +361,11 @@ def tables(found):
 
 def values(found):
     """Values that stand in sentences."""
+
     def most(scene, over, under):
-        ratios = [found[f"{scene}/{s:g} s/{over}"]["rms_percent"] / found[f"{scene}/{s:g} s/{under}"]["rms_percent"] for s in WINDOWS_S]
+        ratios = [
+            found[f"{scene}/{s:g} s/{over}"]["rms_percent"] / found[f"{scene}/{s:g} s/{under}"]["rms_percent"] for s in WINDOWS_S
+        ]
         return max(ratios)
 
     work = [(instructions(DECLARED[0][0], s), instructions("harmonics = 1", s)) for s in SHOWN_S]
@@ -341,7 +410,7 @@ def draw(found, folder=pages.RESULTS):
 def main():
     """Run the campaign."""
     run = campaign.Run("trade", __doc__, WINDOWS, SEED)
-    found = measure(run) | declared(run) | plans(run) | converters(run)
+    found = run.cells(measure, declared, plans, converters)
     if run.full:
         compared = {name.replace(" ", "_"): methods_table(found, name) for name in SCENES}
         pages.save("comparison", compared, folder=run.out)

@@ -75,11 +75,13 @@ fn pages() -> Vec<PathBuf> {
 
 /// Documents besides the results and the guide. The crates' READMEs are documentation of Rust, whose
 /// code runs as such.
-const MORE: [&str; 6] = [
+const MORE: [&str; 8] = [
     "CONTRIBUTING.md",
+    "docs/limits.md",
     "hal-mock/README.md",
     "host/python/README.md",
     "host/reference.md",
+    "lab/README.md",
     "emulator/README.md",
     "teletaction/README.md",
 ];

@@ -27,6 +27,10 @@ pub fn measure(topic: Option<&str>, is_short: bool) -> Result<()> {
         return Ok(());
     }
     let python = python::build()?;
+    if is_short {
+        announce("lab/tests");
+        run(clean(&python).args(["-m", "pytest", "--quiet", "lab/tests"]))?;
+    }
     for one in TOPICS
         .into_iter()
         .filter(|one| topic.is_none_or(|topic| topic == *one))

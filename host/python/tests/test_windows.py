@@ -20,7 +20,11 @@ def sine() -> "np.ndarray[tuple[int, int], np.dtype[np.float64]]":
 
 @pytest.mark.parametrize(
     ("options", "arguments"),
-    [({}, []), ({"stride_s": 0.25}, ["--stride", 0.25]), ({"harmonics": 1, "exclude": ["all"]}, ["--harmonics", 1, "--exclude", "all"])],
+    [
+        ({}, []),
+        ({"stride_s": 0.25}, ["--stride", 0.25]),
+        ({"harmonics": 1, "exclude": ["all"]}, ["--harmonics", 1, "--exclude", "all"]),
+    ],
 )
 def test_each_row_is_the_commands(options: dict[str, object], arguments: list[object], tmp_path: Path, run: Run) -> None:
     path = tmp_path / "rows.csv"

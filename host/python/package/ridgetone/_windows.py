@@ -133,7 +133,9 @@ _TEXTS = ("status", "why")
 
 def arrays(windows: list[tuple[float, str | None, str]]) -> Fits:
     """Arrays of the windows' JSON; of a window without a fit, from its start and the reason."""
-    fits: list[dict[str, Any]] = [json.loads(text) if text is not None else {"status": "no_fit", "from_s": from_s} for from_s, text, _ in windows]
+    fits: list[dict[str, Any]] = [
+        json.loads(text) if text is not None else {"status": "no_fit", "from_s": from_s} for from_s, text, _ in windows
+    ]
     cells: list[list[dict[str, Any]]] = [fit.get("channels", []) for fit in fits]
     names = next(([channel["name"] for channel in row] for row in cells if row), [])
     columns: dict[str, Any] = {"why": np.array([why for *_, why in windows]), "status": np.array([fit["status"] for fit in fits])}
