@@ -13,7 +13,7 @@ SPEEDS_MM_S = (73.5, 125.4, 177.4)
 """The mean of a hand's speed and two standard deviations to each side (section IV-A)."""
 POLYNOMIAL = (30770, -162663, 309743, -248938, 72298)
 """Equation 2: power by wavelength in mm, highest degree first."""
-PEAK_MM_S, SWING_HZ, SCAN_MM, WINDOW_S, CYCLES = 197, 1.07, 175, 0.032, 1.5
+PEAK_MM_S, SWING_HZ, SCAN_MM, WINDOW_S, LONG_S, CYCLES = 197, 1.07, 175, 0.032, 0.128, 1.5
 LOW_PASS_S, APERTURE_S = 0.5 * 820e-6, 64 * 5 / 15_728_640
 """Time constant of the bridges with their capacitor, and half of the converter's aperture."""
 SETTLES_S = 0.005
@@ -67,30 +67,30 @@ def highest_line_mm(made, speed_mm_s, wavelength_mm):
     return 100 * float(np.sqrt(np.mean(np.square(chosen)))) if chosen else None
 
 
-def answers(made, speed_mm_s, wavelength_mm, harmonics):
-    """Windows of 32 ms: error of the wavelength, its standard deviation, status, cycles, whether the finger turns. At a steady
+def answers(made, speed_mm_s, wavelength_mm, harmonics, window_s=WINDOW_S):
+    """Windows: error of the wavelength, its standard deviation, status, cycles, whether the finger turns. At a steady
     speed the frequency is fitted, of a hand the frames by position."""
     start_s, found = made.truth.slide_start_s, []
     if speed_mm_s is not None:
-        events = rt.replay(made, settings={"window_s": WINDOW_S, "stride_s": 0.05, "harmonics": harmonics})
+        events = rt.replay(made, settings={"window_s": window_s, "stride_s": 0.05, "harmonics": harmonics})
         for one in events.estimates:
             if one.span != "window":
                 continue
             to_s = one.t_s + made.time_s[0] - start_s
             from_s = to_s - one.window_s
-            if from_s < 0 or not one.frequency_hz:
-                found.append((np.nan, np.nan, one.status, 0.0, False))
+            if from_s < 0:
                 continue
             # The scale brakes in its last 20 ms.
             travel_mm = np.ptp(np.interp([start_s + from_s, start_s + to_s], made.time_s, made.position_mm))
-            by = travel_mm / (to_s - from_s) / one.frequency_hz / wavelength_mm - 1
-            found.append((by, one.sigma_hz / one.frequency_hz, one.status, travel_mm / wavelength_mm, False))
+            hz = one.frequency_hz or np.nan
+            by = travel_mm / (to_s - from_s) / hz / wavelength_mm - 1
+            found.append((by, (one.sigma_hz or np.nan) / hz, one.status, travel_mm / wavelength_mm, False))
         return found
     t_s, values = made.time_s - start_s, at_once(made)
     felt_mm = position_at(np.clip(t_s + 7.5 / 16 / made.scan_hz - APERTURE_S, 0, made.truth.slide_end_s - start_s))
-    for to_s in np.arange(0.05, made.truth.slide_end_s - start_s, 0.05):
-        part = slice(*np.searchsorted(t_s, [to_s - WINDOW_S, to_s]))
-        turns = speed_at(to_s - WINDOW_S - SETTLES_S) * speed_at(to_s) < 0
+    for to_s in np.arange(0.05 * np.ceil(window_s / 0.05), made.truth.slide_end_s - start_s, 0.05):
+        part = slice(*np.searchsorted(t_s, [to_s - window_s, to_s]))
+        turns = bool(speed_at(to_s - window_s - SETTLES_S) * speed_at(to_s) < 0)
         cycles = np.ptp(felt_mm[part]) / wavelength_mm
         one = rt.fit(values[part], time_s=made.time_s[part], position_mm=felt_mm[part], harmonics=harmonics)
         per_mm = one.frequency_per_mm
@@ -104,14 +104,18 @@ def run(steps, short, seed):
     scales = [(mm, v, ridged) for ridged in (True, False) for v in (*SPEEDS_MM_S, None) for mm in WAVELENGTHS_MM]
     if short:
         scales = [(mm, v, True) for v in (125.4, None) for mm in (1.0, 1.4, 2.0)]
-    by_scale, powers = {}, {}
+    by_scale, long, powers = {}, {}, {}
     for mm, v, ridged in scales:
         made = slid(mm, v, ridged)
         by_scale[mm, v, ridged] = (highest_line_mm(made, v, mm), answers(made, v, mm, 4 if ridged else 2))
+        if v is None:
+            long[mm, v, ridged] = (None, answers(made, v, mm, 4 if ridged else 2, LONG_S))
         if v is not None and ridged:
             powers[mm, v] = power(made)
     spectrum_of_32_ms(steps, by_scale)
-    by_firmware(steps, by_scale, short)
+    by_firmware(steps, by_scale, WINDOW_S, "steady speed", is_hand=False)
+    by_firmware(steps, by_scale, WINDOW_S, "hand, one way", is_hand=True)
+    by_firmware(steps, long, LONG_S, "hand, turning", is_hand=True, is_turning=True)
     if not short:
         power_by_wavelength(steps, powers)
     printed_text(steps)
@@ -161,25 +165,25 @@ def spectrum_of_32_ms(steps, by_scale):
               "64 ms is near", holds=errors[32] < min(errors[16], errors[128]))  # fmt: skip
 
 
-def by_firmware(steps, by_scale, short):
-    """Our own answers in the same 32 ms."""
-    kinds = {"steady speed": (False, False), "hand, one way": (True, False)}
-    for kind, (is_hand, is_turning) in kinds.items():
-        shown, command = [], "`fit`, by position" if is_hand else "`replay`"
-        holds = True
-        for ridged in (True, False):
-            rows = [row for key, (_, each) in by_scale.items() if key[2] == ridged and (key[1] is None) == is_hand for row in each if row[4] == is_turning]
-            judged = [row for row in rows if row[3] >= CYCLES]
-            if not judged:
-                continue
-            good = np.array([row[:2] for row in judged if row[2] == "good"])
-            wrong = sum(row[2] == "good" and abs(row[0]) > max(0.05, 5 * row[1]) for row in rows)
-            scales = [np.sqrt(np.mean(np.square(own))) for key, (_, each) in by_scale.items() if key[2] == ridged and (key[1] is None) == is_hand
-                      if (own := [row[0] for row in each if row[2] == "good" and row[3] >= CYCLES and row[4] == is_turning])]  # fmt: skip
-            covered = np.mean(np.abs(good[:, 0]) < 1.96 * good[:, 1])
-            shown.append(f"{'ridged' if ridged else 'smooth'}: {100 * max(scales):.2f} % at most; good {len(good)} of {len(judged)}; coverage {100 * covered:.0f} %; wrong and good {wrong}")
-            holds &= max(scales) < 0.02 and wrong == 0
-        steps.add(f"our error in 32 ms of 1.5 cycles or more, {kind} (Figures 8, 9)", "-", "; ".join(shown), "within 1 %" if holds else "more", command, holds)
+def by_firmware(steps, by_scale, window_s, kind, *, is_hand, is_turning=False):
+    """Our own answers, by skin: the largest rms error of a scale, over windows of 1.5 cycles or more."""
+    shown, worst, wrong = [], 0.0, 0
+    for ridged in (True, False):
+        own = [each for (_, v, skin), (_, each) in by_scale.items() if skin == ridged and (v is None) == is_hand]
+        judged = [[row for row in each if row[3] >= CYCLES and row[4] == is_turning] for each in own]
+        good = [np.array([row[:2] for row in each if row[2] == "good"]) for each in judged]
+        if not any(map(len, good)):
+            continue
+        off = max(np.sqrt(np.mean(np.square(each[:, 0]))) for each in good if len(each))
+        together = np.concatenate([each for each in good if len(each)])
+        covered = np.mean(np.abs(together[:, 0]) < 1.96 * together[:, 1])
+        outliers = sum(row[2] == "good" and abs(row[0]) > max(0.05, 5 * row[1]) for each in own for row in each)
+        worst, wrong = max(worst, off), wrong + outliers
+        count = sum(map(len, judged))
+        shown.append(f"{'ridged' if ridged else 'smooth'}: {100 * off:.2f} % at most; good {len(together)} of {count}; coverage {100 * covered:.0f} %; outliers reported as good {outliers}")
+    steps.add(f"our error in {1000 * window_s:.0f} ms of 1.5 cycles or more, {kind} (Figures 8, 9)", "-", "; ".join(shown),
+              "**intervals too narrow**: friction turns with the finger, and no model has it" if is_turning else "within 1 %",
+              "`fit`, by position" if is_hand else "`replay`", worst < (0.03 if is_turning else 0.01) and wrong == 0)  # fmt: skip
 
 
 def power_by_wavelength(steps, powers):

@@ -66,7 +66,9 @@ def run_beside_the_emulated_board(script: str) -> None:
 
 
 def test_examples_and_types() -> None:
-    assert doctest.testmod(rt).attempted > 0 and doctest.testmod(rt).failed == 0
+    for module in (rt, rt._replayed, rt._simulate):
+        tried = doctest.testmod(module)
+        assert tried.attempted > 0 and tried.failed == 0, module
     checked = subprocess.run(
         [sys.executable, "-m", "mypy", "--config-file", ROOT / "host/python" / "pyproject.toml", ROOT / "host/python" / "package" / "ridgetone"],
         capture_output=True,
