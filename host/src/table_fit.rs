@@ -17,7 +17,7 @@ use crate::tables::RowReader;
 use crate::tone::{Domain, Tone, WithSigma};
 use crate::usage::NoEstimate;
 use anyhow::{Result, bail, ensure};
-use estimate::{Delays, Estimated, Motion};
+use estimate::{Estimated, Motion};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{OtherTone, Status};
 use ridgetone_tone::HARMONICS_MAX;
@@ -234,9 +234,9 @@ fn fit_group(
         for (skew, column) in skew_frames.iter_mut().zip(columns) {
             *skew = alignment.skew_frames.get(*column).copied().unwrap_or(0.0);
         }
-        Delays {
-            skew_frames,
-            low_pass_frames: (alignment.low_pass_s * grid.rate_hz) as f32,
+        ridgetone_tone::Delays {
+            frames: skew_frames,
+            low_pass: (alignment.low_pass_s * grid.rate_hz) as f32,
         }
     });
     let motion = Motion { positions, delays };

@@ -10,7 +10,7 @@ enum Value {
 }
 
 /// Options of the command that messages about recordings and boards name, and arguments for them.
-const ARGUMENTS: [(&str, &str, Value); 24] = [
+const ARGUMENTS: [(&str, &str, Value); 25] = [
     ("--rate", "rate_hz", Value::Number),
     ("--from", "from_s", Value::Number),
     ("--to", "to_s", Value::Number),

@@ -6,7 +6,7 @@ use crate::digits::significant;
 use crate::part::{Band, Selection};
 use anyhow::{Result, bail};
 use ridgetone_tone::{
-    Delays, Fit, Fitter, FrameSpan, HARMONICS_MAX, OtherTone, Scene, Status, Table, Values,
+    Delays, Fit, Fitter, FrameSpan, HARMONICS_MAX, OtherTone, Scene, Status, Table,
 };
 
 /// Blank cells are bridged where less than this share of the rows has all readings.
@@ -54,14 +54,6 @@ impl Motion {
             delays: None,
         }
     }
-}
-
-/// Delays of the readings against the positions of their frames.
-pub struct Delays {
-    /// Frames by which each column is read after its frame's position.
-    pub skew_frames: Values,
-    /// Time constant of the low-pass before the converter, frames.
-    pub low_pass_frames: f32,
 }
 
 /// Frames, and what is known of them.
@@ -199,13 +191,7 @@ impl Frames<'_> {
         let (mut fitter, scene) = (Box::new(Fitter::new()), self.scene());
         let delays = self.motion.delays.as_ref();
         let found = match delays.filter(|_| !positions.is_empty()) {
-            Some(delays) => {
-                let delays = Delays {
-                    frames: delays.skew_frames,
-                    low_pass: delays.low_pass_frames,
-                };
-                fitter.fit_delayed(&mut span, &scene, &delays)
-            }
+            Some(delays) => fitter.fit_delayed(&mut span, &scene, delays),
             None => fitter.fit(&mut span, &scene),
         };
         let Ok(found) = found else {
