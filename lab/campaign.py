@@ -19,7 +19,11 @@ class Run:
         arguments.add_argument("--short", action="store_true", help="a twentieth of the windows; nothing is written")
         arguments.add_argument("--seed", type=int, default=seed, help=f"seed of all windows [default: {seed}]")
         arguments.add_argument("--out", default=str(pages.RESULTS), help="folder of the JSON, the page and its picture")
+        arguments.add_argument(
+            "--again", action="store_true", help="measure nothing: tables, values and picture again from the JSON"
+        )
         given = arguments.parse_args()
+        self.again = given.again
         self.topic, self.full, self.seed, self.out = topic, not given.short, given.seed, given.out
         self.windows = windows if self.full else max(windows // 20, 1)
         self.begun_s = time.monotonic()
@@ -28,10 +32,23 @@ class Run:
         """Random numbers of a test case: the same for equal seeds and names, whatever else runs."""
         return np.random.default_rng([self.seed, zlib.crc32(name.encode())])
 
+    def cells(self, *parts):
+        """Cells of all parts of the campaign, or those of the JSON with `--again`."""
+        if self.again:
+            before = pages.load(self.topic, self.out)["detail"]
+            self.windows, self.seed = before["windows"], before["seed"]
+            return before["cells"]
+        return {name: cell for part in parts for name, cell in part(self).items()}
+
     def progress(self, items, what="test cases"):
         """Yield items, with a line on standard error that says how far the run is."""
         for number, item in enumerate(items):
-            print(f"\r{self.topic}: {what} {number + 1} of {len(items)}, {time.monotonic() - self.begun_s:.0f} s ", end="", file=sys.stderr, flush=True)
+            print(
+                f"\r{self.topic}: {what} {number + 1} of {len(items)}, {time.monotonic() - self.begun_s:.0f} s ",
+                end="",
+                file=sys.stderr,
+                flush=True,
+            )
             yield item
         print(file=sys.stderr)
 
@@ -39,8 +56,13 @@ class Run:
         """Judge the requirements, those of the cells of `others` by topic too; write the JSON, the page and its picture after a full run. Exits with 1 if one is missed."""
         if self.full:
             made = tables(cells)
-            cells = {name: cells[name] for name in cells}
-            pages.save(self.topic, made, values(cells) if values else {}, {"windows": self.windows, "seed": self.seed, "cells": cells}, self.out)
+            pages.save(
+                self.topic,
+                made,
+                values(cells) if values else {},
+                {"windows": self.windows, "seed": self.seed, "cells": cells},
+                self.out,
+            )
             draw(cells)
         lines, failures = judge.requirements(self.topic, cells)
         for topic, own in (others or {}).items():
@@ -50,5 +72,7 @@ class Run:
             print(line)
         for failure in failures:
             print(f"MISSED: {failure}")
-        print(f"{self.topic}: {self.windows} windows a test case, {time.monotonic() - self.begun_s:.0f} s, {len(failures)} requirements missed")
+        print(
+            f"{self.topic}: {self.windows} windows a test case, {time.monotonic() - self.begun_s:.0f} s, {len(failures)} requirements missed"
+        )
         sys.exit(1 if failures else 0)

@@ -243,7 +243,9 @@ def drift(rng, extra, size, windows, count):
         case _:
             return np.zeros((windows, count, 0)), 0.0
     shapes = np.stack(shapes, axis=2)
-    gains = rng.choice([-1, 1], (windows, shapes.shape[2], CHANNELS)) * rng.uniform(0.5, 1.5, (windows, shapes.shape[2], CHANNELS))
+    gains = rng.choice([-1, 1], (windows, shapes.shape[2], CHANNELS)) * rng.uniform(
+        0.5, 1.5, (windows, shapes.shape[2], CHANNELS)
+    )
     return shapes, size * shapes @ gains
 
 
@@ -277,7 +279,11 @@ def make(rng, windows, count, kind="white", tone=None, extra="", size=0.0):
             again = rng.uniform(0.5, 1.5, (windows, CHANNELS))
             x += sound(rng, times[:, None] * course, amplitude * np.asarray(tone.harmonics), again)[0]
             out.second = times * out.frequency
-    shapes, added = drift(rng, extra, amplitude * size, windows, count) if extra not in ("second", "close") else drift(rng, "", 0, windows, count)
+    shapes, added = (
+        drift(rng, extra, amplitude * size, windows, count)
+        if extra not in ("second", "close")
+        else drift(rng, "", 0, windows, count)
+    )
     x += added
     if extra == "mains":
         # The fit is told 50 Hz; the hum is at 49.5 Hz.
@@ -310,7 +316,11 @@ def change(rng, out, extra, size, amplitude):
         np.clip(x, -size * amplitude, size * amplitude, out=x)
     if extra == "saturated":
         np.minimum(x[:, :, :3], 0.3 * amplitude, out=x[:, :, :3])
-    flat = {"dead": slice(0, 3), "saturated": slice(3, 5), "channels": slice(int(size), channels) if extra == "channels" else None}.get(extra)
+    flat = {
+        "dead": slice(0, 3),
+        "saturated": slice(3, 5),
+        "channels": slice(int(size), channels) if extra == "channels" else None,
+    }.get(extra)
     if flat is not None:
         x[:, :, flat] = 0
     step = size * amplitude if extra == "rounded" else 1.0
@@ -351,7 +361,12 @@ def finger(rng, windows, count, frequency, harmonics=RIDGES, snr_db=20.0, *, per
     t = np.arange(count) - (count - 1) / 2
     turns = 2 * np.pi * frequency * np.outer(t, order)
     cos, sin, ramp = np.cos(turns), np.sin(turns), 2 * np.pi * np.outer(t, order)
-    x = cos @ a - sin @ b + noise * rng.standard_normal((windows, count, CHANNELS)) + rng.uniform(-500, 500, (windows, 1, CHANNELS))
+    x = (
+        cos @ a
+        - sin @ b
+        + noise * rng.standard_normal((windows, count, CHANNELS))
+        + rng.uniform(-500, 500, (windows, 1, CHANNELS))
+    )
     slope = -(ramp * sin) @ a - (ramp * cos) @ b
     taxels = list(taxels)
     out = Windows(x[:, :, taxels], np.full(windows, frequency), slope=slope[:, :, taxels])
