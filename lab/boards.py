@@ -85,7 +85,7 @@ def main():
         return "\n".join(differences(fresh, pages.load("boards")["tables"], BOARDS[0])) or 0
     # The page states the busier board.
     most = lambda name, at: max(found[board][name][at] for board in found)
-    values = {"idle_percent": round(most("load_percent", 0)), "sliding_percent": round(most("load_percent", 2)), "latency_ms": round(most("latency_ms", 0))}
+    values = {"load_rest": round(most("load_percent", 0)), "load_sliding": round(most("load_percent", 2)), "latency_ms": round(most("latency_ms", 0))}
     pages.save("boards", fresh, values)
     return 0
 

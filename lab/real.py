@@ -206,7 +206,7 @@ def main():
     if given.short:
         print("\n".join(pages.markdown(one) for one in tables.values()))
     else:
-        values = {"right": share(right), "covered": share(covered), "cloth_good_percent": round(100 * sum(cloth) / len(cloth))}
+        values = {"right": str(sum(right)), "right_of": str(len(right)), "covered": str(sum(covered)), "cloth_good_percent": round(100 * sum(cloth) / len(cloth))}
         pages.save("real-touch", tables, values)
     return 0
 

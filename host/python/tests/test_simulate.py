@@ -134,3 +134,21 @@ def test_replayed_events_by_kind_and_as_arrays() -> None:
     slides = replayed.columns(rt.Slide)
     assert np.isnan(slides["end_s"]).tolist() == [True, False]
     assert replayed.columns(rt.Fault) == {} and replayed[0] in replayed
+
+
+@pytest.mark.parametrize(("speed_mm_s", "period_mm"), [(48, 3.1), (15, 3.1), (48, 2.6)])
+def test_static_images_are_what_the_grating_at_rest_makes(speed_mm_s: float, period_mm: float) -> None:
+    scene = {"speed_mm_s": speed_mm_s, "period_mm": period_mm, "reverse": True}
+    noisy = rt.simulate({**scene, "finger": {"noise_uv": 900.0}})
+    # The same finger without noise and without creep: both time constants are equal.
+    elastic = rt.simulate({**scene, "finger": {"noise_uv": 0.0, "relaxation_s": 3.0, "creep_s": 3.0}}, converter=False)
+    offset_v = np.array([channel.offset_v for channel in elastic.channels])
+    images = rt.replay(noisy).of(rt.Image)
+    assert [image.hold for image in images] == ["before_slide", "after_slide"]
+    for image, at_s in zip(images, (noisy.truth.slide_start_s - 0.1, noisy.truth.release_s - 0.1), strict=True):
+        expected_v = elastic.values[np.searchsorted(elastic.time_s, at_s)] - offset_v
+        level_v = np.array([taxel.level_v for taxel in image.taxels])
+        # The skin has crept by up to 5 %; the noise is that of a mean of 72 readings or more, less one of 48.
+        assert np.all(np.abs(level_v - expected_v) < 0.06 * np.abs(expected_v) + 4 * 0.9e-3 * np.sqrt(1 / 72 + 1 / 48)), (level_v, expected_v)
+    # Piezoresistors 1 and 3 of unit 1 at rest: opposite signs (Oddo et al., figure 10).
+    assert images[0].taxels[0].level_v < 0 < images[0].taxels[2].level_v
