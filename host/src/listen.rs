@@ -43,6 +43,8 @@ pub struct Listener {
     damaged_since: Option<Instant>,
     /// The name of the open port, until something is said of it.
     unnamed: Option<String>,
+    /// Silence was reported.
+    was_silent: bool,
 }
 
 /// What happened to a feed.
@@ -68,6 +70,7 @@ impl Listener {
             reported: (0, 0),
             damaged_since: None,
             unnamed: None,
+            was_silent: false,
         }
     }
 
@@ -149,15 +152,21 @@ impl Listener {
     pub fn losses(&mut self) -> Option<String> {
         let counts = self.feed.counts();
         if counts.received == 0 && self.feed.has_board() {
+            if let Some(what) = self.feed.strangers() {
+                let name = self.unnamed.take()?;
+                return Some(format!("{name}: {what}"));
+            }
             let is_silent = self.feed.bytes() == 0 && self.feed.elapsed() > SILENT;
-            let silence = || {
-                is_silent.then(|| {
-                    "nothing arrives: is the board powered, and its TX on this port?".to_owned()
-                })
-            };
-            let what = self.feed.strangers().or_else(silence)?;
-            let name = self.unnamed.take()?;
-            return Some(format!("{name}: {what}"));
+            if let Some(name) = self
+                .unnamed
+                .clone()
+                .filter(|_| is_silent && !self.was_silent)
+            {
+                self.was_silent = true;
+                return Some(format!(
+                    "{name}: nothing arrives: is the board powered, and its TX on this port?"
+                ));
+            }
         }
         if (counts.missing, counts.damaged) == self.reported {
             return None;

@@ -371,9 +371,9 @@ fn what_cannot_be_guessed_is_refused_with_the_way_out() {
         .success()
     );
     assert_one_line(
-        &run(&["fit", text(&ways_out), "--time-column", "t:min"]),
+        &run(&["fit", text(&ways_out), "--time-column", "t:furlong"]),
         2,
-        &["s, ms, us or ns"],
+        &["s, ms, us, ns, min, h or d"],
     );
 }
 
