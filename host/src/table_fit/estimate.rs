@@ -190,7 +190,7 @@ impl Frames<'_> {
         let delays = self.motion.delays.as_ref();
         let found = match delays.filter(|_| !positions.is_empty()) {
             Some(delays) => {
-                let delays = Delays {
+                let delays = ridgetone_tone::Delays {
                     frames: delays.skew_frames,
                     low_pass: delays.low_pass_frames,
                 };
