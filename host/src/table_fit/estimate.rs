@@ -7,9 +7,7 @@ use crate::digits::significant;
 use crate::grid::Grid;
 use crate::part::{Band, Selection};
 use anyhow::{Result, bail, ensure};
-use ridgetone_tone::{
-    Delays, FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, Scene, Table, Values,
-};
+use ridgetone_tone::{FRAMES_MAX, Fit, Fitter, FrameSpan, HARMONICS_MAX, Scene, Table, Values};
 
 /// Blank cells are bridged where less than this share of the rows has all readings.
 const WHOLE_SHARE_MIN: f64 = 0.95;
