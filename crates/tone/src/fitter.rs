@@ -68,10 +68,16 @@ impl Fitter {
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
         if Lean::takes(span, scene) {
-            let power = self.work.memory.as_flattened_mut();
-            return Lean::new(self.blocks.rows(), power).fit(span, scene);
+            return self.fit_lean(span, scene);
         }
         self.fit_all(span, scene, None)
+    }
+
+    /// Fits a lean scene. It is not inlined: its memory on the stack is not that of other scenes.
+    #[inline(never)]
+    fn fit_lean(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
+        let power = self.work.memory.as_flattened_mut();
+        Lean::new(self.blocks.rows(), power).fit(span, scene)
     }
 
     /// Fits all usable channels of a span along a path, each channel at a position of its own.
@@ -84,13 +90,15 @@ impl Fitter {
         scene: &Scene,
         delays: &Delays,
     ) -> Result<Fit, Overwritten> {
-        let correction = Correction {
-            delays,
-            correct: |data, memory, scene, comb, delays| data.has_late(memory, scene, comb, delays),
-        };
+        let correct: Correct =
+            |data, memory, scene, comb, delays| data.has_late(memory, scene, comb, delays);
+        // Opaque: the compiler would else call the only such function directly.
+        let correct = core::hint::black_box(correct);
+        let correction = Correction { delays, correct };
         self.fit_all(span, scene, Some(correction))
     }
 
+    #[inline(never)]
     fn fit_all(
         &mut self,
         span: &mut FrameSpan,
@@ -250,9 +258,11 @@ struct Memory<'m> {
 #[derive(Clone, Copy)]
 struct Correction<'c> {
     delays: &'c Delays,
-    /// True if delays were taken out of the frames, by a comb.
-    correct: fn(&mut Data, &mut Memory, &Scene, &Comb, &Delays) -> bool,
+    correct: Correct,
 }
+
+/// Takes delays out of the frames, by a comb; true if there were some.
+type Correct = fn(&mut Data, &mut Memory, &Scene, &Comb, &Delays) -> bool;
 
 /// A window that is fitted.
 struct Window<'w, 'd, 's> {

@@ -20,6 +20,7 @@ use crate::scene::{Band, Baseline, Channels, Noise, Scene, Speed};
 use crate::source::{Overwritten, Values};
 pub use blocks::LEAN_ROWS;
 use blocks::{BLOCKS_FEWER, Blocks, LINES, Pass};
+use declaration::Tested;
 use reference::Reference;
 use search::{Comb, Peak, Search};
 use solve::Solution;
@@ -71,7 +72,7 @@ impl<'m> Lean<'m> {
     pub fn new(rows: &'m mut [Values], power: &'m mut [f32]) -> Self {
         let (points, blocks) = rows.split_at_mut(rows.len().saturating_sub(LEAN_ROWS));
         Self {
-            search: Search::new(points.as_flattened_mut(), power),
+            search: Search::new(points, power),
             blocks: Blocks::new(blocks),
             solution: Solution::NONE,
         }
@@ -164,7 +165,8 @@ impl<'m> Lean<'m> {
                 lines,
                 blocks: Blocks::most(span.frames, lines),
             };
-            self.blocks.collect(span, reference, pass)?;
+            let scratch = self.search.scratch();
+            self.blocks.collect(span, reference, pass, scratch)?;
             self.solution.choose((2 << lines) - 2);
             self.solution.solve(&self.blocks, reference, 0.0);
             let turn = self.solution.turn + self.solution.step();
@@ -213,7 +215,8 @@ impl<'m> Lean<'m> {
                 lines,
                 blocks: if is_open { BLOCKS_FEWER } else { most },
             };
-            blocks.collect(span, reference, pass)?;
+            let scratch = self.search.scratch();
+            blocks.collect(span, reference, pass, scratch)?;
             let frames = blocks.frames();
             if frames < FRAMES_MIN as f32 || 2.0 * frames < span.frames as f32 {
                 return Ok(Fit::without_tone(Status::TooShort, frames as u32));
@@ -256,7 +259,12 @@ impl<'m> Lean<'m> {
                 strongest = line;
             }
         }
-        let declared = declaration::test(blocks, reference, solution, strongest.place, harmonics);
+        let tested = Tested {
+            solution,
+            place: strongest.place,
+            harmonics,
+        };
+        let declared = declaration::test(blocks, reference, &tested, self.search.scratch());
         let missing = 1.0 - blocks.frames() / span.frames.max(1) as f32;
         let comb = Comb::new(cycles, harmonics, span.frames);
         let second = if peak.is_searched {

@@ -144,13 +144,14 @@ impl<'m> Blocks<'m> {
         }
     }
 
-    /// Sums up the frames of a span.
+    /// Sums up the frames of a span; `kept` is memory for some of them.
     #[inline(never)]
     pub fn collect(
         &mut self,
         span: &mut FrameSpan,
         reference: &Reference,
         pass: Pass,
+        kept: &mut [Values],
     ) -> Result<(), Overwritten> {
         let Pass { cycles, lines, .. } = pass;
         let frames = span.frames as usize;
@@ -171,8 +172,13 @@ impl<'m> Blocks<'m> {
             run.dd = 0.0;
             let part = from as u32..end as u32;
             span.visit_runs(part, reference.wanted, &mut |first, values| {
-                let total = &mut self.sums;
-                run.add(first, values, reference, Sums { block, rows, total });
+                let sums = Sums {
+                    block,
+                    rows,
+                    total: &mut self.sums,
+                    kept,
+                };
+                run.add(first, values, reference, sums);
             })?;
             let (n, middle) = (block.frames, block.middle);
             self.powers[0] += n;
@@ -196,6 +202,14 @@ struct Sums<'b> {
     rows: &'b mut [Values],
     /// Those of the window.
     total: &'b mut [Values; 3],
+    /// Values less the reference, where there are several lines.
+    kept: &'b mut [Values],
+}
+
+/// Sums of the first line: the block's values, cosine and sine, and those of the window.
+struct FirstLine<'s> {
+    sums: [&'s mut Values; 6],
+    kept: &'s mut [Values],
 }
 
 /// Frames in a row that are multiplied by waves.
@@ -212,8 +226,6 @@ struct Run {
     dd: f32,
     /// Cosine and sine of each line at each frame.
     waves: [[Wave; READ_FRAMES]; LINES],
-    /// Values less the reference, where there are several lines.
-    values: [Values; READ_FRAMES],
 }
 
 impl Run {
@@ -225,7 +237,6 @@ impl Run {
         u_step: 0.0,
         dd: 0.0,
         waves: [[[0.0; 2]; READ_FRAMES]; LINES],
-        values: [[0.0; CHANNELS_MAX]; READ_FRAMES],
     };
 
     /// Starts a window.
@@ -247,7 +258,12 @@ impl Run {
 
     /// Adds frames to the sums of a block and of the window.
     fn add(&mut self, first: u32, values: &[Values], reference: &Reference, sums: Sums) {
-        let Sums { block, rows, total } = sums;
+        let Sums {
+            block,
+            rows,
+            total,
+            kept,
+        } = sums;
         let [[cos, sin], others @ ..] = rows.as_chunks_mut::<2>().0 else {
             return;
         };
@@ -255,14 +271,18 @@ impl Run {
             self.turn_lines::<1, 2>(first, values.len(), block);
             let [total, moments, squares] = total;
             let sums = [&mut block.level, cos, sin, total, moments, squares];
-            self.add_first::<false>(first, values, reference, sums);
+            self.add_first::<false>(first, values, reference, FirstLine { sums, kept });
             return;
         }
         self.turn_lines::<LINES, WAVES>(first, values.len(), block);
         let [total, moments, squares] = total;
         let sums = [&mut block.level, cos, sin, total, moments, squares];
-        self.add_first::<true>(first, values, reference, sums);
-        let values = self.values.get(..values.len()).unwrap_or_default();
+        let line = FirstLine {
+            sums,
+            kept: &mut *kept,
+        };
+        self.add_first::<true>(first, values, reference, line);
+        let values = kept.get(..values.len()).unwrap_or_default();
         for (waves, rows) in self.waves.iter().skip(1).zip(others) {
             add_line(values, waves, rows);
         }
@@ -318,14 +338,15 @@ impl Run {
         first: u32,
         values: &[Values],
         reference: &Reference,
-        sums: [&mut Values; 6],
+        line: FirstLine,
     ) {
+        let FirstLine { sums, kept } = line;
         let (u, count) = (self.u(first as f32), values.len() as f32);
         let sums = sums.map(|row| row.as_chunks_mut::<4>().0);
         for (group, level) in reference.level.as_chunks::<4>().0.iter().enumerate() {
             let [mut sum, mut double, mut square] = [[0.0; 4]; 3];
             let [mut cos, mut sin] = [[0.0; 4]; 2];
-            let kept = self.values.iter_mut();
+            let kept = kept.iter_mut();
             for ((frame, [c, s]), kept) in values.iter().zip(&self.waves[0]).zip(kept) {
                 let frame = &frame.as_chunks::<4>().0[group];
                 for k in 0..4 {

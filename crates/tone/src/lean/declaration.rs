@@ -62,16 +62,34 @@ const PART_MAX: f32 = 0.8;
 const KEPT: usize = 3 * BLOCKS_FEWER;
 const _: () = assert!(KEPT >= BLOCKS);
 
-/// Tests what a solution leaves of the blocks' levels and of a line, the one at `place` among the
-/// solution's; the scene has so many `harmonics`.
+/// A solution that is tested.
+#[derive(Clone, Copy, Debug)]
+pub struct Tested<'t> {
+    pub solution: &'t Solution,
+    /// Place of the tested line among the solution's.
+    pub place: usize,
+    /// Harmonics of the scene.
+    pub harmonics: usize,
+}
+
+/// Tests what a solution leaves of the blocks' levels and of a line, in memory for [`KEPT`] rows.
 #[inline(never)]
 pub fn test(
     blocks: &Blocks,
     reference: &Reference,
-    solution: &Solution,
-    place: usize,
-    harmonics: usize,
+    tested: &Tested,
+    memory: &mut [Values],
 ) -> Declared {
+    let Tested {
+        solution,
+        place,
+        harmonics,
+    } = *tested;
+    // Residuals of the blocks, each with the variance of a frame.
+    let Some(white) = memory.first_chunk_mut::<KEPT>() else {
+        return Declared::default();
+    };
+    white.fill([0.0; CHANNELS_MAX]);
     let (mut levels, mut lines, mut explained, mut count) = (0.0, 0.0, 0.0, 0.0f32);
     let frames = blocks.frames();
     let tested = solution.orders().get(place).copied().unwrap_or(1);
@@ -79,8 +97,6 @@ pub fn test(
     let is_few = blocks.count() <= BLOCKS_FEWER;
     // Sum of the squares of the correlations of a block's level, cosine and sine.
     let mut together = 0.0f32;
-    // Residuals of the blocks, each with the variance of a frame.
-    let mut white = [[0.0; CHANNELS_MAX]; KEPT];
     let mut turned = Turned::NONE;
     for (b, (block, rows)) in blocks.iter().enumerate() {
         if block.frames <= 0.0 {
@@ -138,7 +154,7 @@ pub fn test(
         lines: deviate(lines / (width * of_lines), width * of_levels, freedom),
         shared: if is_few {
             let samples = (of_levels + 2.0 * of_lines) * 3.0 * count / together;
-            correlation(&white, solution, samples)
+            correlation(white, solution, samples)
         } else {
             correlation(&white[..BLOCKS], solution, of_levels)
         },

@@ -62,6 +62,7 @@ impl Sample {
 
 impl Reference {
     /// The reference of a span.
+    #[inline(never)]
     pub fn new(span: &mut FrameSpan) -> Result<Self, Overwritten> {
         let wanted = span.channels()?;
         let every = span.frames.div_ceil(FRAMES as u32).max(1);

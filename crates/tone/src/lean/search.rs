@@ -43,7 +43,7 @@ const SECOND_CYCLES_MIN: f32 = 2.0;
 /// Summed power of some mixtures of channels.
 pub struct Search<'m> {
     /// A signal that is transformed.
-    points: &'m mut [f32],
+    points: &'m mut [Values],
     /// Power of each bin.
     power: &'m mut [f32],
     grid: Grid,
@@ -215,13 +215,18 @@ impl Mixture {
 
 impl<'m> Search<'m> {
     /// A search in memory for [`POINTS_MAX`] points at least, and for half as many bins.
-    pub fn new(points: &'m mut [f32], power: &'m mut [f32]) -> Self {
+    pub fn new(points: &'m mut [Values], power: &'m mut [f32]) -> Self {
         Self {
             points,
             power,
             grid: Grid::default(),
             mixtures: 0,
         }
+    }
+
+    /// Memory that holds nothing between searches.
+    pub fn scratch(&mut self) -> &mut [Values] {
+        self.points
     }
 
     /// The highest peak in a band of cycles a window.
@@ -282,7 +287,7 @@ impl<'m> Search<'m> {
             each,
             ..
         } = self.grid;
-        let Some(signal) = self.points.get_mut(..points) else {
+        let Some(signal) = self.points.as_flattened_mut().get_mut(..points) else {
             return Ok(());
         };
         let mixture = Mixture::new(reference, half, number);

@@ -191,6 +191,8 @@ impl Verdict<'_> {
         } else if self.cycles.min(nyquist - self.cycles) < min
             || self.second.is_some()
             || tests.fundamental < Z_TEST
+            // Drift looks like one or two cycles below a strong overtone.
+            || self.strongest.place > 0 && self.cycles < CYCLES_ONE
             || !self.declared.is_met()
         {
             Status::Ambiguous
