@@ -1,6 +1,8 @@
 // The frequency over time, with its uncertainty.
 import { Plot, Steady, colour, dots, line, withoutWild } from "./plot.js";
 
+// Estimates come no closer together than this, seconds, however short the stride.
+const ESTIMATES_S = 0.05;
 // Windows more than this many strides apart have a pause between them.
 const GAP = 2.5;
 // Least height, as a share of the frequency: magnified further, a millionth would look like noise.
@@ -59,7 +61,7 @@ export class History extends Plot {
     const found = history.filter((point) => point.t_s > (now_s ?? 0) - length_s);
     found.sort((a, b) => a.t_s - b.t_s);
     const beyond = this.scale([...beside, ...found]);
-    const own = apart(found, GAP * (latest.hello?.settings.stride_s ?? 0.25));
+    const own = apart(found, GAP * Math.max(latest.hello?.settings.stride_s ?? 0.25, ESTIMATES_S));
     const shown = [...own, ...beside.map((point) => ({ ...point, beside: point.frequency, frequency: undefined }))].sort((a, b) => a.t_s - b.t_s);
     // To the plot null is a gap, and undefined nothing at all.
     // Good windows are joined to good ones: what is between them is not known.

@@ -86,6 +86,10 @@ fn hello(e: &Hello) -> String {
             s.slide.delay_s, s.slide.length_mm, s.slide.speed_mm_s
         ),
     };
+    let tone = match s.scene.overtones {
+        true => format!("up to {} harmonics", s.harmonics),
+        false => "a single sine".to_owned(),
+    };
     let accuracy = match s.accuracy {
         0.0 => String::new(),
         accuracy => format!(", to {} %", 100.0 * accuracy),
@@ -123,8 +127,8 @@ fn hello(e: &Hello) -> String {
         )
     });
     format!(
-        "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V{accuracy}{interferer}, {slide}{source}{cause}{oscillator}{brown_out}{record}",
-        e.protocol, e.frame_rate_hz, s.window_s, s.stride_s, s.harmonics, s.vref_v
+        "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, {tone}, reference {} V{accuracy}{interferer}, {slide}{source}{cause}{oscillator}{brown_out}{record}",
+        e.protocol, e.frame_rate_hz, s.window_s, s.stride_s, s.vref_v
     )
 }
 
