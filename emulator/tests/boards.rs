@@ -131,10 +131,14 @@ fn the_minimal_firmware_prints_a_touch_as_text() {
         let off_mhz = (mhz + 0.5 - 30_000.0 / 3.6).abs();
         assert!(off_mhz < 0.5 + 5.0 * sigma_uhz * 1e-3, "{text}");
     }
-    let lost = text
+    let mut lost = text
         .lines()
         .filter_map(|line| line.strip_suffix(" conversions lost"));
-    let lost: u32 = lost.last().expect("a count").parse().expect("a number");
+    let lost: u32 = lost
+        .next_back()
+        .expect("a count")
+        .parse()
+        .expect("a number");
     assert!(lost > 0, "a loop reads nothing while it fits: {text}");
     assert!(emulator.findings().is_empty(), "{:#?}", emulator.findings());
 }

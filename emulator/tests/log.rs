@@ -36,7 +36,7 @@ fn decoded(frame: &[u8]) -> Vec<u8> {
 fn text(elf: &ElfFile32<'_, LittleEndian>, number: u16) -> String {
     let mut names = elf
         .symbols()
-        .filter(|one| one.address() == number.into())
+        .filter(|one| one.address() == u64::from(number))
         .filter_map(|one| one.name().ok());
     let data = |name: &str| {
         Some(
