@@ -97,7 +97,7 @@ def test_errors_have_the_commands_text_and_pythons_arguments(tmp_path: Path, ref
         "empty": ("", ""),
         "no_unit": ("t,a\n0,1\n4,2\n8,1\n", 'time_column="t:ms", or give rate_hz'),
         "quoted": ("Relative Time,a\n0,1\n4,2\n8,1\n", 'time_column="Relative Time:ms"'),
-        "backwards": ("time_s,a\n" + "".join(f"{row},1\n" for row in range(40)) + "1,3\n", "rate_hz, or choose another time_column"),
+        "backwards": ("time_s,a\n" + "".join(f"0.{row:02},1\n" for row in range(40)) + "0.005,3\n", "rate_hz, or choose another time_column"),
     }
     for name, (text, words) in tables.items():
         path = tmp_path / f"{name}.csv"
