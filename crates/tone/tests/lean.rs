@@ -307,6 +307,7 @@ fn what_the_scene_does_not_declare_is_not_good() {
         (Extra::Begins, None, 0),
         (Extra::Chirp, None, 12),
         (Extra::Overtone, None, 0),
+        (Extra::Coloured(0.9), Some([0.0; 3]), 0),
         (Extra::Creep, RIDGES, 0),
         (Extra::Coloured(0.9), RIDGES, 0),
         (Extra::Shared, RIDGES, 20),
