@@ -158,7 +158,7 @@ fn an_internal_oscillator_that_is_off_stretches_the_time_stamps() {
 /// Neither the own ADC, which has the same clock as the time stamps, nor 0.4 % of an ADS1258 shows in
 /// the rate of the frames.
 #[test]
-#[ignore = "needs the boards' images: cargo xtask test"]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_estimate_is_good_on_an_internal_oscillator() {
     let boards = BOARDS.into_iter().chain(Board::OWN_ADC);
     for (board, hsi_ppm) in boards.flat_map(|board| [(board, 4_000), (board, -10_000)]) {

@@ -64,7 +64,7 @@ pub fn short() -> Result<()> {
     both(on_this_pc, images::build_tested)?;
     announce("the images of the boards on the register model");
     run(&mut test(
-        "--test boards --test own_adc --test stylus_image -- --ignored",
+        "--test boards --test log --test own_adc --test stylus_image -- --ignored",
     ))
     .context("tests of the boards' images")?;
     announce("one run of each kind on the emulated chip; `cargo xtask test --all` runs all");
