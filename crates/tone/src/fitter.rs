@@ -9,7 +9,7 @@ use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::{self, Impulses};
 use crate::late::{Delays, Late};
-use crate::lean::Lean;
+use crate::lean::{self, Lean};
 use crate::legendre::legendre;
 use crate::limits::FRAMES_MIN;
 use crate::lines::Lines;
@@ -76,8 +76,20 @@ impl Fitter {
     /// Fits a lean scene. It is not inlined: its memory on the stack is not that of other scenes.
     #[inline(never)]
     fn fit_lean(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
+        let mut solution = lean::Solution::NONE;
+        self.fit_lean_in(span, scene, &mut solution)
+    }
+
+    /// Fits a lean scene in the memory of a solution, so that no stack frame is larger than 4 KiB.
+    #[inline(never)]
+    fn fit_lean_in(
+        &mut self,
+        span: &mut FrameSpan,
+        scene: &Scene,
+        solution: &mut lean::Solution,
+    ) -> Result<Fit, Overwritten> {
         let power = self.work.memory.as_flattened_mut();
-        Lean::new(self.blocks.rows(), power).fit(span, scene)
+        Lean::new(self.blocks.rows(), power, solution).fit(span, scene)
     }
 
     /// Fits all usable channels of a span along a path, each channel at a position of its own.

@@ -23,7 +23,7 @@ use blocks::{BLOCKS_FEWER, Blocks, LINES, Pass};
 use declaration::Tested;
 use reference::Reference;
 use search::{Comb, Peak, Search};
-use solve::Solution;
+pub use solve::Solution;
 use verdict::{Line, Verdict};
 
 /// Most passes over the frames at a frequency.
@@ -49,7 +49,7 @@ const Z_KEPT: f32 = 3.1;
 pub struct Lean<'m> {
     search: Search<'m>,
     blocks: Blocks<'m>,
-    solution: Solution,
+    solution: &'m mut Solution,
 }
 
 impl Scene {
@@ -67,14 +67,14 @@ impl Scene {
 
 impl<'m> Lean<'m> {
     /// The path in rows for [`POINTS_MAX`](crate::limits::POINTS_MAX) points and [`LEAN_ROWS`]
-    /// more, and in memory for half as many powers.
+    /// more, in memory for half as many powers, and in that of a solution.
     #[inline(always)]
-    pub fn new(rows: &'m mut [Values], power: &'m mut [f32]) -> Self {
+    pub fn new(rows: &'m mut [Values], power: &'m mut [f32], solution: &'m mut Solution) -> Self {
         let (points, blocks) = rows.split_at_mut(rows.len().saturating_sub(LEAN_ROWS));
         Self {
             search: Search::new(points, power),
             blocks: Blocks::new(blocks),
-            solution: Solution::NONE,
+            solution,
         }
     }
 
@@ -208,7 +208,7 @@ impl<'m> Lean<'m> {
         let most = Blocks::most(span.frames, lines);
         let is_open = peak.is_searched && harmonics == 1 && cycles < CYCLES_FEW;
         for pass in 1..=PASSES {
-            let (blocks, solution) = (&mut self.blocks, &mut self.solution);
+            let (blocks, solution) = (&mut self.blocks, &mut *self.solution);
             let is_open = is_open && pass == 1;
             let pass = Pass {
                 cycles,
@@ -249,7 +249,7 @@ impl<'m> Lean<'m> {
                 break;
             }
         }
-        let (blocks, solution) = (&self.blocks, &self.solution);
+        let (blocks, solution) = (&self.blocks, &*self.solution);
         let fundamental = Line::new(solution, reference, 0);
         let (mut strongest, mut noise) = (fundamental, fundamental.noise);
         for place in 1..solution.orders().len() {
