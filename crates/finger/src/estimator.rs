@@ -57,9 +57,11 @@ pub struct Estimator {
 impl Estimator {
     /// An estimator; `const`, so that its scratch memory can live in a static.
     pub const fn new(settings: Settings) -> Self {
+        // All zeros: as a constant it is cleared in place, not made on the stack and copied.
+        const NEW: Tracker = Tracker::new();
         Self {
             settings,
-            tracker: Tracker::new(),
+            tracker: NEW,
             reported_end: 0,
             estimate_us: 0,
             overtones: [[0.0; 2]; OVERTONES],
