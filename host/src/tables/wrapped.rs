@@ -68,7 +68,7 @@ mod tests {
     }
 
     fn rows(width: usize, value: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
-        (0..60)
+        (0..120)
             .map(|row| {
                 (0..width)
                     .map(|at| value(row, at) + 0.1 * noise(row * width + at))
@@ -107,8 +107,12 @@ mod tests {
                 let channels = rows(width, |row, at| {
                     tone(row as f64 * per_row + at as f64 * per_column)
                 });
+                // Phases that go on from the last channel to the next row cannot be told from one
+                // series.
+                let gap = width as f64 * per_column - per_row;
+                let goes_on = per_column > 0.0 && (gap - gap.round()).abs() < 0.05;
                 assert!(
-                    !is_wrapped(&channels),
+                    goes_on || !is_wrapped(&channels),
                     "{width} {per_row} {per_column}, no offset"
                 );
             }
