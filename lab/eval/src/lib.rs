@@ -1,4 +1,4 @@
-//! The fault campaign: thousands of [`faults`] injected into the simulated chip, its bus and its
+//! The fault campaign: thousands of faults injected into the simulated chip, its bus and its
 //! lines. Other campaigns are scripts in `lab`.
 #![forbid(unsafe_code)]
 // Nobody publishes it: a field whose name and unit say all has no doc.
