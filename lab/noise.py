@@ -179,6 +179,11 @@ def detection(run):
             batch = make(run.rng(name), run.windows, frames(1.0), "white", Tone((4, 30), snr_db=snr_db))
             batch.x, batch.crb, batch.luck = batch.x[:, :, :channels], None, None
             found[name] = judge.count(batch, judge.of_fits(fits(batch, HARMONICS)))
+            # The lean scene and the padded FFT, which answers every window, on pure tones.
+            batch = make(run.rng(f"pure {name}"), run.windows, frames(1.0), "white", Tone((4, 30), harmonics=SINE, snr_db=snr_db))
+            batch.x, batch.crb, batch.luck = batch.x[:, :, :channels], None, None
+            found[f"lean {name}"] = judge.count(batch, judge.of_fits(fits(batch, harmonics=1, exclude=["all"])))
+            found[f"fft {name}"] = judge.count(batch, judge.Answers(*np.array([methods.honest_fft(x) for x in batch.x]).T))
     return found
 
 
@@ -286,11 +291,12 @@ def tables(found):
         return [name, *both[0], *both[1]]
 
     def detected(snr_db):
-        at = [found[f"detection/{snr_db} dB/{channels} channels"] for channels in (1, 4, 16)]
+        at = [found[f"{who}detection/{snr_db} dB/{channels} channels"] for who in ("", "lean ", "fft ") for channels in (1, 4, 16)]
         return [
             snr_db,
             *(percent(cell["good"] - cell["wrong"], cell["windows"]) for cell in at),
-            sum(cell["wrong"] for cell in at),
+            sum(cell["wrong"] for cell in at[:3]),
+            sum(cell["wrong"] for cell in at[3:6]),
         ]
 
     return {
@@ -306,7 +312,7 @@ def tables(found):
             "next to the tone|0.4 s: good, %|outliers called `good`, %|1 s: good, %|outliers called `good`, %",
             [something(name) for name, *_ in SOMETHING],
         ),
-        "detection": pages.table("SNR, dB|1 channel, %|4 channels, %|16 channels, %|outliers called `good`", [detected(snr) for snr in SNRS_DB]),
+        "detection": pages.table("SNR, dB|1 channel, %|4, %|16, %|lean: 1 channel, %|4, %|16, %|FFT: 1 channel, %|4, %|16, %|outliers called `good`|lean", [detected(snr) for snr in SNRS_DB]),
         "extremes": pages.table(
             "extreme|good, %|outliers called `good`|coverage, %|RMS over CRB|worst, sigmas",
             [extreme(path, cell) for path, cell in found.items() if path.startswith("extreme/")],

@@ -30,6 +30,7 @@ TONES_UV = (1000, 100, 20, 5)
 CONVERTERS = [("ADS1258", None), ("gain of 20", 20), ("bare bridges", 3.3 / 5)]
 """Converters, and what is between the bridge and the STM32's own: its supply of 3.3 V makes a bare bridge weaker."""
 LEAN = {"harmonics": 1, "exclude": ["all"]}
+WHITE = {"harmonics": 4, "exclude": ["curved_baseline", "coloured_noise", "shared_noise", "impulses"]}
 # Scenes that are declared: settings, options of the fit, and windows that contain what they exclude.
 DECLARED = [
     ("default: four harmonics", {}, None),
@@ -39,7 +40,18 @@ DECLARED = [
     ("scene.shared_noise = false", {"exclude": ["shared_noise"]}, ("shared pink", Tone(), "", 0)),
     ("scene.impulses = false", {"exclude": ["impulses"]}, ("impulses", Tone(), "", 0)),
     ("scene.moving_speed = true", {"moving_speed": True}, ("white", Tone(speed="wander", change=0.005), "", 0)),
+    ("four harmonics, all four false", WHITE, ("white", Tone(), "", 0)),
     ("lean: one harmonic, all four false", LEAN, ("white", Tone(harmonics=SINE), "", 0)),
+]
+# What windows contain that both scenes in white noise exclude: noise, what else, its size in amplitudes, and the tone's speed.
+EXCLUDED = [
+    ("nothing", "white", "", 0, {}),
+    ("logarithmic creep of 30 amplitudes", "white", "creep", 30, {}),
+    ("pink noise", "pink", "", 0, {}),
+    ("AR(1) of 0.9", "ar 0.9", "", 0, {}),
+    ("pink noise, the same in all channels", "shared pink", "", 0, {}),
+    ("impulses: 1 % of 20 sigma", "impulses", "", 0, {}),
+    ("a wander of 0.5 %", "white", "", 0, {"speed": "wander", "change": 0.005}),
 ]
 CONTENTS = [
     "",
@@ -49,6 +61,7 @@ CONTENTS = [
     "pink, the same in all channels",
     "impulses: 1 % of 20 sigma",
     "a wander of 0.5 %",
+    "three overtones",
     "a pure tone",
 ]
 
@@ -106,6 +119,17 @@ def declared(run):
         batch = make(run.rng(name), many, frames(1.0), kind, tone, extra, size)
         for who, chosen in (("declared", options), ("default", {})):
             found[f"scene/{name}/{who}"] = judge.count(batch, judge.of_fits(fits(batch, **{"harmonics": 4, **chosen})))
+    return found
+
+
+def false_declarations(run):
+    """Answers of the two scenes in white noise to windows that contain what these exclude: 1 s, each with its own tone."""
+    found = {}
+    for name, kind, extra, size, speed in run.progress(EXCLUDED, "false declarations"):
+        for scene, options, harmonics in (("lean", LEAN, SINE), ("four harmonics", WHITE, RIDGES)):
+            path = f"false/{scene}/{name}"
+            batch = make(run.rng(path), 4 * run.windows, frames(1.0), kind, Tone(harmonics=harmonics, **speed), extra, size)
+            found[path] = judge.count(batch, judge.of_fits(fits(batch, **options)))
     return found
 
 
@@ -258,6 +282,16 @@ def choices_table(found):
     return pages.table("scene|choice|0.4 s: RMS, %|RMS over CRB|unanswered, %|1 s: RMS, %|RMS over CRB|unanswered, %", rows)
 
 
+def false_table(found):
+    """What the tests of a declaration let pass."""
+    rows = []
+    for name, *_ in EXCLUDED:
+        cells = [found[f"false/{scene}/{name}"] for scene in ("lean", "four harmonics")]
+        good = [(pages.percent(cell["good"], cell["windows"]), cell["wrong"], coverage(cell)) for cell in cells]
+        rows.append([name, *(figure for figures in good for figure in figures)])
+    return pages.table("windows with|lean: good, %|outliers called `good`|coverage, %|four harmonics: good, %|outliers called `good`|coverage, %", rows)
+
+
 def scenes_table(found):
     """What declarations save, and what goes wrong where they do not hold."""
     rows = []
@@ -353,7 +387,7 @@ def tables(found):
     guide = summary(found, [("three overtones", "default", (), window_s, default) for window_s in SHOWN_S])
     head = "window|RMS error|latency|instructions"
     made = {
-        "windows": windows_table(found), "choices": choices_table(found), "scenes": scenes_table(found), "plans": plans_table(found), "converters": converters_table(found),
+        "windows": windows_table(found), "choices": choices_table(found), "scenes": scenes_table(found), "false": false_table(found), "plans": plans_table(found), "converters": converters_table(found),
         "readme": pages.table(f"scene|set|{head}", readme), "guide": pages.table(head, guide),
     }  # fmt: skip
     return made
@@ -410,7 +444,7 @@ def draw(found, folder=pages.RESULTS):
 def main():
     """Run the campaign."""
     run = campaign.Run("trade", __doc__, WINDOWS, SEED)
-    found = run.cells(measure, declared, plans, converters)
+    found = run.cells(measure, declared, false_declarations, plans, converters)
     if run.full:
         compared = {name.replace(" ", "_"): methods_table(found, name) for name in SCENES}
         pages.save("comparison", compared, folder=run.out)
