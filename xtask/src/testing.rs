@@ -95,7 +95,7 @@ pub fn all() -> Result<()> {
     setup::broker()?;
     let (sender, receiver) = mpsc::channel();
     announce("all tests: on this PC, long ones, the emulated firmware, the boards' images");
-    both(|| run_busy(&browser, &receiver), || run_beside(&sender))?;
+    both(|| run_busy(&browser, &receiver), move || run_beside(sender))?;
     println!(
         "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
          register model, pages in a browser, streams, the Python package"
@@ -134,7 +134,7 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
 
 /// What keeps one core busy at most: links images, builds the wheel, waits, or runs in virtual
 /// time. The output of each is printed at its end, as the others print meanwhile.
-fn run_beside(images: &Sender<Built>) -> Result<()> {
+fn run_beside(images: Sender<Built>) -> Result<()> {
     images::build_tested()?;
     let built: Result<Built> = IMAGES
         .into_iter()
