@@ -117,8 +117,13 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                 // After an unexpected edge, or for an estimate that waits, a conversion may have ended
                 // during the check: it is read before the next one takes its place. A storm's edges
                 // during the check are cleared.
+                let was_silent = edge.is_none();
                 edge = pin.acknowledge();
                 if edge != Some(true) {
+                    if was_silent {
+                        // After a storm it listens again.
+                        pin.unmute();
+                    }
                     break;
                 }
                 has_checked = true;
