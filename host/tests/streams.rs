@@ -250,7 +250,7 @@ fn foxglove_gets_channels_schemas_and_messages() {
     let (port, board) = (mosquitto::free_port(), SerialBoard::new());
     let serving = Serving::start(&board, &["--foxglove", &format!("127.0.0.1:{port}")]);
     let mut viewer = foxglove::Viewer::connect(port);
-    viewer.subscribe_to(7);
+    viewer.subscribe_to(6);
     for topic in [
         "frames",
         "contact",
@@ -288,7 +288,7 @@ fn foxglove_gets_channels_schemas_and_messages() {
     assert!(!found["/ridgetone/f0/health"].is_empty());
     // The board has greeted long ago.
     let mut late = foxglove::Viewer::connect(port);
-    late.subscribe_to(7);
+    late.subscribe_to(6);
     let greeting = std::iter::from_fn(|| late.next())
         .take(100)
         .find(|(_, _, message)| message["type"] == "hello");
