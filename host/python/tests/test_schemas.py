@@ -78,7 +78,7 @@ def test_the_schemas_are_schemas() -> None:
 
 
 def test_a_wrong_message_does_not_fit() -> None:
-    release = {"type": "release", "sequence": 1, "t_s": 1.0}
+    release = {"type": "release", "sequence": 1, "t_s": 1.0, "reported_after_s": 0.1}
     assert check([release]) == {"release"}
     for wrong in [{**release, "t_s": None}, {**release, "sequence": -1}, {"type": "release", "sequence": 1}, {**release, "x": 1}]:
         with pytest.raises(Exception):

@@ -45,7 +45,7 @@ def test_each_row_is_the_commands(options: dict[str, object], arguments: list[ob
 
 
 def test_every_figure_of_a_fit_is_an_array() -> None:
-    of_windows = {"type", "file", "part", "domain", "channels"}
+    of_windows = {"type", "file", "part", "domain", "channels", "groups"}
     assert set(Fit.__annotations__) - of_windows <= set(rt.Fits.__annotations__)
 
 
