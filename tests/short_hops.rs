@@ -32,7 +32,7 @@ fn windows_due(settings: Settings) -> usize {
     due
 }
 
-/// Windows of 0.3 s, 2.5 cycles, in the lean scene, whose fits are quick.
+/// Settings with windows of 0.3 s (2.5 cycles) in the lean scene, which is quick to fit.
 fn with_stride(stride_s: f32) -> Settings {
     let scene = Declared {
         overtones: false,

@@ -69,7 +69,7 @@ pub(crate) struct WindowScheduler {
     /// Whether windows grow until they are accurate enough.
     growing: bool,
     stride_frames: u32,
-    /// Windows follow each other so fast that each is a track: they reach up to the latest frame.
+    /// True if the stride is short enough for tracks: windows then end at the latest frame.
     tracks: bool,
     /// Frame behind the window that falls due next.
     next_end: u32,

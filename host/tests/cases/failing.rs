@@ -364,7 +364,7 @@ fn a_row_alone_has_no_answer() {
     }
 }
 
-/// A clock that was set is refused before anything is played or searched.
+/// A file whose clock jumps is refused before anything is replayed or searched.
 #[test]
 fn gaps_are_refused_by_all_readers() {
     let folder = directory();

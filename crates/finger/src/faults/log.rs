@@ -146,7 +146,7 @@ impl FaultLog {
         self.zero_us.store(board_us, Relaxed);
     }
 
-    /// The kinds seen since a device time, its low 32 bits, microseconds, and those that stand.
+    /// Kinds of fault seen since a device time (low 32 bits of its microseconds), and standing faults.
     /// `since_us` is less than half an hour ago.
     pub fn since(&self, since_us: u32) -> FaultSet {
         let since_us = self.zero_us.load(Relaxed).wrapping_add(since_us);

@@ -121,7 +121,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                 edge = pin.acknowledge();
                 if edge != Some(true) {
                     if was_silent {
-                        // After a storm it listens again.
+                        // The line may have been muted by a storm: listen to it again.
                         pin.unmute();
                     }
                     break;

@@ -17,8 +17,8 @@ pub struct Block {
     pub faint: bool,
     /// It differs from the course of the last [`LONGEST_BLOCKS`](super::motion::LONGEST_BLOCKS).
     pub longest: bool,
-    /// It is `quick`, and more than the load changes: something moves along the surface. Only where
-    /// that is [sought](super::motion::Motion::seeks_across).
+    /// True if a `quick` change cannot be explained by the load alone: the finger moves along the
+    /// surface. Computed only if [`seeks_across`](super::motion::Motion::seeks_across) is set.
     pub across: bool,
 }
 

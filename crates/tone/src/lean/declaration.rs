@@ -57,8 +57,8 @@ const PARTS: [(f32, usize); 7] = [
 /// Largest distance of such a line, cycles a block: it turns within the block.
 const PART_MAX: f32 = 0.8;
 
-/// Residuals that are kept of each window: those of the levels, and where there are few blocks two of
-/// a line behind them.
+/// Residuals kept per window: those of the levels, followed by two of a line where there are few
+/// blocks.
 const KEPT: usize = 3 * BLOCKS_FEWER;
 const _: () = assert!(KEPT >= BLOCKS);
 

@@ -156,7 +156,7 @@ impl Mixture {
         }
     }
 
-    /// The mixture of some frames: a level and a weight are read once for all of them.
+    /// Mixes several frames at once, so that levels and weights are loaded only once.
     #[inline(always)]
     fn values<const N: usize>(&self, frames: &[Values; N]) -> [f32; N] {
         let frames = frames.each_ref();
