@@ -34,14 +34,7 @@ fn windows_due(settings: Settings) -> usize {
 
 /// Settings with windows of 0.3 s (2.5 cycles) in the lean scene, which is quick to fit.
 fn with_stride(stride_s: f32) -> Settings {
-    let scene = Declared {
-        overtones: false,
-        curved_baseline: false,
-        coloured_noise: false,
-        shared_noise: false,
-        moving_speed: false,
-        impulses: false,
-    };
+    let scene = Declared::LEAN;
     Settings {
         window_s: 0.3,
         stride_s,

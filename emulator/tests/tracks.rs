@@ -22,14 +22,7 @@ fn touch(board: Board, window_s: f32) -> (Run, Vec<(f64, Event)>) {
     });
     let mut run = Run::new(board, scene.expect("a scene"), Start::default());
     run.run_to(1.0, hello);
-    let scene = Declared {
-        overtones: false,
-        curved_baseline: false,
-        coloured_noise: false,
-        shared_noise: false,
-        moving_speed: false,
-        impulses: false,
-    };
+    let scene = Declared::LEAN;
     let (number, keep) = (1, false);
     let settings = Settings {
         window_s,

@@ -220,15 +220,7 @@ mod tests {
         for (declared, expected) in cases {
             assert_eq!(scene(&declared, 4), expected);
         }
-        let nothing = Declared {
-            overtones: false,
-            curved_baseline: false,
-            coloured_noise: false,
-            shared_noise: false,
-            moving_speed: false,
-            impulses: false,
-        };
-        assert_eq!(scene(&nothing, 4), Scene::LEAN);
+        assert_eq!(scene(&Declared::LEAN, 4), Scene::LEAN);
     }
 
     #[test]

@@ -206,6 +206,18 @@ impl Field for SlideRule {
     }
 }
 
+impl Declared {
+    /// Nothing but a single sine in white noise: the lean scene.
+    pub const LEAN: Self = Self {
+        overtones: false,
+        curved_baseline: false,
+        coloured_noise: false,
+        shared_noise: false,
+        moving_speed: false,
+        impulses: false,
+    };
+}
+
 impl Default for Declared {
     fn default() -> Self {
         Self::DEFAULT
