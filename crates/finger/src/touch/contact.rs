@@ -19,7 +19,7 @@ use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::touch::onset::Frames;
 use crate::touch::past::FURTHEST;
 use crate::touch::phase::{Ended, Phase};
-use crate::touch::slide::{Moved, Moving, moved_until, planned, slide_end};
+use crate::touch::slide::{Moved, Moving, Sign, moved_until, planned, slide_end};
 use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
 use crate::touch::values::{difference, length};
 use ridgetone_proto::plan::Plan;
@@ -38,6 +38,8 @@ const LOAD_BLOCKS: u32 = 8;
 const STILL_BACK: usize = 8;
 /// Blocks after which the direction that is no motion is measured anew in a slide: 133 ms.
 const AIM_BLOCKS: u32 = 8;
+/// Standard deviations by which the load falls in the latest frame of a finger that may be leaving.
+const LIFTS: f32 = 3.0;
 /// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a
 /// spike hides it.
 const HIDDEN_FRAMES: u32 = 12;
@@ -180,7 +182,7 @@ impl ContactDetector {
         }
         self.motion.seeks_across = match &self.phase {
             Phase::Hold => true,
-            Phase::Moving(moving) => !moving.is_reported,
+            Phase::Moving(moving) => moving.sign != Sign::Reported,
             _ => false,
         };
         let Some(block) = self.motion.push(values, squares) else {
@@ -375,7 +377,9 @@ impl ContactDetector {
     }
 
     /// Reports the first block that shows a motion across the direction of the load, unless its mean,
-    /// which is `off` from idle, shows a finger that leaves.
+    /// which is `off` from idle, shows a finger that leaves. Channels are sampled one after the other,
+    /// so that the first frame of a lift has lost the load of some: if the load has fallen, the
+    /// next block decides.
     fn sign_of_motion(
         &self,
         moving: &mut Moving,
@@ -383,12 +387,20 @@ impl ContactDetector {
         off: f32,
         report: &mut dyn FnMut(Change),
     ) {
-        let is_leaving = self.air.is_known() && off < IS_LOAD * self.load;
-        if block.across && !moving.is_reported && !is_leaving && self.finds_slides() {
-            moving.is_reported = true;
-            let since = self.condition.latest().wrapping_sub(BLOCK_FRAMES - 1);
-            report(Change::Moving(since));
+        if !block.across || moving.sign == Sign::Reported || !self.finds_slides() {
+            return;
         }
+        if self.air.is_known() {
+            let fall = self.motion.along(self.motion.latest(), &self.held.level);
+            let may_lift = fall > LIFTS && moving.sign == Sign::None;
+            if may_lift || off < IS_LOAD * self.load {
+                moving.sign = Sign::Unsure;
+                return;
+            }
+        }
+        moving.sign = Sign::Reported;
+        let since = self.condition.latest().wrapping_sub(BLOCK_FRAMES - 1);
+        report(Change::Moving(since));
     }
 
     /// One block further while something moves: it becomes a slide, or is still again.

@@ -438,6 +438,11 @@ impl Motion {
         }
     }
 
+    /// The latest frame of the latest block.
+    pub const fn latest(&self) -> &Values {
+        &self.frames[BLOCK_FRAMES as usize - 1]
+    }
+
     /// Means of the latest blocks.
     pub const fn past(&self) -> &Past {
         &self.past

@@ -37,6 +37,15 @@ const CREEP_BLOCKS: u32 = 4;
 /// [`crate::touch::motion`].
 const CREEPS: Limit = limit(1.0, 45.0);
 
+/// The first sign of a motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sign {
+    None,
+    /// The load falls in it: the finger may be leaving.
+    Unsure,
+    Reported,
+}
+
 /// A motion that may become a slide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moving {
@@ -48,8 +57,8 @@ pub struct Moving {
     any: u32,
     /// Blocks with a change in any comparison, the longest one included.
     longest: u32,
-    /// Its first sign was reported.
-    pub is_reported: bool,
+    /// Its first sign across the direction of the load.
+    pub sign: Sign,
 }
 
 impl Moving {
@@ -61,14 +70,14 @@ impl Moving {
             faint: 0,
             any: 0,
             longest: 0,
-            is_reported: false,
+            sign: Sign::None,
         }
     }
 
     /// A motion whose beginning was none: it may begin with frame `since`.
     pub const fn anew(self, since: u32) -> Self {
         Self {
-            is_reported: self.is_reported,
+            sign: self.sign,
             ..Self::since(since)
         }
     }
@@ -81,7 +90,7 @@ impl Moving {
             faint: 0,
             any: 1,
             longest: 0,
-            is_reported: false,
+            sign: Sign::None,
         }
     }
 
