@@ -43,9 +43,7 @@ fn all_changes(
         let at = |frame: u32| frame as f64 / rate;
         match change {
             Change::Contact { frame, .. } => found.push(("contact", at(frame))),
-            Change::HoldEnd {
-                span: (_, until), ..
-            } => found.push(("image", at(until))),
+            Change::HoldEnd(hold) => found.push(("image", at(hold.span.1))),
             Change::SlideStart(frame) => found.push(("start", at(frame))),
             Change::SlideEnd(_, frame) => found.push(("end", at(frame))),
             Change::Release(frame) => found.push(("release", at(frame))),

@@ -3,7 +3,7 @@
 use crate::frame::FrameClock;
 use crate::ring::Ring;
 use crate::touch::change::Change;
-use crate::touch::image::{HoldMean, IdleMean, image};
+use crate::touch::image::image;
 use ads1258::reading;
 use ridgetone_proto::telemetry::{Contact, Event, Moving, Release, Slide};
 
@@ -44,25 +44,10 @@ impl EventBuilder {
                     reported_after_us: clock.since_us(t_us),
                 })
             }
-            Change::HoldEnd {
-                held,
-                span: (from, until),
-                frames,
-                idle,
-                idle_frames,
-                weights,
-            } => {
-                let hold = HoldMean {
-                    level: held,
-                    frames,
-                    start_us: clock.time_us(from, ring),
-                    end_us: clock.time_us(until, ring),
-                };
-                let idle = IdleMean {
-                    values: idle,
-                    frames: idle_frames,
-                };
-                Event::Image(image(hold, idle, weights, self.volts_per_code))
+            Change::HoldEnd(hold) => {
+                let (from, until) = hold.span;
+                let [start_us, end_us] = [from, until].map(|frame| clock.time_us(frame, ring));
+                Event::Image(image(&hold, start_us, end_us, self.volts_per_code))
             }
             Change::Moving(since) => {
                 let t_us = clock.time_us(since, ring);

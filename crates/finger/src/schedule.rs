@@ -179,7 +179,7 @@ impl WindowScheduler {
                 self.touch_first = frame;
                 self.level_v = f32::NAN;
             }
-            Change::HoldEnd { .. } | Change::Moving(_) => {}
+            Change::HoldEnd(_) | Change::Moving(_) => {}
         }
     }
 

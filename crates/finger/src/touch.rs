@@ -18,5 +18,4 @@ mod past;
 mod phase;
 mod slide;
 mod spike;
-mod swing;
 mod values;

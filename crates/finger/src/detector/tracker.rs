@@ -53,6 +53,8 @@ impl Tracker {
     }
 
     /// Begins again with the next complete frame, or stops.
+    // A frame of its own: the detector that it makes anew would be under all that calls it.
+    #[inline(never)]
     pub fn restart(&mut self, is_going: bool, settings: &Settings) {
         self.is_stopped = !is_going;
         self.has_begun = false;

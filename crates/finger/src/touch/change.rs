@@ -19,20 +19,7 @@ pub enum Change<'a> {
         height: f32,
     },
     /// A hold is over that was long enough for an image.
-    HoldEnd {
-        /// The level that was held.
-        held: &'a HeldLevel,
-        /// First frame of its mean, and the one behind its last.
-        span: (u32, u32),
-        /// Frames in it.
-        frames: u32,
-        /// Level before the touch, codes.
-        idle: &'a Values,
-        /// Frames that this level is the mean of, by its variance.
-        idle_frames: f32,
-        /// One over the variance of each taxel's frames.
-        weights: &'a Values,
-    },
+    HoldEnd(HoldMean<'a>),
     /// Something moves along the surface since this frame or a little longer.
     Moving(u32),
     /// A slide began at this frame.
@@ -43,44 +30,43 @@ pub enum Change<'a> {
     Release(u32),
 }
 
+/// The mean of a hold, and what it is compared with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HoldMean<'a> {
+    pub held: &'a HeldLevel,
+    /// First frame of the mean, and the one behind its last.
+    pub span: (u32, u32),
+    /// Frames in it.
+    pub frames: u32,
+    /// Level before the touch, codes.
+    pub idle: &'a Values,
+    /// Frames that this level is the mean of, by its variance.
+    pub idle_frames: f32,
+    /// One over the variance of each taxel's frames.
+    pub weights: &'a Values,
+}
+
 impl Change<'_> {
     /// The change with numbers of the scan's frames, where touch detection counts means of them.
-    pub fn in_frames(self, grid: &Grid) -> Self {
-        let frame = |mean| grid.first_frame(mean);
-        match self {
-            Self::Contact {
-                frame: peak,
-                onset,
-                taxel,
-                height,
-            } => Self::Contact {
-                frame: frame(peak),
-                onset: frame(onset),
-                taxel,
-                height,
-            },
-            Self::HoldEnd {
-                held,
-                span: (from, until),
-                frames,
-                idle,
-                idle_frames,
-                weights,
-            } => {
-                let span = (frame(from), frame(until));
-                Self::HoldEnd {
-                    held,
-                    span,
-                    frames: frames * grid.frames,
-                    idle,
-                    idle_frames,
-                    weights,
-                }
+    pub fn in_frames(mut self, grid: &Grid) -> Self {
+        let to_frame = |mean: &mut u32| *mean = grid.first_frame(*mean);
+        match &mut self {
+            Self::HoldEnd(hold) => {
+                to_frame(&mut hold.span.0);
+                to_frame(&mut hold.span.1);
+                hold.frames *= grid.frames;
             }
-            Self::Moving(since) => Self::Moving(frame(since)),
-            Self::SlideStart(start) => Self::SlideStart(frame(start)),
-            Self::SlideEnd(start, end) => Self::SlideEnd(frame(start), frame(end)),
-            Self::Release(released) => Self::Release(frame(released)),
+            Self::Contact {
+                frame: from,
+                onset: until,
+                ..
+            }
+            | Self::SlideEnd(from, until) => {
+                to_frame(from);
+                to_frame(until);
+            }
+            Self::Moving(one) | Self::SlideStart(one) | Self::Release(one) => to_frame(one),
         }
+        self
     }
 }

@@ -98,7 +98,7 @@ impl Taxels {
 
     /// The limit for them.
     #[inline(always)]
-    pub fn limit(self, limit: Limit) -> f32 {
+    pub const fn limit(self, limit: Limit) -> f32 {
         limit.for_each * self.count + limit.margin_of_16 * self.root
     }
 }

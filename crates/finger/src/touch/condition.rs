@@ -4,10 +4,9 @@
 use crate::touch::averages::Averages;
 use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::values::{add_times, scale};
-use core::f32::consts::PI;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::Values;
+use ridgetone_tone::{Values, phase};
 
 /// Least gain of the notch at rest, before it is scaled to one. Hum within 10 Hz of a multiple of
 /// the frame rate has less: the scale would raise the noise.
@@ -66,7 +65,7 @@ impl Condition {
     }
 
     fn tune(&mut self, interferer_hz: f32) {
-        let twice_cos = 2.0 * cos_turns(interferer_hz / self.rate_hz);
+        let twice_cos = 2.0 * phase::cos_sin(phase::from_turns(interferer_hz / self.rate_hz)).0;
         let gain = 2.0 - twice_cos;
         self.notch =
             (interferer_hz > 0.0 && gain > GAIN_MIN).then_some((-twice_cos / gain, 1.0 / gain));
@@ -172,36 +171,5 @@ impl Condition {
     /// Whether frames are what they are in the ring.
     pub const fn is_plain(&self) -> bool {
         self.is_plain
-    }
-}
-
-/// The cosine of an angle in turns, to four millionths, by the series of half the angle: a tenth of
-/// the code of a cosine of any angle.
-fn cos_turns(turns: f32) -> f32 {
-    let angle = PI * (turns - libm::floorf(turns + 0.5));
-    let square = angle * angle;
-    let coefficients = [
-        -1.0 / 90.0,
-        -1.0 / 56.0,
-        -1.0 / 30.0,
-        -1.0 / 12.0,
-        -1.0 / 2.0,
-    ];
-    let half = coefficients.into_iter().fold(1.0, |series, coefficient| {
-        1.0 + series * square * coefficient
-    });
-    2.0 * half * half - 1.0
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_cosine_is_one() {
-        for turns in (0..400).map(|n| n as f32 * 0.01) {
-            let exact = libm::cosf(2.0 * PI * turns);
-            assert!((cos_turns(turns) - exact).abs() < 4e-6, "{turns}");
-        }
     }
 }

@@ -10,7 +10,7 @@ mod evidence;
 
 use crate::ring::reached;
 use crate::touch::averages::Averages;
-use crate::touch::change::Change;
+use crate::touch::change::{Change, HoldMean};
 use crate::touch::condition::Condition;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
 use crate::touch::idle::{Idle, Noise};
@@ -19,7 +19,7 @@ use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::touch::onset::Frames;
 use crate::touch::past::FURTHEST;
 use crate::touch::phase::{Ended, Phase};
-use crate::touch::slide::{Moved, Moving, Sign, moved_until, planned, slide_end};
+use crate::touch::slide::{Moved, Moving, Sign, Sliding, planned, slide_end};
 use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
 use crate::touch::values::{difference, length};
 use ridgetone_proto::plan::Plan;
@@ -72,16 +72,10 @@ pub struct ContactDetector {
     /// Level at which the taxels were still before the latest motion; none in one that was there
     /// before the spike was over.
     still_level: Option<Values>,
-    /// Blocks until the direction that is no motion is measured anew.
-    aim_in: u32,
+    /// Until when the touch's latest motion, or its slide, has lasted.
+    moved: Moved,
     /// Slide by protocol: first frame and the one behind its last, until it is over.
     planned: Option<(u32, u32)>,
-    /// Frame up to which the slide is known to have lasted.
-    moving_until: u32,
-    /// Only the longest comparison shows that.
-    until_is_loose: bool,
-    /// Only slow comparisons show that the slide lasts.
-    is_slow: bool,
 }
 
 /// A frame, or a mean of frames with the squares of the frames about it.
@@ -110,11 +104,8 @@ impl ContactDetector {
             load: 0.0,
             first_load: 0.0,
             still_level: None,
-            aim_in: 0,
+            moved: Moved::until(0),
             planned: None,
-            moving_until: 0,
-            until_is_loose: false,
-            is_slow: false,
         }
     }
 
@@ -135,7 +126,7 @@ impl ContactDetector {
     /// While a slide lasts: its first frame, and the frame up to which it is known to have lasted.
     pub const fn sliding(&self) -> Option<(u32, u32)> {
         match self.phase {
-            Phase::Slide(start) | Phase::Always(start) => Some((start, self.moving_until)),
+            Phase::Slide(slide) | Phase::Always(slide) => Some((slide.start, self.moved.until)),
             _ => None,
         }
     }
@@ -162,6 +153,9 @@ impl ContactDetector {
         }
         self.follow_plan(number, report);
         let number = self.condition.reach(number);
+        if let Phase::Starting(moving) = self.phase {
+            self.start_slide(moving, ring, report);
+        }
         let cleaned;
         let values = if self.condition.is_plain() {
             values
@@ -201,22 +195,20 @@ impl ContactDetector {
     pub fn finish(&mut self, number: u32, report: &mut dyn FnMut(Change)) {
         match self.phase {
             Phase::Hold | Phase::Moving(_) => self.end_hold(report),
-            Phase::Always(start) => {
+            Phase::Always(slide) => {
                 self.idle = Idle::new();
                 self.skips_block = true;
                 self.enter(Phase::Learning(0));
-                report(Change::SlideEnd(start, number));
+                report(Change::SlideEnd(slide.start, number));
             }
-            Phase::Slide(start) => {
+            Phase::Slide(Sliding { start, .. }) => {
                 self.phase = Phase::Hold;
-                report(Change::SlideEnd(
-                    start,
-                    if self.planned.is_some() {
-                        number
-                    } else {
-                        self.moving_until
-                    },
-                ));
+                let end = if self.planned.is_some() {
+                    number
+                } else {
+                    self.moved.until
+                };
+                report(Change::SlideEnd(start, end));
             }
             _ => {}
         }
@@ -233,12 +225,12 @@ impl ContactDetector {
                 self.motion.ignore(None);
                 self.planned = None;
                 (self.air, self.was_in_air) = (Air::Known(None), false);
-                self.phase = Phase::Always(number);
+                self.phase = Phase::Always(Sliding::new(number, false));
                 report(Change::SlideStart(number));
             }
         }
         if is_always {
-            self.moving_until = number.wrapping_add(1);
+            self.moved.until = number.wrapping_add(1);
         }
         is_always
     }
@@ -277,7 +269,7 @@ impl ContactDetector {
                 } else {
                     self.spike = Spike::begin(number, idle, &self.frames(ring));
                     // The end of an earlier motion may be anywhere by now: numbers wrap.
-                    (self.moving_until, self.until_is_loose) = (number, false);
+                    self.moved = Moved::until(number);
                     self.enter(Phase::Spike(number));
                 }
                 false
@@ -288,7 +280,8 @@ impl ContactDetector {
                 false
             }
             Phase::Spike(since) => {
-                self.follow_motion(block, number);
+                self.moved
+                    .follow(block, number, self.condition.is_averaged());
                 let passed = number.wrapping_sub(since);
                 let is_due =
                     passed >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS;
@@ -337,19 +330,21 @@ impl ContactDetector {
                         self.contact = number;
                     }
                     self.sign_of_motion(&mut moving, block, off, report);
-                    self.moving(moving.with(block), has_fallen, ring, report);
+                    self.moving(moving.with(block), has_fallen, report);
                     return false;
                 }
                 self.hold(number, off, block, report)
             }
-            Phase::Slide(start) => {
+            Phase::Slide(mut slide) => {
                 if self.planned.is_none() {
-                    self.follow_motion(block, number);
-                    self.slide(start, number, ring, report);
+                    slide.blocks = slide.blocks.wrapping_add(1);
+                    self.moved
+                        .follow(block, number, self.condition.is_averaged());
+                    self.slide(slide, number, ring, report);
                 }
                 false
             }
-            Phase::Always(_) => false,
+            Phase::Starting(_) | Phase::Always(_) => false,
         }
     }
 
@@ -404,29 +399,10 @@ impl ContactDetector {
     }
 
     /// One block further while something moves: it becomes a slide, or is still again.
-    fn moving(
-        &mut self,
-        moving: Moving,
-        has_fallen: bool,
-        ring: Averages,
-        report: &mut dyn FnMut(Change),
-    ) {
+    fn moving(&mut self, moving: Moving, has_fallen: bool, report: &mut dyn FnMut(Change)) {
         if self.finds_slides() && moving.is_slide() && !has_fallen {
-            self.is_slow = moving.is_slow();
-            let left = match &self.still_level {
-                Some(level) => self
-                    .frames(ring)
-                    .departure(level, moving.since, self.contact),
-                None => self.contact.wrapping_add(HIDDEN_FRAMES),
-            };
-            self.begin_slide(
-                if reached(left, self.contact) {
-                    left
-                } else {
-                    self.contact
-                },
-                report,
-            );
+            self.end_hold(report);
+            self.phase = Phase::Starting(moving);
         } else if self.motion.still >= STILL_BLOCKS && self.motion.still_longest >= STILL_BLOCKS {
             self.phase = Phase::Hold;
             self.motion.restart_lately();
@@ -435,29 +411,37 @@ impl ContactDetector {
         }
     }
 
-    /// Follows until when something moves.
-    fn follow_motion(&mut self, block: Block, number: u32) {
-        if let Some(sure) = moved_until(block, number, self.condition.is_averaged())
-            && reached(sure, self.moving_until)
-        {
-            self.moving_until = sure;
-            self.until_is_loose = !block.moves_lately();
-        }
+    /// Begins the slide that a motion has become.
+    fn start_slide(&mut self, moving: Moving, ring: Averages, report: &mut dyn FnMut(Change)) {
+        let left = match &self.still_level {
+            Some(level) => self
+                .frames(ring)
+                .departure(level, moving.since, self.contact),
+            None => self.contact.wrapping_add(HIDDEN_FRAMES),
+        };
+        let start = if reached(left, self.contact) {
+            left
+        } else {
+            self.contact
+        };
+        self.begin_slide(Sliding::new(start, moving.is_slow()), report);
     }
 
-    /// One block further in the slide that began at frame `start`.
-    fn slide(&mut self, start: u32, number: u32, ring: Averages, report: &mut dyn FnMut(Change)) {
+    /// One block further in a slide.
+    fn slide(
+        &mut self,
+        slide: Sliding,
+        number: u32,
+        ring: Averages,
+        report: &mut dyn FnMut(Change),
+    ) {
+        self.phase = Phase::Slide(slide);
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
-        self.aim_in = if self.aim_in > 0 {
-            self.aim_in - 1
-        } else {
-            AIM_BLOCKS - 1
-        };
         let mut is_over = self.motion.still >= STILL_BLOCKS
             && (self.motion.still_longest >= STILL_BLOCKS
-                || !self.is_slow
+                || !slide.is_slow
                 || !self.motion.is_weak());
-        if self.aim_in == 0 {
+        if slide.blocks.is_multiple_of(AIM_BLOCKS) {
             let recent = self.motion.past().recent_mean();
             let off = self.motion.distance(&recent, &self.idle.level);
             is_over |= off < BACK_AT_IDLE * self.load;
@@ -466,7 +450,7 @@ impl ContactDetector {
             }
         }
         if is_over {
-            self.end_phase(Ended::Slide(start), number, ring, report);
+            self.end_phase(Ended::Slide(slide), number, ring, report);
         }
     }
 
@@ -500,27 +484,18 @@ impl ContactDetector {
                 is_released
             }
             Ended::Hold => true,
-            Ended::Slide(start) => {
+            Ended::Slide(Sliding { start, .. }) => {
                 // A finger that is shaken in the air shows nothing else.
                 let frames = self.frames(ring);
                 let is_released = off < BACK_AT_IDLE * self.load || self.has_left(&level);
                 let end = if self.motion.still_quick < STILL_BLOCKS {
-                    self.moving_until
+                    self.moved.until
                 } else if is_released {
                     let lifted = frames.arrival(&level, over);
                     arrived = Some(lifted);
                     frames.hold_before(lifted, start)
                 } else {
-                    slide_end(
-                        &frames,
-                        &self.motion,
-                        &level,
-                        Moved {
-                            until: self.moving_until,
-                            is_loose: self.until_is_loose,
-                        },
-                        over,
-                    )
+                    slide_end(&frames, &self.motion, &level, self.moved, over)
                 };
                 report(Change::SlideEnd(start, end));
                 is_released
@@ -618,25 +593,27 @@ impl ContactDetector {
         let Some((start, end)) = self.planned else {
             return;
         };
-        match self.phase {
-            Phase::Hold if reached(number, start) => self.begin_slide(start, report),
+        match &mut self.phase {
+            Phase::Hold if reached(number, start) => {
+                self.end_hold(report);
+                self.begin_slide(Sliding::new(start, false), report);
+            }
             Phase::Slide(_) if reached(number, end) => {
                 self.planned = None;
                 self.begin_hold(Hold::AfterSlide);
                 report(Change::SlideEnd(start, end));
             }
-            Phase::Slide(_) => self.moving_until = number.wrapping_add(1),
+            Phase::Slide(_) => self.moved.until = number.wrapping_add(1),
             _ => {}
         }
     }
 
-    fn begin_slide(&mut self, start: u32, report: &mut dyn FnMut(Change)) {
-        self.end_hold(report);
-        if !reached(self.moving_until, start) {
-            (self.moving_until, self.until_is_loose) = (start, false);
+    fn begin_slide(&mut self, slide: Sliding, report: &mut dyn FnMut(Change)) {
+        if !reached(self.moved.until, slide.start) {
+            self.moved = Moved::until(slide.start);
         }
-        self.phase = Phase::Slide(start);
-        report(Change::SlideStart(start));
+        self.phase = Phase::Slide(slide);
+        report(Change::SlideStart(slide.start));
     }
 
     fn begin_hold(&mut self, hold: Hold) {
@@ -647,14 +624,14 @@ impl ContactDetector {
 
     fn end_hold(&mut self, report: &mut dyn FnMut(Change)) {
         if self.air.is_known() && self.held.is_long_enough() {
-            report(Change::HoldEnd {
+            report(Change::HoldEnd(HoldMean {
                 held: &self.held,
                 span: (self.held.from, self.held.until),
                 frames: self.held.frames(),
                 idle: &self.idle.level,
                 idle_frames: self.idle.frames(),
                 weights: self.motion.weights(),
-            });
+            }));
         }
     }
 

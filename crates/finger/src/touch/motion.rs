@@ -6,10 +6,9 @@
 //! just loaded.
 
 pub use crate::touch::block::{BLOCK_FRAMES, Block};
-use crate::touch::chi_square::{Apart, Limit, Taxels, along, distance, limit};
+use crate::touch::chi_square::{Apart, Limit, Taxels, along, distance, limit, root};
 use crate::touch::noise::{KNOWN_BLOCKS, NOISE_BLOCKS, Noise};
 use crate::touch::past::{EIGHTS, Past};
-use crate::touch::swing::{FAINT_OVER_TYPICAL, OVER_TYPICAL, Swing};
 use crate::touch::values::{greater, length};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
@@ -49,6 +48,14 @@ const FAINT: [Limit; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)
 const MOVING: Limit = limit(1.0, 45.0);
 /// A block whose differences from frame to frame add up to more has jumped: mean 128, eight times 35.
 const JUMPING: Limit = limit(8.0, 282.0);
+/// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times
+/// what it was then, and an average of blocks, which varies less than one block, so many times.
+const OVER_TYPICAL: f32 = 4.0;
+const FAINT_OVER_TYPICAL: f32 = 1.3;
+/// Standard deviations of the squares of averaged frames about their means that are motion, and
+/// those of an average of them, which has a third of theirs.
+const SWINGING: f32 = 8.0;
+const SWINGING_FAINT: f32 = 1.5;
 /// Share of the greatest long comparison below which a later one is the creep of the skin after the
 /// motion, which bends by 3 % of it.
 const CREEP_SHARE: f32 = 1e-3;
@@ -64,21 +71,77 @@ const LOADED_MIN: f32 = 2.5;
 /// The noise is learnt from every eighth block once it is known.
 const LEARN_EVERY: u32 = 8;
 
-/// Comparisons: within a block, with the one before, short, long, of what averaged frames hide, and
-/// the longest.
-const COMPARISONS: usize = 6;
-const LONG_BEND: usize = 3;
-const LONGEST: usize = 5;
-/// Averages of them.
-const AVERAGES: usize = 4;
+/// A comparison of the latest block, and its average over the latest blocks.
+#[derive(Clone, Debug)]
+struct Comparison {
+    value: f32,
+    average: f32,
+    /// Limits of the value and of the average in white noise, and as multiples of what is typical.
+    white: [f32; 2],
+    over_typical: [f32; 2],
+    /// Value in still blocks, and the number of blocks it was learned from, at most [`NOISE_BLOCKS`].
+    typical: f32,
+    learned: f32,
+}
+
+impl Comparison {
+    const fn new(taxels: Taxels, limit: Limit, faint: Limit) -> Self {
+        Self {
+            value: 0.0,
+            average: 0.0,
+            white: [taxels.limit(limit), taxels.limit(faint)],
+            over_typical: [OVER_TYPICAL, FAINT_OVER_TYPICAL],
+            typical: 0.0,
+            learned: 0.0,
+        }
+    }
+
+    fn limit(&self) -> f32 {
+        greater(self.white[0], self.over_typical[0] * self.typical)
+    }
+
+    fn is_over(&self) -> bool {
+        self.value > self.limit()
+    }
+
+    /// The value for an average: one block counts no more than a motion that it shows alone.
+    fn capped(&self) -> f32 {
+        let limit = self.limit();
+        if self.value > limit {
+            limit
+        } else {
+            self.value
+        }
+    }
+
+    /// Takes a block's value into the average. True if the average is motion.
+    fn is_faint(&mut self, value: f32, typical: f32) -> bool {
+        self.average += FAINT_SHARE * (value - self.average);
+        self.average > greater(self.white[1], self.over_typical[1] * typical)
+    }
+
+    fn restart(&mut self) {
+        (self.value, self.average) = (0.0, 0.0);
+    }
+
+    /// Learns from a still block. A comparison with nothing says nothing.
+    fn learn(&mut self) {
+        if self.value > 0.0 {
+            self.learned += if self.learned < NOISE_BLOCKS {
+                1.0
+            } else {
+                0.0
+            };
+            self.typical += (self.value - self.typical) / self.learned;
+        }
+    }
+}
 
 /// Noise of the taxels and the recent past.
 #[derive(Clone, Debug)]
 pub struct Motion {
     /// How many taxels there are.
     pub taxels: Taxels,
-    /// Squares of averaged frames about their means.
-    swing: Swing,
     noise: Noise,
     past: Past,
     /// Direction that is ignored, codes, and whether there is one.
@@ -99,17 +162,21 @@ pub struct Motion {
     before: Option<Values>,
     /// Squared changes from frame to frame in the latest block.
     squares: Values,
+    /// Squares of the block's averaged frames about their means, which hide what is faster. They are
+    /// weighted as differences of the means are, so only their ratio to what is typical says
+    /// something. Noise alone makes them a chi-square with a degree of freedom for each frame but one
+    /// of a mean, of each taxel.
+    swung: f32,
     /// Whether blocks are to say if they show a motion across the direction of the load.
     pub seeks_across: bool,
-    /// The comparisons of the latest block.
-    compared: [f32; COMPARISONS],
-    /// Those of still blocks.
-    typical: [f32; COMPARISONS],
-    /// Still blocks that these were learned from, at most [`NOISE_BLOCKS`].
-    learned: [f32; COMPARISONS],
-    /// Averages over the latest blocks: of the first, of the first two together, of the third, and
-    /// of the fifth.
-    faint: [f32; AVERAGES],
+    /// Changes from frame to frame, and from the block before, whose average is of both.
+    within: Comparison,
+    beside: Comparison,
+    /// Second differences of blocks, of means of four and of means of eight.
+    short: Comparison,
+    long: Comparison,
+    longest: Comparison,
+    swing: Comparison,
     /// Blocks in a row without a quick change, since the last restart.
     pub still_quick: u32,
     /// Blocks in a row without any but that of the longest comparison.
@@ -121,9 +188,18 @@ pub struct Motion {
 impl Motion {
     /// At rest, before the first frame.
     pub const fn new(plan: &Plan) -> Self {
+        let taxels = Taxels::new(plan.channels());
+        let freedom = (BLOCK_FRAMES * (plan.frames_averaged() - 1)) as f32 * plan.channels() as f32;
+        // Standard deviation over mean.
+        let spread = if freedom > 0.0 {
+            root(2.0 / freedom)
+        } else {
+            0.0
+        };
+        let swing = greater(OVER_TYPICAL, 1.0 + SWINGING * spread);
+        let swing_faint = greater(FAINT_OVER_TYPICAL, 1.0 + SWINGING_FAINT * spread);
         Self {
-            taxels: Taxels::new(plan.channels()),
-            swing: Swing::new(plan),
+            taxels,
             noise: Noise::new(),
             past: Past::new(),
             load: [0.0; TAXELS],
@@ -136,11 +212,19 @@ impl Motion {
             count: 0,
             before: None,
             squares: [0.0; TAXELS],
+            swung: 0.0,
             seeks_across: false,
-            compared: [0.0; COMPARISONS],
-            typical: [0.0; COMPARISONS],
-            learned: [0.0; COMPARISONS],
-            faint: [0.0; AVERAGES],
+            within: Comparison::new(taxels, JUMPING, FAINT[0]),
+            beside: Comparison::new(taxels, MOVING, FAINT[1]),
+            short: Comparison::new(taxels, MOVING, FAINT[2]),
+            long: Comparison::new(taxels, MOVING, MOVING),
+            longest: Comparison::new(taxels, MOVING, MOVING),
+            // Until it is known what is typical nothing swings.
+            swing: Comparison {
+                white: [f32::INFINITY; 2],
+                over_typical: [swing, swing_faint],
+                ..Comparison::new(taxels, MOVING, MOVING)
+            },
             still_quick: 0,
             still: 0,
             still_longest: 0,
@@ -149,19 +233,19 @@ impl Motion {
 
     /// Forgets the past but not the noise: the next block is compared with nothing.
     pub fn restart(&mut self) {
-        (
-            self.past.count_of_eights,
-            self.still_longest,
-            self.compared[LONGEST],
-        ) = (0, 0, 0.0);
+        (self.past.count_of_eights, self.still_longest) = (0, 0);
+        self.longest.value = 0.0;
         self.restart_lately();
     }
 
     /// Begins again all comparisons but the longest one.
     pub fn restart_lately(&mut self) {
         (self.past.count, self.still_quick, self.still) = (0, 0, 0);
-        self.compared[1..LONGEST].fill(0.0);
-        self.faint = [0.0; AVERAGES];
+        self.within.average = 0.0;
+        self.beside.restart();
+        self.short.restart();
+        self.long.restart();
+        self.swing.restart();
         self.greatest_bend = 0.0;
     }
 
@@ -170,7 +254,7 @@ impl Motion {
     #[inline]
     pub fn push(&mut self, values: &Values, squares: Option<&Values>) -> Option<Block> {
         if let Some(squares) = squares {
-            self.swing.add(squares, &self.noise.weights);
+            self.swung += along(&self.noise.weights, &[0.0; TAXELS], squares);
         }
         self.frames[self.count % BLOCK_FRAMES as usize] = *values;
         self.count += 1;
@@ -204,120 +288,81 @@ impl Motion {
             bend.add(mean + far[c] - 2.0 * near[c], weight, pull);
             mean
         });
+        let known = self.past.count;
+        self.past.push(mean);
         // In units of the noise: a mean of four frames has a quarter of the variance of one, a
         // first difference of such means twice that, a second difference six times.
-        let known = self.past.count;
         let frames = BLOCK_FRAMES as f32;
-        let if_known = |blocks: usize, apart: f32| if known >= blocks { apart } else { 0.0 };
-        self.past.push(mean);
+        let (of_change, of_bend) = (
+            if known >= 1 { frames / 2.0 } else { 0.0 },
+            if known >= 2 * SHORT {
+                frames / 6.0
+            } else {
+                0.0
+            },
+        );
+        self.within.value = within;
+        self.beside.value = change.square() * of_change;
+        self.short.value = bend.square() * of_bend;
+        self.swing.value = core::mem::take(&mut self.swung);
         // Means of four blocks change slowly: every other one is compared.
-        let long = if known < LONG_BLOCKS as usize {
-            0.0
+        if known < LONG_BLOCKS as usize {
+            self.long.value = 0.0;
         } else if self.past.pair_is_new {
-            self.long_bend() * (4.0 * frames / 6.0)
-        } else {
-            self.compared[LONG_BEND]
-        };
-        let longest = match self.past.count_of_eights {
-            EIGHTS if self.past.eight_is_new => self.longest_bend() * (8.0 * frames / 6.0),
-            EIGHTS => self.compared[LONGEST],
-            _ => 0.0,
-        };
-        self.compared = [
-            within,
-            if_known(1, change.square()) * (frames / 2.0),
-            if_known(2 * SHORT, bend.square()) * (frames / 6.0),
-            long,
-            core::mem::take(&mut self.swing.sum),
-            longest,
-        ];
-        let taxels = self.taxels;
-        let (jumping, moving) = (taxels.limit(JUMPING), taxels.limit(MOVING));
-        // Until it is known what is typical nothing swings.
-        let typical_swing = if self.learned[4] >= KNOWN_BLOCKS {
-            self.typical[4]
-        } else {
-            f32::INFINITY
-        };
-        let limits = [
-            jumping,
-            moving,
-            moving,
-            moving,
-            self.swing.limit * typical_swing,
-            moving,
-        ];
-        self.greatest_bend = greater(self.greatest_bend, long);
-        let limit = |which: usize| {
-            let limit = greater(limits[which], OVER_TYPICAL * self.typical[which]);
-            // Noise that wanders makes twice as much of means of eight blocks as of four.
-            let of_wander = OVER_TYPICAL * (2.0 * self.typical[LONG_BEND] - taxels.count);
-            let limit = if which == LONGEST {
-                greater(limit, of_wander)
-            } else {
-                limit
-            };
-            if which == LONG_BEND || which == LONGEST {
-                greater(limit, CREEP_SHARE * self.greatest_bend)
-            } else {
-                limit
-            }
-        };
-        let over = |which: usize| self.compared[which] > limit(which);
-        // One block counts no more than a motion that it shows alone.
-        let most = |which: usize| {
-            if over(which) {
-                limit(which)
-            } else {
-                self.compared[which]
-            }
-        };
-        let latest = [most(0), most(0) + BESIDE * most(1), most(2), most(4)];
-        let [within, beside, short, _, swing, _] = self.typical;
-        let typical = [within, within + BESIDE * beside, short, swing];
-        let [one, both, third] = FAINT.map(|limit| taxels.limit(limit));
-        let limits = [one, both, third, self.swing.faint_limit * typical_swing];
-        let mut faint = false;
-        for which in 0..AVERAGES {
-            self.faint[which] += FAINT_SHARE * (latest[which] - self.faint[which]);
-            faint |=
-                self.faint[which] > greater(limits[which], FAINT_OVER_TYPICAL * typical[which]);
+            self.long.value = self.long_bend() * (4.0 * frames / 6.0);
         }
-        let now = over(0) || over(1) || over(4);
-        let quick = now || over(2);
-        // Seldom needed, so not part of the loop.
+        if self.past.count_of_eights < EIGHTS {
+            self.longest.value = 0.0;
+        } else if self.past.eight_is_new {
+            self.longest.value = self.longest_bend() * (8.0 * frames / 6.0);
+        }
+        self.greatest_bend = greater(self.greatest_bend, self.long.value);
+        let creep = CREEP_SHARE * self.greatest_bend;
+        // Noise that wanders makes twice as much of means of eight blocks as of four.
+        let wander = OVER_TYPICAL * (2.0 * self.long.typical - self.taxels.count);
+        let Self {
+            within,
+            beside,
+            short,
+            swing,
+            ..
+        } = self;
+        let both = within.capped() + BESIDE * beside.capped();
+        let typical = within.typical + BESIDE * beside.typical;
+        let faint = within.is_faint(within.capped(), within.typical)
+            | beside.is_faint(both, typical)
+            | short.is_faint(short.capped(), short.typical)
+            | swing.is_faint(swing.capped(), swing.typical);
+        let now = within.is_over() || beside.is_over() || swing.is_over();
+        let quick = now || short.is_over();
+        let limits = [&*within, beside, short].map(|one| ACROSS * one.limit());
         let across = quick && self.seeks_across && {
             let changes = [
                 self.steps_across(),
-                if_known(1, across(change, 0.0)) * (frames / 2.0),
-                if_known(2 * SHORT, across(bend, 4.0 * change.along_square())) * (frames / 6.0),
+                across(change, 0.0) * of_change,
+                across(bend, 4.0 * change.along_square()) * of_bend,
             ];
-            (0..changes.len()).any(|which| changes[which] > ACROSS * limit(which))
+            changes
+                .iter()
+                .zip(limits)
+                .any(|(change, limit)| *change > limit)
         };
         let block = Block {
             now,
             quick,
-            slow: over(3),
+            slow: self.long.value > greater(self.long.limit(), creep),
             faint,
-            longest: over(LONGEST),
+            longest: self.longest.value > greater(greater(self.longest.limit(), wander), creep),
             across,
         };
         self.before = Some(self.frames[BLOCK_FRAMES as usize - 1]);
-        self.still_quick = if block.quick {
-            0
-        } else {
-            self.still_quick.saturating_add(1)
-        };
-        self.still_longest = if block.longest {
-            0
-        } else {
-            self.still_longest.saturating_add(1)
-        };
-        self.still = if block.moves_lately() {
-            0
-        } else {
-            self.still.saturating_add(1)
-        };
+        for (still, moves) in [
+            (&mut self.still_quick, block.quick),
+            (&mut self.still_longest, block.longest),
+            (&mut self.still, block.moves_lately()),
+        ] {
+            *still = if moves { 0 } else { still.saturating_add(1) };
+        }
         block
     }
 
@@ -381,34 +426,36 @@ impl Motion {
         } else {
             LEARN_EVERY - 1
         };
-        if self.until_learning > 0 && self.learned[0] >= NOISE_BLOCKS {
+        if self.until_learning > 0 && self.within.learned >= NOISE_BLOCKS {
             return;
         }
         self.noise.learn(&self.past, &self.squares);
         if self.has_load {
             self.aim();
         }
-        if self.noise.learned < KNOWN_BLOCKS {
-            return;
-        }
-        // A comparison with nothing says nothing.
-        for ((compared, learned), typical) in self
-            .compared
-            .iter()
-            .zip(&mut self.learned)
-            .zip(&mut self.typical)
-        {
-            if *compared > 0.0 {
-                average(*compared, learned, typical);
+        if self.noise.learned >= KNOWN_BLOCKS {
+            self.each(Comparison::learn);
+            if self.swing.learned >= KNOWN_BLOCKS {
+                self.swing.white = [0.0; 2];
             }
         }
+    }
+
+    fn each(&mut self, change: fn(&mut Comparison)) {
+        change(&mut self.within);
+        change(&mut self.beside);
+        change(&mut self.short);
+        change(&mut self.long);
+        change(&mut self.longest);
+        change(&mut self.swing);
     }
 
     /// What is typical is to be learned anew, and the noise soon: a drift by `slope` in each block
     /// was taken for noise until now, or there is none any more.
     pub fn forget(&mut self, slope: Option<&Values>) {
         self.restart();
-        (self.learned, self.unfit) = ([0.0; COMPARISONS], 2);
+        self.each(|one| one.learned = 0.0);
+        (self.swing.white, self.unfit) = ([f32::INFINITY; 2], 2);
         self.noise.forget(slope);
     }
 
@@ -469,7 +516,7 @@ impl Motion {
     pub fn wander(&self) -> f32 {
         greater(
             1.0,
-            greater(self.typical[1], self.typical[3]) / self.taxels.count,
+            greater(self.beside.typical, self.long.typical) / self.taxels.count,
         )
     }
 
@@ -488,10 +535,4 @@ impl Motion {
 /// whose own second difference may be small.
 fn across(apart: Apart, pressed: f32) -> f32 {
     apart.square() - LOAD_SPREAD * (apart.along_square() + pressed)
-}
-
-/// Takes one more into an average of at most [`NOISE_BLOCKS`].
-fn average(value: f32, averaged: &mut f32, mean: &mut f32) {
-    *averaged += if *averaged < NOISE_BLOCKS { 1.0 } else { 0.0 };
-    *mean += (value - *mean) / *averaged;
 }

@@ -1,6 +1,6 @@
 //! The phases of a touch, and what ends one.
 
-use crate::touch::slide::Moving;
+use crate::touch::slide::{Moving, Sliding};
 
 /// Where a touch is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,12 +16,14 @@ pub enum Phase {
     Hold,
     /// Something moves, a slide or only a step.
     Moving(Moving),
-    /// Since this frame.
-    Slide(u32),
-    /// A slide since this frame by [`SlideRule::Always`]: nothing is looked for.
+    /// The motion is a slide. Its start is looked for with the next frame: in this one the hold's image
+    /// is reported.
+    Starting(Moving),
+    Slide(Sliding),
+    /// A slide by [`SlideRule::Always`]: nothing is looked for.
     ///
     /// [`SlideRule::Always`]: ridgetone_proto::settings::SlideRule::Always
-    Always(u32),
+    Always(Sliding),
 }
 
 /// What ended when the levels became still.
@@ -30,6 +32,5 @@ pub enum Ended {
     Spike,
     /// A hold: the levels are back at idle.
     Hold,
-    /// The slide that began at this frame.
-    Slide(u32),
+    Slide(Sliding),
 }

@@ -1,5 +1,6 @@
 //! The slide: what makes a motion one, until when it moves for sure, and when it ended.
 
+use crate::ring::reached;
 use crate::touch::block::{BLOCK_FRAMES, Block};
 use crate::touch::chi_square::{Limit, limit};
 use crate::touch::condition::Condition;
@@ -121,23 +122,65 @@ impl Moving {
     }
 }
 
-/// The frame until which something moved for sure, by the block that ends with frame `number`. Its
-/// comparisons show a change somewhere in their reach, and only that within the block is a change
-/// right now.
-///
-/// Averaged frames have short windows: there an average counts only when a block as strong as can
-/// be has left it.
-pub const fn moved_until(block: Block, number: u32, is_averaged: bool) -> Option<u32> {
-    let reach = match block {
-        Block { now: true, .. } => 0,
-        Block { quick: true, .. } => SHORT_BLOCKS,
-        Block { faint: true, .. } if is_averaged => FADED_BLOCKS,
-        Block { faint: true, .. } => FAINT_BLOCKS,
-        Block { slow: true, .. } => LONG_BLOCKS,
-        Block { longest: true, .. } => LONGEST_BLOCKS,
-        _ => return None,
-    };
-    Some(number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1))
+/// A slide that lasts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sliding {
+    /// Its first frame.
+    pub start: u32,
+    /// Only slow comparisons show that it lasts.
+    pub is_slow: bool,
+    /// Blocks since it was noticed.
+    pub blocks: u32,
+}
+
+impl Sliding {
+    pub const fn new(start: u32, is_slow: bool) -> Self {
+        Self {
+            start,
+            is_slow,
+            blocks: 0,
+        }
+    }
+}
+
+/// Until when something has moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moved {
+    /// It moved until this frame at least.
+    pub until: u32,
+    /// Only the longest comparison shows it, which says little of when.
+    pub is_loose: bool,
+}
+
+impl Moved {
+    pub const fn until(until: u32) -> Self {
+        Self {
+            until,
+            is_loose: false,
+        }
+    }
+
+    /// One block further, which ends with frame `number`. Its comparisons show a change somewhere in
+    /// their reach, and only that within the block is a change right now.
+    ///
+    /// Averaged frames have short windows: there an average counts only when a block as strong as can
+    /// be has left it.
+    pub const fn follow(&mut self, block: Block, number: u32, is_averaged: bool) {
+        let reach = match block {
+            Block { now: true, .. } => 0,
+            Block { quick: true, .. } => SHORT_BLOCKS,
+            Block { faint: true, .. } if is_averaged => FADED_BLOCKS,
+            Block { faint: true, .. } => FAINT_BLOCKS,
+            Block { slow: true, .. } => LONG_BLOCKS,
+            Block { longest: true, .. } => LONGEST_BLOCKS,
+            _ => return,
+        };
+        let until = number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1);
+        if reached(until, self.until) {
+            let is_loose = !block.moves_lately();
+            *self = Self { until, is_loose };
+        }
+    }
 }
 
 /// First frame of the slide that the protocol plans for a touch at frame `contact`, and the one
@@ -151,15 +194,6 @@ pub fn planned(slide: &Slide, contact: u32, condition: &Condition) -> Option<(u3
         start,
         start.wrapping_add(condition.frames_in(slide.length_mm / slide.speed_mm_s)),
     ))
-}
-
-/// Until when a slide has moved.
-#[derive(Clone, Copy)]
-pub struct Moved {
-    /// It moved until this frame at least.
-    pub until: u32,
-    /// Only the longest comparison shows it, which says little of when.
-    pub is_loose: bool,
 }
 
 /// The first frame after a slide: where the taxels arrived at the course along which the skin

@@ -56,6 +56,6 @@ pub fn approach(level: &mut Values, to: &Values, share: f32) {
 }
 
 /// `f32::max` is a function call on the chip, because it heeds NaN.
-pub fn greater(a: f32, b: f32) -> f32 {
+pub const fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
