@@ -26,8 +26,8 @@ const SHARP_START: (Limit, Limit) = (limit(90.0, 0.0), DEPARTED);
 const SHARP_END: (Limit, Limit) = (limit(600.0, 0.0), limit(10.0, 0.0));
 /// One frame counts at most three of these: a knock is no motion that goes on.
 const MOST: f32 = 3.0;
-/// A sum that is so much less than at its most, or more than at its least, will not come back: 50
-/// ms of noise.
+/// A sum over frames that is so much less than at its most, or more than at its least, will not come
+/// back: 50 ms of noise. For the start of a motion one over means of four needs half as much.
 const PAST: Limit = limit(5.0, 20.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
@@ -162,7 +162,9 @@ impl Frames<'_> {
             for_start,
         } = search;
         let of = |limit| self.taxels.limit(limit);
-        let [mut single, mut mean, mut sharp] = [Extremes::at(last, of(PAST)); 3];
+        let [mut single, mut sharp] = [Extremes::at(last, of(PAST)); 2];
+        let past_of_means = if for_start { 0.5 } else { 1.0 };
+        let mut mean = Extremes::at(last, past_of_means * of(PAST));
         let (is_sharp, between_sharp) = if for_start { SHARP_START } else { SHARP_END };
         let (is_sharp, between_sharp) = (of(is_sharp), of(between_sharp));
         let (between, between_means) = (of(BETWEEN), of(BETWEEN_MEANS));
