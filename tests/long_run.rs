@@ -115,24 +115,12 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
         Event::Health(_) | Event::Hello(_) => false,
         _ => true,
     };
-    // The first frames of a lift may look like a motion along the surface, by how blocks of frames
-    // fall on it.
-    let drop_the_lift = |events: &mut Vec<Event>| {
-        let ends = |event: &Event| matches!(event, Event::Slide(slide) if slide.end_us.is_some());
-        let slide = events.iter().position(ends).expect("a slide");
-        let mut number = 0;
-        events.retain(|event| {
-            number += 1;
-            number <= slide || !matches!(event, Event::Moving(_))
-        });
-    };
     let mut plain: Vec<Event> = play(
         &mut touched()
             .zip(0..)
             .flat_map(|(n, number)| scan(n, number, 0)),
     );
     plain.retain(is_no_fault);
-    drop_the_lift(&mut plain);
     let windows = plain
         .iter()
         .filter(|event| matches!(event, Event::Estimate(_)))
@@ -172,7 +160,6 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
             assert_rate(health);
         }
         events.retain(is_no_fault);
-        drop_the_lift(&mut events);
         assert_eq!(
             events.len(),
             plain.len(),
