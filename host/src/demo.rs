@@ -49,7 +49,7 @@ pub fn run(
         &mut sink,
         progress,
     )?;
-    // The picture ends with the scene; the run goes on until the last message.
+    // The scene alone is drawn, and not what follows until the last message.
     let first_us = outcome.conversions.first().map_or(0, |first| first.t_us);
     let end_us = ((truth.end_s - zero_s(&outcome)) * 1e6) as u32;
     let is_in = |one: &TimedConversion| one.t_us.wrapping_sub(first_us) < end_us;
@@ -59,10 +59,10 @@ pub fn run(
     Ok(Demo {
         speed_mm_s,
         period_mm,
-        snr_db,
         truth: later(truth, -zero_s(&outcome)),
         outcome,
         packets,
+        snr_db,
     })
 }
 
@@ -78,8 +78,8 @@ impl Demo {
         picture::draw(&recording, Some(self.truth.frequency_hz))
     }
 
-    /// Mean processor load during the slide, 0 to 1, of the health reports in it. None if there are
-    /// none.
+    /// Mean processor load during the slide, 0 to 1, from the health reports in it. `None` if there
+    /// are none.
     pub fn sliding_load(&self) -> Option<f32> {
         let (mut sum, mut count) = (0.0, 0.0);
         for packet in &self.packets {
@@ -92,7 +92,7 @@ impl Demo {
                 }
             }
         }
-        (count > 0.0).then(|| sum / count)
+        (count > 0.0).then_some(sum / count)
     }
 
     /// The last event of a kind.
@@ -123,7 +123,7 @@ fn time(t_us: Option<u64>) -> String {
     )
 }
 
-/// A row of the comparison with the truth. Without a truth its column stays empty.
+/// A row of the comparison with the truth.
 struct Row {
     name: &'static str,
     found: String,

@@ -117,10 +117,11 @@ fn curve(fit: &Estimate, readings: &[(f64, f64)], range: &RangeInclusive<f64>) -
     // The points of the curve have no reading, and do not count in the fit.
     let known = readings.iter().filter(|(t_s, _)| window.contains(t_s));
     let known = known.map(|(t_s, v)| (*t_s, Some(*v as f32)));
-    let (t_s, volts): (Vec<f64>, Vec<Option<f32>>) =
-        (points_s.clone().map(|t_s| (t_s, None)).chain(known))
-            .map(|(t_s, v)| (t_s - centre_s, v))
-            .unzip();
+    let points = points_s.clone().map(|t_s| (t_s, None));
+    let (t_s, volts): (Vec<f64>, Vec<Option<f32>>) = points
+        .chain(known)
+        .map(|(t_s, v)| (t_s - centre_s, v))
+        .unzip();
     let hum_hz = fit.interferer_hz.map(f64::from);
     let found = harmonics::fit(&t_s, &volts, fit.frequency.into(), fit.harmonics, hum_hz);
     found.map_or_else(Vec::new, |found| {
