@@ -188,7 +188,7 @@ def detection(run):
 
 
 def uneven(run, name, offsets):
-    """Rows at uneven times, in frames, which the fit is given."""
+    """Times of uneven rows, in frames, that the fit knows."""
     rng = run.rng(name)
     many, count = run.windows, frames(1.0)
     tone = Tone((4, 30))

@@ -28,7 +28,7 @@ EVERY = 10
 """Methods that take long get every tenth window."""
 TONES_UV = (1000, 100, 20, 5)
 CONVERTERS = [("ADS1258", None), ("gain of 20", 20), ("bare bridges", 3.3 / 5)]
-"""Converters, and what is between the bridge and the STM32's own: its supply of 3.3 V makes a bare bridge weaker."""
+"""Converters with the gain between bridge and pin; at 3.3 V a bare bridge gives less."""
 LEAN = {"harmonics": 1, "exclude": ["all"]}
 WHITE = {"harmonics": 4, "exclude": ["curved_baseline", "coloured_noise", "shared_noise", "impulses"]}
 # Scenes that are declared: settings, options of the fit, and windows that contain what they exclude.
@@ -43,7 +43,8 @@ DECLARED = [
     ("four harmonics, all four false", WHITE, ("white", Tone(), "", 0)),
     ("lean: one harmonic, all four false", LEAN, ("white", Tone(harmonics=SINE), "", 0)),
 ]
-# What windows contain that both scenes in white noise exclude: noise, what else, its size in amplitudes, and the tone's speed.
+# Windows that contain something that both white-noise scenes exclude: noise, disturbance, its size
+# in amplitudes, and the tone's speed.
 EXCLUDED = [
     ("nothing", "white", "", 0, {}),
     ("logarithmic creep of 30 amplitudes", "white", "creep", 30, {}),
@@ -87,7 +88,7 @@ def others(run, batch, harmonics):
 
 
 def ours(batch, options, channels, harmonics):
-    """Counts of Ridgetone's fit."""
+    """Instruction counts of Ridgetone's fit."""
     part = narrowed(batch, channels, harmonics) if channels < CHANNELS else batch
     return judge.count(part, judge.of_fits(fits(part, **{"harmonics": 4, **options})))
 

@@ -111,7 +111,7 @@ def noise(rng, kind, windows, count):
 
 
 def log_uniform(rng, low, high, count):
-    """Numbers that are even in the logarithm."""
+    """Log-uniform random numbers."""
     return low * (high / low) ** rng.random(count)
 
 

@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 #[derive(Clone)]
 pub struct SimulatedBoard(Arc<Mutex<State>>);
 
-/// What the handles share.
+/// State shared by the handles.
 struct State {
     chip: Ads1258,
     now_ns: u64,

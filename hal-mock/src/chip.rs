@@ -150,7 +150,7 @@ impl Ads1258 {
             .map(|c| c.at_ns(self.clock, c.end_cycle))
     }
 
-    /// Whether the scene has ended at the time advanced to. The chip still converts its voltages.
+    /// True if the scene has ended at the time advanced to. The chip still converts its voltages.
     pub fn ended(&self) -> bool {
         self.scene_time_s()
             .is_some_and(|t_s| t_s >= self.scene.end_s())
@@ -167,7 +167,7 @@ impl Ads1258 {
         self.zero_ns
     }
 
-    /// By how many nanoseconds (rounded down) a conversion with the present settings samples its
+    /// Nanoseconds (rounded down) by which a conversion with the present settings samples its
     /// input before its DRDY edge: 64 (N + 4) tCLK, the middle of the symmetric filter, and with
     /// CHOP half a pass more.
     pub fn sample_delay_ns(&self) -> u64 {
@@ -193,7 +193,7 @@ impl Ads1258 {
             .map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code << 8 >> 8))
     }
 
-    /// What the chip has done so far.
+    /// Counts of what the chip has done so far.
     pub fn counters(&self) -> Counters {
         self.counters
     }

@@ -15,13 +15,13 @@ const PAGES: u32 = 2;
 /// power has changed any part of its bits, and no others.
 #[derive(Clone, Debug)]
 pub struct CutFlash<const PAGE_BYTES: u32> {
-    /// What it holds.
+    /// Content of the flash.
     pub bytes: Vec<u8>,
     /// Operations until power is lost; none: it is not.
     left: Option<u64>,
     /// Words and erasures that were begun.
     pub done: u64,
-    /// Whether power is lost.
+    /// True if power is lost.
     pub is_off: bool,
     /// Operations beyond the pages, or that program words that are not erased. Must be zero.
     pub wrong: u64,
@@ -29,7 +29,7 @@ pub struct CutFlash<const PAGE_BYTES: u32> {
     pub erased: u64,
     /// Reads of any length.
     pub reads: u64,
-    /// Whether a bit was cleared since power returned.
+    /// True if a bit was cleared since power returned.
     pub is_marked: bool,
     random: ChaCha8Rng,
 }
@@ -99,7 +99,7 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
     }
 }
 
-/// Bits of a word that are done when power is lost: none, all, or any.
+/// Bits of a word that are programmed when power is lost: none, all, or a random part.
 fn part(random: &mut ChaCha8Rng) -> u32 {
     match random.next_u32() % 4 {
         0 => 0,

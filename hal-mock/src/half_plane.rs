@@ -26,7 +26,7 @@ impl Stress {
     }
 }
 
-/// Stress under a line load along the normal, `x_mm` beside it and `z_mm` deep (equation 1).
+/// Stress under a line load along the normal, `x_mm` next to it and `z_mm` deep (equation 1).
 pub fn normal(x_mm: f64, z_mm: f64) -> Stress {
     let (x, z) = (x_mm, z_mm);
     stress(x, z, [z * x * x, z * z * z, z * z * x])

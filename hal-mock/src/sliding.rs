@@ -69,12 +69,12 @@ pub struct Truth {
     pub end_s: f64,
 }
 
-/// How far the skin over each input has crept.
+/// Creep of the skin over each input.
 #[derive(Clone, Copy, Debug)]
 pub struct SkinState([Delay; INPUTS]);
 
-/// The scene. The tone is a function of place, so all signals are continuous where the speed is
-/// finite.
+/// The scene. The tone is a function of position, so all signals are continuous at any finite
+/// speed.
 #[derive(Clone, Debug)]
 pub struct SlidingScene {
     parameters: Sliding,
@@ -169,7 +169,7 @@ impl SlidingScene {
         self.truth
     }
 
-    /// How each channel responds.
+    /// Response of each channel.
     pub fn channels(&self) -> &[Channel; INPUTS] {
         &self.channels
     }

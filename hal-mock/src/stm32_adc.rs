@@ -1,9 +1,9 @@
 //! The STM32's own converter of 12 bits behind the amplifiers of the wiring page: what a single
 //! sample reads. When it samples is the business of whoever asks.
 //!
-//! Not modelled: offset and gain errors (up to 3 steps each), nonlinearity (integral 1.5 to 3 steps,
-//! differential 1 to 2; DS8626, table ADC accuracy), which gives a strong tone overtones, and the
-//! charge that one input leaves in the sampling capacitor for the next.
+//! Not modelled: offset and gain errors (up to 3 steps each), nonlinearity (integral 1.5 to 3
+//! steps, differential 1 to 2; DS8626, table ADC accuracy), which gives a strong tone overtones,
+//! and the charge that one input leaves in the sampling capacitor for the next.
 
 use crate::random::{Random, Stream};
 use crate::scene::Scene;
@@ -11,13 +11,13 @@ use crate::scene::Scene;
 /// Steps of the converter.
 const STEPS: f64 = 4096.0;
 /// Noise of a sample, steps, with that of the rounding. The datasheets' typical ratio of signal to
-/// noise, 65 to 68 dB (ADC dynamic accuracy, from memory), is 0.8 to 0.6; a board's supply, which is
-/// the reference, adds some.
+/// noise, 65 to 68 dB (ADC dynamic accuracy, from memory), is 0.8 to 0.6; a board's supply, which
+/// is the reference, adds some.
 const NOISE_STEPS: f64 = 1.0;
 /// A bridge's voltage at rest, volts: half of 5 V.
 const REST_V: f64 = 2.5;
 
-/// What lies between a bridge and a pin.
+/// Amplifier between a bridge and a pin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Amplifier {
     /// A wire. The bridge has the board's 3.3 V, so its voltage is that share of one at 5 V.
@@ -35,7 +35,7 @@ pub struct Stm32Adc {
 }
 
 impl Stm32Adc {
-    /// Its reference, volts: the board's supply.
+    /// Reference, volts: the board's supply.
     pub const VREF_V: f64 = 3.3;
 
     /// Reads `scene`, with the noise of a seed.

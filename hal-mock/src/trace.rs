@@ -20,7 +20,7 @@ const HELD_FRACTION: f64 = 0.004;
 /// from 0.56 on.
 const ZEROS: f64 = 8.0;
 
-/// Most frames of a recording, missing ones counted: 72 minutes of the board's scan.
+/// Maximum number of frames of a recording, missing ones counted: 72 minutes of the board's scan.
 const FRAMES_MAX: usize = 1 << 20;
 
 /// A frame: volts at AIN0 to AIN15. NaN stands for a missing reading.

@@ -33,7 +33,7 @@ fn phase_rad(scene: &SlidingScene, input: usize) -> f64 {
     scene.channels()[input].sliding.tone[0].phase_rad()
 }
 
-/// By how much a unit is behind the other beyond the pitch of 2.3 mm, from -pi to pi.
+/// Phase lag between the units beyond that of the pitch of 2.3 mm, from -pi to pi.
 fn beyond_pitch_rad(scene: &SlidingScene, input: usize, period_mm: f64) -> f64 {
     let apart = phase_rad(scene, input + 4) - phase_rad(scene, input);
     (apart + TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI

@@ -34,7 +34,7 @@ fn rows_at_the_scans_own_rate_are_held() {
                 "row {row}"
             );
         }
-        // It may be played again.
+        // A trace may be played again.
         assert_eq!(trace.volts(0, 0.01).to_string(), rough(0.0));
     }
 }

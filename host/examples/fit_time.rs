@@ -1,6 +1,6 @@
 //! Milliseconds that the command's own work on a fit takes, without its process and without Python,
 //! at best: of a file, read and fitted, and of its rows in memory; the result as JSON in both.
-//! `host/python/benchmark.py` prints them beside the package's.
+//! `host/python/benchmark.py` prints them next to the package's.
 
 use anyhow::{Context, Result};
 use ridgetone_host::fit_report::json;
@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Fewest runs, and the least time of all runs together.
+/// Minimum number of runs, and the least time of all runs together.
 const RUNS_MIN: u32 = 10;
 const DURATION_MIN: Duration = Duration::from_millis(500);
 

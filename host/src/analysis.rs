@@ -31,12 +31,11 @@ pub struct Spectrum {
     /// Device time of the window's first and last frame, seconds.
     pub from_s: f64,
     pub until_s: f64,
-    /// Whether it is the window of the latest estimate; otherwise the latest frames.
+    /// True if it is the window of the latest estimate; otherwise the latest frames.
     pub of_estimate: bool,
     /// From one bin to the next, hertz; the first is at 0 Hz.
     pub bin_hz: f64,
-    /// Share of the channels' power in a spectral line at each bin's frequency, decibels: 0 for
-    /// that line alone.
+    /// Fraction of the channels' power in each bin, decibels: 0 if all power is in one line.
     pub power_db: Vec<f32>,
     /// The strongest line between the bins, hertz, if there is one.
     pub strongest_hz: Option<f64>,
@@ -52,7 +51,7 @@ pub struct HarmonicLine {
     pub power_db: f32,
 }
 
-/// The spectrum of what the fit leaves, to the scale of [`Spectrum`].
+/// Spectrum of the residual, in the scale of [`Spectrum`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResidualSpectrum {
     pub bin_hz: f64,
@@ -72,8 +71,7 @@ pub struct Curves {
     pub read_v: Vec<Vec<Option<f32>>>,
     /// For each taxel its offset and the fundamental, volts; none if the fit left it out.
     pub tone_v: Vec<Option<Vec<f32>>>,
-    /// For each taxel of the fit all of it: baseline, all harmonics, interferer. What is left is
-    /// the residual.
+    /// The whole fit of each taxel: baseline, all harmonics, interferer.
     pub fit_v: Vec<Option<Vec<f32>>>,
     /// For each taxel of the fit its harmonics, the fundamental first.
     pub harmonics: Vec<Option<Vec<Harmonic>>>,
@@ -83,7 +81,7 @@ pub struct Curves {
 }
 
 /// Spectrum of the latest estimate's window if all its frames are kept, else of the latest ones.
-/// None with too few frames.
+/// Returns `None` with too few frames.
 pub fn spectrum(live: &Live) -> Option<Spectrum> {
     let window = live
         .estimate()
@@ -118,7 +116,7 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
     })
 }
 
-/// A tone's harmonics below half the frame rate, each with the power of the highest bin beside it.
+/// A tone's harmonics below half the frame rate, each with the power of the highest bin next to it.
 fn lines(tone: &Estimate, bin_hz: f64, power_db: &[f32]) -> Vec<HarmonicLine> {
     let line = |k: u8| {
         let frequency_hz = f64::from(k) * f64::from(tone.frequency);
@@ -265,11 +263,11 @@ fn slot_s(plan: &Plan, taxel: usize) -> f64 {
 
 /// Frames of an estimate's window.
 struct Windowed {
-    /// Those that are kept.
+    /// Frames that are kept.
     frames: Vec<Frame>,
     /// Half way from its first frame to its last, seconds.
     centre_s: f64,
-    /// Whether its first and its last frame are kept.
+    /// True if its first and its last frame are kept.
     is_whole: bool,
 }
 
@@ -382,7 +380,7 @@ impl Periodogram {
         powers.map(|power| decibel(power as f32)).collect()
     }
 
-    /// The strongest line of two cycles and more, looked for beside the strongest bin of
+    /// The strongest line of two cycles and more, looked for next to the strongest bin of
     /// [`Self::power_db`].
     fn strongest_cycles(&self, power_db: &[f32]) -> Option<f64> {
         let points = 2 * power_db.len();

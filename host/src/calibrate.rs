@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt;
 
-/// Fewest gratings for a pitch: two make a line, and the third shows how straight it is.
+/// Minimum number of gratings for a pitch: two make a line, and the third shows how straight it is.
 const GRATINGS_FOR_A_PITCH: usize = 3;
 
 /// Standard deviation of the pitch that the phases show over the units' own: under contacts of 7 to
@@ -55,7 +55,7 @@ pub struct Point {
     /// The lag between the columns, radians.
     pub lag_rad: f64,
     pub residual_rad: f64,
-    /// Windows whose mean it is.
+    /// Number of windows in the mean.
     pub windows: usize,
 }
 
@@ -68,7 +68,7 @@ pub struct Calibration {
     pub gratings: Vec<Point>,
 }
 
-/// How gratings are measured.
+/// Method by which gratings are measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Measuring {
     /// The units' own pitch.
@@ -216,8 +216,8 @@ fn measure(
     })
 }
 
-/// The line of the nominal pitch through one or two lags. Its uncertainty is that of the pitch: what
-/// it changes at the end of the default periods that is further away.
+/// The line of the nominal pitch through one or two lags. Its uncertainty is that of the pitch:
+/// what it changes at the end of the default periods that is further away.
 fn height(mut points: Vec<Point>, pitch_mm: f64) -> Calibration {
     let count = points.len() as f64;
     let edge = |point: &Point| TAU * pitch_mm / point.period_mm - point.lag_rad;
@@ -340,8 +340,8 @@ mod tests {
         assert!((found.edge_phase_sigma_rad - 6f64.sqrt()).abs() < 1e-12);
     }
 
-    /// By hand: an edge phase of 0.3 and 0.4 rad, 0.35 on average, and the pitch's 3 % from the mean
-    /// of 2.5 and 4 mm to 2.3 mm.
+    /// By hand: an edge phase of 0.3 and 0.4 rad, 0.35 on average, and the pitch's 3 % from the
+    /// mean of 2.5 and 4 mm to 2.3 mm.
     #[test]
     fn one_or_two_gratings_give_the_height() {
         let lag = |period_mm: f64, edge_rad| (period_mm, TAU * 2.3 / period_mm - edge_rad);

@@ -212,7 +212,7 @@ pub enum Look {
     Marked(usize),
     /// Measured samples: thin and grey.
     Data,
-    /// What a curve is compared with, such as a bound: black and dotted.
+    /// Reference to compare a curve with, such as a bound: black and dotted.
     Reference,
 }
 

@@ -58,7 +58,8 @@ enum Command {
     /// Calibrate the array, so that phases give spatial periods, from recordings of gratings of
     /// known period.
     Calibrate(calibrate::CalibrateArgs),
-    /// Run the firmware image on an emulated board, in front of a scene; with --port as a serial port.
+    /// Run the firmware image on an emulated board, in front of a scene; with --port as a serial
+    /// port.
     Emulate(Box<emulate::EmulateArgs>),
     /// Check every part of a board after its first power-up, and name the page of the guide that
     /// helps.
@@ -82,7 +83,7 @@ enum Command {
     /// Start, stop or restart a board.
     #[command(subcommand, name = "command")]
     Board(command::BoardCommand),
-    /// Run a scene through the emulated firmware: print its results beside the truth, and draw a
+    /// Run a scene through the emulated firmware: print its results next to the truth, and draw a
     /// picture.
     Demo(demo::DemoArgs),
     /// Write the manual's pages, or completions for a shell.

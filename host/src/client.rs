@@ -17,7 +17,7 @@ const PACKETS_MAX: usize = 20;
 pub struct Client<'a> {
     feed: &'a mut Feed,
     requests: Requests,
-    /// What the plan of the settings gives that were sent.
+    /// Rates and windows of the plan in the settings that were sent.
     pub gives: Option<Gives>,
 }
 

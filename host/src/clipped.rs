@@ -3,10 +3,10 @@
 /// Counted events differ by chance if they differ by less, in standard deviations.
 const BY_CHANCE: f64 = 3.0;
 
-/// Whether readings end at a limit: more of them have the least or the greatest value than a sine's
-/// have for the number of those beside it. Of a sine whose readings are rounded, 1 + sqrt(2) as many
-/// at most have the outermost value as the next one: it is over a height h for a time that grows
-/// with the root of h.
+/// True if readings end at a limit: more of them have the least or the greatest value than a sine's
+/// have for the number of those next to it. Of a sine whose readings are rounded, 1 + sqrt(2) as
+/// many at most have the outermost value as the next one: it is over a height h for a time that
+/// grows with the root of h.
 pub fn is_clipped(mut values: Vec<f64>) -> bool {
     values.sort_by(f64::total_cmp);
     let at_end = |values: &mut dyn Iterator<Item = &f64>| {
@@ -52,7 +52,7 @@ pub fn wraps_at(values: &[f64]) -> Option<f64> {
             let is_jump = |step: &f64| *step > 0.75 * period;
             let jumps = steps().filter(is_jump).count();
             let others = steps().filter(|step| !is_jump(step));
-            // Between jumps it is steady.
+            // The count is constant between jumps.
             let steepest = others.fold(0.0, f64::max);
             (0.9 * period..=1.0001 * period).contains(&span)
                 && jumps >= JUMPS_MIN

@@ -7,13 +7,13 @@ use encoding_rs_io::DecodeReaderBytesBuilder;
 use flate2::read::MultiGzDecoder;
 use std::io::{Cursor, Read};
 
-/// Bytes by which a file's kind is told.
+/// Bytes that identify the kind of a file.
 const LOOK_BYTES: u64 = 4096;
 
 /// A reader that can go to another thread.
 pub type Input = Box<dyn Read + Send>;
 
-/// What a file holds.
+/// Kind of a file's content.
 pub enum Content {
     /// Text as UTF-8.
     Text(Input),
@@ -106,7 +106,7 @@ impl Content {
     }
 }
 
-/// Whether a text begins with the mark of a universal file, and the number of a data set.
+/// True if a text begins with the mark of a universal file, and the number of a data set.
 fn is_universal(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
     let mut lines = text.lines().map(str::trim);
@@ -123,7 +123,7 @@ fn look(mut input: Input) -> std::io::Result<(Vec<u8>, Input)> {
     Ok((start.clone(), Box::new(Cursor::new(start).chain(input))))
 }
 
-/// What kind of ZIP archive begins so.
+/// Kind of ZIP archive by its first entry.
 fn archive(start: &[u8]) -> &'static str {
     let names = |part: &[u8]| start.windows(part.len()).any(|bytes| bytes == part);
     if names(b".npy") {
@@ -135,7 +135,7 @@ fn archive(start: &[u8]) -> &'static str {
     }
 }
 
-/// The encoding of text in units of two bytes, by its mark or by the zeros beside Latin letters.
+/// The encoding of text in units of two bytes, by its mark or by the zeros next to Latin letters.
 fn utf_16(start: &[u8]) -> Option<&'static Encoding> {
     if start.starts_with(&[0xFF, 0xFE]) {
         return Some(UTF_16LE);

@@ -1,4 +1,4 @@
-//! `demo`: a scene through the emulated firmware, and its results beside the truth.
+//! `demo`: runs the firmware on a scene, and prints its results next to the true values.
 
 use crate::digits::{decimals, plus_minus, seconds};
 use crate::emulator::{self, Options, Outcome};
@@ -10,26 +10,29 @@ use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
 use ridgetone_finger::TimedConversion;
-use ridgetone_proto::telemetry::{Event, Hold, Packet, Span, Status, TravelStatus};
+use ridgetone_proto::telemetry::{Estimate, Event, Hold, Packet, Span, Status, TravelStatus};
 use std::fmt;
 
-/// A run of a scene, and its truth in device time.
+/// A run of a scene, with the true values in device time.
 #[derive(Clone, Debug)]
 pub struct Demo {
     pub speed_mm_s: f64,
     pub period_mm: f64,
+    /// Tone over noise, dB. None with the noise of finger and converter alone.
+    pub snr_db: Option<f64>,
     pub truth: Truth,
     pub outcome: Outcome,
     pub packets: Vec<Packet>,
 }
 
-/// Runs a scene.
+/// Runs the firmware on a scene.
 pub fn run(
     scene: Sliding,
     options: Options<'_>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Demo> {
-    let (speed_mm_s, period_mm, seed) = (scene.speed_mm_s, scene.period_mm, scene.seed);
+    let (speed_mm_s, period_mm, snr_db) = (scene.speed_mm_s, scene.period_mm, scene.snr_db);
+    let seed = scene.seed;
     let input = Input { scene, seed }.open()?;
     let truth = input.truth.context("the scene has no truth")?;
     let mut packets = Vec::new();
@@ -59,6 +62,7 @@ pub fn run(
         truth: later(truth, -zero_s(&outcome)),
         outcome,
         packets,
+        snr_db,
     })
 }
 
@@ -74,13 +78,21 @@ impl Demo {
         picture::draw(&recording, Some(self.truth.frequency_hz))
     }
 
-    /// Greatest processor load, 0 to 1.
-    pub fn load(&self) -> f32 {
-        let loads = self.packets.iter().filter_map(|packet| match packet.event {
-            Event::Health(health) => Some(health.load),
-            _ => None,
-        });
-        loads.fold(0.0, f32::max)
+    /// Mean processor load during the slide, 0 to 1, from the health reports in it. `None` if there
+    /// are none.
+    pub fn sliding_load(&self) -> Option<f32> {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for packet in &self.packets {
+            if let Event::Health(health) = packet.event {
+                // A report covers the second before it.
+                let slide_s = self.truth.slide_start_s + 1.0..=self.truth.slide_end_s;
+                if slide_s.contains(&seconds(health.t_us)) {
+                    sum += health.load;
+                    count += 1.0;
+                }
+            }
+        }
+        (count > 0.0).then_some(sum / count)
     }
 
     /// The last event of a kind.
@@ -92,7 +104,7 @@ impl Demo {
     }
 }
 
-/// A truth with all times later by `by_s` seconds.
+/// Shifts all times by `by_s` seconds.
 pub fn later(truth: Truth, by_s: f64) -> Truth {
     Truth {
         contact_s: truth.contact_s + by_s,
@@ -111,15 +123,41 @@ fn time(t_us: Option<u64>) -> String {
     )
 }
 
-impl fmt::Display for Demo {
+/// A row of the comparison with the truth.
+struct Row {
+    name: &'static str,
+    found: String,
+    truth: String,
+    remark: String,
+}
+
+impl fmt::Display for Row {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
-            speed_mm_s,
-            period_mm,
+            name,
+            found,
             truth,
-            outcome,
-            ..
+            remark,
         } = self;
+        let line = format!("{name:<14}{found:>24}{truth:>14}   {remark}");
+        f.write_str(line.trim_end())
+    }
+}
+
+/// A measured value next to the true one, with their distance in standard deviations.
+fn compared(name: &'static str, found: f64, sigma: f64, truth: f64, unit: &str) -> Row {
+    let decimals = decimals(sigma).unwrap_or(4);
+    Row {
+        name,
+        found: format!("{} {unit}", plus_minus(found, sigma)),
+        truth: format!("{truth:.decimals$} {unit}"),
+        remark: format!("{:.1} sigma off", ((found - truth) / sigma).abs()),
+    }
+}
+
+impl Demo {
+    fn rows(&self, estimate: Option<&Estimate>) -> Vec<Row> {
+        let truth = &self.truth;
         let contact_us = self.last(|event| match event {
             Event::Contact(contact) => Some(contact.t_us),
             _ => None,
@@ -128,88 +166,86 @@ impl fmt::Display for Demo {
             Event::Slide(slide) => Some((slide.start_us, slide.end_us?)),
             _ => None,
         });
+        let time = |name, t_us: Option<u64>, truth_s: f64| Row {
+            name,
+            found: time(t_us),
+            truth: format!("{truth_s:.3} s"),
+            remark: String::new(),
+        };
+        let mut rows = vec![
+            time("contact", contact_us, truth.contact_s),
+            time(
+                "slide begins",
+                slide_us.map(|(start_us, _)| start_us),
+                truth.slide_start_s,
+            ),
+            time(
+                "slide ends",
+                slide_us.map(|(_, end_us)| end_us),
+                truth.slide_end_s,
+            ),
+        ];
+        let Some(e) = estimate.filter(|e| e.status.has_tone()) else {
+            rows.push(Row {
+                name: "frequency",
+                found: estimate.map_or("not found".into(), |e| name(e.status).into()),
+                truth: format!("{:.4} Hz", truth.frequency_hz),
+                remark: String::new(),
+            });
+            return rows;
+        };
+        let row = |name, (found, sigma): (f32, f32), truth, unit| {
+            compared(name, found.into(), sigma.into(), truth, unit)
+        };
+        rows.push(row(
+            "frequency",
+            (e.frequency, e.sigma),
+            truth.frequency_hz,
+            "Hz",
+        ));
+        if e.travel.is_known() {
+            let period = (e.travel.spatial_period_mm, e.travel.spatial_period_sigma_mm);
+            rows.push(row("ridge spacing", period, self.period_mm, "mm"));
+            let speed = (e.travel.speed_mm_s, e.travel.speed_sigma_mm_s);
+            rows.push(row("speed", speed, self.speed_mm_s, "mm/s"));
+        }
+        rows
+    }
+}
+
+impl fmt::Display for Demo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            speed_mm_s,
+            period_mm,
+            outcome,
+            ..
+        } = self;
         let estimate = self.last(|event| match event {
             Event::Estimate(estimate) if estimate.span == Span::Slide => Some(estimate),
             _ => None,
         });
-        let health = self.last(|event| match event {
-            Event::Health(health) => Some(health),
-            _ => None,
-        });
+        let noise = match self.snr_db {
+            Some(snr_db) => format!("noise {snr_db} dB below the tone"),
+            None => "no noise but the converter's".into(),
+        };
         writeln!(
             f,
-            "A grating of {period_mm} mm slides over the emulated fingertip at {speed_mm_s} mm/s.\n"
+            "Simulated: a fingertip that slides over ridges {period_mm} mm apart at {speed_mm_s} mm/s, {noise}.\n\
+             Emulated: an STM32F405 that runs the firmware's image, with an ADS1258 on its pins.\n"
         )?;
-        writeln!(f, "{:<16}{:>24}{:>14}", "", "firmware", "truth")?;
-        let mut row = |name: &str, found: String, true_value: String| {
-            writeln!(f, "{name:<16}{found:>24}{true_value:>14}")
-        };
-        row(
-            "contact",
-            time(contact_us),
-            format!("{:.3} s", truth.contact_s),
-        )?;
-        row(
-            "slide begins",
-            time(slide_us.map(|(start_us, _)| start_us)),
-            format!("{:.3} s", truth.slide_start_s),
-        )?;
-        row(
-            "slide ends",
-            time(slide_us.map(|(_, end_us)| end_us)),
-            format!("{:.3} s", truth.slide_end_s),
-        )?;
-        match estimate {
-            Some(e) if e.status.has_tone() => {
-                row(
-                    "tone",
-                    plus_minus(e.frequency.into(), e.sigma.into()) + " Hz",
-                    format!("{:.4} Hz", truth.frequency_hz),
-                )?;
-                if e.status != Status::Good {
-                    row("status", name(e.status).into(), String::new())?;
-                }
-                let found_mm = speed_mm_s / f64::from(e.frequency);
-                let sigma_mm = found_mm * f64::from(e.sigma / e.frequency);
-                row(
-                    "spatial period",
-                    plus_minus(found_mm, sigma_mm) + " mm",
-                    format!("{period_mm:.4} mm"),
-                )?;
-                if e.travel.is_known() {
-                    let with_unit = |(value, sigma): (f32, f32), unit| {
-                        format!("{} {unit}", plus_minus(value.into(), sigma.into()))
-                    };
-                    let period = (e.travel.spatial_period_mm, e.travel.spatial_period_sigma_mm);
-                    row(
-                        "period, by lags",
-                        with_unit(period, "mm"),
-                        format!("{period_mm:.4} mm"),
-                    )?;
-                    let speed = (e.travel.speed_mm_s, e.travel.speed_sigma_mm_s);
-                    row(
-                        "speed, by lags",
-                        with_unit(speed, "mm/s"),
-                        format!("{speed_mm_s:.4} mm/s"),
-                    )?;
-                }
-            }
-            Some(e) => row(
-                "tone",
-                name(e.status).into(),
-                format!("{:.4} Hz", truth.frequency_hz),
-            )?,
-            None => row(
-                "tone",
-                "not found".into(),
-                format!("{:.4} Hz", truth.frequency_hz),
-            )?,
+        writeln!(f, "{:<14}{:>24}{:>14}", "", "firmware", "truth")?;
+        for row in self.rows(estimate) {
+            writeln!(f, "{row}")?;
+        }
+        if let Some(e) = estimate.filter(|e| e.status != Status::Good) {
+            writeln!(f, "\nThe frequency is `{}`.", name(e.status))?;
         }
         if estimate.is_some_and(|e| e.travel.status == TravelStatus::Uncalibrated) {
             writeln!(
                 f,
-                "\nBy lags is `uncalibrated`: its uncertainty is that of any finger. It is right here because the\n\
-                 default constants were measured on this simulated finger; `ridgetone calibrate` measures yours."
+                "\nRidge spacing and speed follow from the delay between the two columns of sensors. Their error\n\
+                 bars cover any finger until `ridgetone calibrate` has measured this one."
             )?;
         }
         let map = |hold: Hold| {
@@ -222,30 +258,37 @@ impl fmt::Display for Demo {
         let [before, after] = [Hold::BeforeSlide, Hold::AfterSlide].map(map);
         writeln!(
             f,
-            "\n{:<44}after the slide, mV",
-            "static image before the slide, mV"
+            "\nEach sensor's change while the finger is pressed and still, mV:\n\n{:<44}after it",
+            "before the slide"
         )?;
         for (before, after) in before.lines().zip(after.lines()) {
             writeln!(f, "{before:<44}{after}")?;
         }
-        writeln!(f)?;
-        if let Some(e) = estimate.filter(|estimate| estimate.status.has_tone()) {
-            let error = 100.0 * (f64::from(e.frequency) / truth.frequency_hz - 1.0);
-            let decimals = decimals(100.0 * f64::from(e.sigma / e.frequency)).unwrap_or(3);
+        let health = self.last(|event| match event {
+            Event::Health(health) => Some(health),
+            _ => None,
+        });
+        if let Some(e) = estimate {
             writeln!(
                 f,
-                "error           {error:+.decimals$} % of the frequency, from {} channels and {:.3} s of sliding",
+                "\nfit           {} channels, {:.2} s",
                 e.channels.len(),
                 e.window_s
             )?;
         }
-        writeln!(f, "processor load  {:.1} % at most", 100.0 * self.load())?;
+        if let Some(load) = self.sliding_load() {
+            writeln!(
+                f,
+                "processor     {:.0} % busy while the finger slides",
+                100.0 * load
+            )?;
+        }
         let (read, lost) = (outcome.conversions_served, outcome.chip.lost);
         let (skipped, dropped) =
             health.map_or((0, 0), |health| (health.overruns, health.messages_dropped));
         writeln!(
             f,
-            "conversions     {read} read, {lost} lost; {skipped} overruns"
+            "converter     {read} conversions read, {lost} lost; {skipped} windows skipped"
         )?;
         let Counts {
             received,
@@ -255,7 +298,11 @@ impl fmt::Display for Demo {
         } = outcome.counts;
         writeln!(
             f,
-            "telemetry       {received} frames received, {missing} lost, {damaged} damaged; {dropped} dropped"
+            "serial line   {received} messages received, {missing} lost, {damaged} damaged, {dropped} dropped"
+        )?;
+        writeln!(
+            f,
+            "\nNext, the same firmware live in a browser: ridgetone view --emulated"
         )
     }
 }

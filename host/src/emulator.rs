@@ -1,5 +1,5 @@
-//! The firmware image that gets flashed, on the register model of its board, in front of a scene: as
-//! fast as it goes. In real time it is [`feed::Emulated`](crate::feed::Emulated).
+//! The firmware image that gets flashed, on the register model of its board, in front of a scene:
+//! as fast as it goes. In real time it is [`feed::Emulated`](crate::feed::Emulated).
 
 pub mod image;
 
@@ -33,13 +33,14 @@ const PATIENCE_S: f64 = 10.0;
 /// Longest wait for the firmware to read the latest conversion at the end, in steps of 10 us.
 const LAST_STEPS: usize = 100;
 
-/// Volts on every input of a processor's own ADC with nothing on the finger: the middle of a bridge.
+/// Volts on every input of a processor's own ADC with nothing on the finger: the middle of a
+/// bridge.
 const REST_V: f64 = 2.5;
 
 /// FLASH_OPTCR with brown-out level 3, as the guide has one set it (RM0090, 3.9.10).
 const OPTION_BYTES: u32 = 0x0FFF_AAE1;
 
-/// What the emulator runs, and what it keeps.
+/// Options of an emulated run.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
     pub firmware: &'a Firmware,
@@ -49,7 +50,8 @@ pub struct Options<'a> {
     pub keep_serial: bool,
     /// Settings of the firmware: [`run`] sends others than its own after the greeting.
     pub settings: Settings,
-    /// The board's crystal is dead, and its internal oscillator is off by this much, parts per million.
+    /// The board's crystal is dead, and its internal oscillator is off by this much, parts per
+    /// million.
     pub internal_ppm: Option<i32>,
 }
 
@@ -77,13 +79,14 @@ pub struct Outcome {
     /// Conversions of which at least one read arrived as converted; one that was read a single time
     /// only if it is the last.
     pub arrived: u64,
-    /// Conversions that the board has read a single time, so that nothing confirms them: the next one
-    /// was ready before.
+    /// Conversions that the board has read a single time, so that nothing confirms them: the next
+    /// one was ready before.
     pub read_once: u64,
     /// When each injected fault acted, nanoseconds of board time.
     pub injected: Vec<hal_mock::Injected>,
     pub registers: [u8; hal_mock::chip::REGISTERS],
-    /// Those read, with the firmware's time of their DRDY edge, if `Options::keep_conversions`.
+    /// Conversions read, with the firmware's time of their DRDY edge, if
+    /// `Options::keep_conversions`.
     pub conversions: Vec<TimedConversion>,
     /// Board time at which START first rose, microseconds: zero of the scene's time.
     pub start_us: u64,
@@ -109,8 +112,8 @@ pub fn board(firmware: &Firmware, input: Opened) -> Result<Emulator> {
     board_on(firmware, input, None)
 }
 
-/// A board in front of `input`, with a dead crystal and its internal oscillator off by `internal_ppm`
-/// if that is given, parts per million.
+/// A board in front of `input`, with a dead crystal and its internal oscillator off by
+/// `internal_ppm` if that is given, parts per million.
 fn board_on(firmware: &Firmware, input: Opened, internal_ppm: Option<i32>) -> Result<Emulator> {
     let start = Start {
         adc: input.options,
@@ -138,7 +141,7 @@ pub fn untouched(firmware: &Firmware) -> Opened {
     }
 }
 
-/// Scene time, seconds; none before the converter has started.
+/// Scene time, seconds; `None` before the converter has started.
 fn scene_s(emulator: &mut Emulator) -> Option<f64> {
     let zero_ns = emulator
         .adc()
@@ -147,15 +150,15 @@ fn scene_s(emulator: &mut Emulator) -> Option<f64> {
     Some(emulator.now_ns().saturating_sub(zero_ns) as f64 * 1e-9)
 }
 
-/// Whether a scene of this length is over, and all that the board reports of it.
+/// True if a scene of this length is over, and all that the board reports of it.
 pub fn is_over(emulator: &mut Emulator, end_s: f64) -> bool {
     scene_s(emulator).is_some_and(|at_s| at_s >= end_s + TAIL_S)
 }
 
 /// Runs the firmware on `input` until the input is over, or this process is to stop (Ctrl-C).
 /// Packets go to `sink` as they arrive; `progress` takes the seconds of the input done, and its
-/// length. Fails if the firmware does what is not modelled, does not start, or refuses its settings,
-/// or if `sink` fails.
+/// length. Fails if the firmware does what is not modelled, does not start, or refuses its
+/// settings, or if `sink` fails.
 pub fn run(
     input: Opened,
     options: Options<'_>,

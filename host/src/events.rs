@@ -1,4 +1,4 @@
-//! What a board reports, for people and for programs.
+//! Events of a board, for people and for programs.
 //!
 //! | step | where |
 //! |---|---|

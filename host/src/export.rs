@@ -25,7 +25,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// By the end of a file's name, if that says it.
+    /// Format by the extension of a file's name, if known.
     pub fn by_name(path: &Path) -> Option<Self> {
         Some(match path.extension()?.to_str()?.to_lowercase().as_str() {
             "csv" => Self::Csv,

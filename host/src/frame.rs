@@ -9,7 +9,7 @@ use ridgetone_proto::telemetry::Raw;
 pub struct Frame {
     /// Device time of its first slot, seconds.
     pub t_s: f64,
-    /// Its number since start-up, lost frames included.
+    /// Number of the frame since start-up, lost frames included.
     pub number: u32,
     /// Voltage of each taxel; none where it is missing or doubtful.
     pub volts: [Option<f32>; TAXELS],

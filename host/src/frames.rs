@@ -1,6 +1,6 @@
 //! Recordings as frames for the library: those that a board has sent raw, or the rows of a table at
-//! their own rate and with their own number of channels. No chip is simulated: nothing is resampled,
-//! and only what follows from the frames is reported.
+//! their own rate and with their own number of channels. No chip is simulated: nothing is
+//! resampled, and only what follows from the frames is reported.
 
 mod board;
 mod frame;
@@ -124,8 +124,8 @@ impl Frames {
         Ok(always(settings))
     }
 
-    /// Slides of a table whose values are volts, behind a contact, start and end in seconds from its
-    /// first row, by touch detection alone.
+    /// Slides of a table whose values are volts, behind a contact, start and end in seconds from
+    /// its first row, by touch detection alone.
     pub fn slides(&self) -> Result<Vec<(f64, f64)>> {
         if let Source::Table(table) = &self.source {
             let beyond = table.beyond(self.settings.vref_v.into());
@@ -200,8 +200,8 @@ impl Frames {
         failure.map_or(Ok(()), Err)
     }
 
-    /// Whether an event follows from the frames: a recording has no firmware, no health and no
-    /// faults of a chip, and only the columns of a board have places on a finger.
+    /// True if an event follows from the frames alone. A table has no firmware, health or faults,
+    /// and only a board's columns have positions on a finger.
     fn is_of_frames(&self, event: &Event) -> bool {
         match event {
             Event::Hello(_) | Event::Health(_) | Event::Converter(_) | Event::Fault(_) => false,
@@ -213,7 +213,7 @@ impl Frames {
         }
     }
 
-    /// Adds the uncertainty of a table's rate to that of an estimate.
+    /// Adds the uncertainty of the table's rate to that of an estimate.
     fn enlarge(&self, event: &mut Event) {
         if let (
             Source::Table(table),

@@ -6,17 +6,18 @@ use crate::speed::{Column, Quantity};
 use crate::tables::{RowClock, spacing_sigma_s};
 use anyhow::{Context, Result, bail, ensure};
 
-/// Share of missing rows above which the time stamps are no steady sampling with a few rows lost.
+/// Fraction of missing rows above which the time stamps are no steady sampling with a few rows
+/// lost.
 const MISSING_MAX: f64 = 0.2;
 
-/// Share of the time above which a gap is a pause between two recordings.
+/// Fraction of the time above which a gap is a pause between two recordings.
 const PAUSE_SHARE: f64 = 0.5;
 
-/// Distance from a multiple of a given spacing, as a share of it, up to which stamps tell which rows
-/// of that spacing are missing.
+/// Distance from a multiple of a given spacing, as a share of it, up to which stamps tell which
+/// rows of that spacing are missing.
 const ON_GRID: f64 = 0.2;
 
-/// Most places of a given rate for each row of a file.
+/// Maximum number of places of a given rate for each row of a file.
 const SLOTS_MAX: usize = 16;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -183,7 +184,7 @@ impl Grid {
     }
 }
 
-/// Refuses rows of which most of the time is one gap.
+/// Refuses rows with a gap of more than half their time.
 fn check_pause(time_s: &[f64], name_row: &dyn Fn(usize) -> String) -> Result<()> {
     let spacing = |row: &usize| time_s[row + 1] - time_s[*row];
     let widest = (0..time_s.len() - 1).max_by(|a, b| spacing(a).total_cmp(&spacing(b)));
@@ -204,7 +205,7 @@ fn numbered(clock: &mut RowClock, time_s: &[f64]) -> Vec<usize> {
     time_s.iter().map(|t_s| clock.push(*t_s) as usize).collect()
 }
 
-/// Whether rows with these numbers are a steady sampling with a few rows lost.
+/// True if rows with these numbers are a steady sampling with a few rows lost.
 fn is_steady(places: &[usize]) -> bool {
     let slots = places.last().map_or(0, |last| last + 1);
     (slots - places.len()) as f64 <= MISSING_MAX * slots as f64

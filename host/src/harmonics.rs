@@ -4,8 +4,8 @@
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// A column is left out if all but this share of it is a combination of the others.
-const SHARE_MIN: f64 = 1e-9;
+/// A column is left out if all but this fraction of it is a combination of the others.
+const FRACTION_MIN: f64 = 1e-9;
 
 /// One harmonic in one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -18,7 +18,7 @@ pub struct Harmonic {
 /// A channel's baseline (a straight line and a bend), harmonics and interferer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Harmonics {
-    /// The whole fit at each time.
+    /// Fitted value at each time.
     pub fit_v: Vec<f32>,
     /// The fundamental first.
     pub harmonics: Vec<Harmonic>,
@@ -107,7 +107,7 @@ pub fn about_line(volts: &[Option<f32>]) -> f64 {
     straight_line(volts).1
 }
 
-/// A value, and where it is along the axis.
+/// Value with its position along the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading {
     pub at: f64,
@@ -122,7 +122,7 @@ pub struct Frequencies {
     pub count: usize,
 }
 
-/// The periodogram: for each frequency the square of the sum of all values times a wave of it.
+/// Periodogram: power of the values at each frequency.
 pub fn powers(readings: impl Iterator<Item = Reading>, frequencies: Frequencies) -> Vec<f64> {
     let mut sums = vec![(0.0, 0.0); frequencies.count];
     for Reading { at, value } in readings {
@@ -142,7 +142,7 @@ pub fn powers(readings: impl Iterator<Item = Reading>, frequencies: Frequencies)
 /// The unknowns, and the sum of the squared residuals, by the modified Gram-Schmidt process
 /// (Björck, "Solving linear least squares problems by Gram-Schmidt orthogonalization", BIT 7,
 /// 1967).
-fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>, f64) {
+fn least_squares(rows: &[Vec<f64>], mut residual: Vec<f64>) -> (Vec<f64>, f64) {
     let size = rows[0].len();
     let mut columns: Vec<Vec<f64>> = (0..size)
         .map(|at| rows.iter().map(|row| row[at]).collect())
@@ -153,22 +153,23 @@ fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>, f64) {
     for at in 0..size {
         let this = columns[at].clone();
         let square = dot(&this, &this);
-        if square < SHARE_MIN * full[at] {
+        if square < FRACTION_MIN * full[at] {
             columns[at].fill(0.0);
             continue;
         }
         upper[at][at] = square;
-        found[at] = dot(&this, &rest) / square;
-        rest.iter_mut()
+        found[at] = dot(&this, &residual) / square;
+        residual
+            .iter_mut()
             .zip(&this)
-            .for_each(|(rest, value)| *rest -= found[at] * value);
+            .for_each(|(residual, value)| *residual -= found[at] * value);
         for later in at + 1..size {
-            let share = dot(&this, &columns[later]) / square;
-            upper[at][later] = share;
+            let fraction = dot(&this, &columns[later]) / square;
+            upper[at][later] = fraction;
             columns[later]
                 .iter_mut()
                 .zip(&this)
-                .for_each(|(later, value)| *later -= share * value);
+                .for_each(|(later, value)| *later -= fraction * value);
         }
     }
     for at in (0..size).rev() {
@@ -180,7 +181,7 @@ fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>, f64) {
             .map(|later| upper[at][later] * found[later])
             .sum::<f64>();
     }
-    let squares = dot(&rest, &rest);
+    let squares = dot(&residual, &residual);
     (found, squares)
 }
 

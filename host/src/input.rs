@@ -32,12 +32,22 @@ impl Default for Input {
 /// The scene of a first look: a physical fingertip, over which the period comes out right. The
 /// plain scene, [`Sliding::default`], gives each channel a phase of its own: it is for tests.
 pub fn first_scene() -> Result<Sliding> {
-    hal_mock::parse_scene(
+    built_in(
         "hal-mock/scenes/c1.toml",
         include_str!("../../hal-mock/scenes/c1.toml"),
-        frame_rate_hz(),
     )
-    .context("the first scene")
+}
+
+/// The scene of `ridgetone demo`.
+pub fn demo_scene() -> Result<Sliding> {
+    built_in(
+        "hal-mock/scenes/demo.toml",
+        include_str!("../../hal-mock/scenes/demo.toml"),
+    )
+}
+
+fn built_in(name: &str, text: &str) -> Result<Sliding> {
+    hal_mock::parse_scene(name, text, frame_rate_hz()).context("a built-in scene")
 }
 
 pub struct Opened {
@@ -121,7 +131,7 @@ impl Input {
 /// Longest scene that is played, seconds: a longer one comes from a wrong speed.
 const SCENE_MAX_S: f64 = 3600.0;
 
-/// Share of the frame rate up to which a tone is not aliased, with a margin.
+/// Fraction of the frame rate up to which a tone is not aliased, with a margin.
 const TONE_MAX: f64 = 0.45;
 
 /// Refuses a scene that would play for hours.

@@ -22,9 +22,9 @@
 //! | the messages of many boards on the buses of a robot | [`serve`] |
 //! | telemetry in a file, and in other formats | [`recording`], [`record`], `export` |
 //! | packets as text, as JSON | [`events`], [`names`], `tone`, [`overtones`], `remarks` |
-//! | a board's clock beside UTC | [`utc`] |
+//! | a board's clock next to UTC | [`utc`] |
 //! | settings as TOML and `name=value` | [`settings_form`] |
-//! | results beside the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`chart`] |
+//! | results next to the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`chart`] |
 //! | the commands of `ridgetone-teletaction` | `teletaction` |
 //! | the command line | [`cli`], [`usage`], [`program`], [`output`], [`digits`], [`stop`] |
 #![forbid(unsafe_code)]

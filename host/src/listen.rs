@@ -35,7 +35,7 @@ pub struct Listener {
     is_connected: bool,
     /// The request for the greeting.
     greeting: Requests,
-    /// When that was sent, while the greeting is waited for.
+    /// Time at which the request was sent, until the greeting arrives.
     joining: Option<Instant>,
     held: VecDeque<Heard>,
     /// Packets lost and damaged as reported.
@@ -47,7 +47,7 @@ pub struct Listener {
     was_silent: bool,
 }
 
-/// What happened to a feed.
+/// Event of a feed.
 pub enum Heard {
     /// With the time of its receipt, if that is known.
     Packet(Box<Packet>, Option<Receipt>),
@@ -128,7 +128,7 @@ impl Listener {
                     self.join(packet)?;
                 }
                 if self.greeting.answered(&packet.event).is_some() {
-                    // Nobody else has asked.
+                    // This is the only request.
                     return Ok(None);
                 }
                 if let Some((_, outcome)) = self.requester.answered(packet)

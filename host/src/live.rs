@@ -64,7 +64,7 @@ pub struct Counts {
     pub missing: u32,
     /// Packets with a wrong checksum.
     pub damaged: u32,
-    /// How often a sequence number was lower than the one before.
+    /// Number of times that a sequence number was lower than the previous one.
     pub stepped_back: u32,
 }
 
@@ -115,7 +115,7 @@ pub struct Now {
     pub source: String,
     pub connection: Connection,
     pub counts: Counts,
-    /// What is on the line if no packet is.
+    /// Content of the line if there are no packets.
     #[serde(skip)]
     pub strangers: Option<String>,
     /// The latest device time, seconds since the board's first conversion.

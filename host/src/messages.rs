@@ -21,7 +21,7 @@ const MCAP_MAGIC: [u8; 5] = *b"\x89MCAP";
 /// Bytes in which JSON lines begin.
 const LOOK_BYTES: u64 = 4096;
 
-/// What a file holds, by its content.
+/// Kind of a file, by its content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     Telemetry,
@@ -32,7 +32,8 @@ pub enum Form {
 }
 
 impl Form {
-    /// Looks at the beginning of a file; a pipe, whose beginning would be lost, holds a table.
+    /// Detects the kind of a file from its beginning. A pipe cannot be rewound, so it is taken for
+    /// a table.
     pub fn of(path: &Path) -> io::Result<Self> {
         if !std::fs::metadata(path)?.is_file() {
             return Ok(Self::Table);
@@ -49,7 +50,7 @@ impl Form {
     }
 }
 
-/// Whether the first of the lines is an object with a type.
+/// True if the first of the lines is an object with a type.
 fn names_a_type(start: &[u8]) -> bool {
     let line = start
         .split(|byte| *byte == b'\n')

@@ -24,7 +24,7 @@ use view::{Action, View};
 /// Time between two pictures.
 const REFRESH: Duration = Duration::from_millis(50);
 
-/// Whether alarms may be red: <https://no-color.org>.
+/// True if alarms may be red: <https://no-color.org>.
 pub fn has_colour() -> bool {
     std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
@@ -111,7 +111,7 @@ impl Monitor {
         true
     }
 
-    /// Folds all events within a time.
+    /// Takes all events that arrive within a time.
     fn take(&mut self, most: Duration) -> Result<()> {
         let begun = Instant::now();
         loop {

@@ -23,7 +23,7 @@ pub fn line(text: &str) -> Result<()> {
 /// Writes one line to standard error. It may quote files, boards and peers: control characters are
 /// escaped, and a long text is cut.
 pub fn error_line(text: Arguments<'_>) {
-    // Nobody is there to be told that nobody reads messages.
+    // Standard error is closed: this cannot be reported.
     let _ = writeln!(std::io::stderr().lock(), "{}", printable(&text.to_string()));
 }
 
@@ -48,7 +48,7 @@ pub fn be_quiet() {
 pub struct Progress {
     shown: Instant,
     is_terminal: bool,
-    /// Whether the cursor is at the end of a progress line.
+    /// True if the cursor is at the end of a progress line.
     is_open: bool,
 }
 

@@ -22,7 +22,7 @@ pub struct Selection {
     pub to_s: Option<f64>,
     /// Columns to use, by their names, their numbers or ranges of these; all if empty.
     pub columns: Vec<String>,
-    /// Most harmonics, the fundamental included, 1 to 5; 5 if none.
+    /// Maximum number of harmonics, the fundamental included, 1 to 5; 5 if none.
     pub harmonics: Option<u8>,
     /// Column to fit by position with, if not by time.
     pub position: Option<Column>,
@@ -31,19 +31,19 @@ pub struct Selection {
     pub interferer_hz: Option<f64>,
     /// Frequencies that the tone may have.
     pub band: Band,
-    /// What is in the rows beside the tone.
+    /// Other signals in the rows, next to the tone.
     pub declared: Declared,
 }
 
 impl Selection {
-    /// The column to fit by position with, under its whole name.
+    /// Full name of the column of positions or speeds.
     pub fn position_in(&self, names: &[String]) -> Option<Column> {
         let position = self.position.clone();
         position.map(|column| column.resolved(names))
     }
 }
 
-/// What a scene holds by default and may be left out.
+/// Parts of the default scene that can be excluded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Exclude {
     /// The tone is a single sine, whatever --harmonics says.
@@ -52,7 +52,7 @@ pub enum Exclude {
     CurvedBaseline,
     /// Noise is white.
     ColouredNoise,
-    /// What disturbs a channel disturbs no other.
+    /// Noise is independent between channels.
     SharedNoise,
     /// No single value is far off.
     Impulses,
@@ -61,7 +61,7 @@ pub enum Exclude {
 }
 
 impl Exclude {
-    /// By its name, whose words may be joined by `_` too.
+    /// Finds a part by its name, whose words may also be joined by `_`.
     pub fn named(name: &str) -> Result<Self, UsageError> {
         Self::from_str(&name.replace('_', "-"), false).map_err(|_| {
             let all = Self::value_variants().iter();
@@ -112,7 +112,7 @@ impl Band {
         }
     }
 
-    /// Whether there is no bound.
+    /// True if there is no bound.
     pub fn is_open(&self) -> bool {
         *self == Self::default()
     }
@@ -181,7 +181,7 @@ impl Part {
         let mut is_whole = true;
         let (mut values, in_memory) = (Vec::new(), rows.in_memory());
         let mut kept = vec![Vec::new(); rows.names().len()];
-        // What follows the end of the part may be another recording, and is not read.
+        // The rows after the part may be another recording, and are not read.
         while (read == 0 || last_s < to_s) && rows.advance()? {
             let stamp_s = rows.time_s();
             part.is_stamped = stamp_s.is_some();

@@ -6,10 +6,10 @@ pub use recording::Recording;
 
 use crate::chart::strips::{Phases, Strip, Strips};
 use crate::digits::{decimals, seconds, significant, uncertain};
+use crate::harmonics;
 use crate::names::name;
 use crate::remarks::phrases;
-use ridgetone_proto::telemetry::{Channel, Estimate, Status};
-use std::f64::consts::TAU;
+use ridgetone_proto::telemetry::{Estimate, Status};
 use std::ops::RangeInclusive;
 
 /// Periods of the tone in the close-up, and points of the fitted curve there.
@@ -40,7 +40,7 @@ pub fn draw(recording: &Recording, nominal_hz: Option<f64>) -> String {
         if let (Some((fit, range)), Some(strip)) = (&close, strips.get_mut(taxel)) {
             let amplitude_mv = 1e3 * f64::from(channel.amplitude_v);
             strip.amplitude = format!("{} mV", significant(amplitude_mv, 3));
-            strip.curve = fundamental(fit, channel, range, recording.idle_v[taxel]);
+            strip.curve = curve(fit, &recording.channels[taxel], range);
         }
     }
     let strips = Strips {
@@ -48,7 +48,7 @@ pub fn draw(recording: &Recording, nominal_hz: Option<f64>) -> String {
         subtitle,
         warning: None,
         row: "taxel",
-        headings: ["", "close up, with the fitted fundamental"],
+        headings: ["", "close up, with the fit"],
         axis: "time, s",
         range: from_s..=to_s,
         strips,
@@ -107,24 +107,29 @@ fn window(fit: &Estimate) -> RangeInclusive<f64> {
     end_s - f64::from(fit.window_s)..=end_s
 }
 
-/// A channel's fitted fundamental, which has its phase at the window's centre.
-fn fundamental(
-    fit: &Estimate,
-    channel: &Channel,
-    range: &RangeInclusive<f64>,
-    idle_v: f64,
-) -> Vec<(f64, f64)> {
-    let centre_s = 0.5 * (range.start() + range.end());
+/// The fit to a channel's readings in the window, all harmonics included, over the close-up's
+/// range.
+fn curve(fit: &Estimate, readings: &[(f64, f64)], range: &RangeInclusive<f64>) -> Vec<(f64, f64)> {
+    let window = window(fit);
+    let centre_s = 0.5 * (window.start() + window.end());
     let step_s = (range.end() - range.start()) / f64::from(CURVE_POINTS);
-    let value = |t_s: f64| {
-        let angle = TAU * f64::from(fit.frequency) * (t_s - centre_s);
-        let wave = (angle + f64::from(channel.phase_rad)).cos();
-        f64::from(channel.offset_v) - idle_v + f64::from(channel.amplitude_v) * wave
-    };
-    (0..=CURVE_POINTS)
-        .map(|step| range.start() + step_s * f64::from(step))
-        .map(|t_s| (t_s, value(t_s)))
-        .collect()
+    let points_s = (0..=CURVE_POINTS).map(|step| range.start() + step_s * f64::from(step));
+    // The points of the curve have no reading, and do not count in the fit.
+    let known = readings.iter().filter(|(t_s, _)| window.contains(t_s));
+    let known = known.map(|(t_s, v)| (*t_s, Some(*v as f32)));
+    let points = points_s.clone().map(|t_s| (t_s, None));
+    let (t_s, volts): (Vec<f64>, Vec<Option<f32>>) = points
+        .chain(known)
+        .map(|(t_s, v)| (t_s - centre_s, v))
+        .unzip();
+    let hum_hz = fit.interferer_hz.map(f64::from);
+    let found = harmonics::fit(&t_s, &volts, fit.frequency.into(), fit.harmonics, hum_hz);
+    found.map_or_else(Vec::new, |found| {
+        points_s
+            .zip(found.fit_v)
+            .map(|(t_s, v)| (t_s, f64::from(v)))
+            .collect()
+    })
 }
 
 #[cfg(test)]

@@ -33,17 +33,18 @@ const GAP_SPACINGS: f64 = 4.0;
 /// Rows on each side of a row whose polynomial gives its slope.
 const SIDE: usize = 2;
 
-/// Delay of the bridges' low-pass, 820 ohm next to 820 ohm and 1 uF, as all boards have it, seconds.
+/// Delay of the bridges' low-pass, 820 ohm next to 820 ohm and 1 uF, as all boards have it,
+/// seconds.
 const LOW_PASS_S: f64 = 0.41e-3;
 
-/// Standard deviation of a delay that no clock shows, seconds: the least one of a USB adapter, up to
-/// 1 ms, and the tolerance of the low-pass.
+/// Standard deviation of a delay that no clock shows, seconds: the least one of a USB adapter, up
+/// to 1 ms, and the tolerance of the low-pass.
 const DELAY_SIGMA_S: f64 = 0.5e-3;
 
 /// Device time from one relation of the clocks to the next, seconds.
 const RELATION_S: f64 = 10.0;
 
-/// Most relations of the clocks: four months of a recording.
+/// Maximum number of relations of the clocks: four months of a recording.
 const RELATIONS_MAX: f64 = 1e6;
 
 /// A file of positions, and how to read it.
@@ -293,7 +294,7 @@ impl Board {
             "{name}: has no times of receipt, so that positions in UTC cannot be aligned: give them in device time, time_s"
         );
         let (first_s, last_s) = self.frames_s;
-        // A damaged time would ask for any number of them.
+        // A damaged time could ask for any number of steps.
         let steps = ((last_s - first_s) / RELATION_S)
             .ceil()
             .clamp(1.0, RELATIONS_MAX);
@@ -311,7 +312,8 @@ impl Board {
         Ok((Clock { relations }, most_s))
     }
 
-    /// From a frame's time to the middle of its conversions, seconds: its position is there.
+    /// Time from a frame's stamp to the middle of its conversions, seconds, where its position is
+    /// taken.
     fn middle_s(&self) -> f64 {
         match self.plan.sampling {
             Sampling::InTurn => {

@@ -39,7 +39,7 @@ pub fn run(input: Opened, firmware: Firmware) -> Result<()> {
             .iter()
             .all(|byte| matches!(ours.write(&[*byte]), Ok(1)))
         {
-            // Nobody has read for long. A cable keeps nothing.
+            // No program has read for a while. Like a cable, this keeps no bytes.
             theirs.clear(ClearBuffer::Input)?;
         }
     }

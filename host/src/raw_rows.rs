@@ -100,7 +100,7 @@ impl RowReader for RawRows {
     fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
         values.clear();
         let volts = self.frame.map_or([None; TAXELS], |frame| frame.volts);
-        // By their text: the numbers of the exported table are these to the last bit.
+        // Parsed from text, as the exported table has them, so that they are equal to the last bit.
         values.extend(
             volts.map(|volts| volts.unwrap_or(0.0).to_string().parse().unwrap_or(f64::NAN)),
         );

@@ -10,9 +10,9 @@ use ridgetone_proto::telemetry::Packet;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-/// Writes all bytes of a feed into a new file until the source is over, `length_s` of device time
-/// have passed, or this process is to stop. The file is valid at any moment. Gives the feed back,
-/// for its counts.
+/// Writes all bytes of a feed into a new file until the source ends, `length_s` of device time
+/// have passed, or the process is interrupted. The file is valid at any moment. Gives the feed
+/// back, for its counts.
 pub fn record(
     feed: Feed,
     path: &Path,

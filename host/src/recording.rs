@@ -161,7 +161,7 @@ pub fn is_telemetry(path: &Path) -> Result<bool> {
     Ok(start.starts_with(MAGIC.as_bytes()) || start.iter().any(is_frame))
 }
 
-/// The refusal of a file that is no recording of telemetry.
+/// Error for a file that is no recording of telemetry.
 pub fn no_telemetry(path: &Path) -> anyhow::Error {
     let file = path.display();
     anyhow!(
@@ -174,11 +174,11 @@ pub fn no_telemetry(path: &Path) -> anyhow::Error {
 pub struct Recorded {
     name: String,
     file: BufReader<File>,
-    /// None in bytes without one.
+    /// Returns `None` if the bytes have no mark.
     pub header: Option<Header>,
     /// Bytes of telemetry in the file when it was opened.
     pub bytes: u64,
-    /// By the latest mark.
+    /// Time of receipt by the latest mark.
     receipt: Option<Receipt>,
 }
 

@@ -1,14 +1,14 @@
-//! What people read about an estimate besides its frequency: what to do about its status, and which
-//! of its movement and of its companions are significant.
+//! Remarks on an estimate next to its frequency: advice on its status, and of its movement and of
+//! its companions are significant.
 
 use crate::digits::{plus_minus, significant};
 use crate::tone::{Domain, Tone, WithSigma};
 use ridgetone_proto::telemetry::{Estimate, OtherTone, Status};
 
-/// Standard deviations from which on a chirp is shown.
+/// Standard deviations above which a chirp is shown.
 const SIGNIFICANT: f64 = 3.0;
 
-/// What to do about a status that depends on the window; few words, for a narrow box.
+/// Advice on a status that depends on the window; short, for a narrow box.
 pub const fn remedy(status: Status) -> Option<&'static str> {
     match status {
         Status::Unsteady => Some("shorten the window, or give the speed"),
@@ -18,9 +18,9 @@ pub const fn remedy(status: Status) -> Option<&'static str> {
     }
 }
 
-/// Significant remarks on the movement and on what is beside the tone: names and values. The wander
-/// is shown only for an unsteady tone: its standard deviation is at least half of it, and so does
-/// not say whether it is there.
+/// Significant remarks on the movement and on what is next to the tone: names and values. The
+/// wander is shown only for an unsteady tone: its standard deviation is at least half of it, and so
+/// does not say whether it is there.
 pub fn remarks(status: Status, domain: Domain, tone: &Tone) -> Vec<(&'static str, String)> {
     let chirp_unit = match domain {
         Domain::Time => "Hz/s",

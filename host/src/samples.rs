@@ -47,7 +47,7 @@ impl Samples {
             false => escaped(&path.display().to_string()).into_owned(),
         };
         let refuse = |error| FileError::new(&name, None, error);
-        // What can be read only once is kept in a file while it is needed.
+        // Input that can be read only once is kept in a temporary file.
         let kept = if is_standard_input {
             Some(kept(&mut std::io::stdin().lock()).map_err(refuse)?)
         } else if std::fs::metadata(path).map_err(refuse)?.is_file() {
@@ -73,7 +73,7 @@ impl Samples {
         Ok(Self { name, path, open })
     }
 
-    /// Any rows, under a name for errors.
+    /// Rows of any source, with a name for error messages.
     pub fn rows(name: &str, open: OpenRows) -> Self {
         Self {
             name: name.to_owned(),
@@ -221,7 +221,8 @@ impl RowReader for ArrayRows {
 /// Bytes by which a recording is known.
 const LOOK_BYTES: u64 = 1 << 16;
 
-/// Most bytes of a recording that is not in a file, as long as a week of a fast instrument's.
+/// Maximum number of bytes of a recording that is not in a file, as long as a week of a fast
+/// instrument's.
 const KEPT_MOST: u64 = 4 << 30;
 
 /// A file that holds what `input` gives, and is removed when nobody needs it. A device may never

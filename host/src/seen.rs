@@ -2,7 +2,7 @@
 
 use ridgetone_proto::telemetry::Event;
 
-/// What a recording has shown of a touch.
+/// Phases of a touch that a recording has shown.
 #[derive(Default)]
 pub struct Seen {
     estimates: u64,

@@ -92,7 +92,7 @@ fn not_built(what: &str, feature: &str) -> anyhow::Error {
 /// Fingers to serve.
 pub struct Serve {
     pub names: Names,
-    /// In the order of the names.
+    /// Sources, in the order of the names.
     pub sources: Vec<Source>,
     /// Firmware of the emulated boards.
     pub firmware: Option<Firmware>,

@@ -52,7 +52,7 @@ pub trait Surroundings {
     fn exchange(&mut self, board: &SimulatedBoard, sent: &[u8]) -> Result<Vec<Received>>;
 }
 
-/// What a board starts with.
+/// Initial state of a board.
 #[derive(Debug)]
 pub struct Start<F: NorFlash> {
     pub store: FlashStore<F>,
@@ -252,8 +252,8 @@ impl DrdyPin for Pin<'_> {
     }
 
     fn unmute(&mut self) {
-        // Edges before this moment do not count: while the chip was set up again, its old scan has
-        // given none.
+        // Edges before this time are ignored: they belong to the scan before the chip was set up
+        // again.
         self.interrupt.is_muted.set(false);
         self.interrupt
             .ahead_ns

@@ -52,7 +52,7 @@ pub fn by_taxel(image: &Image) -> [Option<Pressed>; TAXELS] {
     })
 }
 
-/// The levels of an image as a map, volts; none for a dead taxel.
+/// Levels of an image as a map, volts; `None` for a dead taxel.
 pub fn map_v(image: &Image) -> [[Option<f32>; SIDE]; SIDE] {
     map(&by_taxel(image)).map(|row| row.map(|found| found.map(|pressed| pressed.level_v)))
 }
@@ -116,8 +116,8 @@ mod tests {
         assert_eq!(taxels, (0..TAXELS).collect::<Vec<_>>());
     }
 
-    /// The scene has its own word for where units are: at rest a ridge presses on the half of the
-    /// map it is under.
+    /// Checks the positions of units against the scene's own: a ridge at rest presses on the half
+    /// of the map above it.
     #[test]
     fn the_halves_of_the_map_are_the_scenes_columns_of_units() {
         let finger = Some(Finger {

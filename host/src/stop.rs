@@ -34,7 +34,7 @@ pub fn request() {
     REQUESTED.store(true, Ordering::Relaxed);
 }
 
-/// Whether this process is to end.
+/// True if this process is to end.
 pub fn is_requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

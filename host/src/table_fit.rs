@@ -48,7 +48,7 @@ pub struct ChannelResult {
     pub residual: Option<f64>,
 }
 
-/// Which part of a recording was fitted.
+/// Part of a recording that was fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -61,7 +61,8 @@ pub enum FittedPart {
     Given,
 }
 
-/// The fit of a table. Frequency and deviations are in hertz, or by position in cycles per millimetre.
+/// The fit of a table. Frequency and deviations are in hertz, or by position in cycles per
+/// millimetre.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct TableFit {
@@ -91,7 +92,7 @@ pub struct TableFit {
     /// The standard deviation of the frequency counts that of the rate.
     #[serde(flatten)]
     pub tone: Tone,
-    /// How far the fit can be trusted.
+    /// Confidence in the fit.
     pub status: Status,
     /// Harmonics in the fit, the fundamental included.
     pub harmonics: u8,
@@ -102,7 +103,7 @@ pub struct TableFit {
     /// Times are seconds since 1970, and shown as dates.
     #[serde(skip)]
     pub is_dated: bool,
-    /// What was guessed of how the table is written.
+    /// Guesses about the table's format.
     #[serde(skip)]
     pub guessed: Option<String>,
 }
@@ -145,7 +146,7 @@ pub fn fit(
     Ok(found)
 }
 
-/// What a fit has to know of a table beside its rows.
+/// Properties of a table that a fit needs next to its rows.
 #[derive(Clone, Debug)]
 pub struct TableHead {
     file: String,

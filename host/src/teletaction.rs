@@ -9,8 +9,8 @@ use std::process::Command;
 
 const PROGRAM: &str = "ridgetone-teletaction";
 
-/// Runs a command of the program, which is looked for beside this one and then on the PATH. On Unix
-/// it takes the place of this process; elsewhere this process ends with its exit status.
+/// Runs a command of the program, which is looked for next to this one and then on the PATH. On
+/// Unix it takes the place of this process; elsewhere this process ends with its exit status.
 pub fn run(name: &str, words: &[OsString], force: bool) -> Result<()> {
     let mut command = Command::new(beside().unwrap_or_else(|| PROGRAM.into()));
     command.arg(name);

@@ -52,7 +52,7 @@ pub struct Tone {
     /// Standard deviation of the period.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period_sigma_mm: InUnit<f64>,
-    /// How much the frequency differs from its mean, root mean square over the window.
+    /// RMS deviation of the frequency from its mean over the window.
     pub wander_percent: Option<f32>,
     /// Standard deviation of the wander.
     pub wander_sigma_percent: Option<f32>,
@@ -62,7 +62,7 @@ pub struct Tone {
     /// Standard deviation of the chirp.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp_sigma_hz_per_s: InUnit<f32>,
-    /// Frequency of a second tone that is significant beside the first.
+    /// Frequency of a second tone that is significant in the presence of the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_tone_hz: InUnit<f32>,
     /// Change of the spatial frequency with position.
@@ -71,7 +71,7 @@ pub struct Tone {
     /// Standard deviation of the chirp by position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp_sigma_per_mm2: InUnit<f32>,
-    /// Spatial frequency of a second tone that is significant beside the first.
+    /// Spatial frequency of a second tone that is significant in the presence of the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub other_tone_per_mm: InUnit<f32>,
     /// Power of the second tone over that of the first.
@@ -170,7 +170,7 @@ impl Tone {
         }
     }
 
-    /// The same tone beside another.
+    /// The same tone next to another.
     #[must_use]
     pub fn beside(self, other: OtherTone) -> Self {
         let frequency = Some(Some(other.frequency));

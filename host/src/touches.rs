@@ -97,7 +97,7 @@ pub fn first_touches() -> Result<Opened> {
             every_s: opened.end_s + PAUSE_S,
         }),
         end_s: f64::INFINITY,
-        // Every touch has its own.
+        // Every touch has a truth of its own.
         truth: None,
         ..opened
     })

@@ -1,4 +1,4 @@
-//! A board's clock beside UTC, by the times at which its packets arrived on this computer.
+//! A board's clock next to UTC, by the times at which its packets arrived on this computer.
 //!
 //! A packet arrives later than the moment that it speaks of: by the time on the line, and by
 //! whatever the board, an adapter and the system take. The least delays lie on a straight line over
@@ -288,9 +288,8 @@ mod tests {
         assert!(sigma_s(1.0).is_some_and(|sigma_s| sigma_s > LEAST_S));
     }
 
-    /// Frames of a board whose clock is slow by `slow` and has begun `begun_s` after a moment, for
-    /// so long; delays are `least_s` and something exponential with a mean of a millisecond, and 16
-    /// ms now and then.
+    /// Frames of a board whose clock is slow by `slow` and started at `begun_s`. Delays are
+    /// `least_s`, plus an exponential part with a mean of a millisecond, and sometimes 16 ms.
     fn clock(slow: f64, begun_s: f64, lasts_s: f64, seed: u64) -> UtcClock {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut clock = UtcClock::default();
@@ -426,7 +425,7 @@ mod tests {
 
     #[test]
     fn a_drift_over_an_hour_is_followed() {
-        // Twice 40 minutes of different skew: near the middle of each half its own counts.
+        // Two times 40 minutes with different skews: the middle of each half must follow its own.
         let mut clock = UtcClock::default();
         let mut utc_s = 0.0;
         for second in 0..4800u64 {

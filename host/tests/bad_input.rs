@@ -51,7 +51,7 @@ fn files_that_are_no_tables() {
     assert_one_line(&run(&["fit", text(folder.path())]), 1, &["directory"]);
 }
 
-/// The refusal prints the command that fits them.
+/// The error prints the command that fits them.
 #[test]
 fn recordings_outside_the_rates_of_touch_are_refused_with_a_command_that_works() {
     let folder = directory();

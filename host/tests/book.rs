@@ -35,7 +35,7 @@ const ENDLESS: [(&str, &str); 4] = [
     ("view", "http://127.0.0.1:8321/"),
 ];
 
-/// How long an endless command runs, seconds.
+/// Time after which an endless command is interrupted, seconds.
 const RUN_S: &str = "15";
 
 /// A command that takes longer is stopped and fails, seconds.
@@ -73,8 +73,8 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// Documents besides the results and the guide. The crates' READMEs are documentation of Rust, whose
-/// code runs as such.
+/// Documents besides the results and the guide. The crates' READMEs are documentation of Rust,
+/// whose code runs as such.
 const MORE: [&str; 8] = [
     "CONTRIBUTING.md",
     "docs/limits.md",
@@ -174,7 +174,7 @@ fn is_of(word: &str, long: &str) -> bool {
     word.rsplit('=').next() == Some(long)
 }
 
-/// Whether a command needs a board.
+/// True if a command needs a board.
 fn needs_board(words: &[&str]) -> bool {
     let is_file = |word: &&str| word.ends_with(".rec") || word.ends_with(".csv");
     let reads_file = words

@@ -13,12 +13,12 @@ mod common;
 use common::{json_lines, run, stderr, text};
 use std::path::{Path, PathBuf};
 
-/// What a command should give.
+/// Expected result of a command.
 #[derive(Clone, Copy)]
 enum Expected {
     /// A good tone, hertz.
     Hz(f64),
-    /// A tone, hertz, good or beside another that is named.
+    /// A tone, hertz, good or next to another that is named.
     Beside(f64),
     /// A good period by position, millimetres.
     Mm(f64),
@@ -161,9 +161,9 @@ const OF_THE_ESTIMATOR: [(&str, Answer); 6] = [
     ("tacho_pulses.csv", Answer::Good(12.288)),
 ];
 
-/// What the estimator should say.
+/// Expected answer of the estimator.
 enum Answer {
-    /// A tone of these hertz.
+    /// A tone of this frequency, hertz.
     Good(f64),
     /// Anything but a tone that can be trusted.
     NotGood,
@@ -187,7 +187,7 @@ fn files(folder: &Path, name: &str) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Why a fit is not as expected.
+/// Difference of a fit from what is expected.
 fn judge(path: &Path, options: &[&str], expected: Expected) -> Option<String> {
     let output = run(&[&["fit", text(path), "--json"], options].concat());
     let beside = stderr(&output);

@@ -79,7 +79,7 @@ impl Source for Board {
 /// A message of an export, seconds.
 struct Stamp {
     kind: String,
-    /// By the board's clock.
+    /// Time by the board's clock.
     t_s: f64,
     /// Its time in the file, less what it is by the board's own pace.
     off_s: f64,
@@ -138,7 +138,7 @@ fn stamps(
     stamps
 }
 
-/// Runs boards of these paces beside each other, and checks that all of their messages agree in
+/// Runs boards of these paces next to each other, and checks that all of their messages agree in
 /// UTC. Gives the stamps of each.
 fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [Vec<Stamp>; 2] {
     let folder = directory();
@@ -289,7 +289,7 @@ impl Source for Firmware {
         let at_ns = at.duration_since(UNIX_EPOCH)?.as_nanos() as u64;
         // A line keeps the order.
         self.arrived_ns = self.arrived_ns.max(at_ns);
-        // The next packet has a delay of its own.
+        // Draws the delay of the next packet.
         if bytes.contains(&PACKET_END) {
             let share = (f64::from(self.random.next_u32()) + 0.5) / 4_294_967_296.0;
             self.late_s = -share.ln() * 1e-3

@@ -106,7 +106,7 @@ fn no_file_is_overwritten_without_a_word() {
             .expect("a file")
             .starts_with("t_s,")
     );
-    // `-` is standard output, and a table alone says what format it is.
+    // `-` is standard output, whose format follows from the table.
     for command in [
         &["export", text(&rec), "--table", "health"][..],
         &["export", text(&rec), "--table", "health", "-o", "-"],

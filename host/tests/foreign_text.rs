@@ -109,7 +109,7 @@ fn no_command_passes_on_what_acts_on_a_terminal() {
             .into_iter()
             .filter(|arguments| check(arguments))
             .count();
-        // Otherwise the errors were about something else; those of MCAP quote nothing.
+        // Errors must quote the text, so that they are about it; those of MCAP quote nothing.
         let is_mcap = path
             .extension()
             .is_some_and(|extension| extension == "mcap");

@@ -155,7 +155,7 @@ fn listening() -> (File, Child, BufReader<ChildStderr>) {
     (board, child, messages)
 }
 
-/// What it has printed, and its other messages.
+/// Standard output and standard error of the command.
 fn ended(child: Child, mut messages: BufReader<ChildStderr>) -> (String, String) {
     let output = child.wait_with_output().expect("it ends");
     let mut report = String::new();

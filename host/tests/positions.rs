@@ -30,7 +30,7 @@ const SLOW: f64 = 80e-6;
 /// Time that a byte takes on the line, seconds.
 const BYTE_S: f64 = 10.0 / 921_600.0;
 
-/// How the finger moves from the slide's begin on.
+/// Motion of the finger from the start of the slide.
 #[derive(Clone, Copy, Debug)]
 enum Motion {
     /// To and fro.
@@ -373,8 +373,8 @@ fn channels_have_positions_of_their_own() {
     assert!(without > 3.0 * with, "{with} {without}");
 }
 
-/// The greeting of a board with this plan. A pipeline is large: it is not inlined, so that the stack
-/// holds one at a time.
+/// The greeting of a board with this plan. A pipeline is large: it is not inlined, so that the
+/// stack holds one at a time.
 #[inline(never)]
 fn hello(plan: Plan) -> Event {
     Pipeline::new(Settings::DEFAULT.with_plan(plan)).hello()
@@ -448,7 +448,7 @@ fn what_does_not_go_is_named() {
     let unreceived = copied(&recorded.path, "unreceived.rec", &|_, receipt| {
         *receipt = None
     });
-    // A frame becomes a greeting with another plan.
+    // Replaces a frame by a greeting with another plan.
     let changed = copied(&recorded.path, "changed.rec", &|event, _| {
         let t_us = match event {
             Event::Raw(raw) if raw.number == 100 => raw.t_us,

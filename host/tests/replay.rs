@@ -310,7 +310,7 @@ fn a_recording_that_is_all_slide_gives_estimates() {
         "{:?}",
         slides[1]
     );
-    // A speed that is given makes periods of the frequencies.
+    // With a known speed, frequencies become periods.
     let events = replay(&["--speed", "15"]);
     let period_mm = slide_estimate(&events)["spatial_period_mm"]
         .as_f64()

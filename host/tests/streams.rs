@@ -1,4 +1,4 @@
-//! `serve` to MQTT, beside Debian's mosquitto, and to Foxglove, beside a WebSocket written here.
+//! `serve` to MQTT, next to Debian's mosquitto, and to Foxglove, next to a WebSocket written here.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -27,14 +27,14 @@ fn indices(all: &[Received], topic: &str) -> BTreeSet<u64> {
         .collect()
 }
 
-/// How many numbers are missing before the greatest.
+/// Count of numbers that are missing below the greatest one.
 fn gaps(indices: &BTreeSet<u64>) -> u64 {
     indices
         .last()
         .map_or(0, |last| last + 1 - indices.len() as u64)
 }
 
-/// What the command has said of itself.
+/// Messages of the command itself.
 fn statuses(all: &[Received]) -> Vec<&Value> {
     all.iter()
         .filter(|one| one.topic == "ridgetone/status")
@@ -131,7 +131,7 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
         indices(&all, "ridgetone/f0/health").len() >= 9,
         "events of the break arrive later"
     );
-    // Held up, it would be as late as the break is long, 4 s.
+    // A message that waited for the broker would be 4 s late.
     assert!(
         board.late_s() < 2.0,
         "the board was held up for {} s",

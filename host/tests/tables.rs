@@ -11,7 +11,7 @@ use ridgetone_proto::settings::Settings;
 use serde_json::Value;
 use std::path::Path;
 
-/// The fit of a table without its file's name, and what was said beside it.
+/// The fit of a table without its file's name, and what was said next to it.
 fn fit(path: &Path, options: &[&str]) -> (Value, String) {
     let output = run(&[&["fit", text(path), "--json"], options].concat());
     let mut found = json_lines(&output).remove(0);
@@ -236,7 +236,7 @@ fn preambles_that_look_like_rows_are_passed_over() {
             "{name}"
         );
     }
-    // Another one writes its settings beside the first rows.
+    // Another one writes its settings next to the first rows.
     let settings = [
         "Record Length,4.0e+02,,",
         "Sample Interval,0.01,,",
@@ -468,7 +468,7 @@ fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
     );
     let shown = stdout(&run(&["monitor", "--file", text(&all[0]), "--pace", "0"]));
     assert!(shown.contains("contact"));
-    // Volts beside the codes, in text too: 7,864,320 codes are 4.096 V (SBAS297G).
+    // Volts next to the codes, in text too: 7,864,320 codes are 4.096 V (SBAS297G).
     let frame = shown
         .lines()
         .find(|line| line.contains("raw       frame 700"))

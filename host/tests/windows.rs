@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::process::Stdio;
 
-/// Columns of a table by its header, as text.
+/// Columns of a table by their names, as text.
 fn column(csv: &str, name: &str) -> Vec<String> {
     let mut lines = csv.lines().map(|line| line.split(','));
     let at = lines
@@ -129,7 +129,7 @@ fn standard_input_gives_what_the_file_gives() {
 #[test]
 fn more_rows_than_the_estimator_takes_are_fitted_through_a_filter() {
     let folder = directory();
-    // Beside the tone one that is too fast for the frames that are left: it must not come back as
+    // Next to the tone one that is too fast for the frames that are left: it must not come back as
     // a slower one.
     let csv = table(150_000, 5000.0, |t_s| {
         (TAU * 37.5 * t_s).cos() + 0.5 * (TAU * 1017.0 * t_s).cos()

@@ -139,7 +139,7 @@ def figure_16(ratio, name, has_shear, phases=range(0, PER_SPACING // 2 + 1, 4)):
     shape /= shape.sum() * grid.step
     worst = math.inf
     for phase in phases:
-        # A sample stands for a spacing of the profile.
+        # Each sample represents one spacing of the profile.
         at = ((np.arange(grid.count) - grid.count // 2 - phase) % PER_SPACING == 0) * PER_SPACING
         made = grid.through(grid.through(at * pressure, shape), by_pressure)
         if has_shear:

@@ -75,7 +75,7 @@ impl Samples {
         // SAFETY: as above; the converter takes the lower 12 bits.
         unsafe {
             (*DAC::ptr()).dhr12r1().write(|w| w.bits(code.into()));
-            // The write must arrive before the status is read.
+            // The write must complete before the status is read.
             cortex_m::asm::dsb();
             (*TIM6::ptr()).sr().read().uif().bit_is_set()
         }

@@ -35,7 +35,7 @@ enum Command {
 }
 
 impl Cli {
-    /// Does the command.
+    /// Runs the command.
     pub fn run(self) -> Result<()> {
         if self.force {
             ridgetone_host::output::force();

@@ -28,7 +28,7 @@ pub fn load_law(path: &Path) -> Result<AmplitudeLaw> {
     Ok(law)
 }
 
-/// The texture that a packet reports, if a hand can feel it.
+/// Texture that a packet reports, if it can be played.
 pub fn found(packet: &Packet) -> Option<Texture> {
     let Event::Texture(found) = &packet.event else {
         return None;

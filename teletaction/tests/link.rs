@@ -1,5 +1,5 @@
-//! `ridgetone link`: in virtual time with a simulated stylus, two ends over UDP, the emulated finger,
-//! and what is refused.
+//! `ridgetone link`: in virtual time with a simulated stylus, two ends over UDP, the emulated
+//! finger, and what is refused.
 
 #[path = "../../host/tests/common/mod.rs"]
 mod common;
@@ -168,7 +168,7 @@ fn without_the_finger_the_stylus_rests() {
     let mut bench = Bench::touching(1.4, STEADY, 0.0);
     assert!(bench.pass(3000).is_felt);
     bench.link.to_stylus.loss = 1.0;
-    // What is under way still arrives.
+    // Messages that were sent before still arrive.
     assert!(bench.pass(600).is_felt);
     let dead = bench.pass(1400);
     bench.assert_rests(&dead, Some(State::Disabled));
@@ -271,7 +271,7 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
         };
         let end_s = linked_s(estimate.t_us);
         let begin_s = end_s - f64::from(estimate.window_s);
-        // Only windows of the slide, not the fit of the whole of it.
+        // Windows of the slide only, without the fit of the whole slide.
         if begin_s < delay_s || estimate.window_s > 1.0 {
             continue;
         }

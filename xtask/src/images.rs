@@ -13,7 +13,7 @@ use std::process::Command;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Image {
     package: &'static str,
-    /// Its feature in the package's `Cargo.toml`, and its folder.
+    /// Feature in the package's `Cargo.toml`, and name of the folder.
     pub name: &'static str,
     binary: &'static str,
     profile: &'static str,
@@ -67,7 +67,7 @@ pub enum Board {
 }
 
 impl Board {
-    /// Those with the whole firmware.
+    /// Boards with the whole firmware.
     pub const REAL: [Self; 5] = [
         Self::FeatherF405,
         Self::NucleoF446re,
@@ -132,7 +132,7 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let bytes = read(&target_dir().join(TARGET).join(profile).join(binary))?;
     let unfit = || format!("the image {name} is not fit to run");
     let sizes = inspect::check(&bytes, interrupts).with_context(unfit)?;
-    // What a test alone runs has frames of its own.
+    // Test images have stack frames of their own.
     if image != COUNTS && profile == USUAL {
         frames::check(&bytes).with_context(unfit)?;
     }

@@ -23,7 +23,7 @@ pub const TIM6: Interrupt = ("TIM6_DAC", 54);
 /// Vectors of the processor's own, before the first interrupt's.
 const OWN_VECTORS: usize = 16;
 
-/// What an image takes, bytes.
+/// Memory that an image takes, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
     /// Code, constants and the statics' first values.

@@ -45,13 +45,13 @@ struct Flags {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Slides a grating over the emulated finger and shows the firmware's result. Installs and
+    /// Slides a simulated finger over ridges and shows what the firmware reports. Installs and
     /// builds everything it needs.
     Demo {
         /// Where the picture goes, SVG.
         #[arg(long, default_value = "target/demo.svg")]
         svg: PathBuf,
-        /// A scene file in place of the default grating, such as hal-mock/scenes/c1.toml.
+        /// Scene file in place of hal-mock/scenes/demo.toml.
         #[arg(long, value_name = "FILE")]
         scene: Option<PathBuf>,
     },
@@ -65,11 +65,12 @@ enum Task {
         #[arg(long)]
         short: bool,
     },
-    /// Counts the instructions of the fit in each scene on the emulator, next to a Hann FFT, IEEE 1057
-    /// and the image that gets flashed, and measures the scan plans: docs/results/counts.json.
+    /// Counts the instructions of the fit in each scene on the emulator, next to a Hann FFT, IEEE
+    /// 1057 and the image that gets flashed, and measures the scan plans: docs/results/counts.json.
     Counts,
     /// Injects ten thousand faults and prints their consequences: one thousand with --quick; a
-    /// hundred thousand with --full, which fills in docs/results/faults.md and takes most of an hour.
+    /// hundred thousand with --full, which fills in docs/results/faults.md and takes most of an
+    /// hour.
     #[command(disable_help_flag = true)]
     Faults(Flags),
     /// Checks that the command builds for Windows and macOS, where rustup may fetch their core
@@ -91,8 +92,8 @@ enum Task {
     /// Writes what follows from the description of the messages in host/src/events/view.rs: their
     /// JSON schemas, the tables of host/reference.md and Python's classes.
     Events,
-    /// Builds what makes the sound of `ridgetone touch`, teletaction/assets/touch/stimulus.wasm: after a
-    /// change of teletaction/src/stimulus/.
+    /// Builds what makes the sound of `ridgetone touch`, teletaction/assets/touch/stimulus.wasm:
+    /// after a change of teletaction/src/stimulus/.
     Worklet,
     /// Writes the list of settings in host/reference.md and Python's class: after a change of the
     /// table in crates/proto/src/settings.rs.
@@ -100,18 +101,18 @@ enum Task {
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M,
     /// a browser, a broker of MQTT, Python.
     Setup,
-    /// Builds the firmware images, checks that there is code in them, no unknown panic and no large stack
-    /// frame, and prints their sizes, of flash by crate and of RAM by static.
+    /// Builds the firmware images, checks that there is code in them, no unknown panic and no large
+    /// stack frame, and prints their sizes, of flash by crate and of RAM by static.
     Firmware {
         /// Only this board's image.
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Builds the images of the real boards as ELF and raw files, and the command with the image of its
-    /// emulated board in it, with their SHA-256 checksums.
+    /// Builds the images of the real boards as ELF and raw files, and the command with the image of
+    /// its emulated board in it, with their SHA-256 checksums.
     Release,
-    /// Packs the published crates, builds each from its package alone, without network, and fails if
-    /// one lacks its licences, README or description. Says if they have no `repository` yet.
+    /// Packs the published crates, builds each from its package alone, without network, and fails
+    /// if one lacks its licences, README or description. Says if they have no `repository` yet.
     Package {
         /// Before a release: fail without a `repository`, too.
         #[arg(long)]

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// Those that are published, each after those that it needs.
+/// Published crates, each after its dependencies.
 const PACKAGES: [&str; 5] = [
     "ads1258",
     "ridgetone-proto",
@@ -61,10 +61,10 @@ pub fn check(publish: bool) -> Result<()> {
     remove(&folder)
 }
 
-/// What a package must hold besides its code.
+/// Files that a package must contain besides its code.
 const FILES: [&str; 3] = ["LICENSE-APACHE", "LICENSE-MIT", "README.md"];
 
-/// What its manifest must give besides the `repository`.
+/// Fields that the manifest must have besides `repository`.
 const FIELDS: [&str; 3] = ["description", "license", "readme"];
 
 /// Fails if an unpacked package lacks one of [`FILES`] or [`FIELDS`]; returns its `repository`.
@@ -93,8 +93,8 @@ fn field(manifest: &str, name: &str) -> Option<String> {
     (!value.is_empty()).then(|| value.to_owned())
 }
 
-/// The line that says that no package has a `repository`; an error if it is needed now, if only some
-/// have one, or if it is no address of the web.
+/// Remark that no package has a `repository`. An error if it is needed now, if only some packages
+/// have one, or if it is no web address.
 fn missing_repository(given: &[Option<String>], publish: bool) -> Result<Option<String>> {
     const SET: &str = "set `repository` under [workspace.package] in Cargo.toml, and \
         `repository.workspace = true` in each published crate";

@@ -36,7 +36,7 @@ pub fn build() -> Result<PathBuf> {
     Ok(python)
 }
 
-/// Runs the wheel's tests beside the command that `cargo test` has built. Gives what they print.
+/// Runs the wheel's tests next to the command that `cargo test` has built. Gives what they print.
 pub fn run_tests(python: &Path) -> Result<String> {
     let command = copied(python, "ridgetone")?;
     let mut tests = clean(python);
@@ -51,8 +51,8 @@ pub fn run_tests(python: &Path) -> Result<String> {
     output_of(&mut tests).context("tests of the Python package")
 }
 
-/// Copies a command that `cargo test` has built to beside the interpreter: other tests build it anew
-/// meanwhile.
+/// Copies a command that `cargo test` has built to beside the interpreter: other tests build it
+/// anew meanwhile.
 fn copied(python: &Path, command: &str) -> Result<PathBuf> {
     let name = format!("{command}{}", env::consts::EXE_SUFFIX);
     let copy = python.with_file_name(&name);

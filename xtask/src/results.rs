@@ -9,11 +9,12 @@ use std::process::Stdio;
 /// Topics: scripts in `lab`.
 pub const TOPICS: [&str; 6] = ["trade", "noise", "touch", "real", "boards", "papers"];
 
-/// What pip says where it cannot reach an index.
+/// Part of pip's message when it cannot reach an index.
 const UNREACHABLE: &str = "Retrying (";
 
-/// Runs the campaigns, all or one. With `is_short` each has a twentieth of the windows and fails if a
-/// requirement is missed by more than its statistical error; without PyPI it says so, and runs none.
+/// Runs the campaigns, all or one. With `is_short` each has a twentieth of the windows and fails if
+/// a requirement is missed by more than its statistical error; without PyPI it says so, and runs
+/// none.
 pub fn measure(topic: Option<&str>, is_short: bool) -> Result<()> {
     let python = python::environment()?;
     if !has_packages(&python)? {

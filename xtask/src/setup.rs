@@ -49,7 +49,7 @@ fn find_or_install(
     there().with_context(|| format!("{what} is not in PATH"))
 }
 
-/// A browser with letters, installed if there is none.
+/// Finds a browser and fonts, or installs them.
 pub fn browser() -> Result<PathBuf> {
     let programs = ["chromium", "chromium-browser", "google-chrome", "chrome"];
     let there = || programs.into_iter().find_map(find);
@@ -57,8 +57,8 @@ pub fn browser() -> Result<PathBuf> {
     find_or_install(&what, there, &["chromium", "fonts-dejavu-core"])
 }
 
-/// A broker of MQTT with its clients, installed if there is none. Debian has it where PATH of a user
-/// does not lead.
+/// A broker of MQTT with its clients, installed if there is none. Debian has it where PATH of a
+/// user does not lead.
 pub fn broker() -> Result<PathBuf> {
     let there = || {
         find("mosquitto_sub")?;

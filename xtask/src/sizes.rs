@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// Where RAM begins.
 const RAM_ADDRESS: u64 = 0x2000_0000;
 
-/// What has no crate or no name, and all that is smaller than [`SMALL`].
+/// Sum of symbols without crate or name, and of all that are smaller than [`SMALL`].
 const OTHER: &str = "all else";
 
 /// Bytes from which on a crate or a static has a row of its own.

@@ -26,8 +26,8 @@ fn has(flags: &[String], flag: &str) -> bool {
         .any(|given| given.split('=').next() == Some(flag))
 }
 
-/// Builds the bench image and that of the Feather, counts instructions on the emulator, and measures the
-/// scan plans there, for `docs/results/counts.json`.
+/// Builds the bench image and that of the Feather, counts instructions on the emulator, and
+/// measures the scan plans there, for `docs/results/counts.json`.
 pub fn counts() -> Result<()> {
     let (flashed, _) = images::build(Board::FeatherF405.image())?;
     let (bench, _) = images::build(images::COUNTS)?;
@@ -67,8 +67,8 @@ pub fn faults(flags: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// Installs and builds everything, runs a scene file or else the default scene, and prints the
-/// path of the picture.
+/// Installs and builds everything, runs a scene file or else the demo's own, and prints the path of
+/// the picture.
 pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     let mut demo = cargo(
         "run --quiet --release --package ridgetone-host -- demo --force",
@@ -90,9 +90,12 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
         .map_err(|_| anyhow!("the build panicked"))??;
     let svg = root().join(svg);
     create(svg.parent().unwrap_or(root()))?;
-    announce("sliding a grating over the emulated finger");
+    announce("running the firmware under a simulated finger");
     run(demo.arg("--elf").arg(image?.0).arg("--svg").arg(&svg))?;
-    println!("picture         {}", svg.display());
+    println!("picture       {}", svg.display());
+    println!(
+        "command       target/release/ridgetone; `cargo install --path host` puts it on the path"
+    );
     Ok(())
 }
 
@@ -110,7 +113,8 @@ pub fn flash_image(image: &Path) -> Result<()> {
          https://probe.rs",
     )?;
     // Flags of probe-rs from 0.28 on. Without the last two the probe halts the chip at each reset
-    // and HardFault, and thereby disables the firmware's own recovery: restart, crash record, watchdog.
+    // and HardFault, and thereby disables the firmware's own recovery: restart, crash record,
+    // watchdog.
     let mut probe = clean(probe_rs);
     probe.args([
         "run",

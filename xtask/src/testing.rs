@@ -35,7 +35,7 @@ const PAGES: &str = "page::";
 /// The test that takes the picture.
 const PICTURE: &str = "the_picture_of_the_page_shows_the_period_of_the_first_scene";
 
-/// Images that only long tests need, with the variables in which these find them.
+/// Images that only long tests need, with the environment variables that hold their paths.
 const IMAGES: [(&str, Image); 1] = [("RIDGETONE_CHECKED_ELF", images::OVERFLOW_CHECKED)];
 
 /// The seed of a random run to repeat.
@@ -52,7 +52,7 @@ pub fn test(arguments: &str) -> Command {
     cargo(&format!("test --workspace {arguments}"), [])
 }
 
-/// What the emulated runs need.
+/// Images that the emulated runs need.
 pub fn prepare() -> Result<()> {
     images::build(Board::FeatherF405.image()).map(drop)
 }
@@ -132,15 +132,15 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     .context("tests of streams")
 }
 
-/// What keeps one core busy at most: links images, builds the wheel, waits, or runs in virtual
-/// time. The output of each is printed at its end, as the others print meanwhile.
+/// Work that keeps one core busy at most: links images, builds the wheel, waits, or runs in
+/// virtual time. The output of each is printed at its end, as the others print meanwhile.
 fn run_beside(images: Sender<Built>) -> Result<()> {
     images::build_tested()?;
     let built: Result<Built> = IMAGES
         .into_iter()
         .map(|(name, image)| Ok((name, images::build(image)?.0)))
         .collect();
-    // Nobody receives them if a test has failed meanwhile.
+    // The receiver is gone if a test has failed meanwhile.
     let _ = images.send(built?);
     let python = python::build()?;
     let waiting = output_of(test("--test book -- --ignored").arg(WAITING));

@@ -36,10 +36,10 @@ pub struct Firing {
 }
 
 impl Firing {
-    /// Estimates the firing in a window of the wanted length from the amplitude spectrum of a window
-    /// of the measured length, under Hamming's window, from bin 0 on, um from peak to peak. A bin in
-    /// which a line stands out and its two neighbours count as a tone over noise, all others as
-    /// noise.
+    /// Estimates the firing in a window of the wanted length from the amplitude spectrum of a
+    /// window of the measured length, under Hamming's window, from bin 0 on, um from peak to peak.
+    /// A bin in which a line stands out and its two neighbours count as a tone over noise, all
+    /// others as noise.
     pub fn new(amplitudes_um: &[f32], windows: Windows) -> Self {
         let bin_hz = windows.bin_hz();
         let has = |receptor| Self::absent(receptor, amplitudes_um.len(), bin_hz).is_none();
@@ -47,7 +47,7 @@ impl Firing {
             intensity: Receptor::ALL.map(|receptor| has(receptor).then_some(0.0)),
             ..Self::default()
         };
-        // In windows of one length tones and noise change alike: not at all.
+        // Windows of the wanted length need no conversion.
         let is_converted = windows.bins() != 1.0;
         let noise_at = |bin| {
             is_converted
@@ -121,8 +121,8 @@ impl Firing {
         }
     }
 
-    /// Mean firing over several windows, such as those of all channels at one time. Their scatter is
-    /// taken as common to all: it is not divided by their number.
+    /// Mean firing over several windows, such as those of all channels at one time. Their scatter
+    /// is taken as common to all: it is not divided by their number.
     pub fn mean<'f>(firings: impl Iterator<Item = &'f Self>) -> Self {
         let mut mean = Self::default();
         for (before, firing) in firings.enumerate() {

@@ -35,6 +35,6 @@ pub use windows::{PAPER_WINDOW_S, Windows};
 pub struct Measured {
     /// The value.
     pub value: f32,
-    /// Its standard deviation.
+    /// Standard deviation of `value`.
     pub sigma: f32,
 }

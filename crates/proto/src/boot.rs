@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Bytes that a record keeps of a source file's name, from its end.
 pub const FILE_BYTES: usize = 24;
 
-/// What reset the processor (RM0090, RCC_CSR).
+/// Cause of the last reset (RM0090, RCC_CSR).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -47,7 +47,7 @@ impl ResetCause {
     }
 }
 
-/// What the processor's clock is made from.
+/// Source of the processor's clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -93,7 +93,7 @@ impl BrownOut {
     }
 }
 
-/// How a run ended.
+/// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -104,10 +104,10 @@ pub enum Death {
     HardFault,
 }
 
-/// What a crashed run leaves for the next one.
+/// Record that a crashed run leaves for the next one.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Record {
-    /// How the run ended.
+    /// End of the run.
     pub death: Death,
     /// The board's microsecond counter at the end; it wraps after 71.6 minutes.
     pub t_us: u32,
@@ -145,7 +145,7 @@ pub enum SettingsSource {
 }
 
 impl SettingsSource {
-    /// Whether they come from the flash.
+    /// True if they come from the flash.
     pub const fn is_stored(self) -> bool {
         matches!(self, Self::Stored | Self::StoredBefore | Self::Migrated)
     }
@@ -154,13 +154,13 @@ impl SettingsSource {
 /// Why the firmware started, and what it found.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Boot {
-    /// What reset the processor.
+    /// Cause of the last reset.
     pub cause: ResetCause,
-    /// What its clock is made from.
+    /// Source of the processor's clock.
     pub oscillator: Oscillator,
-    /// Its brown-out level.
+    /// Brown-out level of the processor.
     pub brown_out: BrownOut,
-    /// How the run before ended, if it crashed.
+    /// End of the previous run, if it crashed.
     pub record: Option<Record>,
 }
 
@@ -178,8 +178,8 @@ impl Boot {
 mod tests {
     use super::*;
 
-    /// What an STM32F405 has in the top byte of RCC_CSR (RM0090, 7.3.21): LPWR, WWDG, IWDG, SFT,
-    /// POR, PIN, BOR, RMVF.
+    /// Top byte of RCC_CSR of an STM32F405 (RM0090, 7.3.21): LPWR, WWDG, IWDG, SFT, POR, PIN, BOR,
+    /// RMVF.
     #[test]
     fn the_cause_is_read_from_the_flags() {
         let cases = [

@@ -5,8 +5,8 @@ use crate::plan::Gives;
 use crate::settings::{Settings, SettingsError};
 use serde::{Deserialize, Serialize};
 
-/// Most bytes of a request on the wire. The longest ones are settings, of 110 bytes at most: the rest
-/// is room for more of them.
+/// Maximum number of bytes of a request on the wire. The longest ones are settings, of 110 bytes at
+/// most: the rest is room for more of them.
 pub const REQUEST_WIRE_MAX: usize = 136;
 
 /// A command.
@@ -21,7 +21,7 @@ pub enum Command {
     Set {
         /// All of them.
         settings: Settings,
-        /// Whether to store them.
+        /// True to store the settings, too.
         keep: bool,
     },
     /// Delete the stored settings, and use the defaults.
@@ -32,7 +32,7 @@ pub enum Command {
     Stop,
     /// Send the next frames as they are read.
     Raw {
-        /// How many; 0 stops them.
+        /// Number of frames; 0 stops them.
         frames: u32,
     },
     /// Reset the board.

@@ -11,7 +11,7 @@ use crate::framing::CHECKSUM;
 /// more.
 pub const STORED_WORDS: usize = 6 + FILE_BYTES / 4;
 
-/// By their numbers in the record.
+/// Causes by their number in the record.
 const DEATHS: [Death; 2] = [Death::Panic, Death::HardFault];
 
 /// The RAM of a record.
@@ -94,7 +94,7 @@ impl Record {
     }
 }
 
-/// Checksum of all words but the first, which holds it.
+/// Checksum of all words but the first, which stores the checksum.
 fn checksum_of(ram: &Stored) -> u32 {
     let mut digest = CHECKSUM.digest();
     for word in ram.iter().skip(1) {

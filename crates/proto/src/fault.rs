@@ -23,7 +23,7 @@ pub enum FaultKind {
     Silent,
     /// Edges of DRDY faster than the chip can convert.
     Storm,
-    /// A register does not hold what was written: it changed by itself, or the chip reset itself.
+    /// A register differs from what was written: it changed by itself, or the chip was reset.
     Registers,
     /// The chip could not be set up.
     NoAnswer,
@@ -31,14 +31,14 @@ pub enum FaultKind {
     Supply,
     /// The chip's own reading of the reference differs from the setting.
     Reference,
-    /// The scan's rate is not the nominal one, as the chip's clock or the board's is off; or the board
-    /// runs on its internal oscillator, and every estimate has this fault.
+    /// The scan's rate is not the nominal one, as the chip's clock or the board's is off; or the
+    /// board runs on its internal oscillator, and every estimate has this fault.
     Clock,
     /// OVF is set, or a code is at the end of the scale.
     Overload,
 }
 
-/// How many kinds there are.
+/// Number of kinds.
 pub const KINDS: usize = 13;
 
 impl FaultKind {
@@ -51,7 +51,7 @@ impl FaultKind {
         ]
     };
 
-    /// Whether the fault may change a measured frequency by more than the estimate's uncertainty.
+    /// True if the fault may change a measured frequency by more than the estimate's uncertainty.
     /// Then no estimate is [`Good`](crate::telemetry::Status::Good).
     ///
     /// It does not if the fit leaves out what is missing and knows the times of all other frames:
@@ -70,7 +70,7 @@ impl FaultKind {
         )
     }
 
-    /// Whether the levels of the taxels may change with the fault, or unseen during it. Such a
+    /// True if the levels of the taxels may change with the fault, or unseen during it. Such a
     /// change can look like the start of a slide, or hide its end.
     pub const fn moves_levels(self) -> bool {
         matches!(
@@ -83,11 +83,11 @@ impl FaultKind {
 /// An episode of one kind of fault, reported when it begins and when it is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
-    /// Its kind.
+    /// Kind of the fault.
     pub kind: FaultKind,
     /// Device time at which it was detected, microseconds.
     pub from_us: u64,
-    /// Device time at which it was last seen, microseconds; none while it lasts.
+    /// Device time at which the fault was last seen, microseconds; `None` while it lasts.
     pub until_us: Option<u64>,
     /// Times that this kind was seen since start-up.
     pub count: u32,
@@ -134,17 +134,17 @@ impl FaultSet {
         Self(self.0 | other.0)
     }
 
-    /// Whether this kind is in the set.
+    /// True if this kind is in the set.
     pub const fn has(self, kind: FaultKind) -> bool {
         self.0 & 1 << kind as u8 != 0
     }
 
-    /// Whether the set is empty.
+    /// True if the set is empty.
     pub const fn is_none(self) -> bool {
         self.0 == 0
     }
 
-    /// Its kinds, in the order of their numbers.
+    /// Kinds in the set, in the order of their numbers.
     pub fn iter(self) -> impl Iterator<Item = FaultKind> {
         FaultKind::ALL
             .into_iter()

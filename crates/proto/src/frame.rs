@@ -1,4 +1,4 @@
-//! How large a frame is, and how many are kept.
+//! Size of a frame, and number of frames that are kept.
 
 /// Places for taxels in a frame and in a message: one for each analog input of the chip, AIN0 to
 /// AIN15.

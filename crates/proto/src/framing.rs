@@ -6,14 +6,14 @@
 use heapless::Vec;
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Most bytes of a message on the wire, checksum, stuffing and delimiter included.
+/// Maximum number of bytes of a message on the wire, checksum, stuffing and delimiter included.
 pub const WIRE_MAX: usize = 512;
 
 /// Bytes of the checksum after the content.
 const CHECKSUM_BYTES: usize = 4;
 
-/// Most bytes of a message before stuffing, checksum included. COBS adds one byte in 254 and one in
-/// front; the zero at the end is one more.
+/// Maximum number of bytes of a message before stuffing, checksum included. COBS adds one byte in
+/// 254 and one in front; the zero at the end is one more.
 const PLAIN_MAX: usize = WIRE_MAX - WIRE_MAX / 254 - 2;
 
 /// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected), byte by byte without a table.
@@ -193,7 +193,7 @@ mod tests {
             Some(1)
         );
         assert!(inbox.take().is_none());
-        // Its beginning was lost.
+        // The beginning of the frame was lost.
         assert_eq!(push(&mut inbox, &third[3..]), [Pushed::Damaged]);
         assert_eq!(push(&mut inbox, &frame(4)), [Pushed::Whole]);
         assert_eq!(

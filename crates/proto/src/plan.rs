@@ -8,27 +8,29 @@ use serde::{Deserialize, Serialize};
 /// Frames per second that touch detection works at, nearly: the paper's. Faster frames are averaged
 /// for it.
 const TOUCH_RATE_HZ: f32 = 241.0;
-/// Least frames per second: touch detection compares blocks of four of them, which have to be
+/// Minimum frames per second: touch detection compares blocks of four of them, which have to be
 /// shorter than the changes that it looks for.
 pub const FRAME_RATE_LEAST_HZ: f32 = 180.0;
-/// Most frames per second: the ADS1258's fastest scan (SBAS297G, rate table, 16 MHz).
+/// Maximum frames per second: the ADS1258's fastest scan (SBAS297G, rate table, 16 MHz).
 pub const FRAME_RATE_MOST_HZ: f32 = 23_740.0;
 /// A conversion is read twice where it lasts this long, nanoseconds: two reads with all that
 /// belongs to them take up to 48 us on the boards, and other tasks need as much again.
 const READ_TWICE_NS: u32 = 96_000;
-/// Most frames of a window: the estimator's longest transform on the chip has as many points.
+/// Maximum number of frames of a window: the estimator's longest transform on the chip has as many
+/// points.
 const TRANSFORM_FRAMES: u32 = 1024;
 /// Frames of touch detection that pass after a window's end before it is fitted, at most, and until
 /// the fit has read it: 0.4 s.
 const LATE_TOUCH_FRAMES: u32 = 96;
 /// Frames that a plan without averages leaves for that: 0.75 s.
 const LATE_FRAMES: u32 = 180;
-/// Fewest frames that hold four harmonics and their noise.
+/// Minimum number of frames that hold four harmonics and their noise.
 const WINDOW_LEAST_FRAMES: u32 = 24;
 /// Default window, seconds, where the plan allows it: the paper's longest.
 const WINDOW_S: f32 = 1.0;
-/// How long a fit of four harmonics takes with all that interrupts it at the chip's fastest, and a tenth
-/// more, seconds: any fit, for each frame, and for each value in it (`docs/results/trade.md`).
+/// How long a fit of four harmonics takes with all that interrupts it at the chip's fastest, and a
+/// tenth more, seconds: any fit, for each frame, and for each value in it
+/// (`docs/results/trade.md`).
 const FIT_S: f32 = 0.06;
 const FIT_FRAME_S: f32 = 0.3e-3;
 const FIT_VALUE_S: f32 = 16e-6;
@@ -68,11 +70,11 @@ impl Converters {
     pub const ADS1258: u8 = 0;
     /// The STM32's own converter.
     pub const ONBOARD: u8 = 1;
-    /// None of these: plain frames from elsewhere.
+    /// No converter of ours: plain frames from elsewhere.
     pub const FRAMES: u8 = 255;
 }
 
-/// What only the converter itself understands of a plan.
+/// Part of a plan that is specific to its converter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Own {
     /// Which converter: one of [`Converters`].
@@ -95,11 +97,11 @@ pub struct Plan {
     pub adc_clock_hz: u32,
     /// Periods of that clock from one frame to the next.
     pub frame_ticks: u32,
-    /// What else the converter is set to.
+    /// Other settings of the converter.
     pub own: Own,
 }
 
-/// What a plan gives.
+/// Rates and windows that follow from a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Gives {
@@ -118,13 +120,13 @@ pub struct PlanError {
     pub field: &'static str,
     /// Its value.
     pub value: f32,
-    /// Least and greatest possible value.
+    /// Minimum and maximum possible value.
     pub bounds: (f32, f32),
 }
 
 impl Plan {
-    /// All inputs at 241 Hz, as in the paper, with the health readings in every scan: 21 conversions
-    /// of 3106 clock periods.
+    /// All inputs at 241 Hz, as in the paper, with the health readings in every scan: 21
+    /// conversions of 3106 clock periods.
     pub const PAPER: Self = Self {
         inputs: u16::MAX,
         health: HealthReadings::EveryScan,
@@ -148,7 +150,7 @@ impl Plan {
     /// Fourteen inputs of the STM32's own converter at 237 Hz: the mean of 93 scans, 68 periods of
     /// 21 MHz a sample.
     pub const ONBOARD: Self = Self::onboard(93);
-    /// Those fourteen inputs at 1.47 kHz.
+    /// The same fourteen inputs at 1.47 kHz.
     pub const ONBOARD_HAND: Self = Self::onboard(15);
 
     /// The usual plans and their names. The ADS1258's rates are those of its 15.72864 MHz crystal;
@@ -231,7 +233,7 @@ impl Plan {
             .map(|(_, plan)| *plan)
     }
 
-    /// Its name, if it is a usual one by its usual clock.
+    /// Name of the plan, if it is a usual one at its usual clock.
     pub fn name(&self) -> Option<&'static str> {
         Self::NAMED
             .iter()
@@ -267,7 +269,7 @@ impl Plan {
         self.adc_clock_hz as f32 / self.frame_ticks as f32
     }
 
-    /// Whether there is time to read each conversion twice, which shows bit errors on the bus.
+    /// True if there is time to read each conversion twice, which shows bit errors on the bus.
     pub const fn is_read_twice(&self) -> bool {
         self.conversion_ns() >= READ_TWICE_NS
     }
@@ -291,7 +293,7 @@ impl Plan {
         (RING_FRAMES * self.frames_a_row()) as u32
     }
 
-    /// Most frames of a window that can be set.
+    /// Maximum number of frames of a window that can be set.
     pub const fn window_frames_most(&self) -> u32 {
         let averaged = self.frames_averaged();
         let late = if averaged > 1 {
@@ -333,8 +335,8 @@ impl Plan {
         parts as u32 as f32 / self.parts()
     }
 
-    /// Shortest stride, seconds: a frame, or the frames that touch detection averages, in whole tenths
-    /// of a millisecond.
+    /// Shortest stride, seconds: a frame, or the frames that touch detection averages, in whole
+    /// tenths of a millisecond.
     pub const fn stride_min_s(&self) -> f32 {
         let frames = self.frames_averaged() as f32;
         (1e4 * frames / self.frame_rate_hz()) as u32 as f32 / 1e4
@@ -347,8 +349,8 @@ impl Plan {
         (window_s, self.default_stride(window_s))
     }
 
-    /// The stride of a window unless another is set, seconds: a quarter of the window, or what a fit
-    /// takes if that is longer, in whole hundredths.
+    /// The stride of a window unless another is set, seconds: a quarter of the window, or what a
+    /// fit takes if that is longer, in whole hundredths.
     pub const fn default_stride(&self, window_s: f32) -> f32 {
         let values = FIT_VALUE_S * self.channels() as f32;
         let fit_s = FIT_S + self.frames_in(window_s) as f32 * (FIT_FRAME_S + values);
@@ -357,7 +359,7 @@ impl Plan {
         (100.0 * stride_s + 0.999) as u32 as f32 / 100.0
     }
 
-    /// What it gives.
+    /// Rates and windows that follow from the plan.
     pub const fn gives(&self) -> Gives {
         let frame_rate_hz = self.frame_rate_hz();
         Gives {
@@ -373,7 +375,8 @@ impl Plan {
         within(&BOUNDS, &[self.channels() as f32, self.frame_rate_hz()])
     }
 
-    /// Inputs and own settings in 24 bits, to tell one plan from the next. The clock is not in them.
+    /// Inputs and own settings in 24 bits, to tell one plan from the next. The clock is not in
+    /// them.
     pub const fn mark(&self) -> u32 {
         self.inputs as u32 | (self.own.bits as u32 & 0xff) << 16
     }

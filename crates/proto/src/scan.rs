@@ -1,4 +1,4 @@
-//! What holds for every scan.
+//! Constants common to all scans.
 
 pub use crate::frame::{RING_FRAMES, TAXELS};
 use crate::plan::Plan;

@@ -44,7 +44,7 @@ const HEAD_BYTES: usize = HALF_BYTES - SUM_BYTES;
 /// Bytes of the number and the version, before the settings.
 const BEFORE_SETTINGS: usize = 5;
 
-/// Most slots that are tried if a record cannot be read back.
+/// Maximum number of slots that are tried if a record cannot be read back.
 const TRIES: usize = 4;
 
 /// Bytes that the flash programs at once.
@@ -63,7 +63,7 @@ pub trait Store {
     fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored>;
 }
 
-/// How settings were stored.
+/// Outcome of storing settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Saved {
     /// Into a free slot.
@@ -153,7 +153,8 @@ impl<F: NorFlash> FlashStore<F> {
         (slot + 1) % Self::ALL
     }
 
-    /// First bytes of a slot. If they cannot be read zeros remain, which are neither whole nor erased.
+    /// First bytes of a slot. If they cannot be read zeros remain, which are neither whole nor
+    /// erased.
     fn read<const BYTES: usize>(&mut self, slot: Slot) -> [u8; BYTES] {
         let mut bytes = [0; BYTES];
         let _ = self.flash.read(Self::offset(slot), &mut bytes);
@@ -193,9 +194,9 @@ impl<F: NorFlash> FlashStore<F> {
         latest
     }
 
-    /// Whether a slot is erased.
+    /// True if a slot is erased.
     fn is_erased(&mut self, slot: Slot) -> bool {
-        // By words: a start looks at thousands of slots.
+        // Compares words, as a start looks at thousands of slots.
         self.read::<RECORD_BYTES>(slot)
             .as_chunks::<WORD_BYTES>()
             .0
@@ -203,7 +204,7 @@ impl<F: NorFlash> FlashStore<F> {
             .all(|word| u32::from_ne_bytes(*word) == u32::MAX)
     }
 
-    /// Whether nothing was begun after a record: unreadable data in the next slot were meant to be
+    /// True if nothing was begun after a record: unreadable data in the next slot were meant to be
     /// one.
     fn is_last(&mut self, found: &Found) -> bool {
         let next = Self::next(found.order.slot);

@@ -34,7 +34,7 @@ const STORED: SettingsSource = SettingsSource::Stored;
 const DEFAULT: (Settings, SettingsSource) = (Settings::DEFAULT, SettingsSource::Default);
 const DAMAGED: (Settings, SettingsSource) = (Settings::DEFAULT, SettingsSource::Damaged);
 
-/// What a start finds in a flash whose power is back.
+/// Settings that a start finds after a loss of power.
 fn found<const PAGE_BYTES: u32>(flash: &CutFlash<PAGE_BYTES>) -> (Settings, SettingsSource) {
     let mut store = FlashStore::new(flash.clone().power(None));
     let found = store.load();

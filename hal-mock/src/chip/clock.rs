@@ -58,7 +58,7 @@ impl Ads1258 {
         self.options.clock_hz > 0
     }
 
-    /// Whether it has a clock, and its power-up is over.
+    /// True if it has a clock, and its power-up is over.
     pub(crate) fn is_powered(&self, now_ns: u64) -> bool {
         self.is_clocked() && self.powered_ns.is_some_and(|end_ns| end_ns <= now_ns)
     }

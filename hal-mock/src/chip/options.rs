@@ -9,7 +9,7 @@ pub struct Analog {
     /// Reference voltage VREFP - VREFN in volts, default 4.096.
     pub reference_v: f64,
     /// Analogue supply AVDD - AVSS in volts, default 5.0. Below 4.3 V the SUPPLY flag is set and
-    /// all data are poison.
+    /// all data are invalid.
     pub avdd_v: f64,
     /// Voltage on AINCOM in volts, default 0: single-ended inputs are measured against it.
     pub aincom_v: f64,
@@ -61,17 +61,17 @@ pub struct Options {
     /// CHID in the status byte in fixed-channel mode. `None`, the default: poison, as it is not
     /// specified.
     pub fixed_channel_chid: Option<u8>,
-    /// Whether the scan skips the readings that CHOP excludes or, the default, converts them to
+    /// True if the scan skips the readings that CHOP excludes or, the default, converts them to
     /// poison; not specified.
     pub chop_skips_internal: bool,
-    /// Whether the first conversion after START contains the switching delay DLY too; not
+    /// True if the first conversion after START contains the switching delay DLY too; not
     /// specified. Default no.
     pub first_conversion_with_delay: bool,
     /// Clock cycles by which the first result after sleep (IDLMOD = 1) is later. Not in the
     /// sources; default 0.
     pub sleep_wake_cycles: u64,
-    /// Whether the interface's time-out counts from the frame's start though SCLK runs, as some have
-    /// met it (TI's forum, 1213439), or from the byte before; not specified. Default no.
+    /// Whether the interface's time-out counts from the frame's start though SCLK runs, as some
+    /// have met it (TI's forum, 1213439), or from the byte before; not specified. Default no.
     pub timeout_from_frame_start: bool,
     /// Faults to inject while it runs, by scene time. Default none.
     pub injections: Vec<Injection>,
@@ -101,7 +101,7 @@ impl Default for Options {
     }
 }
 
-/// What the chip has done so far.
+/// Counts of what the chip has done so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Counters {
     /// Conversions finished.

@@ -44,7 +44,7 @@ impl Ads1258 {
         [own_ns, repeated_ns, storm_ns].into_iter().flatten().min()
     }
 
-    /// Whether the pin is stuck: then it has a level, but no edges.
+    /// True if the pin is stuck: then it has a level, but no edges.
     pub fn is_drdy_stuck(&self) -> bool {
         self.faults.drdy_stuck.is_some()
     }

@@ -13,18 +13,18 @@ use std::collections::VecDeque;
 pub struct Injection {
     /// When it begins, seconds of scene time.
     pub at_s: f64,
-    /// How long it lasts, seconds; no matter for what happens once.
+    /// Duration, seconds; ignored for single events.
     pub lasts_s: f64,
-    /// What it is.
+    /// Kind of the disturbance.
     pub fault: Fault,
 }
 
 /// When an injection acted, in virtual nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Injected {
-    /// It began.
+    /// The fault began.
     pub begun_ns: Option<u64>,
-    /// It was over.
+    /// The fault was over.
     pub over_ns: Option<u64>,
 }
 
@@ -64,8 +64,7 @@ impl Ads1258 {
         &self.schedule.log
     }
 
-    /// Time of the next moment at which anything happens by itself: a result, or while nothing is
-    /// converted an injection.
+    /// Time of the next spontaneous event: a result, or, while nothing is converted, an injection.
     pub fn next_event_ns(&self) -> Option<u64> {
         self.next_result_ns()
             .or_else(|| Some(self.next_step_ns()?.max(self.now_ns)))

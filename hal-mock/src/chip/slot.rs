@@ -1,4 +1,4 @@
-//! What a conversion measures, and the order of the scan.
+//! Quantities that a conversion measures, and the order of the scan.
 
 use super::registers::{CHOP, MUXDIF, MUXMOD, MUXSCH, MUXSG0, MUXSG1, Registers, SYSRED};
 

@@ -1,4 +1,4 @@
-//! How long a conversion takes and where in it the input is sampled, in clock cycles (tCLK).
+//! Duration of a conversion and its sampling instant, in clock cycles (tCLK).
 
 use super::registers::{CHOP, MUXMOD, Registers};
 

@@ -10,9 +10,9 @@ pub(crate) const PITCH_MM: f64 = 2.3;
 /// turn per period.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Harmonic {
-    /// Its part in phase with the place, in volts.
+    /// Amplitude in phase with the position, in volts.
     pub cos_v: f64,
-    /// Its part a quarter of a turn behind, in volts.
+    /// Amplitude a quarter of a cycle behind, in volts.
     pub sin_v: f64,
 }
 
@@ -42,7 +42,7 @@ impl Harmonic {
 pub struct Pattern {
     /// Mean over a period, in volts.
     pub mean_v: f64,
-    /// What varies: the fundamental, then its overtones.
+    /// Varying part: the fundamental, then its overtones.
     pub tone: Vec<Harmonic>,
 }
 
@@ -74,7 +74,7 @@ impl Pattern {
     }
 }
 
-/// How one channel responds to the touch.
+/// Response of one channel to the touch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Voltage without contact, in volts.

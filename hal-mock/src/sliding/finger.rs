@@ -83,7 +83,7 @@ pub struct Finger {
     /// Greatest deviation of a piezoresistor from that, relative, 0 to 0.99. Default 0.02:
     /// plausible.
     pub resistance_spread: f64,
-    /// Capacitor beside it in uF, > 0. Default 1 (paper, section 2.3): a pole near 390 Hz.
+    /// Capacitor next to it in uF, > 0. Default 1 (paper, section 2.3): a pole near 390 Hz.
     pub capacitor_uf: f64,
     /// White noise of the bridge in uV RMS, >= 0, where `snr_db` is not given. Default 0.064:
     /// thermal, (k T / C)^1/2.
@@ -242,8 +242,8 @@ impl Finger {
             poisson: self.poisson,
         };
         let (half_mm, step_mm) = (0.5 * self.contact_mm, self.contact_mm / f64::from(POINTS));
-        // A round contact as Hertz has it, summed up across: a parabola along, and as wide on the
-        // average as a circle.
+        // Pressure of a round Hertzian contact, integrated across: a parabola along it, with the
+        // mean width of a circle.
         let peak_n_mm = 1.5 * self.force_n / (self.contact_mm * (0.25 * PI * self.contact_mm));
         let turn = TAU / grating.period_mm;
         let mut series = Series::default();

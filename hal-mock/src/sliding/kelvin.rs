@@ -23,7 +23,7 @@ impl Lag {
     }
 }
 
-/// A viscoelastic solid: a spring beside a spring and a damper in series (Fung; Moy et al.,
+/// A viscoelastic solid: a spring next to a spring and a damper in series (Fung; Moy et al.,
 /// equations 5 to 8).
 ///
 /// Under a constant force its deformation jumps to `relaxation_s` / `creep_s` of its final value
@@ -76,7 +76,7 @@ mod tests {
     fn a_released_body_creeps_back() {
         let mut body = KelvinBody::new(1.42, 2.14);
         body.advance(3.0, 1.0, 1.0);
-        // What springs back at once is left out of account.
+        // The part that springs back at once is neglected.
         let released = body.advance(1e-9, 0.0, 0.0);
         let later = body.advance(1.8, 0.0, 0.0);
         assert!((later / released - (-1.8f64 / 2.14).exp()).abs() < 1e-6);

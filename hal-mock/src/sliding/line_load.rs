@@ -23,7 +23,7 @@ pub(crate) struct Strain {
 }
 
 impl Material {
-    /// Strain at `x_mm` beside and `depth_mm` under a load of 1 N per mm of its line that presses
+    /// Strain at `x_mm` next to and `depth_mm` under a load of 1 N per mm of its line that presses
     /// on the surface.
     pub(crate) fn pressed(self, x_mm: f64, depth_mm: f64) -> Strain {
         self.strain(half_plane::normal(x_mm, depth_mm))

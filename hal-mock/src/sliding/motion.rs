@@ -10,7 +10,7 @@ pub struct Stimulator {
     /// Time from rest to speed, and back at the end, in seconds, >= 0. Default 0.02: plausible, not
     /// in the paper.
     pub ramp_s: f64,
-    /// By how much the mean speed is off, in percent, -99 to 1000. Default 0.
+    /// Error of the mean speed, in percent, -99 to 1000. Default 0.
     pub speed_error_percent: f64,
     /// Amplitude of the speed's ripple in percent of the speed, 0 to 99. Default 0. Its phase is
     /// the seed's.
@@ -23,7 +23,7 @@ pub struct Stimulator {
 }
 
 impl Stimulator {
-    /// At its exact speed from the start.
+    /// Moves at the exact speed from the start.
     pub const IDEAL: Self = Self {
         ramp_s: 0.0,
         speed_error_percent: 0.0,
@@ -69,8 +69,8 @@ impl Default for Hand {
 /// A motion, as functions of the time since it began.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Motion {
-    /// Speed in mm/s once the ramp is over, seconds of each ramp and of all; the ripple's relative
-    /// amplitude, its angular frequency in 1/s and its phase in radians.
+    /// Speed after the ramp in mm/s; duration of a ramp and of the whole motion, seconds; relative
+    /// amplitude, angular frequency in 1/s and phase in radians of the ripple.
     Steady {
         speed_mm_s: f64,
         ramp_s: f64,

@@ -36,14 +36,14 @@ pub struct Sliding {
     /// fundamental's amplitude A, over sigma^2, the same on all channels, per reading. `None`: no
     /// noise but the finger's own.
     pub snr_db: Option<f64>,
-    /// Amplitudes of the 2nd, 3rd and 4th harmonic of random channels relative to the fundamental; 0
-    /// leaves one out.
+    /// Amplitudes of the 2nd, 3rd and 4th harmonic of random channels relative to the fundamental;
+    /// 0 leaves one out.
     #[serde(skip)]
     pub overtones: [f64; OVERTONES],
     /// Seed of the run: its noise, the ripple's phase, the jitter; of random channels their gains,
     /// phases and offsets too.
     pub seed: u64,
-    /// How the stimulator deviates from speed and time.
+    /// Deviations of the stimulator from the nominal speed and time.
     pub stimulator: Stimulator,
     /// A hand in the stimulator's place: `speed_mm_s`, `slide_mm` and `stimulator` do not count.
     pub hand: Option<Hand>,
@@ -59,7 +59,7 @@ pub struct Sliding {
 pub struct Converter {
     /// Error of its crystal in parts per million; positive is fast. -10,000 to 10,000, default 0.
     pub clock_error_ppm: f64,
-    /// Whether it adds its own noise. Default yes.
+    /// True if it adds its own noise. Default yes.
     pub converter_noise: bool,
 }
 

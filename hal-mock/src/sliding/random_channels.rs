@@ -38,7 +38,7 @@ pub(crate) fn channels(
         let amplitude_v = about(1e-3 * TONE_MV[piezo] * UNIT[unit], 0.15);
         let offset_v = BRIDGE_V + 0.03 * random.symmetric();
         let place_mm = if unit % 2 == 1 { PITCH_MM } else { 0.0 };
-        // Every piezoresistor sits a little beside its unit's centre, hence the fixed part per
+        // Every piezoresistor sits a little next to its unit's centre, hence the fixed part per
         // piezoresistor.
         let phase_rad =
             -TAU * place_mm / period_mm + 0.35 * piezo as f64 + 0.3 * random.symmetric();

@@ -4,7 +4,7 @@
 /// thing or motion has such a one in its own unit, and products of a few of them are still numbers.
 const MOST: f64 = 1e6;
 
-/// What a parameter may be; all have to be finite.
+/// Range of a parameter; all have to be finite.
 pub(crate) enum Range {
     Any,
     Positive,
@@ -62,7 +62,7 @@ pub(crate) fn check(rules: &[Rule]) -> Result<(), ParameterError> {
 pub struct ParameterError {
     /// Field of [`Sliding`](crate::Sliding) or of a part of it.
     pub name: &'static str,
-    /// Its value.
+    /// Value of the parameter.
     pub value: f64,
     wanted: String,
     /// The expression of other fields that limits it, or nothing.

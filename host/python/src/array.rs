@@ -15,7 +15,7 @@ use std::sync::Arc;
 #[pyclass(frozen)]
 pub struct Samples(pub samples::Samples);
 
-/// What [`Samples::read`] gives.
+/// Result of [`Samples::read`].
 type Rows<'py> = (
     Vec<String>,
     Option<Bound<'py, PyByteArray>>,
@@ -23,7 +23,7 @@ type Rows<'py> = (
     Option<String>,
 );
 
-/// A column beside an array, such as the speed of its rows, from a `dict` with these keys.
+/// A column next to an array, such as the speed of its rows, from a `dict` with these keys.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Beside<'py> {
@@ -41,10 +41,10 @@ struct Read {
 /// Reads a value by its row and its column.
 type ValueAt = Arc<dyn Fn(usize, usize) -> f64 + Send + Sync>;
 
-/// An array of two dimensions, left where it is: strides may be any.
+/// Two-dimensional array, not copied; any strides.
 struct View<T: Element> {
     buffer: PyBuffer<T>,
-    /// Its first value, as a number: raw pointers do not go from one thread to another.
+    /// Address of the first value, as a number, because raw pointers are not `Send`.
     start: usize,
     shape: [usize; 2],
     strides: [isize; 2],
@@ -102,7 +102,7 @@ fn view(array: &Bound<'_, PyAny>) -> PyResult<(ValueAt, [usize; 2])> {
 
 #[pymethods]
 impl Samples {
-    /// Those of a file in any form that the command reads.
+    /// Samples of a file, in any form that the command reads.
     #[staticmethod]
     #[pyo3(signature = (path, time_column, flatten=false, has_columns=false))]
     fn file(
@@ -125,8 +125,8 @@ impl Samples {
             .map_err(raised)
     }
 
-    /// Those of an array, with a column of times or none, and a column more under a name of its own
-    /// or none.
+    /// Samples of an array, with or without a column of times, and one more column with its own
+    /// name or none.
     #[staticmethod]
     #[pyo3(signature = (name, names, values, times, beside))]
     fn array(
@@ -224,14 +224,14 @@ pub fn time_unit(unit: &str) -> Option<f64> {
     tables::per_second(unit).map(f64::recip)
 }
 
-/// Whether the name of a column says that it is the time.
+/// True if the name of a column says that it is the time.
 #[pyfunction]
 pub fn is_time(name: &str) -> bool {
     tables::is_time(name)
 }
 
-/// Seconds of the unit that the name of a time declares; none if it declares none. A unit that is not
-/// known is refused.
+/// Seconds of the unit that the name of a time declares; none if it declares none. A unit that is
+/// not known is refused.
 #[pyfunction]
 pub fn declared_unit(name: &str) -> PyResult<Option<f64>> {
     tables::declared_seconds(name).map_err(|unit| {

@@ -1,11 +1,11 @@
 //! The command's messages in Python's words: an option becomes the argument that it is here.
 
-/// What follows an option.
+/// Value of an option.
 #[derive(Clone, Copy)]
 enum Value {
     Number,
     Text,
-    /// Nothing: the option alone is on.
+    /// No value: the option is a switch.
     On,
 }
 
@@ -72,7 +72,7 @@ fn with_arguments(message: &str) -> String {
         };
         match value {
             Value::On => out += "=True",
-            // A word in capitals stands for a value that the reader knows.
+            // Skips a placeholder in capitals, such as HZ.
             _ if text.chars().all(|c| c.is_ascii_uppercase()) => ahead = after,
             Value::Number if text.parse::<f64>().is_ok() => {
                 out += &format!("={text}");

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 /// Packets of a recording between two looks for Ctrl-C.
 const SIGNALS_EVERY: u64 = 256;
 
-/// What was guessed of a file.
+/// Guesses about a file.
 fn named(name: &str, guessed: Option<&String>) -> impl Iterator<Item = String> {
     guessed
         .map(|guessed| format!("{name}: {guessed}"))
@@ -42,7 +42,7 @@ pub struct Fitted {
 
 #[pymethods]
 impl Fitted {
-    /// Its picture as SVG.
+    /// Picture of the result as SVG.
     fn picture(&self, py: Python<'_>) -> PyResult<String> {
         let draw = || fit_picture::draw(&self.samples, &self.selection, &self.fit);
         py.detach(draw).map_err(raised)
@@ -236,7 +236,7 @@ pub fn replay(
     py.detach(run).map_err(raised)
 }
 
-/// What a run has reported.
+/// Events of a run.
 struct Played {
     lines: Vec<String>,
     packets: Vec<Packet>,

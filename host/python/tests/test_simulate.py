@@ -148,7 +148,7 @@ def test_static_images_are_what_the_grating_at_rest_makes(speed_mm_s: float, per
     for image, at_s in zip(images, (noisy.truth.slide_start_s - 0.1, noisy.truth.release_s - 0.1), strict=True):
         expected_v = elastic.values[np.searchsorted(elastic.time_s, at_s)] - offset_v
         level_v = np.array([taxel.level_v for taxel in image.taxels])
-        # The skin has crept by up to 5 %; the noise is that of a mean of 72 readings or more, less one of 48.
+        # Allows 5 % for creep, and the noise of a mean of 72 readings less one of 48.
         assert np.all(np.abs(level_v - expected_v) < 0.06 * np.abs(expected_v) + 4 * 0.9e-3 * np.sqrt(1 / 72 + 1 / 48)), (level_v, expected_v)
     # Piezoresistors 1 and 3 of unit 1 at rest: opposite signs (Oddo et al., figure 10).
     assert images[0].taxels[0].level_v < 0 < images[0].taxels[2].level_v

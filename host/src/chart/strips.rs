@@ -1,4 +1,4 @@
-//! Strips: a row for each channel with all of its readings, and a few periods close up beside the
+//! Strips: a row for each channel with all of its readings, and a few periods close up next to the
 //! fitted curve.
 //!
 //! Position and label distinguish the channels, dots and line distinguish readings and fit; colour
@@ -11,7 +11,7 @@ use std::ops::RangeInclusive;
 /// Tops of the first row and of the phases' labels above it.
 const TOP: f64 = 106.0;
 const LABELS_Y: f64 = TOP - 18.0;
-/// Below the last row: axes and the key.
+/// Room below the last row, for axes and key.
 const BELOW: f64 = 78.0;
 /// Edges of the picture's content.
 const LEFT: f64 = 24.0;
@@ -63,7 +63,7 @@ pub struct Strips {
     pub title: String,
     pub subtitle: String,
     pub warning: Option<String>,
-    /// What a row is.
+    /// Heading of the rows.
     pub row: &'static str,
     /// Headings of the readings and of the close-up.
     pub headings: [&'static str; 2],
@@ -205,8 +205,8 @@ impl Strips {
         key
     }
 
-    /// Maps a value to pixels: in the middle of its row, to the column's scale or to one that fills
-    /// the row.
+    /// Maps a value to pixels about the middle of its row, in the column's scale or in one that
+    /// fills the row.
     fn scaled(&self, column: &Column, low: f64, high: f64, middle: f64) -> (f64, f64) {
         let own = if high > low {
             FILLED * self.row_height() / (high - low)
@@ -347,7 +347,7 @@ fn inside<'a>(
     points.iter().filter(move |(at, _)| range.contains(at))
 }
 
-/// Least and greatest value; zeros without a point.
+/// Minimum and maximum value; zeros without a point.
 fn extremes<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> (f64, f64) {
     let grow = |ends: Option<(f64, f64)>, (_, value): &(f64, f64)| {
         let (low, high) = ends.unwrap_or((*value, *value));

@@ -15,14 +15,14 @@ use ridgetone_proto::telemetry::{ConverterState, Event, Health, Hello, Packet, R
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// What to do with the board.
+/// Options of a check.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// How long to watch for losses, seconds of the board's clock.
+    /// Time to watch for losses, seconds of the board's clock.
     pub length_s: f64,
     /// Whether to store settings, restart the board, and restore them.
     pub stores: bool,
-    /// What is connected to the analog inputs.
+    /// Connection of the analog inputs.
     pub inputs: Inputs,
 }
 
@@ -34,7 +34,7 @@ const GREETING_HEALTHS: u32 = 12;
 const LOOK: Duration = Duration::from_millis(50);
 /// Raw frames are requested for so much longer than the watch lasts, seconds.
 const SPARE_S: f64 = 60.0;
-/// A stride for the settings to store, seconds, and another one if that is in force.
+/// Stride to store as a test, seconds, and an alternative if the first is already in force.
 const STRIDES_S: [f32; 2] = [0.3, 0.35];
 
 /// Talks to the board. What failed is in [`Observations::ended`]; settings are restored then too.
@@ -187,7 +187,7 @@ impl Talk<'_> {
         });
     }
 
-    /// What is judged, with the default plan in force.
+    /// Watches the board with the default plan in force.
     fn examine(&mut self, plan: Plan, found: &mut Observations) -> Result<()> {
         // Telemetry runs meanwhile as it does in use.
         self.request_frames(plan.length_s)?;
@@ -303,7 +303,7 @@ impl Talk<'_> {
         self.progress.show(format_args!("storing settings"));
         let in_force = self.own.clone().or(self.seen.hello.clone());
         let in_force = in_force.context("the board did not greet")?;
-        // What the flash holds shows after a restart only.
+        // Only a restart shows what is in the flash.
         let stored = match in_force.source {
             SettingsSource::Sent => self.restart()?,
             _ => in_force.clone(),
@@ -332,7 +332,7 @@ impl Talk<'_> {
     }
 
     fn store(&mut self, settings: Settings, kept: &mut Kept) -> Result<()> {
-        // Also if no answer comes.
+        // The settings are restored even if no answer comes.
         kept.may_have_changed = true;
         let outcome = self.set(settings, true)?;
         kept.has_erased = outcome == Outcome::DoneErased;

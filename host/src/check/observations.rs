@@ -1,4 +1,4 @@
-//! What a run of `check` saw of a board. Tests make their own.
+//! Observations of a board by `check`. Tests make their own.
 
 use super::signals::Clock;
 use super::verdict::{Judged, Verdict, judged, skipped};
@@ -9,7 +9,7 @@ use ridgetone_proto::telemetry::{ConverterState, Health, Hello, Raw};
 use serde::Serialize;
 use serde_json::json;
 
-/// What is connected to the analog inputs.
+/// Connection of the analog inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Inputs {
@@ -86,9 +86,9 @@ pub struct Kept {
     pub sent: Option<Settings>,
     /// Settings in force after the restart, if they were those of the flash.
     pub found: Option<Settings>,
-    /// Whether the flash may hold other settings than before.
+    /// True if the flash may hold other settings than before.
     pub may_have_changed: bool,
-    /// Whether the flash was erased for it.
+    /// True if the flash was erased for it.
     pub has_erased: bool,
     /// Why they were not stored, or not found.
     pub failed: Option<String>,
@@ -105,7 +105,7 @@ impl Watched {
         self.after.t_us.saturating_sub(self.before.t_us) as f64 * 1e-6
     }
 
-    /// Whether nothing touched the finger at a device time, microseconds.
+    /// True if nothing touched the finger at a device time, microseconds.
     pub fn is_untouched(&self, t_us: u64) -> bool {
         !self.touches_us.iter().any(|(contact_us, release_us)| {
             t_us + MARGIN_US >= *contact_us
@@ -193,8 +193,8 @@ impl Observations {
     }
 }
 
-/// The plan by which a board's frames are judged: the ADS1258's default one by the clock that the
-/// board has; another converter's own.
+/// Plan by which a board's frames are judged: the default plan at the board's clock for an
+/// ADS1258, the board's own for another converter.
 pub const fn judged_plan(own: &Plan) -> Plan {
     match own.own.converter == Converters::ADS1258 {
         true => Plan::PAPER.with_clock(own.adc_clock_hz),

@@ -18,7 +18,7 @@ pub struct Report {
     pub checks: Vec<Check>,
 }
 
-/// How many checks ended how, and the versions of all that took part.
+/// Number of checks by verdict, and the versions of board and command.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "type", rename = "summary")]
 pub struct Summary {

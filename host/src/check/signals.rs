@@ -1,4 +1,4 @@
-//! What raw frames show of the inputs and of the time stamps.
+//! Statistics of inputs and time stamps from raw frames.
 
 use ridgetone_proto::settings::{FRAME_RATE_HZ, TAXELS};
 use ridgetone_proto::telemetry::Raw;
@@ -94,7 +94,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// None with less than a second of frames.
+    /// Returns `None` with less than a second of frames.
     pub fn of(frames: &[Raw]) -> Option<Self> {
         let (first, last) = (frames.first()?, frames.last()?);
         let count = last

@@ -32,8 +32,8 @@ const TEMPERATURE_C: Limits = Limits::between([5.0, 60.0], [-40.0, 105.0]);
 /// Offset, volts: own limits, 55 and 220 times the noise of one reading. SBAS297G gives a typical
 /// drift, 0.02 uV per degree, and no limit.
 const OFFSET_V: Limits = Limits::off(250e-6, 1e-3);
-/// Fraction by which the gain may be off 1: own limits; a voltage is off by as much. The reference's
-/// own tolerance cancels.
+/// Fraction by which the gain may be off 1: own limits; a voltage is off by as much. The
+/// reference's own tolerance cancels.
 const GAIN: Limits = Limits::off(0.005, 0.02);
 /// Rate off the nominal one, ppm: what two crystals may do with their capacitors, and the
 /// firmware's limit for the fault `clock`.
@@ -83,9 +83,9 @@ pub struct Row {
 }
 
 enum Judge {
-    /// By the limits of a value.
+    /// A value is compared with limits.
     Within(Limits, fn(&Observations, Limits) -> Outcome),
-    /// By a state.
+    /// A state is judged.
     State(fn(&Observations) -> Outcome),
 }
 

@@ -23,7 +23,7 @@ Examples:
 pub struct CheckArgs {
     #[command(flatten)]
     board: BoardOptions,
-    /// How long to watch for losses, seconds of the board's clock.
+    /// Time to watch for losses, seconds of the board's clock.
     #[arg(long = "for", value_name = "S", default_value_t = 60.0, value_parser = positive)]
     length: f64,
     /// What is connected to the analog inputs: noise is judged if they are shorted to AINCOM,

@@ -1,8 +1,8 @@
-//! `demo`: a scene through the emulated firmware, beside the truth.
+//! `demo`: runs the firmware on a scene and compares its results with the truth.
 
 use super::firmware::FirmwareOptions;
 use crate::emulator::Options;
-use crate::input::{first_scene, frame_rate_hz};
+use crate::input::{demo_scene, frame_rate_hz};
 use crate::{demo, output, settings_form};
 use anyhow::{Result, bail};
 use clap::Args;
@@ -13,7 +13,7 @@ use std::path::PathBuf;
 Example:
   ridgetone demo --svg demo.svg")]
 pub struct DemoArgs {
-    /// Another scene than that of hal-mock/scenes/c1.toml: a scene file.
+    /// Scene file [default: hal-mock/scenes/demo.toml].
     #[arg(long, value_name = "FILE.toml")]
     scene: Option<PathBuf>,
     /// Settings of the firmware, sent to it over its line at the start [default: its own].
@@ -33,7 +33,7 @@ impl DemoArgs {
             .as_ref()
             .map(|path| hal_mock::load_scene(path, frame_rate_hz()))
             .transpose()?;
-        let scene = scene.map_or_else(first_scene, Ok)?;
+        let scene = scene.map_or_else(demo_scene, Ok)?;
         if scene.hand.is_some() {
             bail!("a hand has no single speed to compare with: use `ridgetone emulate --scene`");
         }

@@ -42,8 +42,8 @@ Examples:
   ridgetone fit stage.csv --position-column encoder --mm-per-count 0.025
   ridgetone fit touch.rec --positions robot.csv --window 0.6")]
 pub struct FitArgs {
-    /// Recordings: CSV with a header; `-` is standard input. Several files, or windows, give a table
-    /// with a row for each.
+    /// Recordings: CSV with a header; `-` is standard input. Several files, or windows, give a
+    /// table with a row for each.
     #[arg(value_name = "FILE.csv", required = true)]
     files: Vec<PathBuf>,
     /// Fit windows of this length, seconds, one after the other: a recording may have any length
@@ -66,8 +66,8 @@ pub struct FitArgs {
     /// Rows per second, whatever the stamps say [default: from the stamps].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
-    /// Column that is the time, with its unit (s, ms, us, ns, min, h, d) if its name does not say it; `none`
-    /// if none is [default: time_s, or a column whose name says that it is the time].
+    /// Column that is the time, with its unit (s, ms, us, ns, min, h, d) if its name does not say
+    /// it; `none` if none is [default: time_s, or a column whose name says that it is the time].
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
     time_column: Option<TimeColumn>,
     /// Rows hold consecutive samples of one series: read them one after the other.
@@ -92,8 +92,8 @@ pub struct FitArgs {
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = position)]
     position_column: Option<Column>,
     /// Fit the raw frames of a recording by the positions or speeds of a robot in this CSV, at any
-    /// speed and through turns. Times are UTC, seconds since 1970, or the device's own; the column is
-    /// the one whose name begins with position or speed, or that of the two options above.
+    /// speed and through turns. Times are UTC, seconds since 1970, or the device's own; the column
+    /// is the one whose name begins with position or speed, or that of the two options above.
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["min_hz", "max_hz", "rate"])]
     positions: Option<PathBuf>,
     /// Millimetres of one count of the position.
@@ -110,8 +110,8 @@ pub struct FitArgs {
     /// Most harmonics to fit, the fundamental included, 1 to 5 [default: 5].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=5))]
     harmonics: Option<u8>,
-    /// What is not in the recording, separated by commas: a window then costs less, and is wrong
-    /// where it is there after all.
+    /// Effects to leave out of the model, separated by commas: faster, but biased if they are
+    /// present.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     exclude: Vec<Exclude>,
     /// The speed changes as likely as not: sigma is a fifth larger, and holds where it does.

@@ -128,7 +128,7 @@ impl Drop for Printer {
     }
 }
 
-/// What a frame's codes are in millivolts; a dash where they cannot be trusted.
+/// Codes of a frame in millivolts; a dash where they cannot be trusted.
 fn millivolts(frame: &Frame) -> String {
     let value =
         |volts: &Option<f32>| volts.map_or("-".to_owned(), |volts| format!("{:+.3}", 1e3 * volts));

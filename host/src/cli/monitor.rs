@@ -35,12 +35,12 @@ pub struct MonitorArgs {
     /// Print lines instead of a screen.
     #[arg(long)]
     plain: bool,
-    /// Request every raw frame of a board and print it; with --json with volts beside the codes.
+    /// Request every raw frame of a board and print it; with --json with volts next to the codes.
     /// The screen has them anyway.
     #[arg(long)]
     raw: bool,
-    /// Print `Hz:8.3333,sigma:0.0002` for each good estimate, and nothing else: lines that the Arduino
-    /// plotter and Serial Studio draw.
+    /// Print `Hz:8.3333,sigma:0.0002` for each good estimate, and nothing else: lines that the
+    /// Arduino plotter and Serial Studio draw.
     #[arg(long, conflicts_with_all = ["plain", "raw", "json"])]
     plotter: bool,
     #[command(flatten)]

@@ -1,5 +1,5 @@
-//! Settings of the library, from a file and from options over it. The options of the common ones are
-//! made from the table of settings; `--set` reaches all of them.
+//! Settings of the library, from a file and from options over it. The options of the common ones
+//! are made from the table of settings; `--set` reaches all of them.
 
 use crate::settings_form::{self, from_text, range, shown};
 use crate::usage::UsageError;
@@ -42,7 +42,7 @@ fn with_option() -> impl Iterator<Item = &'static Setting> {
     TABLE.iter().filter(|setting| !setting.option.is_empty())
 }
 
-/// Whether the option takes percent.
+/// True if the option takes percent.
 fn is_share(setting: &Setting) -> bool {
     setting.unit == "share"
 }

@@ -11,7 +11,7 @@ include!(concat!(env!("OUT_DIR"), "/images.rs"));
 /// Where `cargo xtask firmware` puts the usual image, from cargo's target directory.
 const IMAGE: &str = "firmware/feather-f405/ridgetone-firmware.elf";
 
-/// The usual board.
+/// Board that is emulated by default.
 const BOARD: Board = Board::FeatherF405;
 
 /// Handler of all interrupts without their own.

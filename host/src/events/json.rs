@@ -17,7 +17,7 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
     Message::new(packet, None)
 }
 
-/// The packets of a board as [`json`] has them; raw frames with volts beside the codes. It needs
+/// The packets of a board as [`json`] has them; raw frames with volts next to the codes. It needs
 /// all packets: the reference is in the greeting.
 #[derive(Clone, Debug)]
 pub struct JsonLines {

@@ -64,7 +64,7 @@ fn kind(packet: &Packet) -> String {
 
 /// The values of a packet by the names of their fields.
 fn values(packet: &Packet) -> String {
-    // What cannot be JSON has no values.
+    // A message that is no JSON has no values.
     let message = serde_json::to_value(serializable(packet)).unwrap_or_default();
     let columns = rows::columns(&kind(packet));
     let value = |column: &Column| format!("{} {}", column.name, column.text(&message));
@@ -271,7 +271,7 @@ fn reply(e: &Reply) -> String {
     format!("request {}: {}{gives}", e.number, outcome(&e.outcome))
 }
 
-/// What a plan gives.
+/// Rates and windows of a plan.
 pub fn given(gives: &Gives) -> String {
     let Gives {
         frame_rate_hz,

@@ -180,7 +180,7 @@ impl Feed {
         self.bytes
     }
 
-    /// What is on a board's line if no packet is: text, or another baud rate.
+    /// Bytes that are no packets: text, or another baud rate.
     pub fn strangers(&self) -> Option<String> {
         let what = || self.strangers.what();
         (self.received == 0 && self.has_board())

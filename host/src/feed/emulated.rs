@@ -13,10 +13,10 @@ use ridgetone_emulator::Session;
 use std::path::Path;
 use std::time::Duration;
 
-/// Its name as a source.
+/// Name of the emulated board as a source.
 pub const EMULATED: &str = "emulated board";
 
-/// How an emulated board runs.
+/// Options of an emulated board.
 #[derive(Clone, Debug)]
 pub struct Emulation {
     pub firmware: Firmware,

@@ -20,7 +20,7 @@ pub enum RawFrames {
     /// There is no board to request them from.
     #[default]
     Unavailable,
-    /// Nobody wants them.
+    /// Not requested.
     Off,
     /// They are requested.
     On,
@@ -41,7 +41,7 @@ pub struct Following {
     is_idle: bool,
 }
 
-/// What became of settings that were sent.
+/// Outcome of settings that were sent.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SettingsReply {
     /// From 1 on: another answer may have the same words.
@@ -91,7 +91,7 @@ impl Following {
         }
     }
 
-    /// Whether there is a board that takes settings.
+    /// True if there is a board that takes settings.
     pub fn has_board(&self) -> bool {
         self.feed.has_board()
     }
@@ -109,7 +109,7 @@ impl Following {
             settings,
             keep: false,
         });
-        // Its greeting says what is in force.
+        // The greeting says which settings are in force.
         self.requester.push(Command::Greet);
     }
 

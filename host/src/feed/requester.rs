@@ -22,7 +22,7 @@ pub fn new_requests() -> Requests {
     Requests::new(clock_number())
 }
 
-/// Requests beside those, which share no number with them for half a minute.
+/// Requests next to those, which share no number with them for half a minute.
 pub fn other_requests() -> Requests {
     Requests::new(clock_number() ^ 0x8000)
 }

@@ -4,7 +4,7 @@ use crate::utc::Receipt;
 use anyhow::{Result, bail};
 use std::time::Duration;
 
-/// What a source reports, with bytes as data, and a feed, with packets.
+/// Report of a source, with bytes as data, or of a feed, with packets.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FeedEvent<T> {
     /// The board is connected, under this name.
@@ -28,7 +28,7 @@ pub trait Source {
         Some(Receipt::now(self.byte_s()))
     }
 
-    /// Time that a byte takes on the line, seconds; 0 where there is none.
+    /// Time that a byte takes on the line, seconds; 0 without a serial line.
     fn byte_s(&self) -> f64 {
         0.0
     }
@@ -41,7 +41,7 @@ pub trait Source {
         false
     }
 
-    /// Whether a board can receive bytes.
+    /// True if a board can receive bytes.
     fn has_board(&self) -> bool {
         true
     }

@@ -20,7 +20,7 @@ const PER_CYCLE: f64 = 2.0;
 /// Multiples of the tone up to which there is room in the picture, if half the rate is far above.
 const HARMONICS_SHOWN: f64 = 8.0;
 
-/// Least power that is drawn, decibels.
+/// Lowest power that is drawn, decibels.
 const LEAST_DB: f64 = -140.0;
 
 /// Values over the axis of the fit, and the power that counts as all.
@@ -130,7 +130,7 @@ fn around(spectrum: &Points, frequency: f64, reach: f64) -> Option<f64> {
 
 /// Windows of one length over the rows, half over one another, with a Hann taper each.
 struct Windows {
-    /// First horizontal coordinate of each.
+    /// Start of each window.
     starts: Vec<f64>,
     length: f64,
     /// From one frequency to the next.

@@ -3,7 +3,7 @@
 use ridgetone_finger::PlainFrame;
 use ridgetone_proto::telemetry::Raw;
 
-/// How the rows of a table are read.
+/// Interpretation of the rows of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// Rows per second, whatever their stamps; by the stamps if none.

@@ -17,8 +17,8 @@ use std::ops::ControlFlow;
 /// Rows whose stamps give the first guess of their spacing.
 const HEAD_ROWS: usize = 4096;
 
-/// Difference between the rate of a board's own columns and that of its scan, as a fraction of it:
-/// the clock of a chip may be off by as much.
+/// Tolerance of a board's frame rate against the nominal one, as a fraction: the error of the
+/// chip's clock.
 const SCAN_OFF_MAX: f64 = 0.004;
 
 /// Longest gap between two rows, seconds. A longer one is a clock that was set, or a pause between
@@ -31,7 +31,7 @@ const GAP_FRACTION_MAX: f64 = 0.5;
 /// Spacings of the rows before a gap that it is longer than, at least.
 const GAP_ROWS: f64 = 10.0;
 
-/// Most rows that may be missing, as a fraction of all.
+/// Maximum number of rows that may be missing, as a fraction of all.
 const MISSING_MAX: f64 = 0.2;
 
 /// Rows of a suggested window, at least.
@@ -68,7 +68,7 @@ struct Largest {
 }
 
 impl Table {
-    /// Reads all rows once.
+    /// Reads all rows in one pass.
     pub fn open(samples: &Samples, reading: Reading) -> Result<Self> {
         let (mut progress, mut survey) = (Progress::default(), Survey::default());
         let mut rows = samples.open()?;

@@ -1,4 +1,4 @@
-//! The state, folded from the packets of the default scene, beside the truth of the scene.
+//! The state, folded from the packets of the default scene, next to the truth of the scene.
 
 use super::*;
 use crate::input::Input;

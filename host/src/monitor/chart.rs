@@ -11,7 +11,7 @@ use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 use ridgetone_proto::telemetry::Status;
 
-/// Least height of the chart, as a share of the frequency: magnified further, a millionth would
+/// Minimum height of the chart, as a share of the frequency: magnified further, a millionth would
 /// look like noise.
 const LEAST_SHARE: f64 = 1e-4;
 

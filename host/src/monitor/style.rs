@@ -25,7 +25,7 @@ pub fn fitted(text: &str, columns: usize) -> String {
     kept.chain(['…']).collect()
 }
 
-/// A text as lines of at most so many columns, broken between words.
+/// Breaks a text between words into lines of a maximum width.
 pub fn wrapped(text: &str, columns: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {
@@ -35,7 +35,7 @@ pub fn wrapped(text: &str, columns: usize) -> Vec<String> {
         match begun {
             Some(line) if line.is_empty() => word.clone_into(line),
             Some(line) => *line += &format!(" {word}"),
-            // What goes on is indented.
+            // Continued lines are indented.
             None => lines.push(format!("  {word}")),
         }
     }

@@ -15,7 +15,7 @@ pub fn force() {
     IS_FORCED.store(true, Ordering::Relaxed);
 }
 
-/// What a path leads to, symbolic links followed.
+/// Target of a path, symbolic links followed.
 enum Target {
     /// `-`.
     StandardOutput,
@@ -139,7 +139,7 @@ fn stream(out: impl Write, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> 
     Ok(writer.flush()?)
 }
 
-/// Writes under a temporary name beside the file's place and renames it, so that the file is never
+/// Writes under a temporary name next to the file's place and renames it, so that the file is never
 /// incomplete.
 fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let mut builder = tempfile::Builder::new();
@@ -150,7 +150,7 @@ fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Res
         // Permissions as for any new file: the process's mask decides.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    // The error itself has the temporary name.
+    // The error names the temporary file.
     let mut file = builder
         .tempfile_in(folder(path))
         .map_err(|error| std::io::Error::from(error.kind()))?;

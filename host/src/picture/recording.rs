@@ -16,8 +16,6 @@ const IDLE_SAMPLES: usize = 48;
 pub struct Recording {
     /// Per taxel: time, and volts above its idle level.
     pub channels: [Vec<(f64, f64)>; TAXELS],
-    /// Idle level per taxel, volts.
-    pub idle_v: [f64; TAXELS],
     pub contacts_s: Vec<f64>,
     /// Slides that have ended, start and end.
     pub slides_s: Vec<(f64, f64)>,
@@ -77,12 +75,12 @@ impl Recording {
         }
     }
 
-    /// Takes the idle levels off.
+    /// Subtracts each channel's idle level.
     fn level(mut self) -> Self {
-        for (channel, idle_v) in self.channels.iter_mut().zip(&mut self.idle_v) {
+        for channel in &mut self.channels {
             let head = &channel[..channel.len().min(IDLE_SAMPLES)];
-            *idle_v = head.iter().map(|(_, v)| v).sum::<f64>() / head.len().max(1) as f64;
-            channel.iter_mut().for_each(|(_, v)| *v -= *idle_v);
+            let idle_v = head.iter().map(|(_, v)| v).sum::<f64>() / head.len().max(1) as f64;
+            channel.iter_mut().for_each(|(_, v)| *v -= idle_v);
         }
         self
     }

@@ -17,7 +17,7 @@ pub struct Link<P: Ports> {
     /// Serial number that identifies the board, if no other port has the same.
     usb_serial: Option<String>,
     line: Option<P::SerialLine>,
-    /// Whether the connection was not reported yet.
+    /// True if the connection was not reported yet.
     is_new: bool,
     looked: Instant,
 }

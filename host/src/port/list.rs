@@ -14,7 +14,7 @@ pub struct Found {
     pub usb: Option<Usb>,
 }
 
-/// What a USB device reports about itself.
+/// Description of a USB device.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Usb {
     /// Serial number, which identifies the device under another name. Many cheap adapters have
@@ -61,7 +61,7 @@ pub enum Wanted {
 }
 
 impl Wanted {
-    /// By a port's name, by a USB serial number, or without both the only board.
+    /// Finds a board by a port's name or a USB serial number; without both, the only board.
     pub fn new(port: Option<String>, usb_serial: Option<String>) -> Self {
         port.map(Self::Name)
             .or(usb_serial.map(Self::UsbSerial))

@@ -19,7 +19,7 @@ const READ_WAIT: Duration = Duration::from_millis(100);
 #[cfg(target_os = "linux")]
 pub(super) const TERMINALS: &str = "/sys/class/tty";
 
-/// The ports of this computer, opened at 921600 baud.
+/// Serial ports of this computer, opened at 921600 baud.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct System;
 

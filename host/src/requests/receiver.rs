@@ -128,7 +128,7 @@ impl<F: NorFlash> Receiver<F> {
         }
     }
 
-    /// Whether the board resets as soon as the line is silent.
+    /// True if the board resets as soon as the line is silent.
     pub fn is_restarting(&self) -> bool {
         self.shared.is_restarting()
     }

@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// What shows that a file has changed.
+/// State of a file by which a change is noticed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
     bytes: u64,
@@ -15,7 +15,7 @@ pub struct State {
 }
 
 impl State {
-    /// That of a file now.
+    /// Reads the present state of a file.
     pub fn of(path: &Path) -> io::Result<Self> {
         let metadata: Metadata = std::fs::metadata(path)?;
         Ok(Self {

@@ -21,8 +21,7 @@ pub struct Foxglove {
     pub address: SocketAddr,
 }
 
-/// The channels of each finger, and the latest states on them: a viewer that comes later gets those
-/// first.
+/// Channels of each finger, with their latest states, which a new viewer gets first.
 #[derive(Default)]
 struct Channels {
     by_finger: Vec<Vec<Arc<RawChannel>>>,

@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-/// Characters of a line that is no message in the error about it.
+/// Maximum number of characters that an error quotes of a line that is no message.
 const SHOWN: usize = 60;
 
 #[derive(Clone, Debug)]

@@ -1,5 +1,5 @@
 //! MQTT 5: frames with QoS 0, all other messages with QoS 1. A broker retains the latest states of
-//! the fingers, a status with totals, and the schemas beside the topics; each connection publishes
+//! the fingers, a status with totals, and the schemas next to the topics; each connection publishes
 //! them again, since a broker may have restarted without them.
 //!
 //! A session lives as long as its connection. When that breaks, events that the broker has not
@@ -228,13 +228,13 @@ impl Connection<'_> {
     }
 }
 
-/// What is published, from one session to the next.
+/// Publications that outlast a session.
 struct Publishing<'a> {
     queue: &'a Queue,
     names: &'a Names,
     latest: Latest,
     totals: Totals,
-    /// Whether messages have waited for a broker.
+    /// True if messages have waited for a broker.
     has_waited: bool,
 }
 
@@ -259,7 +259,7 @@ impl Publishing<'_> {
                 }
             }
         }
-        // Its acknowledgement confirms all frames before it.
+        // The acknowledgement confirms all earlier frames.
         let status = self.status(Publishes::Offline);
         connection.retain(self.names.status(), status).await?;
         let all_confirmed = async {
@@ -267,7 +267,7 @@ impl Publishing<'_> {
                 sleep(Duration::from_millis(10)).await;
             }
         };
-        // What is not confirmed by then is counted.
+        // Frames that are not confirmed by then are counted.
         let _ = timeout(LAST, all_confirmed).await;
         // The connection's end is what this ends with.
         Ok(connection.client.disconnect().await?)

@@ -43,7 +43,7 @@ impl Publisher {
         Ok(())
     }
 
-    /// What this command says itself.
+    /// Messages of this command itself.
     pub fn note(&mut self, note: Note) -> Result<()> {
         self.publish(noted(note, Receipt::now(0.0)))
     }

@@ -66,7 +66,7 @@ pub fn json(topic: Topic) -> Value {
     })
 }
 
-/// A schema without `null` beside another type. None of a list of lists, which viewers refuse to
+/// A schema without `null` next to another type. None of a list of lists, which viewers refuse to
 /// read.
 fn of_one_type(schema: &Value) -> Option<Value> {
     let mut one = schema.clone();
@@ -132,7 +132,7 @@ mod tests {
     use std::collections::BTreeSet;
     use std::sync::Arc;
 
-    /// Whether a value fits a schema. Every schema has one type, as viewers want it.
+    /// True if a value fits a schema. Every schema has one type, as viewers want it.
     fn fits(value: &Value, schema: &Value) -> bool {
         let kind = schema["type"].as_str().expect("one type");
         match value {

@@ -5,17 +5,17 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
-/// What a message is about.
+/// Topic of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
     /// Every frame. Best effort; all others are reliable.
     Frames,
-    /// What touches the finger: contact, motion, slide, release, static image.
+    /// Touches: contact, motion, slide, release, static image.
     Contact,
     /// Estimates of the tone, whole and in brief.
     Tone,
-    /// What is under the finger.
+    /// Surface under the finger.
     Texture,
     /// Greetings, faults, answers to requests, connections and losses.
     Diagnostics,
@@ -50,7 +50,7 @@ impl Topic {
     }
 }
 
-/// What carries the fingers, if it has no name.
+/// Default name of the board that carries the fingers.
 pub const BOARD: &str = "ridgetone";
 
 /// The names in topics.
@@ -62,7 +62,7 @@ pub struct Names {
 }
 
 impl Names {
-    /// Those of a recording, which does not know its finger's.
+    /// Topics of a recording, which does not know its finger's name.
     pub fn unnamed() -> Self {
         Self {
             board: BOARD.to_owned(),
@@ -70,7 +70,7 @@ impl Names {
         }
     }
 
-    /// What is known of a finger before its messages: for channels of Foxglove and MCAP.
+    /// Metadata of a finger, for channels of Foxglove and MCAP.
     pub fn metadata(&self, finger: usize) -> BTreeMap<String, String> {
         let pairs = [
             ("board", self.board.as_str()),

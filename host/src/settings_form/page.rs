@@ -10,7 +10,7 @@ use serde::Serialize;
 pub struct Entry {
     pub name: &'static str,
     pub unit: &'static str,
-    /// Its sentence, range and default.
+    /// Description of the setting with range and default.
     pub title: String,
     /// `number`, `whole`, `switch`, `word` or `plan`.
     pub kind: &'static str,
@@ -27,8 +27,8 @@ pub struct Choice {
     pub text: String,
 }
 
-/// The inputs, in the order of the table: settings of windows and slides. Masks and what a finger or
-/// a scene is like are set by a file.
+/// The inputs, in the order of the table: settings of windows and slides. Masks and what a finger
+/// or a scene is like are set by a file.
 pub fn entries() -> Vec<Entry> {
     let is_shown = |setting: &&Setting| matches!(split(setting.name).0, None | Some("slide"));
     TABLE.iter().filter(is_shown).filter_map(entry).collect()

@@ -123,7 +123,7 @@ pub fn names() -> String {
     Plan::NAMED.map(|(name, _)| name).join(", ")
 }
 
-/// What a field is.
+/// Meaning of a field.
 pub fn meaning(field: &str) -> &'static str {
     match field {
         "inputs" => "Inputs that are converted: bit k is AINk.",

@@ -70,7 +70,7 @@ fn unknown(name: &str) -> String {
     format!("no setting `{name}`: {}", members(split(name).0))
 }
 
-/// What there is to choose from.
+/// Names to choose from.
 fn members(table: Option<&str>) -> String {
     let mut names: Vec<_> = rows(table).map(|setting| setting.name).collect();
     let others: Vec<_> = tables().iter().map(|name| format!("{name}.*")).collect();

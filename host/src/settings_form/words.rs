@@ -3,7 +3,7 @@
 use super::plan;
 use ridgetone_proto::settings::{Bounds, Kind, Setting, Settings, SettingsError, TABLE, Value};
 
-/// A value as TOML has it.
+/// Value in TOML's notation.
 pub fn shown(value: &Value) -> String {
     match value {
         Value::Number(value) => format!("{value:?}"),
@@ -22,7 +22,7 @@ pub fn shown(value: &Value) -> String {
     }
 }
 
-/// What a setting may be; bounds that depend on others are those beside the defaults.
+/// What a setting may be; bounds that depend on others are those next to the defaults.
 pub fn range(setting: &Setting) -> String {
     match (setting.kind, setting.bounds) {
         (Kind::Switch, _) => "true or false".into(),
@@ -43,7 +43,7 @@ pub fn range(setting: &Setting) -> String {
     }
 }
 
-/// What to choose in place of a value of another type.
+/// Advice on a value of the wrong type.
 pub fn choices(setting: &Setting) -> String {
     let range = range(setting);
     match setting.kind {
@@ -53,7 +53,7 @@ pub fn choices(setting: &Setting) -> String {
     }
 }
 
-/// What a setting is, behind its line in a file.
+/// Comment behind a setting's line in a file.
 pub fn comment(setting: &Setting) -> String {
     match setting.unit {
         "" => setting.sentence().to_owned(),

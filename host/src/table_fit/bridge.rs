@@ -3,8 +3,8 @@
 /// Known readings on each side that a cubic goes through, and how many frames away they may be.
 const SIDE: usize = 2;
 const REACH: usize = 5;
-/// Most readings in a row that are bridged: of more the noise would be many times that of a real
-/// one.
+/// Maximum number of readings in a row that are bridged: of more the noise would be many times that
+/// of a real one.
 const RUN_MAX: f64 = 3.0;
 /// A channel with a larger share of missing readings is left as it is.
 const SHARE_MAX: f64 = 0.5;

@@ -23,7 +23,7 @@ const SHIFTED_TO: f64 = 0.22;
 /// Half-width of the band around it.
 const SHIFTED_BAND: f64 = 0.12;
 
-/// Ratio of powers from which on a slower tone is named beside a faster one.
+/// Ratio of powers from which on a slower tone is named next to a faster one.
 const NAMED_POWER: f64 = 0.05;
 
 /// Fits all rows: more than the estimator takes at once through filters.

@@ -8,10 +8,10 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// from 0.56 on.
 const ZEROS: usize = 8;
 
-/// The share of the lower rate that it passes.
+/// The fraction of the lower rate that it passes.
 pub const PASSED: f64 = 0.44;
 
-/// Share of the filter's weights that have to be on readings.
+/// Fraction of the filter's weights that have to be on readings.
 const WEIGHT_MIN: f64 = 0.5;
 
 impl Scaled {

@@ -5,8 +5,8 @@ use crate::grid::Grid;
 use crate::part::Part;
 use ridgetone_proto::settings::TAXELS;
 
-/// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any
-/// file's residuals.
+/// Channels are scaled to about the span of a real channel in codes. Quantization to 1 is then far
+/// below any file's residuals.
 const SPAN_CODES: f64 = 1e6;
 
 /// The rows as the library takes them.
@@ -64,7 +64,7 @@ impl Scaled {
         scaled
     }
 
-    /// Share of the rows that have all readings of the channels that have any.
+    /// Fraction of the rows that have all readings of the channels that have any.
     pub fn whole_share(&self) -> f64 {
         let all = self.valid.iter().fold(0, |all, valid| all | valid);
         let count =

@@ -1,4 +1,4 @@
-//! What a cell of a table holds.
+//! Content of a table's cells.
 
 use super::clock_time::ClockTime;
 use core::cell::Cell;
@@ -74,7 +74,7 @@ impl Numbers {
         {
             return self.note(b'.').map(|()| value);
         }
-        // `1,5`, but never beside `1.5`, where it may be a thousand and more.
+        // `1,5`, but never next to `1.5`, where it may be a thousand and more.
         let value = cell.replacen(',', ".", 1).parse().ok();
         value.filter(|_| !has_point && self.note(b',').is_some())
     }
@@ -114,7 +114,7 @@ fn without_thousands(cell: &str) -> Option<f64> {
         .then(|| cell.replace(',', "").parse().ok())?
 }
 
-/// Whether a whole number has groups of three digits.
+/// True if a whole number has groups of three digits.
 fn is_grouped(whole: &str, mark: char) -> bool {
     let mut groups = whole.trim_start_matches(['+', '-']).split(mark);
     let is_digits = |group: &str| group.bytes().all(|byte| byte.is_ascii_digit());
@@ -123,7 +123,7 @@ fn is_grouped(whole: &str, mark: char) -> bool {
     is_first && groups.all(|group| group.len() == 3 && is_digits(group))
 }
 
-/// Whether a cell stands for a missing reading.
+/// True if a cell stands for a missing reading.
 fn is_missing(cell: &str) -> bool {
     cell.is_empty() || MISSING.iter().any(|mark| mark.eq_ignore_ascii_case(cell))
 }

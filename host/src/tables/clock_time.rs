@@ -7,7 +7,7 @@ use jiff::tz::Offset;
 /// Seconds of a day.
 pub const DAY_S: f64 = 86_400.0;
 
-/// What a text says of a time.
+/// Time as a text gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClockTime {
     /// Seconds since 1970: with an offset from UTC, or `Z`.

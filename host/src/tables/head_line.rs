@@ -23,7 +23,7 @@ impl HeadLine {
         values > self.count(Kind::Text) && !self.is_comment()
     }
 
-    /// Whether LabVIEW's header ends here; there may be two.
+    /// True if LabVIEW's header ends here; there may be two.
     pub fn ends_header(&self) -> bool {
         self.cells[0] == "***End_of_Header***"
     }
@@ -33,7 +33,7 @@ impl HeadLine {
     }
 }
 
-/// Whether a line with this first cell is a comment.
+/// True if a line with this first cell is a comment.
 pub fn is_comment(cell: &str) -> bool {
     cell.starts_with(['#', '%'])
 }
@@ -63,7 +63,7 @@ pub fn as_text(record: ByteRecord) -> StringRecord {
     })
 }
 
-/// How lines end.
+/// Line endings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineEnds {
     Lf,

@@ -63,7 +63,7 @@ fn titles(lines: &[HeadLine], width: usize) -> Option<(Option<Vec<String>>, Opti
     Some((Some(names.collect()), Some(at)))
 }
 
-/// Whether a line of another length than the rows is a header: words alone, and no remark or pairs
+/// True if a line of another length than the rows is a header: words alone, and no remark or pairs
 /// of a key and its value.
 fn is_words(line: &HeadLine) -> bool {
     let is_pair = |cell: &String| {

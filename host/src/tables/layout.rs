@@ -1,4 +1,4 @@
-//! How a table is laid out, by its first lines: separator, preamble, header, units, columns.
+//! Layout of a table from its first lines: separator, preamble, header, units, columns.
 
 use super::cells::{Kind, Numbers};
 use super::head_line::{HeadLine, LineEnds, lines};
@@ -61,14 +61,15 @@ pub struct Layout {
     time_units: Vec<&'static str>,
     /// The columns continue one another: one series, so many samples a row.
     pub is_wrapped: bool,
-    /// Whether lines were passed over in front of the header.
+    /// True if lines were passed over in front of the header.
     pub has_preamble: bool,
     /// The time's unit is guessed from its size.
     pub is_epoch: bool,
 }
 
 impl Layout {
-    /// Finds the layout of a text that begins so; its last line may be cut unless it is `whole`.
+    /// Finds the layout of a text from its beginning; the last line may be cut unless it is
+    /// `whole`.
     pub fn find(text: &[u8], is_whole: bool, time: Option<&TimeColumn>) -> Result<Self, Refused> {
         let (asked, skip) = asked_separator(text);
         let text = &text[skip..];
@@ -236,7 +237,7 @@ impl Layout {
         {
             self.check_clocks(&looks, at, unit)?;
         }
-        // A column beside it that is a time, too, is no channel.
+        // A column next to it that is a time, too, is no channel.
         for (column, look) in self.columns.iter_mut().zip(&looks) {
             let is_called_so = column.name == name || named(&column.name, false).is_some();
             column.is_left_out |= is_called_so && look.never_falls && look.grows > 0.0;
@@ -246,8 +247,8 @@ impl Layout {
         Ok(())
     }
 
-    /// The unit of a time whose name declares none: by the row of units, the stated rate, or the size
-    /// of its numbers; none if whole numbers leave it open.
+    /// The unit of a time whose name declares none: by the row of units, the stated rate, or the
+    /// size of its numbers; none if whole numbers leave it open.
     fn undeclared_unit(
         &mut self,
         name: &str,
@@ -377,7 +378,7 @@ impl Layout {
 /// Rows that are looked at for a series that is written several samples a row.
 const WRAPPED_ROWS: usize = 400;
 
-/// Rates from which on a time without a unit is asked for.
+/// Rates above which a time without a unit is refused.
 const RATE_ASKED_HZ: f64 = 1e6;
 
 /// Ratio of the lengths of the same rows by two clocks that disagree.
@@ -412,7 +413,7 @@ fn candidates(
     looks.iter().enumerate().filter_map(candidate).collect()
 }
 
-/// Whether words of the rows hold numbers.
+/// True if words of the rows hold numbers.
 fn has_marked_words(rows: &[&HeadLine]) -> bool {
     let is_marked = |cell: &str| {
         let is_mark = |c: char| "[](){}=:|\"".contains(c);
@@ -490,8 +491,8 @@ fn asked_separator(text: &[u8]) -> (Option<u8>, usize) {
     }
 }
 
-/// How much of the text is a table with this separator. Words count against it, and so does a
-/// single column.
+/// Score of a separator: the part of the text that is a table with it. Words count against it, and
+/// so does a single column.
 fn score(lines: &[HeadLine]) -> f64 {
     let width = usual_width(lines);
     let rows = lines

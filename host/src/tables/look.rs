@@ -8,7 +8,7 @@ use super::stamps::{Stamps, Unit};
 /// Ranges of a number that counts from 1970 in some unit: the years 2000 to 2100.
 const EPOCH_S: core::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 
-/// How a column looks in the first rows.
+/// Properties of a column in the first rows.
 pub struct Look {
     pub is_clock: bool,
     pub is_whole: bool,
@@ -17,7 +17,7 @@ pub struct Look {
     /// Median step.
     pub step: f64,
     pub rows: usize,
-    /// Share of the rows in which it grows, and does so steadily.
+    /// Fraction of the rows in which it grows, and does so steadily.
     pub grows: f64,
     pub is_steady: bool,
     pub never_falls: bool,
@@ -67,18 +67,18 @@ impl Look {
         }
     }
 
-    /// Whether it holds numbers or times that ever grow; of a single row nothing is known.
+    /// True if it holds numbers or times that ever grow; of a single row nothing is known.
     pub fn is_time(&self) -> bool {
         self.rows > 0 && (self.grows > 0.0 || self.falls || self.rows < 3)
     }
 
-    /// Whether it counts the rows.
+    /// True if it counts the rows.
     pub fn counts_rows(&self) -> bool {
         self.is_whole && self.is_steady && self.step == 1.0
     }
 
-    /// Whether it may be days since 1900, as spreadsheets count them, or since the year 0, as MATLAB
-    /// does: rows that would come at a very high rate in seconds.
+    /// Whether it may be days since 1900, as spreadsheets count them, or since the year 0, as
+    /// MATLAB does: rows that would come at a very high rate in seconds.
     pub fn may_be_days(&self) -> bool {
         let is_date = (20_000.0..80_000.0).contains(&self.first)
             || (700_000.0..780_000.0).contains(&self.first);
@@ -102,7 +102,7 @@ const COUNTERS: [&str; 12] = [
 /// Those whose number may stay the same for some rows, as a frame with several samples does.
 const REPEATED: [&str; 5] = ["frame", "subframe", "index", "packet", "row"];
 
-/// Whether a column numbers the rows, by its name and its values; the numbers may begin again.
+/// True if a column numbers the rows, by its name and its values; the numbers may begin again.
 pub fn is_counter(name: &str, rows: &[&HeadLine], at: usize) -> bool {
     let number = |row: &HeadLine| row.cells[at].parse::<f64>().ok();
     let name = name.to_lowercase();

@@ -1,7 +1,9 @@
-//! Lines of a log as plain rows: stamps of a terminal in front, labels, units, brackets, JSON objects.
+//! Lines of a log as plain rows: stamps of a terminal in front, labels, units, brackets, JSON
+//! objects.
 //!
-//! A line is numbers with text around them. If the same text stands around the numbers of nearly all
-//! lines, it names the columns: `x:0.12,y:0.3`, `0.10 s,1.2 N`, `[0.1 0.2]`, `{"a": 1, "b": 2}`.
+//! A line is numbers with text around them. If the same text stands around the numbers of nearly
+//! all lines, it names the columns: `x:0.12,y:0.3`, `0.10 s,1.2 N`, `[0.1 0.2]`, `{"a": 1, "b":
+//! 2}`.
 
 use super::clock_time::ClockTime;
 use super::units::bracketed;
@@ -16,7 +18,7 @@ const LINES_MIN: usize = 3;
 /// Longest line that is read, bytes.
 const LINE_MAX: u64 = 1 << 16;
 
-/// Most numbers in a line.
+/// Maximum number of numbers in a line.
 const NUMBERS_MAX: usize = 512;
 
 /// Words that stand for a reading that is missing.
@@ -124,7 +126,7 @@ impl Form {
         u64::from(self.plain_header().is_some())
     }
 
-    /// What was made of the lines, for people.
+    /// Description of how the lines were read.
     pub fn guessed(&self) -> String {
         let stamp = if self.has_stamp {
             "the time is the stamp in front of each line"

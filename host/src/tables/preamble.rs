@@ -170,7 +170,7 @@ fn number(token: &str) -> Option<f64> {
         .then(|| token.parse().ok())?
 }
 
-/// Words and numbers of a line; a unit that touches its number is a word of its own.
+/// Splits a line into words and numbers; a unit directly behind its number is a word of its own.
 fn tokens(line: &str) -> Vec<String> {
     let chars: Vec<char> = line.chars().collect();
     let mut spaced = String::new();

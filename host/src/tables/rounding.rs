@@ -1,8 +1,8 @@
-//! How well rounded stamps tell the spacing of rows.
+//! Uncertainty of the rows' spacing from rounded stamps.
 
 use super::clock::RowClock;
 
-/// Most decimals by which the rounding of stamps is recognised: microseconds.
+/// Maximum number of decimals by which the rounding of stamps is recognised: microseconds.
 const DECIMALS_MAX: i32 = 6;
 
 /// Standard deviation of the rows' spacing, by their stamps and numbers.
@@ -102,8 +102,7 @@ fn corners(time_s: &[f64], places: &[usize]) -> Vec<Stamp> {
     below
 }
 
-/// The step of the stamps' last decimal, seconds; none if they have more decimals than stand for a
-/// rounding.
+/// Step of the stamps' last decimal, seconds; none if they have too many decimals to be rounded.
 fn resolution_s(time_s: &[f64]) -> Option<f64> {
     let is_multiple = |decimals: &i32| {
         let steps = 10f64.powi(*decimals);

@@ -35,12 +35,12 @@ pub trait RowReader {
         vec![None; self.names().len()]
     }
 
-    /// Whether stamps of the size of seconds since 1970 are dates.
+    /// True if stamps of the size of seconds since 1970 are dates.
     fn is_dated(&self) -> bool {
         false
     }
 
-    /// What to do if what is taken for the time is none, as the end of a sentence.
+    /// Advice if the time column was guessed wrongly, as the end of a sentence.
     fn way_out_of_time(&self) -> &'static str {
         ""
     }
@@ -60,7 +60,7 @@ pub trait RowReader {
         None
     }
 
-    /// What was guessed of how the rows are written, in a sentence without its end.
+    /// Guesses about the format of the rows, as the beginning of a sentence.
     fn guessed(&self) -> Option<String> {
         None
     }

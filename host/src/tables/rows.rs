@@ -18,7 +18,7 @@ use std::fs::File;
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-/// Bytes in which the layout of a table shows.
+/// Bytes from which the layout of a table is found.
 const HEAD: u64 = 1 << 16;
 
 /// Bytes at the beginning of a file in which no zero stands if it is text.
@@ -27,10 +27,10 @@ const LOOK: usize = 4096;
 /// Rows among which one that is out of order finds its place.
 const REORDERED: usize = 16;
 
-/// Most rows with the same stamp: more have no clock.
+/// Maximum number of rows with the same stamp: more have no clock.
 const BATCH_MAX: usize = 1 << 14;
 
-/// How somebody wants a table to be read.
+/// Options for reading a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TableForm {
     /// The column that is the time.
@@ -62,7 +62,7 @@ pub struct Rows<'a> {
     layout: Layout,
     numbers: Numbers,
     stamps: Option<Stamps>,
-    /// Of one type, so that the reader is compiled here, with this crate's optimization.
+    /// A single reader type, so that it is compiled here, with this crate's optimization.
     reader: csv::Reader<Box<dyn Read + Send + 'a>>,
     present: Row,
     /// Rows that are read already: one, or those of a stamp.
@@ -87,10 +87,10 @@ pub struct Rows<'a> {
     word: RefCell<Option<String>>,
 }
 
-/// What is wrong with `1.5` beside `1,5`.
+/// Error of a table with both `1.5` and `1,5`.
 const OTHER_DECIMALS: &str = "is not a number beside the others: decimals follow either points or commas, and nothing else has any";
 
-/// Whether a cell that could not be read looks like a number.
+/// True if a cell that could not be read looks like a number.
 fn is_numeric(cell: &str) -> bool {
     let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | ',' | '-' | '+' | 'e' | 'E');
     cell.contains(['.', ',']) && cell.chars().all(is_part)
@@ -101,7 +101,7 @@ struct Row {
     record: StringRecord,
     time_s: Option<f64>,
     line: Option<u64>,
-    /// Its time is its own, not that of a stamp it shares.
+    /// The row has a time of its own, not a stamp shared with others.
     is_spread: bool,
 }
 
@@ -200,7 +200,7 @@ impl<'a> Rows<'a> {
         self.layout.time.is_none().then_some(stated.hz)
     }
 
-    /// Reads the next row, past all that is none. False at the end.
+    /// Reads the next row, skipping lines that are no rows. Returns false at the end.
     fn read_row(&mut self) -> Result<bool, FileError> {
         let mut record = self.spare.pop().unwrap_or_default();
         loop {
@@ -311,9 +311,9 @@ impl<'a> Rows<'a> {
         Some((line + self.layout.lines_before).saturating_sub(added))
     }
 
-    /// Reads on until all rows of the next stamp are ahead, and spreads them up to the stamp after it.
-    /// The first and the last stamp of a recording may have lost some of their rows: these keep the
-    /// spacing of the rows next to them.
+    /// Reads on until all rows of the next stamp are ahead, and spreads them up to the stamp after
+    /// it. The first and the last stamp of a recording may have lost some of their rows: these keep
+    /// the spacing of the rows next to them.
     fn read_batch(&mut self) -> Result<(), FileError> {
         let reads = |rows: &mut Self, count: usize| -> Result<bool, FileError> {
             if count > BATCH_MAX {
@@ -640,7 +640,7 @@ fn others(units: &[&str]) -> String {
     }
 }
 
-/// What to type for a series that is written several samples a row.
+/// Advice for a series with several samples a row.
 fn wrapped(layout: &Layout) -> String {
     let numbers: Vec<usize> = layout.series().map(|at| at + 1).collect();
     let rate = match (&layout.stated, &layout.likely_time) {

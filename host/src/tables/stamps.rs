@@ -6,14 +6,14 @@ use super::clock_time::{ClockTime, DAY_S};
 /// Values at which counters of microcontrollers begin again: 16 and 32 bits.
 const WRAPS: [f64; 2] = [65_536.0, 4_294_967_296.0];
 
-/// By how much clocks are put forward or back, seconds.
+/// Steps of daylight saving time, seconds.
 const SAVING_S: f64 = 3600.0;
 
 /// A step that differs from an hour by less than so many steps of rows is a clock that is put
 /// forward or back.
 const SAVING_STEPS: f64 = 10.0;
 
-/// What the stamps are.
+/// Kind of the stamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unit {
     /// Numbers, so many a second.
@@ -100,7 +100,7 @@ impl Stamps {
         }
     }
 
-    /// What was assumed of the rows so far.
+    /// Assumptions about the rows so far.
     pub fn guessed(&self) -> impl Iterator<Item = &'static str> + use<> {
         let notes = [
             (self.has_wrapped, "its counter wraps and was unrolled"),

@@ -53,7 +53,7 @@ const TIME_NAMES: [(&str, Option<f64>); 11] = [
 /// The column that somebody says is the time.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TimeColumn {
-    /// None is.
+    /// There is no time column.
     Nothing,
     /// The one of this name, with how many of its units are a second; none if its name or its
     /// numbers have to say.
@@ -78,28 +78,28 @@ impl TimeColumn {
     }
 }
 
-/// How much a name says that its column is the time.
+/// Confidence, from its name, that a column is the time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Likeness {
-    /// Beside other words: `RX Date/Time`.
+    /// A time's name among other words: `RX Date/Time`.
     Contains,
     /// `Timestamp`.
     Bare,
-    /// `t [ms]`.
+    /// A short name with a unit: `t [ms]`.
     WithUnit,
     /// `time_s`.
     Exact,
 }
 
-/// What a name says about a column that may be the time.
+/// Unit and confidence that a name gives to a possible time column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Named {
     pub likeness: Likeness,
     pub unit: Declared,
 }
 
-/// Whether a name is a time's: `time_ms`, `%time`, `t (s)`, `stamp_ns`, `Timestamp[nanosec]`;
-/// `min` and `h` are one only if the column grows steadily.
+/// Unit of a time, from the name of its column: `time_ms`, `%time`, `t (s)`, `stamp_ns`,
+/// `Timestamp[nanosec]`; `min` and `h` are one only if the column grows steadily.
 pub fn named(name: &str, is_steady: bool) -> Option<Named> {
     let make = |likeness, unit| Some(Named { likeness, unit });
     if name == TIME_COLUMN {
@@ -120,7 +120,7 @@ pub fn named(name: &str, is_steady: bool) -> Option<Named> {
         .filter(|word| !word.is_empty())
         .collect();
     let unit = declared_time(&name);
-    // Beside another word than a unit it may be a temperature.
+    // Next to a word that is no unit it may be a temperature.
     let is_t = match (&words[..], &unit) {
         (["t"], _) => true,
         (["t", ..], Declared::PerSecond(_)) => words.len() == 2 || name.contains(['(', '[']),
@@ -141,7 +141,7 @@ pub fn named(name: &str, is_steady: bool) -> Option<Named> {
 pub struct Candidate {
     pub at: usize,
     pub named: Named,
-    /// Share of the first rows in which it grows.
+    /// Fraction of the first rows in which it grows.
     pub grows: f64,
 }
 

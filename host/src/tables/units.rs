@@ -1,6 +1,6 @@
 //! Units in the names of columns: `Time (min)`, `t_ms`, `Force [N]`, and those of a time.
 
-/// Seconds of each unit of time, by its names.
+/// Length of each unit of time in seconds, by its names.
 const TIMES: [(f64, &[&str]); 12] = [
     (
         1.0,
@@ -103,7 +103,7 @@ const REMARKS: [&str; 26] = [
 /// Unit that a name or a cell declares.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Declared {
-    /// So many are a second.
+    /// Number of units in a second.
     PerSecond(f64),
     /// A unit that is no time, or not known.
     Unknown(String),

@@ -3,7 +3,7 @@
 /// Rows that show it.
 const ROWS_MIN: usize = 24;
 
-/// Fewest samples a row: two channels a quarter of a cycle apart look like two samples.
+/// Minimum number of samples a row: two channels a quarter of a cycle apart look like two samples.
 const WIDTH_MIN: usize = 3;
 
 /// Largest ratio of the steps within a row, and from one row to the next, in one series.
@@ -13,8 +13,9 @@ const RATIO_MAX: f64 = 1.5;
 const MEANS_APART: f64 = 0.5;
 
 /// True if the columns continue one another: the step from the last column of a row to the first
-/// column of the next row is as large as those within a row, and smaller than both the step from row
-/// to row in a column and the scatter of all values. `rows` have the same number of values each.
+/// column of the next row is as large as those within a row, and smaller than both the step from
+/// row to row in a column and the scatter of all values. `rows` have the same number of values
+/// each.
 pub fn is_wrapped(rows: &[Vec<f64>]) -> bool {
     let width = rows.first().map_or(0, Vec::len);
     if width < WIDTH_MIN

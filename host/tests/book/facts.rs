@@ -1,5 +1,4 @@
-//! Checks that pins, functions, settings and faults named on the pages exist, and that the reader in
-//! Python reads.
+//! Pins, settings and faults on the pages exist, and the reader in Python reads.
 
 use super::common::{directory, file, json_lines, run};
 use super::{blocks, read, root};
@@ -12,32 +11,6 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
 use std::io::Write;
 use std::process::{Command, Stdio};
-
-/// Tables that lead to the code, with a file and functions of it in each row: as with links, what
-/// they name exists.
-#[test]
-fn the_tables_of_functions_name_what_exists() {
-    const HEAD: &str = "| step | file: function |\n";
-    let page = read(&root().join("docs/guide/6-how-it-works.md"));
-    let tables = page.split(HEAD).skip(1);
-    let rows = tables.flat_map(|rest| rest.lines().take_while(|line| line.starts_with('|')));
-    let mut named = 0;
-    for row in rows {
-        let mut source = None;
-        for code in row.split('`').skip(1).step_by(2) {
-            if code.ends_with(".rs") {
-                source = Some((code, read(&root().join(code))));
-                continue;
-            }
-            let (file, source) = source.as_ref().expect("a file before its functions");
-            let function = code.rsplit("::").next().unwrap_or(code);
-            let has_it = ["<", "("].map(|end| source.contains(&format!("fn {function}{end}")));
-            assert!(has_it.contains(&true), "{file} has no function {code}");
-            named += 1;
-        }
-    }
-    assert!(named > 0, "the page has no such table");
-}
 
 /// The last column of the table of known issues names a test that exists.
 #[test]
@@ -245,7 +218,7 @@ fn every_kind_of_fault_has_a_remedy() {
 
 #[test]
 fn the_reader_in_python_reads_what_the_command_prints() {
-    let page = read(&root().join("docs/guide/5-live-data.md"));
+    let page = read(&root().join("crates/proto/README.md"));
     let [reader] = &blocks(&page, "python")[..] else {
         panic!("one reader")
     };

@@ -1,4 +1,4 @@
-//! Files that failed once: those of the folder `files` beside people's own, where it is, and made
+//! Files that failed once: those of the folder `files` next to people's own, where it is, and made
 //! ones of the same kinds.
 
 use super::common::{directory, json_lines, run, stderr, text};

@@ -56,7 +56,7 @@ fn plain() -> String {
     stamped("time_s", &|_, t_s| format!("{t_s:.3}"))
 }
 
-/// Every eleventh reading of the second channel is this.
+/// Text of every eleventh reading of the second channel.
 fn lacking(mark: &str) -> String {
     table("time_s,ax,ay,az\n", &evenly(), &|row, t_s, [x, y, z]| {
         let y = if row % 11 == 4 { mark } else { &y };

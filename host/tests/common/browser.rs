@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// Longest that the browser may take for anything, wall time.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 
-/// How a page is looked at.
+/// Size and colours of the window.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
     pub width: u32,

@@ -20,12 +20,12 @@ pub fn run(arguments: &[&str]) -> Output {
         .expect("the command runs")
 }
 
-/// What the command wrote to standard output.
+/// Standard output of the command.
 pub fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).expect("UTF-8")
 }
 
-/// What the command wrote to standard error.
+/// Standard error of the command.
 pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).expect("UTF-8")
 }

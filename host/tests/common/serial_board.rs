@@ -191,7 +191,7 @@ impl BoardEnd {
         .expect("it fits");
         self.sequence = self.sequence.wrapping_add(1);
         sleep(Duration::from_secs_f64(self.byte_s * used as f64));
-        // Nobody may have opened the line yet, or any more.
+        // The other end may be closed.
         let _ = self.end.write_all(&wire[..used]);
         self.shared
             .late_us

@@ -56,8 +56,8 @@ pub fn run(end_s: f64) {
         truth: None,
         warning: None,
     };
-    // When the scene began is not known before the run is over: its times are compared then, by
-    // their extremes.
+    // The start of the scene is known only after the run, so the extremes of its times are
+    // compared then.
     let [mut contact_off, mut start_off, mut end_off] = [Spread::default(); 3];
     let mut seen = Seen::default();
     let mut sink = |packet: &Packet| {
@@ -171,8 +171,8 @@ pub fn run(end_s: f64) {
         last.stack_used_bytes.abs_diff(after_two) < STACK_GROWTH_BYTES,
         "{after_two} bytes, then {last:?}"
     );
-    // The end of the time stamps beside the chip's own count of results: conversions after the last
-    // health are not in it.
+    // The end of the time stamps next to the chip's own count of results: conversions after the
+    // last health are not in it.
     let reported_s = last.t_us as f64 / 1e6;
     let served_s = outcome.conversions_served as f64 * f64::from(SCAN.conversion_ticks())
         / f64::from(SCAN.clock_hz);

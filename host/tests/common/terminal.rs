@@ -14,10 +14,10 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// Our end of it, and what was read there.
 pub struct Terminal {
     end: File,
-    /// What the other end is opened by.
+    /// Path by which the other end is opened.
     pub name: String,
     received: Vec<u8>,
-    /// What stands on it.
+    /// Text on the screen.
     screen: vt100::Parser,
 }
 
@@ -83,7 +83,7 @@ impl Terminal {
         }
     }
 
-    /// Whether this stands on it.
+    /// True if this stands on it.
     pub fn shows(&self, part: &str) -> bool {
         self.screen.screen().contents().contains(part)
     }

@@ -1,4 +1,4 @@
-//! The firmware with every addition checked for overflow, beside the usual one.
+//! The firmware with every addition checked for overflow, next to the usual one.
 
 use ridgetone_host::emulator::image::{self, Firmware};
 use ridgetone_host::emulator::{self, Options, Outcome};

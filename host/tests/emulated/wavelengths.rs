@@ -107,7 +107,7 @@ fn as_on_the_pc(scene: Sliding, settings: Settings) -> Vec<Estimate> {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn gratings_under_a_hands_speed_are_those_of_the_pc_bit_for_bit() {
-    // Windows of the paper's length, and those that an accuracy of 0.5 % needs; a smooth skin, and
+    // Windows of the paper's length, or as long as an accuracy of 0.5 % needs; a smooth skin, or
     // one with ridges.
     for (wavelength_mm, skin_ridge_mm, window_s, accuracy) in [
         (0.8, 0.0, 0.128, 0.005),

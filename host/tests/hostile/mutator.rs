@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// What readers of text and of lengths may stumble over.
+/// Bytes that are likely to confuse readers of text and of lengths.
 const TOKENS: [&[u8]; 16] = [
     b"nan",
     b"-inf",
@@ -23,10 +23,10 @@ const TOKENS: [&[u8]; 16] = [
     b"\xef\xbb\xbf",
 ];
 
-/// Most changes of a whole.
+/// Maximum number of changes of a whole.
 const CHANGES_MAX: usize = 6;
 
-/// Most bytes of a piece that is removed, repeated or taken from another.
+/// Maximum number of bytes of a piece that is removed, repeated or taken from another.
 const PIECE_MAX: usize = 48;
 
 pub struct Mutator(ChaCha8Rng);
@@ -79,7 +79,7 @@ impl Mutator {
                 let token = TOKENS[self.below(TOKENS.len())];
                 self.insert(bytes, token);
             }
-            // Rarely: the end is what most readers look at first.
+            // Rarely, since most readers look at the end first.
             _ if self.below(4) == 0 => bytes.truncate(at),
             _ => {}
         }

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// What reads bytes that anybody may have made.
+/// Readers of untrusted bytes.
 #[derive(Clone, Copy, Debug)]
 pub enum Reader {
     /// Samples: tables, and raw frames in any file.

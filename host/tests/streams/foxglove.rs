@@ -17,7 +17,7 @@ const MESSAGE_DATA: u8 = 1;
 
 pub struct Viewer {
     stream: BufReader<TcpStream>,
-    /// What was advertised, by topic.
+    /// Advertised channels, by topic.
     pub channels: BTreeMap<String, Value>,
     /// Topics by the number of the subscription.
     subscribed: Vec<String>,

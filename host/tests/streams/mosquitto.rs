@@ -240,7 +240,7 @@ impl Relay {
         }
     }
 
-    /// Whether somebody is connected.
+    /// True if somebody is connected.
     pub fn is_used(&self) -> bool {
         self.ends
             .lock()

@@ -24,8 +24,8 @@ const TASKS: [(&str, [&[u16]; 2]); 6] = [
 const PHASES: [(f64, f64); 3] = [(0.1, 0.4), (0.7, 1.4), (1.6, 3.4)];
 
 /// Clock of a simulated chip that makes 23,739 conversions a second of the default scan, hertz: as
-/// many as the real one does by any setting (SBAS297G: 16 MHz, DRATE 3, no delay). No real chip bears
-/// this clock.
+/// many as the real one does by any setting (SBAS297G: 16 MHz, DRATE 3, no delay). No real chip
+/// bears this clock.
 const FAST_CLOCK_HZ: u32 = 73_734_000;
 
 /// Requests while interrupts are measured, and how far apart they are, nanoseconds.
@@ -110,7 +110,7 @@ impl Bench {
         Ok([ms(started_ns), ms(first_ns), ms(greeted_ns), lost as f64])
     }
 
-    /// Share of time that the processor is awake in each phase of the demo's touch.
+    /// Fraction of time that the processor is awake in each phase of the demo's touch.
     fn load_percent(&self, clock_hz: Option<u32>) -> Outcome<Vec<f64>> {
         let mut emulator = self.emulator(SlidingScene::new(Sliding::default())?, clock_hz)?;
         while emulator.started_ns().is_none() {
@@ -153,8 +153,8 @@ impl Bench {
         Ok([mean, longest, late_ms.len() as f64])
     }
 
-    /// How the interrupts of the tasks are served over the demo's touch while requests arrive: runs,
-    /// mean and longest run, mean and longest wait in microseconds, by name.
+    /// How the interrupts of the tasks are served over the demo's touch while requests arrive:
+    /// runs, mean and longest run, mean and longest wait in microseconds, by name.
     fn tasks(&self) -> Outcome<String> {
         let mut emulator = self.emulator(SlidingScene::new(Sliding::default())?, None)?;
         emulator.run_ns(400_000_000)?;
@@ -184,7 +184,7 @@ impl Bench {
         Ok(format!("{{{}}}", TASKS.map(|task| row(&task)).join(", ")))
     }
 
-    /// Spread of the time stamps about the edges of DRDY while so many bytes arrive.
+    /// Jitter of the time stamps against the edges of DRDY while bytes arrive.
     fn jitter_us(&self, bytes: usize) -> Outcome<f64> {
         let mut emulator = self.emulator(Constant::default(), None)?;
         emulator.run_ns(500_000_000)?;

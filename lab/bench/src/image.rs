@@ -16,7 +16,7 @@ use rivals::Scratch;
 const LONGEST: usize = FRAMES[FRAMES.len() - 1];
 
 /// A pure tone, and one with overtones; see `windows.py`.
-// SAFETY: both have the same size, which `transmute` checks, and each pattern of bits is valid.
+// SAFETY: `transmute` checks that both have the same size, and every bit pattern is valid.
 #[allow(unsafe_code, reason = "bytes of a file as numbers")]
 static WINDOWS: [[Values; LONGEST]; 2] =
     unsafe { core::mem::transmute(*include_bytes!("../windows.bin")) };

@@ -1,4 +1,5 @@
-//! Load and latency of the scan plans: the Feather's image on the emulator, while the finger slides.
+//! Load and latency of the scan plans: the Feather's image on the emulator, while the finger
+//! slides.
 
 use hal_mock::{Sliding, SlidingScene};
 use ridgetone_emulator::{Board, Emulator, Image, Start};
@@ -16,8 +17,8 @@ const WINDOWS_S: [f64; 5] = [0.032, 0.064, 0.128, 0.4, 1.0];
 const TONE_HZ: f64 = 100.0;
 /// Time that is watched: some windows of each stride.
 const WATCHED_S: f64 = 1.5;
-/// From the slide's report to the first window that counts, next to the window's own length: the scan
-/// may begin late, and strides with it.
+/// Time from the slide's report to the first window that counts, in addition to the window's
+/// length, as the scan and its strides may begin late.
 const SETTLED_S: f64 = 0.4;
 /// Steps in which bytes are taken off the line.
 const STEP_NS: u64 = 10_000;
@@ -83,8 +84,8 @@ pub fn measure(image: &Image, fit_irq: u16) -> Result<Vec<Value>, Box<dyn Error>
     Ok(rows)
 }
 
-/// Share of time in which the processor is awake, and the longest time from a window's end to the
-/// last byte of its estimate, seconds.
+/// Fraction of time in which the processor is awake, and the longest time from a window's end to
+/// the last byte of its estimate, seconds.
 fn watch(
     image: &Image,
     fit_irq: u16,

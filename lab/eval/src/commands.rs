@@ -19,7 +19,7 @@ enum Command {
     Faults(FaultsArgs),
 }
 
-/// Runs the command of the process.
+/// Runs the command that the arguments name.
 pub fn main() -> ExitCode {
     let Command::Faults(args) = Cli::parse().command;
     match faults::run(&args) {

@@ -136,7 +136,7 @@ pub struct Figures<T> {
     pub detail: T,
 }
 
-/// Nothing beside the tables.
+/// Nothing next to the tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct None {}
 

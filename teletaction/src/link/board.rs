@@ -1,5 +1,5 @@
-//! The stylus' end: a board of its own (the image `stylus-f405`), or a simulated one. Positions of its
-//! encoder come from it, textures and parameters go to it, and the vibration is made there.
+//! The stylus' end: a board of its own (the image `stylus-f405`), or a simulated one. Positions of
+//! its encoder come from it, textures and parameters go to it, and the vibration is made there.
 
 use super::message::{Body, Message, Receiver};
 use super::requests::StylusRequests;
@@ -34,7 +34,7 @@ pub struct Doing {
     /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; none while nothing is
     /// heard of it.
     pub state: Option<State>,
-    /// Samples that were not there in time, since its start.
+    /// Samples that were late, since the board's start.
     pub deadlines_missed: u32,
     /// Packets of it that were lost or damaged.
     pub packets_lost: u32,
@@ -53,7 +53,7 @@ pub struct BoardEnd {
     run: u32,
     number: u32,
     due: VecDeque<Message>,
-    /// Counts of the latest position, and those since the first one, which do not wrap.
+    /// Counts of the latest position, and the total since the first one, which does not wrap.
     counts: Option<i32>,
     travelled: i64,
     /// When the finger's end was heard, and the board; none: it is silent.
@@ -148,8 +148,8 @@ impl BoardEnd {
         }
     }
 
-    /// Takes what the board has sent by now, and sends what is due. Times must not decrease. `found`
-    /// is the texture under the finger, if it is known here.
+    /// Takes what the board has sent by now, and sends what is due. Times must not decrease.
+    /// `found` is the texture under the finger, if it is known here.
     pub fn step(&mut self, t_s: f64, found: Option<Texture>) -> Result<()> {
         if let Line::Simulated(stylus) = &mut self.line {
             let bytes = stylus.run(t_s, found);
@@ -212,7 +212,7 @@ impl BoardEnd {
 
     fn take_packet(&mut self, t_s: f64, Packet { event, .. }: Packet) -> Result<()> {
         if self.starts.take(&event) {
-            // Its encoder counts from 0, and the hand is where it was.
+            // After the restart the encoder counts from 0, and the hand is where it was.
             self.requests.forget();
             (self.counts, self.doing.state) = (self.counts.map(|_| 0), None);
         }

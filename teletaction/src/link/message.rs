@@ -20,7 +20,7 @@ pub struct Message {
 pub enum Body {
     /// Position of the hand, millimetres.
     Position(f64),
-    /// The texture under the finger; none as long as it has found none, or is silent itself.
+    /// Texture under the finger; `None` until the finger has found one, or if it is silent.
     Texture(Option<Texture>),
 }
 
@@ -48,7 +48,7 @@ pub struct Counts {
 /// Numbers that are remembered, to tell what is doubled from what is late.
 const REMEMBERED: usize = 1024;
 
-/// The receiving end of a way.
+/// Receiving end of one direction.
 #[derive(Clone, Debug)]
 pub struct Receiver {
     pub counts: Counts,
@@ -143,7 +143,7 @@ mod tests {
                 "{number}"
             );
         }
-        // 2 and 4 have not come; 3 came late, and then again, as 5 did.
+        // 2 and 4 are missing; 3 came late and twice, and 5 twice.
         let counts = Counts {
             received: 4,
             lost: 2,

@@ -78,7 +78,7 @@ impl StylusRequests {
             if t_s - sent.t_s < REPEAT_S {
                 return None;
             }
-            // What a texture that is no longer wanted was sent for is over.
+            // The texture is no longer wanted.
             let is_old =
                 matches!(sent.command, Command::Texture(texture) if Some(texture) != self.texture);
             if !is_old {
@@ -99,7 +99,8 @@ impl StylusRequests {
         Some((number, command))
     }
 
-    /// The next step towards the wanted state. Parameters change at rest alone, so a board is disabled first.
+    /// The next step towards the wanted state. Parameters change at rest alone, so a board is
+    /// disabled first.
     fn next(&self) -> Option<Command> {
         let Done {
             is_at_rest,
@@ -146,7 +147,7 @@ impl StylusRequests {
                 (self.done.is_enabled, self.done.is_at_rest) = (false, true)
             }
             (Outcome::Done, Command::Alive) => {}
-            // Its output still falls: the same once more, soon.
+            // The output still falls: try again soon.
             (Outcome::NotAtRest, _) => (sent.is_answered, sent.t_s) = (false, t_s),
             (Outcome::Refused(why), command) => {
                 if let Command::Texture(texture) = command {

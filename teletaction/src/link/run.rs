@@ -1,4 +1,4 @@
-//! Both ends, and what they report each second.
+//! Both ends of a link, with a report each second.
 
 use super::board::{BoardEnd, Doing};
 use super::finger::{FingerEnd, PeriodBy};
@@ -53,7 +53,7 @@ pub struct Options {
 /// A finger's end, a stylus' end, and a network each way.
 pub struct Link {
     pub finger: FingerEnd,
-    /// None: it is elsewhere.
+    /// `None` if the finger is on another computer.
     pub stylus: Option<BoardEnd>,
     pub to_finger: Network,
     pub to_stylus: Network,
@@ -75,13 +75,13 @@ pub struct Report {
     pub textures_sent: u64,
     pub textures: Counts,
     pub is_felt: bool,
-    /// None: it is elsewhere.
+    /// `None` if the finger is on another computer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stylus: Option<Doing>,
     /// Period of the texture that is felt.
     pub period_mm: Option<f32>,
     pub period_sigma_mm: Option<f32>,
-    /// Origin of the period; none where the finger's end is elsewhere.
+    /// Origin of the period; `None` if the finger is on another computer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period_by: Option<PeriodBy>,
     /// Distance of the position that the finger knows from the hand.
@@ -121,7 +121,7 @@ impl Link {
             ..
         } = self;
         if let Some(stylus) = stylus {
-            // What a finger elsewhere has now nobody knows here.
+            // The state of a remote finger is unknown here.
             let found = match ends {
                 Ends::Here => finger.texture(),
                 _ => stylus.texture(),
@@ -281,8 +281,8 @@ fn take(finger: &mut Follower, end: &mut FingerEnd, begun: Instant) -> Result<bo
     Ok(true)
 }
 
-/// Runs the link in real time until its finger is over, for `seconds`, or until this process is to
-/// stop. The finger is the one that is here.
+/// Runs the link in real time until the recording of the local finger ends, for `seconds`, or
+/// until the process is interrupted.
 pub fn run(
     finger: &mut Option<Follower>,
     link: &mut Link,

@@ -125,7 +125,7 @@ impl Tasks {
 
 pub struct Simulated {
     pub error: Error,
-    /// It sends nothing; it still hears.
+    /// The stylus sends nothing, but still receives.
     pub is_mute: bool,
     /// Latest code of the converter, and the largest step between two.
     pub code: u16,
@@ -138,7 +138,7 @@ pub struct Simulated {
     /// Delay of a vibration that would have travelled, seconds.
     delay_s: f64,
     samples: u64,
-    /// Counts of the hand at the latest sample, and those at the latest start.
+    /// Counts of the hand at the latest sample, and at the latest start.
     counts: i64,
     zero: i64,
     /// Period of the stimulus, and position at which it began, millimetres, with its phase there,

@@ -4,8 +4,8 @@ use anyhow::{Context, Result};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 
-/// Nobody listens there, or nothing has come: as if it were lost. Windows calls the first of these
-/// a reset.
+/// Errors that count as loss: nobody listens there, which Windows reports as a reset, or nothing
+/// has arrived.
 const NOTHING: [ErrorKind; 4] = [
     ErrorKind::WouldBlock,
     ErrorKind::ConnectionRefused,
@@ -40,7 +40,7 @@ impl Socket {
         Self::bound(UdpSocket::bind(here).with_context(named)?, Some(peer))
     }
 
-    /// Waits for a stylus at an address of this computer.
+    /// Listens for a stylus at a local address.
     pub fn at(address: &str) -> Result<Self> {
         let named =
             || format!("{address}: write ADDRESS:PORT of this computer, such as 0.0.0.0:7450");
@@ -56,7 +56,8 @@ impl Socket {
         Ok(self.socket.local_addr()?)
     }
 
-    /// Sends, if anybody is there. What the system cannot send is lost, as on the way.
+    /// Sends to the peer, if there is one. Data that the system cannot send are lost, as on the
+    /// way.
     pub fn send(&self, bytes: &[u8]) {
         if let Some(peer) = self.peer {
             let _ = self.socket.send_to(bytes, peer);

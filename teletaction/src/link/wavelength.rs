@@ -26,7 +26,7 @@ const SPEED_S: f64 = 0.05;
 #[derive(Clone, Debug, Default)]
 pub struct HandPath(VecDeque<(f64, f64)>);
 
-/// A position on the path, and the step between two arrivals that it lies in.
+/// Position on the path, and the step between two arrivals that contains it.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     mm: f64,

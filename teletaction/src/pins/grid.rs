@@ -80,7 +80,7 @@ impl Layer {
         Ok(())
     }
 
-    /// Response `r_mm` beside a force of 1 N.
+    /// Response `r_mm` next to a force of 1 N.
     pub fn response(&self, r_mm: f64) -> f64 {
         match self.quantity {
             Quantity::Strain => self.slice_strain(r_mm),

@@ -10,8 +10,8 @@ pub struct Limits {
     pub force_n: f32,
     /// Maximum travel of a pin, millimetres, 0.001 to 100.
     pub stroke_mm: f32,
-    /// Stiffness of the finger under a pin, newtons per millimetre, 0.001 to 1000: with it the stroke
-    /// bounds the force.
+    /// Stiffness of the finger under a pin, newtons per millimetre, 0.001 to 1000: with it the
+    /// stroke bounds the force.
     pub stiffness_n_mm: f32,
     /// Updates a second, 0.1 to 10,000; the paper's displays have 8 to 50.
     pub update_hz: f32,
@@ -22,10 +22,10 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Limits that an ideal display needs for a finger (paper, section 1): 50 N/cm^2, 4 mm and 50 Hz; here
-    /// at pins 2 mm apart, in a hundred levels, over the whole range in 0.1 s. The stiffness of a
-    /// pin's part of the finger is 0.5 N/mm: the finger's 3000 N/m at 2 N (section 3.1) over about
-    /// six pins.
+    /// Limits that an ideal display needs for a finger (paper, section 1): 50 N/cm^2, 4 mm and 50
+    /// Hz; here at pins 2 mm apart, in a hundred levels, over the whole range in 0.1 s. The
+    /// stiffness of a pin's part of the finger is 0.5 N/mm: the finger's 3000 N/m at 2 N (section
+    /// 3.1) over about six pins.
     pub const IDEAL: Self = Self {
         force_n: 2.0,
         stroke_mm: 4.0,
@@ -142,8 +142,7 @@ impl Pins {
     }
 }
 
-/// Force after an update, from a force towards a wanted one, newtons: in whole levels, and no more
-/// of them than the slew allows.
+/// Force after an update towards the wanted one, newtons: in whole levels, within the slew limit.
 fn moved(limits: &Limits, from_n: f32, wanted_n: f32) -> f32 {
     let (level_n, steps) = (limits.level_n(), limits.steps());
     let from = (from_n / level_n).round() as u16;

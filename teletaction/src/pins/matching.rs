@@ -2,8 +2,8 @@
 //! sensor.
 //!
 //! Equations 9 to 11 of Moy et al., *Human Psychophysics for Teletaction System Design*, with
-//! forces that only press and with Tikhonov's regularisation: minimise |A'x - w|^2 + c |x|^2 with x >= 0,
-//! where row i of A holds the strains under pin i.
+//! forces that only press and with Tikhonov's regularisation: minimise |A'x - w|^2 + c |x|^2 with x
+//! >= 0, where row i of A holds the strains under pin i.
 //!
 //! The method is block principal pivoting (Kim and Park, *Fast Nonnegative Matrix Factorization: An
 //! Active-Set-Like Method and Comparisons*, SIAM J. Sci. Comput. 33 (2011), section 4). For the set
@@ -15,10 +15,11 @@ use super::Error;
 use super::grid::{Grid, Layer};
 use crate::stimulus::within;
 
-/// Most pins: a display of 10 x 10.
+/// Maximum number of pins: a display of 10 x 10.
 pub const PINS_MAX: usize = 100;
 
-/// Pivots at most: it bounds the time of a frame. None of 1,600 random frames took more than 12.
+/// Maximum number of pivots, which bounds the time of a frame. None of 1,600 random frames took
+/// more than 12.
 const PIVOTS_MAX: u32 = 20;
 
 /// Tries of exchanging all pins at once before one is exchanged alone (Kim and Park, section 4.2).

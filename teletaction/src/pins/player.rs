@@ -161,7 +161,7 @@ impl Player {
     /// Takes a packet; gives an update if one is due.
     pub fn take(&mut self, packet: &Packet) -> Result<Option<Update>, Error> {
         if self.starts.take(&packet.event) {
-            // Its clock and its levels are new.
+            // The board's clock and levels have started again.
             (self.skin, self.updated_s, self.sums) = (Skin::default(), None, Default::default());
         }
         match &packet.event {
@@ -217,7 +217,8 @@ impl Player {
         }))
     }
 
-    /// The line has been silent for `dt_s` seconds: the pins go down. Gives an update while they do.
+    /// The line has been silent for `dt_s` seconds: the pins go down. Gives an update while they
+    /// do.
     pub fn silent(&mut self, dt_s: f64) -> Result<Option<Update>, Error> {
         if self.display.forces_n().iter().all(|n| *n == 0.0) {
             return Ok(None);

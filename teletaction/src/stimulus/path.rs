@@ -48,7 +48,7 @@ impl<const N: usize> Path<N> {
         true
     }
 
-    /// The hand is put down somewhere else: nothing before counts.
+    /// The hand is put down elsewhere: earlier positions no longer count.
     pub fn clear(&mut self) {
         self.count = 0;
     }

@@ -13,7 +13,8 @@ use super::voltage::{Stimulus, TURN, sine};
 /// which a position is a number of these.
 const COUNT_MM: f32 = 2.5e-4;
 
-/// Time without a change of position after which a hand rests, seconds: a carrier is silent under it.
+/// Time without a change of position after which a hand rests, seconds: a carrier is silent under
+/// it.
 const RESTS_S: f32 = 0.03;
 
 /// A tone whose amplitude is the texture.
@@ -29,9 +30,9 @@ struct Carrier {
     output: f32,
 }
 
-/// A texture under a hand whose positions arrive one by one, as samples from -1 to 1: what a pointer
-/// on a screen feels, or a hand on the other side of a network. `N` is the number of positions that
-/// are kept.
+/// A texture under a hand whose positions arrive one by one, as samples from -1 to 1: what a
+/// pointer on a screen feels, or a hand on the other side of a network. `N` is the number of
+/// positions that are kept.
 #[derive(Clone, Copy, Debug)]
 pub struct Vibration<const N: usize> {
     stimulus: Stimulus,
@@ -49,7 +50,7 @@ pub struct Vibration<const N: usize> {
 impl<const N: usize> Vibration<N> {
     /// For samples at a rate, hertz; without a texture it is silent.
     pub fn new(actuator: Actuator, law: AmplitudeLaw, rate_hz: f32) -> Result<Self, Error> {
-        // What holds a sample holds it half of a sample longer than it is old.
+        // Zero-order hold delays a signal by half a sample.
         let encoder = Encoder {
             count_mm: COUNT_MM,
             rate_hz,
@@ -73,8 +74,8 @@ impl<const N: usize> Vibration<N> {
         self.stimulus.set_texture(texture)
     }
 
-    /// Adds a delay, and waits for each position, 0 to 0.2 s: longer than the time from one position to
-    /// the next, so that the hand is known on both sides of every sample.
+    /// Adds a delay, and waits for each position, 0 to 0.2 s: longer than the time from one
+    /// position to the next, so that the hand is known on both sides of every sample.
     pub fn set_delay(&mut self, delay: Delay, wait_s: f32) -> Result<(), Error> {
         within("wait_s", wait_s, 0.0, 0.2)?;
         (self.delay, self.wait_s) = (delay, wait_s.into());
@@ -95,8 +96,8 @@ impl<const N: usize> Vibration<N> {
         Ok(())
     }
 
-    /// The hand is down on a position, in millimetres, at a time in seconds: also if it was somewhere
-    /// else before.
+    /// The hand is down on a position, in millimetres, at a time in seconds: also if it was
+    /// somewhere else before.
     pub fn down(&mut self, t_s: f64, position_mm: f64) {
         if !self.is_down {
             self.path.clear();

@@ -24,7 +24,7 @@ pub struct Dac {
 }
 
 impl Dac {
-    /// At code 0.
+    /// Output at code 0.
     pub fn new(actuator: &Actuator) -> Self {
         let codes_a_volt = f32::from(CODE_MAX) / actuator.voltage_v;
         // At least one code: a slower actuator would never move.

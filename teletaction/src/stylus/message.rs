@@ -207,7 +207,8 @@ pub struct Health {
     pub bytes_overrun: u32,
     /// Events that were dropped because the line was slow.
     pub messages_dropped: u32,
-    /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
+    /// Maximum number of bytes of the stack in use since start-up; zero where nothing measures it,
+    /// as on a PC.
     pub stack_used_bytes: u32,
     pub stack_bytes: u32,
     /// Fraction of time that the processor was busy, 0 to 1; zero where nothing measures it.

@@ -140,7 +140,7 @@ impl Reports {
         match command {
             Command::Alive => {}
             Command::Texture(texture) => {
-                // Doubles, without making a sample wait.
+                // Doubles a value, without delaying a sample.
                 match sampler.lock(|sampler| sampler.stimulus()).prepare(texture) {
                     Ok(prepared) => sampler.lock(|sampler| sampler.texture(&prepared)),
                     Err(error) => return Outcome::Refused(refusal(error)),

@@ -102,7 +102,7 @@ impl Follower {
         }
     }
 
-    /// The feed, for its counts.
+    /// Gives the feed back, for its counts.
     pub fn into_feed(self) -> Feed {
         self.listener.feed
     }
@@ -254,7 +254,7 @@ mod tests {
             news => panic!("{news:?}"),
         };
         assert_eq!((next(), commands(&sent)), (None, vec![]));
-        // What it sends waits for its greeting.
+        // Its messages wait for its greeting.
         assert_eq!((next(), commands(&sent)), (None, vec![Command::Greet]));
         assert_eq!(period_mm(next()), 3.6);
         assert_eq!((next(), next()), (None, None));

@@ -140,7 +140,7 @@ fn forces_that_made_the_strain_come_back() {
 fn an_even_touch_takes_the_papers_forces() {
     let (spacing_mm, depth_mm, poisson) = (1.25, 2.0, 0.5);
     let pins = Grid::new(2, 50, spacing_mm).expect("a grid");
-    // A pressure of 1 N a pin, which strains a wide slice as by half of it.
+    // A pressure of 1 N on each pin, which strains a wide slice half as much.
     let wanted = [0.5 / (spacing_mm * spacing_mm); 100];
     let middle_n = |quantity| {
         let layer = Layer {

@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// A vibration as the page has made it, beside the pointer's events as a listener of the test's own
-/// has seen them.
+/// A vibration as the page has made it, next to the pointer's events as a listener of the test's
+/// own has seen them.
 pub struct Measured {
     /// Time on the page's clock in seconds and position in millimetres.
     pub pointer: Vec<(f64, f64)>,
@@ -21,9 +21,9 @@ pub struct Measured {
     /// How far the clocks of page and sound have moved against each other meanwhile, seconds: the
     /// test reads them, and the page does; the larger one counts.
     slipped_s: f64,
-    /// How much later than after its wait a position is heard, by the clocks alone, seconds. The page
-    /// has read the difference of its clock and that of the sound it makes; the test, of the sound
-    /// that is heard.
+    /// How much later than after its wait a position is heard, by the clocks alone, seconds. The
+    /// page has read the difference of its clock and that of the sound it makes; the test, of the
+    /// sound that is heard.
     pub clocks_s: f64,
     /// Latency of the output alone, as the browser reports it, seconds.
     pub output_s: f64,
@@ -102,8 +102,8 @@ fn measure(browser: &mut Browser) -> Measured {
 pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
     for _ in 0..10 {
         let measured = measure(browser);
-        // The first wait is a pointer's of 60 Hz: its rare late positions are part of the figures, and
-        // no bar is on them.
+        // The first wait is a pointer's of 60 Hz: its rare late positions are part of the figures,
+        // and no bar is on them.
         let is_known = wait_s < 0.05 || measured.unknown_s < 0.8 * wait_s;
         // The sound has at most 79 cycles a second. A latency in the middle of such a slip is off
         // by 0.02 cycles at both ends.
@@ -128,8 +128,8 @@ fn position_mm(pointer: &[(f64, f64)], t_s: f64) -> f64 {
     from_mm + (to_mm - from_mm) * ((t_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0)
 }
 
-/// Phase errors in cycles of stretches of 20 ms in which the hand is faster than 40 mm/s, if the
-/// sound is so late.
+/// Phase errors, cycles, of parts of 20 ms in which the hand is faster than 40 mm/s, for a given
+/// latency of the sound.
 fn phase_errors(measured: &Measured, period_mm: f64, latency_s: f64) -> Vec<f64> {
     let first_s = measured.pointer[0].0;
     let stretches = measured

@@ -72,7 +72,7 @@ fn mouse(browser: &mut Browser, kind: &str, x: f64, y: f64) {
     browser.call("Input.dispatchMouseEvent", mouse);
 }
 
-/// Moves it without a wait for the page, as a hand does.
+/// Moves the pointer without waiting for the page, as a hand does.
 fn drag(browser: &mut Browser, x: f64, y: f64) {
     let mouse = json!({"type": "mouseMoved", "x": x, "y": y, "button": "left", "buttons": 1});
     browser.tell("Input.dispatchMouseEvent", mouse);
@@ -193,8 +193,8 @@ fn the_web_assembly_is_the_crate_bit_for_bit() {
     assert_eq!(browser.errors(), Vec::<String>::new());
 }
 
-/// The sound is the texture at the position of the pointer, later by the wait, the output and what the
-/// browser takes; and by a delay more.
+/// The sound is the texture at the position of the pointer, later by the wait, the output and what
+/// the browser takes; and by a delay more.
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
 fn from_the_pointer_to_the_sound() {
@@ -237,9 +237,9 @@ fn from_the_pointer_to_the_sound() {
             measured.clocks_s,
         ));
     }
-    // Where the next position is always known the sound is the texture under the pointer, as late as
-    // it is said. Other programs hold up the browser's output: its clocks move against each other
-    // from one measurement to the next.
+    // Where the next position is always known the sound is the texture under the pointer, as late
+    // as it is said. Other programs hold up the browser's output: its clocks move against each
+    // other from one measurement to the next.
     for (rest_s, rms, clocks_s) in &latencies[1..] {
         assert!(*rms < 0.02 && (0.0..0.1).contains(rest_s), "{latencies:?}");
         assert!((rest_s - clocks_s).abs() < 0.005, "{latencies:?}");
@@ -330,8 +330,8 @@ fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
     let samples: Vec<f64> = serde_json::from_value(samples).expect("samples");
     let loudest = samples.iter().fold(0.0f64, |most, y| most.max(y.abs()));
     assert!(loudest > 0.2, "{loudest}");
-    // A browser that is held up leaves the hand at rest, and the tone fades: the usual cycle is the
-    // tone's.
+    // A browser that stalls sees the hand at rest and fades the tone, so the median cycle is
+    // taken.
     let rate_hz = browser.value("globalThis.ridgetone.recorded.rate_hz");
     let rises: Vec<usize> = (1..samples.len())
         .filter(|n| samples[n - 1] < 0.0 && samples[*n] >= 0.0)

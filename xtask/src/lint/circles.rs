@@ -41,7 +41,7 @@ pub fn find(sources: &[(&str, String)]) -> Vec<String> {
     circles.into_iter().collect()
 }
 
-/// The imports of a file, up to its tests.
+/// Imports of a file, without those of its tests.
 fn imports(text: &str) -> Vec<(String, bool)> {
     let code = text.split("\nmod tests {").next().unwrap_or_default();
     let code = format!("\n{code}").replace("\npub(crate) use ", "\npub use ");

@@ -1,5 +1,5 @@
-//! Third-party crates of the programs: their licences, and which are there in two versions. Crates of
-//! features that are off by default are checked for their licences only.
+//! Third-party crates of the programs: their licences, and which are there in two versions. Crates
+//! of features that are off by default are checked for their licences only.
 
 use crate::tools::{cargo, output_of, root};
 use anyhow::{Context, Result};
@@ -17,7 +17,7 @@ const OF_FILES: &str = "MPL-2.0";
 /// Crates in two versions, since crates of others ask for both.
 const TWICE: &str = "bitflags cobs darling darling_core darling_macro syn thiserror thiserror-impl";
 
-/// What is wrong with the crates, a line each.
+/// Findings about the crates, one a line.
 pub fn check() -> Result<Vec<String>> {
     let notice = fs::read_to_string(root().join("NOTICE")).context("cannot read NOTICE")?;
     let mut found = complaints(&tree(&[])?, &notice, Some(TWICE));
@@ -46,7 +46,7 @@ fn complaints(tree: &str, notice: &str, twice: Option<&str>) -> Vec<String> {
         let licence = licence.trim_end_matches("(*)").trim_end();
         let mut words = package.split(' ');
         let (name, version) = (words.next().unwrap_or(""), words.next().unwrap_or(""));
-        // Those with a path are the workspace's own.
+        // Crates with a path are the workspace's own.
         if words.any(|word| word.starts_with('(') && word != "(proc-macro)") {
             continue;
         }
@@ -71,7 +71,7 @@ fn complaints(tree: &str, notice: &str, twice: Option<&str>) -> Vec<String> {
     complaints.into_iter().collect()
 }
 
-/// Whether an expression (SPDX 2.3, annex D; `/` is an old `OR`) can be met.
+/// True if an expression (SPDX 2.3, annex D; `/` is an old `OR`) can be met.
 fn is_allowed(licence: &str, is_named: bool) -> bool {
     let plain = licence.replace(['(', ')'], "").replace('/', " OR ");
     let is_met = |one: &str| {

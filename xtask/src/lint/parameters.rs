@@ -28,7 +28,7 @@ fn without_comment(line: &str) -> &str {
     }
 }
 
-/// By how much a character nests deeper, among those of these two lists.
+/// Change of nesting depth by a character: an opening or a closing one of these two lists.
 fn step(character: char, open: &str, close: &str) -> i32 {
     i32::from(open.contains(character)) - i32::from(close.contains(character))
 }

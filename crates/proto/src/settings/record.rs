@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 /// No setting has this id: it ends the list.
 const END: u8 = 0;
 
-/// What a record holds.
+/// Content of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kept {
     /// Nothing: the defaults are in force.

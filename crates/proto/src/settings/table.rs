@@ -134,7 +134,7 @@ impl Bounds {
 
 /// A type that a setting may have.
 pub trait Field: Copy + Serialize + DeserializeOwned {
-    /// What it is to a PC.
+    /// Value as a PC sees it.
     const KIND: Kind;
 
     /// What its bounds are for.
@@ -143,7 +143,7 @@ pub trait Field: Copy + Serialize + DeserializeOwned {
     /// It, for a PC.
     fn value(self) -> Value;
 
-    /// From a PC. None if it is of another type.
+    /// Reads a value from a PC. `None` if it has another type.
     fn of(value: Value) -> Option<Self>;
 }
 

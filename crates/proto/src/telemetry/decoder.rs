@@ -96,7 +96,7 @@ impl<E: Events> PacketDecoder<E> {
         self.foreign.is_none().then_some(packet)
     }
 
-    /// Whether so many bytes came without a zero that they are no frame; again after as many more.
+    /// True if so many bytes came without a zero that they are no frame; again after as many more.
     fn is_endless(&mut self, byte: u8) -> bool {
         self.unended = if byte == 0 { 0 } else { self.unended + 1 };
         let is_endless = self.unended == WIRE_MAX;
@@ -232,7 +232,7 @@ mod tests {
             assert_eq!(decoder.push(0x55), None);
         }
         assert_eq!(decoder.damaged, 10);
-        // What it was part of ends, and is counted already.
+        // The frame that it belonged to is counted already.
         decoder.push(0);
         assert_eq!(decoder.damaged, 10);
     }

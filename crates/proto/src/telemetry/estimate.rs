@@ -13,18 +13,18 @@ pub struct Estimate {
     pub t_us: u64,
     /// Length of the window, seconds.
     pub window_s: f32,
-    /// What the window covers.
+    /// Part of the slide that the window covers.
     pub span: Span,
-    /// How far the estimate can be trusted.
+    /// Confidence in the estimate.
     pub status: Status,
     /// Mean of the common frequency over the window, hertz; zero without a tone
     /// ([`Status::has_tone`]).
     pub frequency: f32,
     /// Its standard deviation, movement included, hertz; zero without a tone.
     pub sigma: f32,
-    /// How the frequency moves within the window.
+    /// Movement of the frequency within the window.
     pub movement: Movement,
-    /// A second tone that is significant beside the first.
+    /// A second tone that is significant in the presence of the first.
     pub other_tone: Option<OtherTone>,
     /// Frequency of the interferer
     /// ([`Settings::interferer_hz`](crate::settings::Settings::interferer_hz)) as fitted, hertz;
@@ -43,7 +43,7 @@ pub struct Estimate {
     pub channels: Vec<Channel, TAXELS>,
 }
 
-/// How far an estimate can be trusted.
+/// Confidence in an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -68,7 +68,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Whether an estimate of this status has a frequency.
+    /// True if an estimate of this status has a frequency.
     pub const fn has_tone(self) -> bool {
         matches!(
             self,
@@ -81,8 +81,8 @@ impl Status {
 /// hertz.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Movement {
-    /// How much the frequency differs from its mean, root mean square over the window, as a share
-    /// of it (0.02 is 2 %).
+    /// RMS deviation of the frequency from its mean over the window, as a fraction of it (0.02 is
+    /// 2 %).
     pub wander: f32,
     /// Its standard deviation.
     pub wander_sigma: f32,
@@ -93,12 +93,12 @@ pub struct Movement {
     pub chirp_sigma: f32,
 }
 
-/// Another tone beside the one that is reported.
+/// Another tone next to the one that is reported.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OtherTone {
     /// In the unit of the reported frequency.
     pub frequency: f32,
-    /// Its power over that of the reported tone.
+    /// Power over that of the reported tone.
     pub share: f32,
 }
 
@@ -118,7 +118,7 @@ pub struct Channel {
     pub residual_v: f32,
 }
 
-/// What a window covers.
+/// Part of a slide that a window covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -132,13 +132,13 @@ pub enum Span {
 /// Spatial period, speed and direction; zeros where they are not known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Travel {
-    /// How far the rest can be trusted.
+    /// Confidence in spacing, speed and direction.
     pub status: TravelStatus,
     /// Direction of the grating.
     pub direction: Direction,
     /// Spatial period of the grating, millimetres.
     pub spatial_period_mm: f32,
-    /// Its standard deviation, millimetres.
+    /// Standard deviation of the spatial period, millimetres.
     pub spatial_period_sigma_mm: f32,
     /// Speed over the surface, millimetres per second, not negative.
     pub speed_mm_s: f32,
@@ -157,7 +157,7 @@ impl Travel {
         speed_sigma_mm_s: 0.0,
     };
 
-    /// Whether there are a period and a speed.
+    /// True if there are a period and a speed.
     pub const fn is_known(&self) -> bool {
         matches!(
             self.status,
@@ -169,7 +169,7 @@ impl Travel {
     }
 }
 
-/// Whether spatial period, speed and direction are known, and from what.
+/// Source of spatial period, speed and direction, or why they are unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]

@@ -10,7 +10,7 @@ use crate::settings::{Settings, TAXELS};
 use heapless::String;
 use serde::{Deserialize, Serialize};
 
-/// What the board reports.
+/// Event that the board reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Event {
@@ -26,7 +26,7 @@ pub enum Event {
     Release(Release),
     /// Counters and readings.
     Health(Health),
-    /// What a hold does to the taxels.
+    /// Pressure map of a hold.
     Image(Image),
     /// A fault begins or ends.
     Fault(Fault),
@@ -34,7 +34,7 @@ pub enum Event {
     Reply(Reply),
     /// A frame as it was read.
     Raw(Raw),
-    /// What is under the finger.
+    /// Surface under the finger.
     Texture(Texture),
     /// The converter behind the inputs.
     Converter(ConverterState),
@@ -71,10 +71,10 @@ pub struct Contact {
     pub t_us: u64,
     /// Taxel with the best defined spike, 0 to 15.
     pub taxel: u8,
-    /// Its height over the idle level, volts, signed.
+    /// Height of the spike over the idle level, volts, signed.
     pub height_v: f32,
-    /// Device time from which on the load rises, microseconds: of one that creeps in it is long
-    /// before the spike's.
+    /// Device time at which the load begins to rise, microseconds. For a slow contact it is long
+    /// before the spike.
     pub onset_us: u64,
     /// From the spike until the event left the detector, microseconds.
     pub reported_after_us: u32,
@@ -121,7 +121,7 @@ pub struct Track {
     pub frequency: f32,
     /// Standard deviation of the frequency, hertz; zero without a tone.
     pub sigma: f32,
-    /// How far the fit can be trusted.
+    /// Confidence in the fit.
     pub status: Status,
 }
 
@@ -168,13 +168,14 @@ pub struct Health {
     pub requests_damaged: u32,
     /// Bytes of requests that the board's USART lost because the one before was not yet read.
     pub bytes_overrun: u32,
-    /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
+    /// Maximum number of bytes of the stack in use since start-up; zero where nothing measures it,
+    /// as on a PC.
     pub stack_used_bytes: u32,
     /// Size of the stack, bytes; zero where nothing measures it.
     pub stack_bytes: u32,
     /// True frame rate by the board's clock, hertz; zero until measured.
     pub frame_rate_hz: f32,
-    /// Share of time that the processor was busy, 0 to 1; zero where nothing measures it.
+    /// Fraction of time that the processor was busy, 0 to 1; zero where nothing measures it.
     pub load: f32,
     /// Analogue supply by the chip's own reading, volts.
     pub supply_v: f32,
@@ -200,11 +201,11 @@ pub const REGISTERS: usize = 10;
 pub struct ConverterState {
     /// Device time, microseconds.
     pub t_us: u64,
-    /// Its name.
+    /// Name of the converter.
     pub name: String<16>,
-    /// Whether it holds the registers that were written to it. If not, the board tries on.
+    /// True if it holds the registers that were written to it. If not, the board tries on.
     pub answers: bool,
-    /// Its registers as they were read back, zeros behind the last; of an ADS1258 CONFIG0 to ID.
+    /// Registers as read back, zeros behind the last; for an ADS1258 CONFIG0 to ID.
     pub registers: [u8; REGISTERS],
 }
 
@@ -213,7 +214,7 @@ pub struct ConverterState {
 pub struct Raw {
     /// Device time of its first slot, microseconds.
     pub t_us: u64,
-    /// Its number since start-up; lost frames count.
+    /// Number of the frame since start-up; lost frames count.
     pub number: u32,
     /// Bit k: taxel k was converted and read.
     pub present: u16,

@@ -1,4 +1,4 @@
-//! What a decoder has to know of the events of a kind of board.
+//! Properties of events that the decoder needs, for each kind of board.
 
 use super::estimate::Status;
 use super::event::{Event, Raw};
@@ -7,7 +7,7 @@ use crate::fault::FaultKind;
 use crate::framing::{self, TooLong, WIRE_MAX};
 use serde::de::DeserializeOwned;
 
-/// What a log shows of an event, in one line.
+/// Line that the log shows for an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Headline {
     /// The finger touches.
@@ -29,7 +29,7 @@ pub trait Events: DeserializeOwned {
     /// Version of their wire contract.
     const PROTOCOL: u8;
 
-    /// What may wait behind everything else, and be thinned: frames as they were read.
+    /// Raw frames, which wait behind all other events and may be dropped.
     type Bulk: Copy + Into<Self>;
 
     /// The version that a greeting names; none for other events.
@@ -45,7 +45,7 @@ pub trait Events: DeserializeOwned {
     /// dated by what they report.
     fn made_us(&self) -> Option<u64>;
 
-    /// What a log shows of the event, if anything.
+    /// Line that the log shows for the event, if any.
     fn headline(&self) -> Option<Headline> {
         None
     }

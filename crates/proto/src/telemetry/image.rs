@@ -37,7 +37,7 @@ pub struct Image {
     pub end_us: u64,
     /// Frames in the mean, without those that are missing.
     pub frames: u32,
-    /// Which hold it is.
+    /// Hold before or after the slide.
     pub hold: Hold,
     /// The taxels that are alive. A dead one had a conversion in the hold that cannot be trusted,
     /// or has no noise and the code that it had before the touch.

@@ -20,7 +20,7 @@ impl Starts {
         Self { latest_us: None }
     }
 
-    /// Takes the next event; returns whether the device has started anew before it.
+    /// Takes the next event. Returns true if the device has restarted before it.
     pub fn take(&mut self, event: &impl Events) -> bool {
         let made_us = event.made_us();
         let is_new = made_us

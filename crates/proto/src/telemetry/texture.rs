@@ -19,12 +19,12 @@ pub struct Texture {
     pub plan: Plan,
     /// Spatial period, millimetres.
     pub period_mm: f32,
-    /// Its standard deviation, millimetres.
+    /// Standard deviation of the spatial period, millimetres.
     pub period_sigma_mm: f32,
     /// Power of the fundamental: half of its squared amplitude, the mean of the valid channels,
     /// square volts.
     pub power_v2: f32,
-    /// Its standard deviation by white noise, square volts.
+    /// Standard deviation of the power due to white noise, square volts.
     pub power_sigma_v2: f32,
     /// Harmonics above the first, in time as the finger slid.
     pub overtones: Overtones,

@@ -5,7 +5,7 @@ use std::collections::{HashMap, VecDeque};
 
 #[derive(Default)]
 pub struct Flight {
-    /// Nothing in place of what the session publishes again by itself, such as a schema.
+    /// `None` for messages that each session publishes again, such as a schema.
     pub entries: VecDeque<Option<Queued>>,
     /// Number of the first entry.
     first: u64,

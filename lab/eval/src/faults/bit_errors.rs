@@ -27,7 +27,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, Release, WIRE_MAX, encode};
 use serde::Serialize;
 
-/// Most single bit errors of a frame.
+/// Maximum number of single bit errors of a frame.
 const SINGLE_MAX: u32 = 16;
 /// Longest burst, bits.
 const BURST_MAX: u32 = 64;
@@ -42,7 +42,7 @@ const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 pub struct BitErrors {
     /// Frames sent, each with at least one bit error.
     pub sent: u64,
-    /// Frames of which the decoder returned nothing.
+    /// Frames for which the decoder returned nothing.
     pub refused: u64,
     /// Frames of which it returned a packet. Must be zero.
     pub accepted_damaged: u64,

@@ -106,7 +106,7 @@ impl Campaign {
         Ok(())
     }
 
-    /// Whether everything is zero that must be.
+    /// True if everything is zero that must be.
     pub fn is_clean(&self) -> bool {
         self.rows.iter().all(Row::is_clean)
     }
@@ -125,7 +125,7 @@ fn plans(family: Family, mut seed: u64, injections: usize, scan: Scan) -> Vec<Pl
     plans
 }
 
-/// How many injections a run counts for: one without any stands for as many as a run with them has.
+/// Number of injections that a run counts for; a run without any counts as many as one with them.
 fn standing_for(family: Family, injections: usize) -> usize {
     if family == Family::None {
         2

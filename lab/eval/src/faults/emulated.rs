@@ -11,8 +11,8 @@ use ridgetone_finger::converter::SCAN;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_proto::telemetry::Packet;
 
-/// Error of a board's internal oscillator where it runs on that: the converter's clock is off against
-/// the board's by more than this and by less, but by no more than is noticed by the rate, 0.5 %.
+/// Error of a board's internal oscillator. The converter's clock differs from it by slightly more
+/// or less, within the 0.5 % that the rate check allows.
 const INTERNAL_PPM: i32 = 4_000;
 
 /// Makes one run, with the settings of the image.

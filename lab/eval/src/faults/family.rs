@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use hal_mock::Fault;
 use ridgetone_proto::fault::FaultKind;
 
-/// What is injected, in the order of the table.
+/// Injected faults, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub enum Family {
@@ -25,7 +25,7 @@ pub enum Family {
     DinFlip,
     /// DOUT is stuck at ones or zeros.
     DoutStuck,
-    /// The bus is cut: ones or zeros, and the chip hears nothing.
+    /// The bus is cut: reads give all ones or zeros, and writes do not reach the chip.
     BusCut,
     /// The converter stands still.
     Stall,
@@ -56,7 +56,7 @@ impl Family {
         single
     }
 
-    /// Its name, in the JSON and on the command line.
+    /// Name in the JSON and on the command line.
     pub fn name(self) -> String {
         self.to_possible_value()
             .map_or_else(String::new, |value| value.get_name().to_owned())
@@ -118,7 +118,7 @@ impl Family {
         self.facts().0
     }
 
-    /// Whether this kind of report may follow, of which one must. Where a conversion is read once,
+    /// True if this kind of report may follow, of which one must. Where a conversion is read once,
     /// a bit error in its status is what the bit says.
     pub fn expects(self, kind: FaultKind, is_read_twice: bool) -> bool {
         let flips_flags = !is_read_twice && matches!(self, Self::DoutFlip | Self::DinFlip);

@@ -14,7 +14,7 @@ use ridgetone_proto::telemetry::{Estimate, Event, Health, Status};
 const SIGMAS: f64 = 5.0;
 const SHARE: f64 = 0.005;
 
-/// The start of the complaint that no report followed a fault.
+/// Beginning of the complaint that a fault was not reported.
 pub const NOT_REPORTED: &str = "not reported";
 
 /// The end of the complaint that conversions arrived altered.
@@ -59,7 +59,7 @@ pub struct Judgement {
 struct Episode {
     kind: FaultKind,
     from_ns: u64,
-    /// None if it was not over at the end of the run.
+    /// `None` if the fault lasted until the end of the run.
     until_ns: Option<u64>,
 }
 
@@ -237,7 +237,7 @@ fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<F
     })
 }
 
-/// Whether a fault left no sign in ids, statuses and times: it changed nothing but a code that was
+/// True if a fault left no sign in ids, statuses and times: it changed nothing but a code that was
 /// read once; or the supply, above the chip's own bound, or the reference between two readings of
 /// them.
 fn leaves_no_sign(fault: Fault, begun_ns: u64, over_ns: u64, ran: &Ran) -> bool {

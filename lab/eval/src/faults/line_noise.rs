@@ -26,10 +26,10 @@ pub struct Heard {
     pub damaged: u64,
     /// Requests that the board answered. Must be zero.
     pub answered: u64,
-    /// Whether the settings in force or anything in the flash has changed. Must
+    /// True if the settings in force or anything in the flash has changed. Must
     /// be false.
     pub changed: bool,
-    /// Whether the board obeys the next request. Must be true.
+    /// True if the board obeys the next request. Must be true.
     pub obeys: bool,
 }
 

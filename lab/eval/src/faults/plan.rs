@@ -35,7 +35,7 @@ pub struct Plan {
     pub sliding: Sliding,
     /// The injections, by scene time.
     pub injections: Vec<Injection>,
-    /// What the chip converts.
+    /// Inputs that the chip converts.
     pub scan: Scan,
 }
 
@@ -103,7 +103,7 @@ impl Plan {
         Ok((input, truth))
     }
 
-    /// How the run on the PC began.
+    /// Start of the run on the PC.
     pub fn boot(&self) -> Boot {
         let oscillator = match self.family {
             Family::Oscillator => Oscillator::Internal,

@@ -10,11 +10,11 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Place {
-    /// Its tasks, simulated on the PC.
+    /// The firmware's tasks, simulated on the PC.
     Pc,
-    /// Its tasks on the PC, with the scan plan of this name.
+    /// The firmware's tasks on the PC, with the scan plan of this name.
     Plan(&'static str),
-    /// Its image on the emulated chip.
+    /// The firmware's image on the emulated chip.
     Emulator,
 }
 
@@ -27,9 +27,9 @@ impl Place {
         }
     }
 
-    /// Share of windows of a steady tone to which the estimator may give another status than `good`.
-    /// Measured: four of 4,202 with the default plan were unsteady or ambiguous, a third of what is
-    /// allowed; four of 140 with `hand`.
+    /// Fraction of windows of a steady tone to which the estimator may give another status than
+    /// `good`. Measured: four of 4,202 with the default plan were unsteady or ambiguous, a third of
+    /// what is allowed; four of 140 with `hand`.
     fn false_alarm_rate(self) -> f64 {
         match self {
             Self::Plan(_) => 0.03,
@@ -37,7 +37,7 @@ impl Place {
         }
     }
 
-    /// Whether the firmware reads each conversion twice, so that a bit error in a code shows.
+    /// True if the firmware reads each conversion twice, so that a bit error in a code shows.
     pub fn is_read_twice(self) -> bool {
         match self {
             Self::Plan(name) => Plan::named(name).is_none_or(|plan| plan.is_read_twice()),
@@ -79,18 +79,18 @@ impl Delays {
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// Its name, for programs: of a family, the value of `--only`.
+    /// Name for programs; for a family, the value of `--only`.
     pub name: String,
     pub fault: String,
     pub place: Place,
     /// Touches; none where the line or the store is tested alone.
     pub runs: usize,
     pub injected: usize,
-    /// Those that a report of the right kind followed; none where there is nothing to report.
+    /// Injections followed by a report of the right kind; `None` if there is nothing to report.
     pub detected: Option<Delays>,
-    /// Those without a report that left no sign of themselves but in codes.
+    /// Unreported injections that changed nothing but codes.
     pub unseen: usize,
-    /// Those after which everything worked again; none where there is nothing to recover.
+    /// Injections after which everything worked again; `None` if there is nothing to recover.
     pub recovered: Option<Delays>,
     /// The number of lost conversions is known.
     pub loss_is_known: bool,
@@ -99,7 +99,7 @@ pub struct Row {
     pub complaints: Vec<String>,
 }
 
-/// Most complaints of a row.
+/// Maximum number of complaints of a row.
 const COMPLAINTS: usize = 5;
 
 /// A fault that changes bits of what is read does so where that is read once.
@@ -107,7 +107,7 @@ fn may_alter(family: Family, place: Place) -> bool {
     family.alters() && !place.is_read_twice()
 }
 
-/// What a row is called.
+/// Name of a row.
 #[derive(Clone, Copy)]
 pub struct Title<'a> {
     pub name: &'a str,
@@ -184,7 +184,7 @@ impl Row {
         }
     }
 
-    /// Whether everything is zero that must be.
+    /// True if everything is zero that must be.
     pub fn is_clean(&self) -> bool {
         self.failures().is_empty()
     }
@@ -213,7 +213,7 @@ impl Row {
         self.injected.saturating_sub(reported + self.unseen)
     }
 
-    /// Whether conversions may arrive altered.
+    /// True if conversions may arrive altered.
     pub fn may_alter(&self) -> bool {
         Family::from_str(&self.name, false).is_ok_and(|family| may_alter(family, self.place))
     }

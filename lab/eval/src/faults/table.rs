@@ -30,8 +30,7 @@ pub fn with_campaign(
     figures
 }
 
-/// Columns whose sum over all faults must be zero, and which column says of a row that it need not
-/// be.
+/// Columns whose sum over all faults must be zero, each with the column that exempts a row.
 const ZEROS: [(&str, Option<(&str, &str)>); 6] = [
     ("wrong but good", None),
     ("wrong with faults", None),
@@ -144,7 +143,7 @@ fn cells(row: &Row) -> Vec<Value> {
     cells
 }
 
-/// How many, and how soon, milliseconds.
+/// Count, and time until the report in milliseconds.
 fn delays(delays: &Option<Delays>) -> [Value; 3] {
     let Some(Delays {
         count,

@@ -29,7 +29,7 @@ pub struct Ran {
     pub injected: Vec<Injected>,
     /// Conversions from the queue with NEW set.
     pub delivered: u64,
-    /// Those among them that are not what the chip had converted.
+    /// Conversions that differ from what the chip converted.
     pub altered: u64,
     /// When one arrived, nanoseconds of the simulated board, whose code is not the chip's although
     /// its status is: nothing shows that.

@@ -124,7 +124,7 @@ fn what_once_went_wrong_with_a_fast_plan_does_not() {
             assert!(row.is_clean(), "{row:?}");
         }
     }
-    // Between two health readings a reference leaves no sign.
+    // A reference that is off between two health readings goes unnoticed.
     for seed in [778_610, 20_429] {
         let row = &Campaign::on_pc(1, seed, Some(Family::Reference), Scan::HAND)
             .expect("a campaign")
