@@ -36,7 +36,7 @@ pub fn run(
     let input = Input { scene, seed }.open()?;
     let truth = input.truth.context("the scene has no truth")?;
     let mut packets = Vec::new();
-    let mut sink = |packet: &Packet| {
+    let mut sink = |packet: &Packet, _| {
         packets.push(packet.clone());
         Ok(())
     };
@@ -51,7 +51,7 @@ pub fn run(
     )?;
     // The scene alone is drawn, and not what follows until the last message.
     let first_us = outcome.conversions.first().map_or(0, |first| first.t_us);
-    let end_us = ((truth.end_s - zero_s(&outcome)) * 1e6) as u32;
+    let end_us = ((truth.end_s - outcome.zero_s()) * 1e6) as u32;
     let is_in = |one: &TimedConversion| one.t_us.wrapping_sub(first_us) < end_us;
     let until = outcome.conversions.partition_point(is_in) + 1;
     outcome.conversions.truncate(until);
@@ -59,17 +59,11 @@ pub fn run(
     Ok(Demo {
         speed_mm_s,
         period_mm,
-        truth: later(truth, -zero_s(&outcome)),
+        truth: later(truth, -outcome.zero_s()),
         outcome,
         packets,
         snr_db,
     })
-}
-
-/// Zero of the device time in scene time, seconds: the scene begins when the board starts the chip,
-/// device time with the first result.
-fn zero_s(outcome: &Outcome) -> f64 {
-    (outcome.first_edge_us as f64 - outcome.start_us as f64) / 1e6
 }
 
 impl Demo {

@@ -98,14 +98,33 @@ pub struct Outcome {
     pub findings: Vec<Finding>,
 }
 
-/// The PC's end of the line, packet by packet: takes the board's time and a received packet, and
-/// gives the bytes to send. It is called with every packet, and without one whenever the board has
-/// sent anything else.
-pub type Talk<'a> = dyn FnMut(Duration, Option<&Packet>) -> Result<Vec<u8>> + 'a;
+impl Outcome {
+    /// Zero of the device time in scene time, seconds: the scene begins when the board starts the
+    /// chip, device time with the first result.
+    pub fn zero_s(&self) -> f64 {
+        (self.first_edge_us as f64 - self.start_us as f64) / 1e6
+    }
+}
+
+/// A byte that has left the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SentByte {
+    pub byte: u8,
+    /// Device time at the end of its stop bit, seconds; 0 before the first conversion.
+    pub left_s: f64,
+}
+
+/// Takes a packet, and the device time at which its last byte had left the board, seconds.
+pub type Sink<'a> = dyn FnMut(&Packet, f64) -> Result<()> + 'a;
+
+/// The PC's end of the line, packet by packet: takes the board's time and a received packet with the
+/// time of [`SentByte::left_s`], and gives the bytes to send. It is called with every packet, and
+/// without one whenever the board has sent anything else.
+pub type Talk<'a> = dyn FnMut(Duration, Option<(&Packet, f64)>) -> Result<Vec<u8>> + 'a;
 
 /// The PC's end of the line: takes the board's time and the received bytes, and gives the bytes to
 /// send.
-pub type Exchange<'a> = dyn FnMut(Duration, &[u8]) -> Result<Vec<u8>> + 'a;
+pub type Exchange<'a> = dyn FnMut(Duration, &[SentByte]) -> Result<Vec<u8>> + 'a;
 
 /// A board in front of `input`.
 pub fn board(firmware: &Firmware, input: Opened) -> Result<Emulator> {
@@ -162,7 +181,7 @@ pub fn is_over(emulator: &mut Emulator, end_s: f64) -> bool {
 pub fn run(
     input: Opened,
     options: Options<'_>,
-    sink: &mut dyn FnMut(&Packet) -> Result<()>,
+    sink: &mut Sink<'_>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
     let mut requests = Requests::new(1);
@@ -173,10 +192,10 @@ pub fn run(
         });
     }
     let mut has_greeted = false;
-    let mut talk = |now, packet: Option<&Packet>| {
-        if let Some(packet) = packet {
+    let mut talk = |now, packet: Option<(&Packet, f64)>| {
+        if let Some((packet, left_s)) = packet {
             has_greeted = true;
-            sink(packet)?;
+            sink(packet, left_s)?;
             match requests.answered(&packet.event) {
                 None | Some((_, Answer::Done | Answer::DoneErased)) => {}
                 Some((_, refused)) => bail!(
@@ -202,14 +221,16 @@ pub fn run_packets(
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
     let (mut decoder, mut received) = (Decoder::new(), 0);
-    let mut exchange = |now, bytes: &[u8]| {
+    let mut exchange = |now, bytes: &[SentByte]| {
         if bytes.is_empty() {
             return talk(now, None);
         }
         let mut sent = Vec::new();
-        for packet in bytes.iter().filter_map(|byte| decoder.push(*byte)) {
-            received += 1;
-            sent.extend(talk(now, Some(&packet))?);
+        for one in bytes {
+            if let Some(packet) = decoder.push(one.byte) {
+                received += 1;
+                sent.extend(talk(now, Some((&packet, one.left_s)))?);
+            }
         }
         Ok(sent)
     };
@@ -246,10 +267,16 @@ pub fn run_bytes(
             &mut first_ns,
             &mut last_ns,
         );
-        let bytes = emulator.take_sent();
+        let left_s = |at_ns: u64| at_ns.saturating_sub(first_ns.unwrap_or(at_ns)) as f64 / 1e9;
+        let sent = emulator.take_sent_timed().into_iter();
+        let sent = sent.map(|(byte, at_ns)| SentByte {
+            byte,
+            left_s: left_s(at_ns),
+        });
+        let bytes: Vec<SentByte> = sent.collect();
         let now = Duration::from_nanos(emulator.now_ns());
         if options.keep_serial {
-            outcome.serial.extend(&bytes);
+            outcome.serial.extend(bytes.iter().map(|sent| sent.byte));
         }
         let reply = exchange(now, &bytes)?;
         if !reply.is_empty() {

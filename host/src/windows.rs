@@ -93,6 +93,16 @@ pub fn fit(
     })
 }
 
+/// A positive number rounded down to two significant digits.
+fn two_digits_below(value: f64) -> f64 {
+    if value <= 0.0 {
+        return 0.0;
+    }
+    let digits = 1 - value.log10().floor() as i32;
+    let unit = 10_f64.powi(digits);
+    (value * unit + 1e-6).floor() / unit
+}
+
 /// Cuts rows into windows.
 struct Cutter<'a> {
     rows: &'a mut dyn RowReader,
@@ -146,6 +156,7 @@ impl<'a> Cutter<'a> {
                 let to_s = from_s + self.steps.window_s;
                 let reaches = |last_s: f64| last_s >= to_s;
                 if self.times_s.last().copied().is_some_and(reaches) {
+                    self.check_stride()?;
                     if let Some(part) = self.cut(from_s, to_s) {
                         return Ok(Some(part));
                     }
@@ -153,10 +164,11 @@ impl<'a> Cutter<'a> {
                 }
                 if self.is_over {
                     let ends_s = self.times_s.last().map(|last_s| last_s + self.row_s());
-                    return Ok(match ends_s.is_some_and(reaches) {
-                        true => self.cut(from_s, to_s),
-                        false => None,
-                    });
+                    if !ends_s.is_some_and(reaches) {
+                        return Ok(None);
+                    }
+                    self.check_stride()?;
+                    return Ok(self.cut(from_s, to_s));
                 }
             } else if self.is_over {
                 return Ok(None);
@@ -171,6 +183,26 @@ impl<'a> Cutter<'a> {
             return 0.0;
         };
         ROW_LENGTH * (last_s - first_s) / (self.times_s.len() - 1).max(1) as f64
+    }
+
+    /// Refuses a stride shorter than the spacing of the first window's rows: windows would have the
+    /// same rows again and again.
+    fn check_stride(&self) -> Result<()> {
+        if self.number > 0 {
+            return Ok(());
+        }
+        let spacings_s = self.times_s.windows(2).map(|pair| pair[1] - pair[0]);
+        let mut spacings_s: Vec<f64> = spacings_s.collect();
+        spacings_s.sort_by(f64::total_cmp);
+        let spacing_s = spacings_s.get(spacings_s.len() / 2).copied();
+        let shortest_s = two_digits_below(spacing_s.unwrap_or(0.0));
+        ensure!(
+            self.steps.stride_s >= shortest_s,
+            "{}: a stride of {} s is shorter than a row: type --stride {shortest_s} or more",
+            self.rows.file(),
+            self.steps.stride_s
+        );
+        Ok(())
     }
 
     fn read_row(&mut self, progress: &mut dyn FnMut(u64)) -> Result<()> {

@@ -9,7 +9,7 @@ use common::{directory, run, stderr, text};
 use hal_mock::{Sliding, SlidingScene};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone_host::emulator::{self, Options, Outcome};
+use ridgetone_host::emulator::{self, Options, Outcome, SentByte};
 use ridgetone_host::feed::{Feed, FeedEvent, Requester, Source};
 use ridgetone_host::input::{Input, Opened};
 use ridgetone_host::port::BYTE_S;
@@ -249,9 +249,9 @@ impl Firmware {
         let ((to_feed, telemetry), (requests, to_board)) = (channel(), channel::<Vec<u8>>());
         let running = std::thread::spawn(move || {
             let elf = emulator::image::find().expect("an image");
-            let mut exchange = |now: Duration, bytes: &[u8]| {
+            let mut exchange = |now: Duration, bytes: &[SentByte]| {
                 if !bytes.is_empty() {
-                    to_feed.send((now, bytes.to_vec()))?;
+                    to_feed.send((now, bytes.iter().map(|sent| sent.byte).collect()))?;
                 }
                 Ok(to_board.try_iter().flatten().collect())
             };

@@ -34,7 +34,7 @@ fn emulate(input: &Input) -> (Outcome, Vec<Packet>) {
         ..Options::new(&elf)
     };
     let mut packets = Vec::new();
-    let mut sink = |packet: &Packet| {
+    let mut sink = |packet: &Packet, _| {
         packets.push(packet.clone());
         Ok(())
     };

@@ -20,7 +20,7 @@ fn a_fit_too_slow_for_the_stride_costs_strides() {
     let mut input = Input::default().open().expect("an input");
     input.options.clock_hz = FAST_CLOCK_HZ;
     let mut packets = Vec::new();
-    let mut sink = |packet: &Packet| {
+    let mut sink = |packet: &Packet, _| {
         packets.push(packet.clone());
         Ok(())
     };

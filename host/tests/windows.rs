@@ -98,6 +98,22 @@ fn a_pause_leaves_windows_out_and_a_short_recording_is_refused() {
 }
 
 #[test]
+fn a_stride_shorter_than_a_row_is_refused_with_the_shortest() {
+    let folder = directory();
+    let path = file(folder.path(), "a.csv", &tone(1, 300, 250.0, 8.0, 0.0));
+    for (stride, is_refused) in [("0.004", false), ("0.0039", true), ("1e-9", true)] {
+        let output = run(&["fit", text(&path), "--window", "1", "--stride", stride]);
+        let told = stderr(&output).contains("type --stride 0.004 or more");
+        assert_eq!(
+            (output.status.success(), told),
+            (!is_refused, is_refused),
+            "{stride}: {}",
+            stderr(&output)
+        );
+    }
+}
+
+#[test]
 fn a_file_that_cannot_be_read_has_a_row_and_fails_the_command() {
     let folder = directory();
     let path = file(folder.path(), "a.csv", &tone(4, 500, 250.0, 8.0, 0.0));

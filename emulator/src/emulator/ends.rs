@@ -122,11 +122,17 @@ impl Emulator {
 
     /// Takes the bytes that the board has sent.
     pub fn take_sent(&mut self) -> Vec<u8> {
-        self.bus
-            .usart
-            .sent
-            .drain(..)
-            .map(|(byte, _)| byte)
+        let timed = self.take_sent_timed();
+        timed.into_iter().map(|(byte, _)| byte).collect()
+    }
+
+    /// Takes the bytes that the board has sent, each with the time at which it had left, nanoseconds
+    /// since power-up. The processor's clock must not have changed since.
+    pub fn take_sent_timed(&mut self) -> Vec<(u8, u64)> {
+        let (cycles, hz, now_ns) = (self.bus.time.cycles, self.bus.time.hz(), self.now_ns());
+        let ago_ns = |end: u64| cycles.saturating_sub(end) * 1_000_000_000 / hz;
+        let sent = self.bus.usart.sent.drain(..);
+        sent.map(|(byte, end)| (byte, now_ns.saturating_sub(ago_ns(end))))
             .collect()
     }
 

@@ -4,6 +4,9 @@ use super::firmware::FirmwareOptions;
 use super::lines::{LineOptions, Printer, report};
 use super::scene::SceneOptions;
 use super::settings::SettingsOptions;
+use crate::demo::later;
+use crate::events::JsonLines;
+use crate::events::view::Message;
 use crate::input::{SLOT_S, check_length, frame_rate_hz};
 use crate::note;
 use crate::picture::Recording;
@@ -33,7 +36,7 @@ Examples:
   ridgetone emulate hal-mock/scenes/hand.toml --print-scene hand.csv")]
 pub struct EmulateArgs {
     /// Scene file; hal-mock/scenes/every_key.toml explains all keys [default: a plain scene].
-    #[arg(value_name = "SCENE.toml", conflicts_with_all = ["scene_speed", "period", "snr"])]
+    #[arg(value_name = "SCENE.toml", conflicts_with_all = ["scene_speed", "period", "pure_tone", "snr"])]
     scene: Option<PathBuf>,
     #[command(flatten)]
     scene_options: SceneOptions,
@@ -55,7 +58,8 @@ pub struct EmulateArgs {
     /// Draw the channels and the results here.
     #[arg(long, value_name = "FILE.svg")]
     svg: Option<PathBuf>,
-    /// One JSON object a line instead of text.
+    /// One JSON object a line instead of text. `left_s` is the device time at which the message's
+    /// last byte had left the board; the last line has the scene's true values, on the same clock.
     #[arg(long)]
     json: bool,
 }
@@ -63,11 +67,26 @@ pub struct EmulateArgs {
 #[derive(Serialize)]
 struct TruthJson<'a> {
     r#type: &'static str,
+    #[serde(flatten)]
+    table: Option<TableJson<'a>>,
+    #[serde(flatten, with = "TruthForm")]
+    truth: Truth,
+}
+
+/// The table of a scene.
+#[derive(Serialize)]
+struct TableJson<'a> {
     file: &'a str,
     rows: u64,
     rate_hz: f64,
-    #[serde(flatten, with = "TruthForm")]
-    truth: Truth,
+}
+
+/// A message, and the device time at which its last byte had left the board.
+#[derive(Serialize)]
+struct SentJson {
+    #[serde(flatten)]
+    message: Message,
+    left_s: f64,
 }
 
 #[derive(Serialize)]
@@ -123,17 +142,32 @@ impl EmulateArgs {
             keep_serial: self.serial_out.is_some(),
             ..emulator::Options::new(&firmware)
         };
-        let mut printer = Printer::new(LineOptions { json: self.json }, true);
+        let truth = input.truth;
+        let mut printer = Printer::new(LineOptions { json: false }, true);
+        let mut lines = JsonLines::default();
         let mut packets = Vec::new();
-        let mut sink = |packet: &Packet| {
+        let mut sink = |packet: &Packet, left_s| {
             if self.svg.is_some() {
                 packets.push(packet.clone());
+            }
+            if self.json {
+                let message = lines.message(packet, None);
+                let line = serde_json::to_string(&SentJson { message, left_s })?;
+                return output::line(&line);
             }
             printer.print(packet, None)
         };
         let outcome =
             output::with_progress(|progress| emulator::run(input, options, &mut sink, progress))?;
         drop(printer);
+        if let Some(truth) = truth.filter(|_| self.json) {
+            let json = TruthJson {
+                r#type: "truth",
+                table: None,
+                truth: later(truth, -outcome.zero_s()),
+            };
+            output::line(&serde_json::to_string(&json)?)?;
+        }
         for finding in &outcome.findings {
             note!("a rule is broken: {finding}");
         }
@@ -172,9 +206,11 @@ impl EmulateArgs {
         if self.json {
             let json = TruthJson {
                 r#type: "truth",
-                file: &file,
-                rows,
-                rate_hz,
+                table: Some(TableJson {
+                    file: &file,
+                    rows,
+                    rate_hz,
+                }),
                 truth,
             };
             output::line(&serde_json::to_string(&json)?)?;

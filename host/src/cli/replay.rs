@@ -41,7 +41,7 @@ Examples:
   ridgetone replay trace.csv --settings finger.toml")]
 pub struct ReplayArgs {
     /// A table with a header, or a recording of telemetry [default: a scene].
-    #[arg(value_name = "FILE", conflicts_with_all = ["scene", "scene_speed", "period", "snr", "seed"])]
+    #[arg(value_name = "FILE", conflicts_with_all = ["scene", "scene_speed", "period", "pure_tone", "snr", "seed"])]
     file: Option<PathBuf>,
     /// Volts per unit of a table.
     #[arg(
@@ -62,7 +62,7 @@ pub struct ReplayArgs {
     time_column: Option<TimeColumn>,
     /// Scene file, such as hal-mock/scenes/c1.toml; hal-mock/scenes/every_key.toml explains all keys
     /// [default: a plain scene].
-    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["scene_speed", "period", "snr"])]
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["scene_speed", "period", "pure_tone", "snr"])]
     scene: Option<PathBuf>,
     #[command(flatten)]
     pub(super) scene_options: SceneOptions,

@@ -17,6 +17,9 @@ pub struct SceneOptions {
     /// Spatial period of the grating of the plain scene, mm [default: 3.6].
     #[arg(long, value_name = "MM", value_parser = positive)]
     period: Option<f64>,
+    /// Give the plain scene a tone without overtones, as the lean scene declares it.
+    #[arg(long)]
+    pure_tone: bool,
     /// Power of the tone over that of the noise in the plain scene, dB, or `none` for no noise
     /// [default: 20].
     #[arg(long, value_name = "DB", value_parser = decibel, allow_negative_numbers = true)]
@@ -53,6 +56,11 @@ impl SceneOptions {
         Ok(Sliding {
             speed_mm_s: self.scene_speed.unwrap_or(default.speed_mm_s),
             period_mm: self.period.unwrap_or(default.period_mm),
+            overtones: if self.pure_tone {
+                [0.0; 3]
+            } else {
+                default.overtones
+            },
             snr_db: self.snr.map_or(default.snr_db, |Decibel(db)| db),
             seed: self.seed.unwrap_or(default.seed),
             ..default

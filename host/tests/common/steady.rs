@@ -60,7 +60,7 @@ pub fn run(end_s: f64) {
     // compared then.
     let [mut contact_off, mut start_off, mut end_off] = [Spread::default(); 3];
     let mut seen = Seen::default();
-    let mut sink = |packet: &Packet| {
+    let mut sink = |packet: &Packet, _| {
         match &packet.event {
             Event::Hello(_) => seen.hellos += 1,
             Event::Contact(contact) => {
@@ -124,7 +124,7 @@ pub fn run(end_s: f64) {
     );
 
     // Device time begins with the first result, the scene when START rises.
-    let zero_s = (outcome.first_edge_us - outcome.start_us) as f64 / 1e6;
+    let zero_s = outcome.zero_s();
     for (what, spread) in [
         ("contacts", contact_off),
         ("starts of slides", start_off),

@@ -142,6 +142,35 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
+fn each_message_of_an_emulated_run_has_the_time_at_which_it_left_the_board() {
+    let output = run(&["emulate", "--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let lines = json_lines(&output);
+    let (truth, messages) = lines.split_last().expect("lines");
+    let of = |line: &serde_json::Value, key: &str| line[key].as_f64();
+    let (mut before_s, mut events) = (0.0, 0);
+    for message in messages {
+        let left_s = of(message, "left_s").expect("a time");
+        assert!(left_s >= before_s, "{message}");
+        before_s = left_s;
+        if let Some(after_s) = of(message, "reported_after_s") {
+            // The line, and what waits in front of the event.
+            let waited_s = left_s - of(message, "t_s").expect("a time") - after_s;
+            assert!((-0.001..0.03).contains(&waited_s), "{waited_s}: {message}");
+            events += 1;
+        }
+        for (key, of_truth) in [("start_s", "slide_start_s"), ("end_s", "slide_end_s")] {
+            if let Some(t_s) = of(message, key).filter(|_| message["type"] == "slide") {
+                let off_s = t_s - of(truth, of_truth).expect("a time");
+                assert!(off_s.abs() < 0.02, "{off_s}: {message}");
+            }
+        }
+    }
+    assert!(truth["type"] == "truth" && events >= 4, "{truth} {events}");
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_board_obeys_commands() {
     for request in ["start", "stop", "restart"] {
         let done = run(&["command", request, "--emulated"]);

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 fn run(elf: &Firmware) -> (Outcome, Vec<Packet>) {
     let mut packets = Vec::new();
-    let mut sink = |packet: &Packet| {
+    let mut sink = |packet: &Packet, _| {
         packets.push(packet.clone());
         Ok(())
     };

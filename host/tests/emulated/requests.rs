@@ -31,9 +31,9 @@ pub fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
     let mut requests = Requests::new(700);
     let (mut packets, mut answers) = (Vec::new(), Vec::new());
     let (mut first, count) = (Some((bytes.to_vec(), commands.clone())), commands.len());
-    let mut talk = |now: Duration, packet: Option<&Packet>| {
+    let mut talk = |now: Duration, packet: Option<(&Packet, f64)>| {
         let mut sent = Vec::new();
-        if let Some(packet) = packet {
+        if let Some((packet, _)) = packet {
             packets.push(packet.clone());
             if let Some((bytes, commands)) = first.take() {
                 sent = bytes;

@@ -55,7 +55,7 @@ fn as_on_the_pc(scene: Sliding, settings: Settings) -> Vec<Estimate> {
         ..Input::default()
     };
     let (mut on_chip, mut skipped) = (Vec::new(), 0);
-    let mut sink = |packet: &Packet| {
+    let mut sink = |packet: &Packet, _| {
         on_chip.extend(estimate(&packet.event));
         if let Event::Health(health) = &packet.event {
             skipped = health.overruns;

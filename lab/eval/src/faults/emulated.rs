@@ -19,7 +19,7 @@ const INTERNAL_PPM: i32 = 4_000;
 pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     let (input, truth) = plan.open()?;
     let mut packets = Vec::new();
-    let mut sink = |packet: &Packet| {
+    let mut sink = |packet: &Packet, _| {
         packets.push(packet.clone());
         Ok(())
     };
