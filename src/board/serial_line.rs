@@ -48,12 +48,15 @@ impl<Usart: Instance<RB = RegisterBlock>> SerialPort for SerialLine<Usart> {
             return None;
         }
         let byte = usart.dr().read().bits() as u8;
-        let is_damaged =
-            status.fe().bit_is_set() || status.nf().bit_is_set() || status.rxne().bit_is_clear();
-        Some(match (is_damaged, status.ore().bit_is_set()) {
-            (true, _) => Received::Damaged,
-            (false, true) => Received::Overrun(byte),
-            (false, false) => Received::Byte(byte),
+        let is_whole =
+            status.rxne().bit_is_set() && status.fe().bit_is_clear() && status.nf().bit_is_clear();
+        // An overrun without a byte: the byte before was read, and the next one lost, between the reads
+        // of status and data of the last call.
+        Some(match (is_whole, status.ore().bit_is_set()) {
+            (true, false) => Received::Byte(byte),
+            (true, true) => Received::Overrun(byte),
+            (false, false) => Received::Damaged,
+            (false, true) => Received::Lost,
         })
     }
 

@@ -19,7 +19,7 @@ pub fn receive<P: Platform>(inbox: &mut RequestInbox, received: Received, shared
             Pushed::Damaged => shared.diagnostics.requests_damaged.add(1),
         }
     }
-    if let Received::Overrun(_) = received {
+    if let Received::Overrun(_) | Received::Lost = received {
         shared.diagnostics.bytes_overrun.add(1);
     }
     if !matches!(received, Received::Byte(_)) {
@@ -36,6 +36,9 @@ pub enum Received {
     Overrun(u8),
     /// A byte that noise on the line has damaged.
     Damaged,
+    /// Nothing good, and a byte is lost: it arrived while the one before it was being read, or that
+    /// one is damaged.
+    Lost,
 }
 
 /// The line's hardware, with an interrupt for each byte.
@@ -115,6 +118,7 @@ mod tests {
         let shared = Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER);
         let mut inbox = RequestInbox::new();
         let damaged: fn(u8) -> Received = |_| Received::Damaged;
+        let lost: fn(u8) -> Received = |_| Received::Lost;
         // Bytes, how the last one arrives, and then: a whole request, fits pended, bytes overrun.
         for (bytes, last, expected) in [
             (request, Byte as fn(u8) -> Received, (true, 1, 0)),
@@ -128,6 +132,9 @@ mod tests {
             (&request[..2], damaged, (false, 3, 2)),
             (&request[2..], Byte, (false, 3, 2)),
             (request, Byte, (true, 4, 2)),
+            (&request[..2], lost, (false, 4, 3)),
+            (&request[2..], Byte, (false, 4, 3)),
+            (request, Byte, (true, 5, 3)),
         ] {
             let (last_byte, others) = bytes.split_last().expect("bytes");
             others
