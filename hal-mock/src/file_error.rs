@@ -1,12 +1,11 @@
 //! Why a file is refused.
 
 use crate::printable;
-use std::fmt::Display;
+use std::fmt::{self, Display, Formatter};
 
 /// A file that cannot be read or means nothing, in one line that names the file and, where there is
 /// one, the line.
-#[derive(Debug, thiserror::Error)]
-#[error("{}", printable(&format!("{file}: {}", self.place_and_reason())))]
+#[derive(Debug)]
 pub struct FileError {
     file: String,
     /// From 1.
@@ -32,3 +31,12 @@ impl FileError {
         format!("{line}{}", self.message)
     }
 }
+
+impl Display for FileError {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let line = format!("{}: {}", self.file, self.place_and_reason());
+        f.write_str(&printable(&line))
+    }
+}
+
+impl std::error::Error for FileError {}

@@ -1,11 +1,35 @@
 //! Seeded random numbers that are the same on every platform: ChaCha8, and Gaussian ones by Box and
-//! Muller with `libm`.
+//! Muller with `libm`. Without the feature `scenes`, which brings both, other numbers come from
+//! SplitMix64 and the standard library.
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+#[cfg(feature = "scenes")]
+use rand_chacha::{
+    ChaCha8Rng as Bits,
+    rand_core::{Rng, SeedableRng},
+};
+
+/// SplitMix64 (Steele, Lea and Flood 2014).
+#[cfg(not(feature = "scenes"))]
+#[derive(Clone, Debug)]
+struct Bits(u64);
+
+#[cfg(not(feature = "scenes"))]
+impl Bits {
+    fn next_u64(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ mixed >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ mixed >> 31
+    }
+
+    fn next_u32(&mut self) -> u32 {
+        (self.next_u64() >> 32) as u32
+    }
+}
 
 /// Streams keep users of one seed apart: switching the noise off must not change the poison.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "scenes"), allow(dead_code, reason = "for scenes"))]
 #[repr(u64)]
 pub(crate) enum Stream {
     ChipNoise = 1,
@@ -18,14 +42,20 @@ pub(crate) enum Stream {
 /// A seeded generator with one spare Gaussian number (Box and Muller's come in pairs).
 #[derive(Clone, Debug)]
 pub(crate) struct Random {
-    bits: ChaCha8Rng,
+    bits: Bits,
     spare: Option<f64>,
 }
 
 impl Random {
     pub(crate) fn new(seed: u64, stream: Stream) -> Self {
-        let mut bits = ChaCha8Rng::seed_from_u64(seed);
-        bits.set_stream(stream as u64);
+        #[cfg(feature = "scenes")]
+        let bits = {
+            let mut bits = Bits::seed_from_u64(seed);
+            bits.set_stream(stream as u64);
+            bits
+        };
+        #[cfg(not(feature = "scenes"))]
+        let bits = Bits(seed ^ (stream as u64) << 56);
         Self { bits, spare: None }
     }
 
@@ -39,6 +69,7 @@ impl Random {
     }
 
     /// Uniform in -1 <= x < 1.
+    #[cfg(feature = "scenes")]
     pub(crate) fn symmetric(&mut self) -> f64 {
         2.0 * self.uniform() - 1.0
     }
@@ -49,8 +80,15 @@ impl Random {
             return spare;
         }
         // 1 - u is in 0 < x <= 1: the logarithm of 0 cannot happen.
-        let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.uniform()));
-        let (sin, cos) = libm::sincos(core::f64::consts::TAU * self.uniform());
+        let (left, turn) = (
+            1.0 - self.uniform(),
+            core::f64::consts::TAU * self.uniform(),
+        );
+        #[cfg(feature = "scenes")]
+        let (log, (sin, cos)) = (libm::log(left), libm::sincos(turn));
+        #[cfg(not(feature = "scenes"))]
+        let (log, (sin, cos)) = (left.ln(), turn.sin_cos());
+        let radius = (-2.0 * log).sqrt();
         self.spare = Some(radius * sin);
         radius * cos
     }

@@ -83,8 +83,8 @@ impl Pipeline {
     }
 
     /// Takes a plain frame of another converter, in place of conversions, if the settings' plan is
-    /// [`Plan::of_frames`](ridgetone_proto::plan::Plan::of_frames). `examples/plain_frames.rs` shows
-    /// it. Readings of the chip's own health stay zero.
+    /// [`Plan::of_frames`](ridgetone_proto::plan::Plan::of_frames); see the example of [this
+    /// crate](crate). Readings of the chip's own health stay zero.
     pub fn push_frame(&mut self, frame: PlainFrame<'_>, emit: &mut dyn FnMut(Event)) {
         self.step(Next::Frame(frame), emit);
     }

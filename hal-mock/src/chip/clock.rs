@@ -14,7 +14,7 @@ const SCALE: u128 = 1_000_000_000_000_000;
 
 impl Clock {
     pub(crate) fn new(nominal_hz: u32, error_ppm: f64) -> Self {
-        let microhertz = libm::rint(f64::from(nominal_hz) * (1e6 + error_ppm));
+        let microhertz = (f64::from(nominal_hz) * (1e6 + error_ppm)).round_ties_even();
         Self {
             microhertz: (microhertz as u64).max(1),
         }

@@ -54,7 +54,7 @@ pub(crate) fn noise_sigma(drate: u8, chop: bool, analog: &Analog) -> f64 {
 /// Rounds to the nearest code and clips; true when OVF is set.
 pub(crate) fn quantise(code: f64) -> (i32, bool) {
     (
-        libm::rint(code).clamp(MIN_CODE, MAX_CODE) as i32,
+        code.round_ties_even().clamp(MIN_CODE, MAX_CODE) as i32,
         code.abs() > OVERFLOW * VREF_CODE,
     )
 }
