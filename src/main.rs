@@ -2,16 +2,16 @@
 //!
 //! | task | priority | interrupt |
 //! |---|---|---|
-//! | `line` | 5 | USART3, transmitter empty or byte received; pended by `report` |
+//! | `line` | 5 | USART3, transmitter empty or the end of what arrives; pended by `report` |
 //! | `drdy` | 4 | EXTI4, DRDY's falling edge, or the end of a frame; pended by `watch` and `fit` |
-//! | `detect` | 3 | OTG_HS_EP1_OUT, pended by `drdy` when a scan is over or interrupted, and by `line` with a robot's message |
-//! | `report` | 2 | OTG_HS_EP1_IN, pended by `detect`, `fit` and `line` |
+//! | `detect` | 3 | OTG_HS_EP1_OUT, pended by `drdy` when a scan is over or interrupted |
+//! | `report` | 2 | OTG_HS_EP1_IN, pended by `detect`, `fit` and `line`, or half a buffer of the line's DMA |
 //! | `watch` | 2 | TIM4, twice a second |
-//! | `fit` | 1 | OTG_HS_WKUP, pended by `detect` and `line` |
+//! | `fit` | 1 | OTG_HS_WKUP, pended by `detect` and `report` |
 //! | `idle` | 0 | |
 //!
-//! `line` is above `drdy`: a byte lasts 10.9 us and the USART holds one, while `drdy` runs for 15
-//! to 48 us.
+//! `line` is above `drdy`: it is short, and a byte of telemetry lasts 10.9 us, while `drdy` runs for 15 to
+//! 48 us. Requests wait in the DMA's buffer for 1.4 ms at least.
 //!
 //! Only software pends `detect`, `report` and `fit`. Unlike a spawned task, an interrupt that is
 //! pended while its handler runs is not lost, so no conversion stays in a queue.
@@ -57,7 +57,7 @@ mod app {
     use ridgetone_finger::tasks::{BYTES, Platform, SAMPLES, Shared, Task, WINDOWS};
     use ridgetone_finger::tasks::{Idle, Next, Slept, Stack};
     use ridgetone_finger::tasks::{Mail, Outbox};
-    use ridgetone_finger::tasks::{RequestInbox, SerialLine};
+    use ridgetone_finger::tasks::{RequestInbox, SerialLine, receive_all};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::store::{FlashStore, Store};
     use ridgetone_proto::telemetry::Headline;
@@ -107,6 +107,7 @@ mod app {
     struct Local {
         drdy: Drdy<'static, Converter, board::Drdy>,
         line: SerialLine<'static, board::SerialLine>,
+        receiver: board::LineReceiver,
         detect: Detect<'static>,
         report: Report<'static>,
         fit: Fit<'static, FlashStore<board::SettingsFlash>>,
@@ -125,7 +126,7 @@ mod app {
         let Board {
             converter,
             drdy,
-            line,
+            line: (line, receiver),
             boot,
             flash,
         } = board::init(cx.device, cx.core);
@@ -179,6 +180,7 @@ mod app {
                     port: line,
                     bytes: bytes_out,
                 },
+                receiver,
                 detect: Detect::new(samples_out, windows_in),
                 report: Report::new(bytes_in),
                 fit: Fit {
@@ -199,11 +201,9 @@ mod app {
         black_box(place.write(make()))
     }
 
-    #[task(binds = USART3, priority = 5, local = [line], shared = [inbox, &shared])]
-    fn line(mut cx: line::Context) {
-        cx.shared
-            .inbox
-            .lock(|inbox| cx.local.line.run(inbox, cx.shared.shared));
+    #[task(binds = USART3, priority = 5, local = [line], shared = [&shared])]
+    fn line(cx: line::Context) {
+        cx.local.line.run(cx.shared.shared);
     }
 
     #[task(binds = EXTI4, priority = 4, local = [drdy], shared = [&shared])]
@@ -227,8 +227,9 @@ mod app {
         });
     }
 
-    #[task(binds = OTG_HS_EP1_IN, priority = 2, local = [report], shared = [outbox, &shared])]
+    #[task(binds = OTG_HS_EP1_IN, priority = 2, local = [receiver, report], shared = [inbox, outbox, &shared])]
     fn report(mut cx: report::Context) {
+        receive_all(cx.local.receiver, &mut cx.shared.inbox, cx.shared.shared);
         cx.local.report.run(&mut cx.shared.outbox, cx.shared.shared);
     }
 

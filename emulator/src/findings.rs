@@ -55,7 +55,8 @@ rules! {
     DmaEnabled,
     /// A stream starts with its flags cleared (RM0090, 9.3.18).
     DmaFlags,
-    /// A stream's direction, sizes, channel and memory fit ADC1 and its inputs (RM0090, 9.3.3).
+    /// A stream's direction, sizes, channel and memory fit ADC1 and its inputs, or the USART's receiver
+    /// (RM0090, 9.3.3).
     DmaSetting,
     /// A stream that was switched off is seen to have stopped before it starts again (RM0090,
     /// 9.5.5).
@@ -64,6 +65,9 @@ rules! {
     SpiOverrun,
     /// No byte is lost in the USART's receiver.
     UsartOverrun,
+    /// Software leaves a byte in the USART's data register to the DMA that is about to fetch it (RM0090,
+    /// 30.3.13).
+    UsartData,
     /// The flash is written after its keys, with PG or SER set, in the width of PSIZE (RM0090,
     /// 3.6).
     FlashSequence,

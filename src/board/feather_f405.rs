@@ -27,7 +27,8 @@ pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
 pub type Converter = WiredAds1258<converter::Spi<'A', 4>, PC5<Output>, PC6<Output>, TimerClock>;
 pub type Drdy = converter::Drdy<'C', 4>;
 pub type SerialLine = serial_line::SerialLine<USART3>;
-pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
+pub type LineReceiver = serial_line::LineReceiver<USART3>;
+pub type Board = parts::Parts<Converter, Drdy, (SerialLine, LineReceiver), SettingsFlash>;
 
 pub const WIRING: Wiring = Wiring {
     converter: &Facts::of::<Converter>(),
@@ -62,7 +63,7 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     Board {
         converter: WiredAds1258::new(Ads1258::new(spi), start, reset).clocked_by(clock),
         drdy: Drdy::new(gpioc.pc4, device.EXTI, device.SYSCFG, &mut rcc),
-        line: SerialLine::new(device.USART3, gpiob.pb10, rx, &mut rcc),
+        line: SerialLine::new(device.USART3, gpiob.pb10, rx, device.DMA1, &mut rcc),
         boot: Boot { oscillator, ..boot },
         flash: SettingsFlash::new(device.FLASH),
     }

@@ -22,7 +22,8 @@ pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
 pub type Converter = Stm32Adc<8, 160>;
 pub type Drdy = FrameEnd;
 pub type SerialLine = serial_line::SerialLine<USART3>;
-pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
+pub type LineReceiver = serial_line::LineReceiver<USART3>;
+pub type Board = parts::Parts<Converter, Drdy, (SerialLine, LineReceiver), SettingsFlash>;
 
 pub const WIRING: Wiring = Wiring {
     converter: &stm32_adc::facts::<Converter>(),
@@ -60,7 +61,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     Board {
         converter: Converter::new(converter, &mut rcc),
         drdy: FrameEnd::new(&mut nvic),
-        line: SerialLine::new(device.USART3, gpiob.pb10, rx, &mut rcc),
+        line: SerialLine::new(device.USART3, gpiob.pb10, rx, device.DMA1, &mut rcc),
         boot: Boot { oscillator, ..boot },
         flash: SettingsFlash::new(device.FLASH),
     }

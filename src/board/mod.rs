@@ -12,9 +12,9 @@
 //! | `Board::converter` | a [`Converter`](ridgetone_finger::converter::Converter): the processor's own (`stm32_adc.rs`), or an ADS1258 on an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below, with `OutputPin`s on START (high runs the scan) and RESET (active low) |
 //! | `WIRING` | a [`Wiring`](ridgetone_finger::Wiring): how the converter samples, the low-pass before its inputs |
 //! | `Board::drdy` | [`DrdyPin`]: the falling edge of DRDY and its time; its interrupt can be muted |
-//! | `Board::line` | [`serial_line::SerialLine`] on the board's USART: telemetry out and requests in, byte by byte |
+//! | `Board::line` | [`serial_line::SerialLine`] and [`serial_line::LineReceiver`] on the board's USART: telemetry out byte by byte, requests in by DMA1 |
 //! | `Board::flash` | a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |
-//! | the types `Board`, `Converter`, `Drdy`, `SerialLine`, `SettingsFlash` | [`parts::Parts`] and what it has on this board |
+//! | the types `Board`, `Converter`, `Drdy`, `SerialLine`, `LineReceiver`, `SettingsFlash` | [`parts::Parts`] and what it has on this board |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
 //! | an interrupt TIM4 about twice a second | for the task `watch`, also while DRDY is silent |
 //! | `acknowledge_heartbeat()` | clears that interrupt, and keeps the chip open for a debugger |
@@ -28,7 +28,7 @@
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
-//! Interrupts: `EXTI4` is DRDY, or the end of a frame; `USART3` the line's "transmitter empty" and "byte received" (DRDY on
+//! Interrupts: `EXTI4` is DRDY, or the end of a frame; `USART3` the line's "transmitter empty" and "idle" (DRDY on
 //! another pin, the DMA and a line on another USART forward theirs, see `usart2.rs`). `OTG_HS_EP1_OUT`,
 //! `OTG_HS_EP1_IN` and `OTG_HS_WKUP` are the three tasks that only software pends: no board wires
 //! the second USB, while robots use CAN. On a chip that lacks these names change them in `main.rs`,

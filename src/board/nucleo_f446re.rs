@@ -25,7 +25,8 @@ pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
 pub type Converter = WiredAds1258<converter::Spi<'B', 6>, PC7<Output>, PA9<Output>, TimerClock>;
 pub type Drdy = converter::Drdy<'A', 4>;
 pub type SerialLine = serial_line::SerialLine<USART2>;
-pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
+pub type LineReceiver = serial_line::LineReceiver<USART2>;
+pub type Board = parts::Parts<Converter, Drdy, (SerialLine, LineReceiver), SettingsFlash>;
 
 pub const WIRING: Wiring = Wiring {
     converter: &Facts::of::<Converter>(),
@@ -61,7 +62,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     Board {
         converter: WiredAds1258::new(Ads1258::new(spi), start, reset).clocked_by(clock),
         drdy: Drdy::new(gpioa.pa4, device.EXTI, device.SYSCFG, &mut rcc),
-        line: SerialLine::new(device.USART2, gpioa.pa2, rx, &mut rcc),
+        line: SerialLine::new(device.USART2, gpioa.pa2, rx, device.DMA1, &mut rcc),
         boot: Boot { oscillator, ..boot },
         flash: SettingsFlash::new(device.FLASH),
     }

@@ -22,7 +22,8 @@ pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
 pub type Converter = Stm32Adc<14, 93>;
 pub type Drdy = FrameEnd;
 pub type SerialLine = serial_line::SerialLine<USART2>;
-pub type Board = parts::Parts<Converter, Drdy, SerialLine, SettingsFlash>;
+pub type LineReceiver = serial_line::LineReceiver<USART2>;
+pub type Board = parts::Parts<Converter, Drdy, (SerialLine, LineReceiver), SettingsFlash>;
 
 pub const WIRING: Wiring = Wiring {
     converter: &stm32_adc::facts::<Converter>(),
@@ -66,7 +67,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     Board {
         converter: Converter::new(converter, &mut rcc),
         drdy: FrameEnd::new(&mut nvic),
-        line: SerialLine::new(device.USART2, gpioa.pa2, rx, &mut rcc),
+        line: SerialLine::new(device.USART2, gpioa.pa2, rx, device.DMA1, &mut rcc),
         boot: Boot { oscillator, ..boot },
         flash: SettingsFlash::new(device.FLASH),
     }

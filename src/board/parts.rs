@@ -6,6 +6,7 @@ use ridgetone_proto::boot::Boot;
 pub struct Parts<Converter, Drdy, Line, Flash> {
     pub converter: Converter,
     pub drdy: Drdy,
+    /// The sending and the receiving side.
     pub line: Line,
     pub boot: Boot,
     pub flash: Flash,

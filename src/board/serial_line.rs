@@ -1,63 +1,100 @@
-//! The line: the board's USART, telemetry out and requests in, one byte per interrupt.
+//! The line: the board's USART. Telemetry leaves with an interrupt for each byte; the DMA puts requests
+//! into a buffer, also while the flash is written and the processor stands still.
 
-use ridgetone_finger::tasks::{Received, SerialPort};
+use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
+use cortex_m::peripheral::NVIC;
+use ridgetone_finger::tasks::{Received, Receiver, SerialPort};
+use stm32f4xx_hal::dma::config::Priority;
+use stm32f4xx_hal::dma::traits::Stream;
+use stm32f4xx_hal::dma::{DmaChannel, DmaDataSize, DmaDirection, DmaFlag};
+use stm32f4xx_hal::dma::{Stream1, Stream5, StreamsTuple};
 use stm32f4xx_hal::gpio::PushPull;
+use stm32f4xx_hal::interrupt;
 use stm32f4xx_hal::pac::usart1::RegisterBlock;
+use stm32f4xx_hal::pac::{DMA1, Interrupt, USART2, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
+use stm32f4xx_hal::serial::config::DmaConfig;
 use stm32f4xx_hal::serial::{Config, Instance, RxListen, SerialExt, Tx, TxISR, TxListen};
+use stm32f4xx_hal::{ClearFlags, ReadFlags};
 
 /// Bits per second, 8N1: 92 kB/s, ten times as much as sixteen channels at four windows a second
 /// need.
 const LINE_BAUD: u32 = 921_600;
 
-/// The line's USART.
-pub struct SerialLine<Usart: Instance> {
+/// Bytes of the receiver's buffer, 2.8 ms of them, and of each half, whose end is an interrupt. A half
+/// holds the longest request that there is, so that a reader that is late loses none.
+const BUFFER_BYTES: usize = 2 * HALF_BYTES;
+const HALF_BYTES: usize = 128;
+
+static BUFFER: [AtomicU8; BUFFER_BYTES] = [const { AtomicU8::new(0) }; BUFFER_BYTES];
+
+/// A USART with the stream of DMA1 that receives for it, both on channel 4 (RM0090, table 42).
+pub trait Line: Instance<RB = RegisterBlock> + SerialExt {
+    type Stream: Stream + ReadFlags<Flag = DmaFlag> + ClearFlags<Flag = DmaFlag>;
+    const INTERRUPT: Interrupt;
+
+    fn stream(streams: StreamsTuple<DMA1>) -> Self::Stream;
+}
+
+impl Line for USART2 {
+    type Stream = Stream5<DMA1>;
+    const INTERRUPT: Interrupt = Interrupt::DMA1_STREAM5;
+
+    fn stream(streams: StreamsTuple<DMA1>) -> Self::Stream {
+        streams.5
+    }
+}
+
+impl Line for USART3 {
+    type Stream = Stream1<DMA1>;
+    const INTERRUPT: Interrupt = Interrupt::DMA1_STREAM1;
+
+    fn stream(streams: StreamsTuple<DMA1>) -> Self::Stream {
+        streams.1
+    }
+}
+
+/// The USART's transmitter, and the end of what it receives.
+pub struct SerialLine<Usart: Line> {
     tx: Tx<Usart>,
 }
 
-impl<Usart: Instance + SerialExt> SerialLine<Usart> {
-    /// Sets the USART up. Its receiver's interrupt is on, its transmitter's off.
+impl<Usart: Line> SerialLine<Usart> {
+    /// Sets the USART and the DMA up. The transmitter's interrupt is off.
     pub fn new(
         usart: Usart,
         tx: impl Into<Usart::Tx<PushPull>>,
         rx: impl Into<Usart::Rx<PushPull>>,
+        dma: DMA1,
         rcc: &mut Rcc,
-    ) -> Self {
+    ) -> (Self, LineReceiver<Usart>) {
+        let config = Config::default()
+            .baudrate(LINE_BAUD.bps())
+            .dma(DmaConfig::Rx);
         #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
-        let (mut tx, mut rx) =
-            match usart.serial((tx, rx), Config::default().baudrate(LINE_BAUD.bps()), rcc) {
-                Ok(serial) => serial.split(),
-                Err(_) => panic!("the USART cannot do {LINE_BAUD} baud"),
-            };
+        let (mut tx, mut rx) = match usart.serial((tx, rx), config, rcc) {
+            Ok(serial) => serial.split(),
+            Err(_) => panic!("the USART cannot do {LINE_BAUD} baud"),
+        };
+        let receiver = LineReceiver::new(Usart::stream(StreamsTuple::new(dma, rcc)));
         tx.unlisten();
-        rx.listen();
-        Self { tx }
+        rx.listen_idle();
+        (Self { tx }, receiver)
     }
 }
 
-impl<Usart: Instance<RB = RegisterBlock>> SerialPort for SerialLine<Usart> {
-    /// Not by the HAL (0.23), which drops the byte in the data register if the one after it was
-    /// lost.
-    fn receive(&mut self) -> Option<Received> {
-        // SAFETY: nothing else receives. Its status, then its data, clears the flags (RM0090,
-        // 30.6.1).
+impl<Usart: Line> SerialPort for SerialLine<Usart> {
+    /// Clears the flag, which takes a read of the data register. The DMA has fetched the byte before the
+    /// pause 10.9 us ago, and the first byte after it takes as long to arrive.
+    fn has_paused(&mut self) -> bool {
+        // SAFETY: its status, then its data, clears the flag (RM0090, 30.6.1).
         let usart = unsafe { &*Usart::ptr() };
-        let status = usart.sr().read();
-        if status.rxne().bit_is_clear() && status.ore().bit_is_clear() {
-            return None;
+        let has_paused = usart.sr().read().idle().bit_is_set();
+        if has_paused {
+            let _ = usart.dr().read();
         }
-        let byte = usart.dr().read().bits() as u8;
-        let is_whole =
-            status.rxne().bit_is_set() && status.fe().bit_is_clear() && status.nf().bit_is_clear();
-        // An overrun without a byte: the byte before was read, and the next one lost, between the reads
-        // of status and data of the last call.
-        Some(match (is_whole, status.ore().bit_is_set()) {
-            (true, false) => Received::Byte(byte),
-            (true, true) => Received::Overrun(byte),
-            (false, false) => Received::Damaged,
-            (false, true) => Received::Lost,
-        })
+        has_paused
     }
 
     fn is_ready(&self) -> bool {
@@ -73,4 +110,126 @@ impl<Usart: Instance<RB = RegisterBlock>> SerialPort for SerialLine<Usart> {
     fn stop_transmitting(&mut self) {
         self.tx.unlisten();
     }
+}
+
+/// What the DMA has received. Counts of bytes wrap.
+pub struct LineReceiver<Usart: Line> {
+    stream: Usart::Stream,
+    /// Ends of a half that the DMA has passed.
+    halves: u32,
+    /// Bytes received, as far as was looked, and bytes read.
+    received: u32,
+    read: u32,
+}
+
+impl<Usart: Line> LineReceiver<Usart> {
+    /// Starts the stream, and lets its interrupt come, at the priority of the task that it becomes part
+    /// of.
+    fn new(mut stream: Usart::Stream) -> Self {
+        stream.clear_all_flags();
+        stream.set_channel(DmaChannel::Channel4);
+        stream.set_direction(DmaDirection::PeripheralToMemory);
+        // SAFETY: the address alone is taken.
+        stream.set_peripheral_address(unsafe { &*Usart::ptr() }.dr().as_ptr() as u32);
+        stream.set_memory_address(BUFFER.as_ptr() as u32);
+        stream.set_number_of_transfers(BUFFER_BYTES as u16);
+        // SAFETY: both are bytes: DR's eight bits, and the buffer's elements.
+        unsafe {
+            stream.set_memory_size(DmaDataSize::Byte);
+            stream.set_peripheral_size(DmaDataSize::Byte);
+        }
+        stream.set_memory_increment(true);
+        stream.set_circular_mode(true);
+        stream.set_priority(Priority::VeryHigh);
+        stream.listen_half_transfer();
+        stream.listen_transfer_complete();
+        // SAFETY: the buffer is a static of atomics, which anybody may write at any time. Neither
+        // interrupt interrupts the other; RTIC has set the priority before it called `init`, and serves
+        // no interrupt before the end of it.
+        unsafe {
+            stream.enable();
+            let priority = NVIC::get_priority(Interrupt::OTG_HS_EP1_IN);
+            let mut core = cortex_m::Peripherals::steal();
+            core.NVIC.set_priority(Usart::INTERRUPT, priority);
+            NVIC::unmask(Usart::INTERRUPT);
+        }
+        Self {
+            stream,
+            halves: 0,
+            received: 0,
+            read: 0,
+        }
+    }
+
+    /// Finds out how much has arrived. False if the ends of both halves have passed since the last look:
+    /// then more may have arrived than is known.
+    fn look(&mut self) -> bool {
+        let (mut ends, mut position) = (0, 0);
+        // An end may pass between the reads of flags and position.
+        for _ in 0..3 {
+            let flags = self.stream.flags() & (DmaFlag::HalfTransfer | DmaFlag::TransferComplete);
+            self.stream.clear_flags(flags);
+            ends += flags.bits().count_ones();
+            position =
+                (BUFFER_BYTES as u32).saturating_sub(self.stream.number_of_transfers().into());
+            let is_exact = ends < 2 && self.halves.wrapping_add(ends) % 2 == half_of(position);
+            if is_exact {
+                self.passed(ends, position);
+                return true;
+            }
+        }
+        self.passed(2 + (self.halves ^ half_of(position)) % 2, position);
+        false
+    }
+
+    fn passed(&mut self, ends: u32, position: u32) {
+        self.halves = self.halves.wrapping_add(ends);
+        let whole = self.halves.wrapping_mul(HALF_BYTES as u32);
+        self.received = whole.wrapping_add(position % HALF_BYTES as u32);
+    }
+}
+
+/// The half of the buffer that a position is in; the DMA's after a round is the first.
+const fn half_of(position: u32) -> u32 {
+    position / HALF_BYTES as u32 % 2
+}
+
+impl<Usart: Line> Receiver for LineReceiver<Usart> {
+    fn receive(&mut self) -> Option<Received> {
+        let mut is_exact = self.received != self.read || self.look();
+        if is_exact && self.received == self.read {
+            return None;
+        }
+        let byte = BUFFER.get(self.read as usize % BUFFER_BYTES)?.load(Relaxed);
+        // After the byte was read: the DMA may have written another over it.
+        is_exact &= self.look();
+        let unread = self.received.wrapping_sub(self.read);
+        if is_exact && unread as usize <= BUFFER_BYTES {
+            self.read = self.read.wrapping_add(1);
+            Some(Received::Byte(byte))
+        } else {
+            self.read = self.received;
+            Some(Received::Lost(unread))
+        }
+    }
+}
+
+/// The end of a half of the buffer, for a task that `main.rs` binds to OTG_HS_EP1_IN.
+#[interrupt]
+fn DMA1_STREAM1() {
+    forward();
+}
+
+#[interrupt]
+fn DMA1_STREAM5() {
+    forward();
+}
+
+fn forward() {
+    // RTIC defines its handlers with Rust's ABI.
+    unsafe extern "Rust" {
+        fn OTG_HS_EP1_IN();
+    }
+    // SAFETY: that of OTG_HS_EP1_IN cannot run at the same time: see `LineReceiver::new`.
+    unsafe { OTG_HS_EP1_IN() }
 }

@@ -37,6 +37,7 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Enable, Reset};
 
 pub type SerialLine = serial_line::SerialLine<USART3>;
+pub type LineReceiver = serial_line::LineReceiver<USART3>;
 
 /// TIM6 counts microseconds: PSC for its clock of 84 MHz.
 const MICROSECONDS: u16 = 84 - 1;
@@ -47,7 +48,7 @@ const RELOAD: u16 = SAMPLE_US as u16 - 1;
 /// The board's parts for the tasks.
 pub struct Board {
     pub samples: Samples,
-    pub line: SerialLine,
+    pub line: (SerialLine, LineReceiver),
     pub boot: Boot,
 }
 
@@ -110,7 +111,7 @@ pub fn init(device: pac::Peripherals) -> Board {
     start_samples(device.TIM6, &mut rcc);
     Board {
         samples: Samples(()),
-        line: SerialLine::new(device.USART3, gpiob.pb10, rx, &mut rcc),
+        line: SerialLine::new(device.USART3, gpiob.pb10, rx, device.DMA1, &mut rcc),
         boot: Boot { oscillator, ..boot },
     }
 }

@@ -3,14 +3,14 @@
 //!
 //! | task | priority | interrupt |
 //! |---|---|---|
-//! | `line` | 5 | USART3, transmitter empty or byte received; pended by `report` |
+//! | `line` | 5 | USART3, transmitter empty or the end of what arrives; pended by `report` |
 //! | `sample` | 4 | TIM6, 10,000 times a second |
-//! | `report` | 2 | OTG_HS_EP1_IN, pended by `requests` and `line` |
+//! | `report` | 2 | OTG_HS_EP1_IN, pended by `requests` and `line`, or half a buffer of the line's DMA |
 //! | `watch` | 2 | TIM4, twice a second |
-//! | `requests` | 1 | OTG_HS_WKUP, pended by `line`, and by `sample` every 4 ms |
+//! | `requests` | 1 | OTG_HS_WKUP, pended by `report`, and by `sample` every 4 ms |
 //! | `idle` | 0 | |
 //!
-//! `line` is above `sample`: a byte lasts 10.9 us and the USART holds one. The converter takes a
+//! `line` is above `sample`: it is short, and a byte of telemetry lasts 10.9 us. The converter takes a
 //! sample when its timer triggers it, so `sample` may be late by nearly a period without being
 //! heard.
 #![cfg_attr(target_os = "none", no_std)]
@@ -39,7 +39,7 @@ mod app {
     use ridgetone_finger::tasks::WatchdogPolicy;
     use ridgetone_finger::tasks::{BYTES, Platform, Shared, Task};
     use ridgetone_finger::tasks::{Idle, Next, Slept, Stack};
-    use ridgetone_finger::tasks::{RequestInbox, SerialLine};
+    use ridgetone_finger::tasks::{RequestInbox, SerialLine, receive_all};
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::plan::Plan;
     use ridgetone_teletaction::stylus::message::{Event, Mark};
@@ -87,6 +87,7 @@ mod app {
     struct Local {
         samples: Samples,
         line: SerialLine<'static, board::SerialLine>,
+        receiver: board::LineReceiver,
         report: Report<'static>,
         reports: Reports,
     }
@@ -95,7 +96,7 @@ mod app {
     fn init(cx: init::Context) -> (Resources, Local) {
         let Board {
             samples,
-            line,
+            line: (line, receiver),
             boot,
         } = board::init(cx.device);
         if let Some(Record { file, line, pc, .. }) = &boot.record {
@@ -121,17 +122,16 @@ mod app {
                     port: line,
                     bytes: bytes_out,
                 },
+                receiver,
                 report: Report::new(bytes_in),
                 reports: Reports::new(boot),
             },
         )
     }
 
-    #[task(binds = USART3, priority = 5, local = [line], shared = [inbox, &shared])]
-    fn line(mut cx: line::Context) {
-        cx.shared
-            .inbox
-            .lock(|inbox| cx.local.line.run(inbox, cx.shared.shared));
+    #[task(binds = USART3, priority = 5, local = [line], shared = [&shared])]
+    fn line(cx: line::Context) {
+        cx.local.line.run(cx.shared.shared);
     }
 
     // No task above it takes this lock, so it masks nothing.
@@ -147,8 +147,9 @@ mod app {
         }
     }
 
-    #[task(binds = OTG_HS_EP1_IN, priority = 2, local = [report], shared = [outbox, &shared])]
+    #[task(binds = OTG_HS_EP1_IN, priority = 2, local = [receiver, report], shared = [inbox, outbox, &shared])]
     fn report(mut cx: report::Context) {
+        receive_all(cx.local.receiver, &mut cx.shared.inbox, cx.shared.shared);
         cx.local.report.run(&mut cx.shared.outbox, cx.shared.shared);
     }
 

@@ -3,10 +3,10 @@
 //!
 //! | task | priority | starts with | does |
 //! |---|---|---|---|
-//! | [`SerialLine`] | 5 | a byte sent or received | sends one byte of telemetry, takes one of a request |
+//! | [`SerialLine`] | 5 | a byte sent, the end of a request | sends one byte of telemetry |
 //! | [`Drdy`] | 4 | DRDY's falling edge | reads one conversion, queues it; checks the chip on request |
 //! | [`Detect`] | 3 | `drdy` | frames, contact, windows |
-//! | [`Report`] | 2 | an event | encodes packets |
+//! | [`Report`] | 2 | an event, bytes received | takes requests, encodes packets |
 //! | [`WatchdogPolicy`] | 2 | twice a second | requests a check of the chip, decides about the watchdog |
 //! | [`Fit`] | 1 | a window, a request | runs the estimator; requests when no window is due |
 //! | [`Idle`] | 0 | | measures load and stack, ends the run |
@@ -32,7 +32,7 @@ pub use detect::Detect;
 pub use drdy::{Drdy, DrdyPin};
 pub use fit::Fit;
 pub use idle::{DepthMeter, Idle, Next, Slept, Stack};
-pub use line::{Received, RequestInbox, SerialLine, SerialPort, receive};
+pub use line::{Received, Receiver, RequestInbox, SerialLine, SerialPort, receive, receive_all};
 pub use liveness::{WATCHDOG_S, WatchdogPolicy};
 pub use outbox::{Mail, Outbox, Posted};
 pub use report::Report;

@@ -10,7 +10,6 @@ const IRQ_TIM4: u16 = 30;
 const IRQ_USART2: u16 = 38;
 const IRQ_USART3: u16 = 39;
 const IRQ_TIM6_DAC: u16 = 54;
-const IRQ_DMA2_STREAM0: u16 = 56;
 pub(super) const IRQ_OTG_FS: u16 = 67;
 
 impl Bus {
@@ -24,7 +23,7 @@ impl Bus {
         let bite = self.iwdg.next_event_ns().map(|ns| self.time.cycle_at(ns));
         let events = [
             self.spi.next_event(),
-            self.usart.next_event(),
+            self.usart.next_event(self.line_dma.is_on()),
             self.tim4.next_event(self.timer_ratio()),
             self.tim6.next_event(self.timer_ratio()),
             self.drdy_falls,
@@ -52,7 +51,8 @@ impl Bus {
         self.spi.advance(now);
         self.shift();
         self.convert();
-        self.usart.advance(now, self.byte_cycles());
+        self.receive();
+        self.usart.send(now, self.byte_cycles());
         self.tim4.advance(now, self.timer_ratio());
         if let Some(cycle) = self
             .tim6
@@ -92,7 +92,9 @@ impl Bus {
         self.scs.set_line(IRQ_EXTI4, self.exti.is_requested(4));
         self.scs.set_line(IRQ_TIM4, self.tim4.is_requested());
         self.scs.set_line(IRQ_TIM6_DAC, self.tim6.is_requested());
-        self.scs.set_line(IRQ_DMA2_STREAM0, self.dma.is_requested());
+        for stream in [&self.dma, &self.line_dma] {
+            self.scs.set_line(stream.irq(), stream.is_requested());
+        }
         let irq = if self.wiring.usart == 2 {
             IRQ_USART2
         } else {
@@ -102,6 +104,24 @@ impl Bus {
         // Nothing here serves USB, so it goes on.
         if self.usb_rises.take_if(|cycle| *cycle <= now).is_some() {
             self.scs.set_line(IRQ_OTG_FS, true);
+        }
+    }
+
+    /// Bytes arrive on the serial line. The DMA puts those that it fetches into memory.
+    fn receive(&mut self) {
+        let (now, byte_cycles) = (self.time.cycles, self.byte_cycles());
+        while let Some(byte) = self.usart.receive(now, byte_cycles, self.line_dma.is_on()) {
+            if let Some((address, _)) = self.line_dma.transfer() {
+                self.put_by_dma(address, &[byte]);
+            }
+        }
+    }
+
+    /// A transfer of the DMA reaches memory.
+    pub fn put_by_dma(&mut self, address: u32, bytes: &[u8]) {
+        let at = address.wrapping_sub(0x2000_0000) as usize;
+        if let Some(place) = self.ram.get_mut(at..at + bytes.len()) {
+            place.copy_from_slice(bytes);
         }
     }
 

@@ -46,10 +46,7 @@ impl Bus {
                 && let Some((address, is_last)) = self.dma.transfer()
             {
                 let value = self.own_adc.transfer(is_last);
-                let at = address.wrapping_sub(0x2000_0000) as usize;
-                if let Some(place) = self.ram.get_mut(at..at + 2) {
-                    place.copy_from_slice(&value.to_le_bytes());
-                }
+                self.put_by_dma(address, &value.to_le_bytes());
             }
             if self.own_adc.has_overrun() && !had_overrun {
                 self.broke(

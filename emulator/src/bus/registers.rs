@@ -21,6 +21,7 @@ const GPIOA: u32 = 0x4002_0000;
 const GPIOC: u32 = 0x4002_0800;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3C00;
+const DMA1: u32 = 0x4002_6000;
 const DMA2: u32 = 0x4002_6400;
 
 /// The data register of a USART.
@@ -47,6 +48,7 @@ const fn clock_of(base: u32) -> Option<(usize, u32)> {
         SYSCFG => (4, 14),
         TIM10 => (4, 17),
         GPIOA..=GPIOC => (0, (base - GPIOA) / 0x400),
+        DMA1 => (0, 21),
         DMA2 => (0, 22),
         _ => return None,
     })
@@ -93,6 +95,7 @@ impl Bus {
             IWDG => self.iwdg.read(offset, self.time.ns()),
             PWR => self.pwr.read(offset),
             ADC1 => self.own_adc.read(offset),
+            DMA1 => self.line_dma.read(offset, now),
             DMA2 => self.dma.read(offset, now),
             SPI1 => self.spi.read(offset),
             SYSCFG => self.syscfg.read(offset),
@@ -103,7 +106,17 @@ impl Bus {
             }
             RCC => self.rcc.read(offset, self.time.ns()),
             FLASH => self.flash.read(offset),
-            _ if base == line => self.usart.read(offset),
+            _ if base == line => {
+                let stolen = self.usart.stolen;
+                let value = self.usart.read(offset, self.line_dma.is_on())?;
+                if self.usart.stolen > stolen {
+                    self.broke(
+                        Rule::UsartData,
+                        "software reads a byte that the DMA is about to fetch",
+                    );
+                }
+                Some(value)
+            }
             _ => None,
         }
     }
@@ -156,6 +169,10 @@ impl Bus {
                 if !was_converting && self.own_adc.is_converting() {
                     self.check_inputs();
                 }
+            }
+            DMA1 => {
+                let broken = self.line_dma.write(offset, value, now, 1)?;
+                self.note(broken);
             }
             DMA2 => {
                 let sequence = self.own_adc.sequence_length();
@@ -213,6 +230,7 @@ impl Bus {
             line,
             PWR,
             ADC1,
+            DMA1,
             DMA2,
             SPI1,
             SYSCFG,
@@ -240,7 +258,8 @@ impl Bus {
                 DAC => self.dac.reset(self.time.ns()),
                 PWR => self.pwr = crate::peripherals::small::Pwr::new(),
                 ADC1 => self.own_adc.reset(),
-                DMA2 => self.dma = crate::peripherals::dma::Stream::new(),
+                DMA1 => self.line_dma.reset(),
+                DMA2 => self.dma.reset(),
                 SPI1 => self.spi.reset(),
                 SYSCFG => self.syscfg = Default::default(),
                 GPIOA..=GPIOC => {

@@ -60,6 +60,8 @@ pub(crate) struct Bus {
     pub clock_output_hz: u32,
     pub own_adc: OwnAdc,
     pub dma: Stream,
+    /// Fetches what arrives on the serial line.
+    pub line_dma: Stream,
     /// What the own converter's pins are wired to.
     pub sensors: Stm32Adc,
     /// The first sample of them, nanoseconds since power-up.
@@ -118,7 +120,8 @@ impl Bus {
             clkio_is_wired: false,
             clock_output_hz: 0,
             own_adc: OwnAdc::default(),
-            dma: Stream::new(),
+            dma: Stream::adc1(),
+            line_dma: Stream::receiver(wiring.usart),
             sensors: Stm32Adc::new(Box::new(Constant::default()), Amplifier::Bare, 1),
             scene_zero_ns: None,
             findings: Findings::default(),
@@ -149,7 +152,8 @@ impl Bus {
         self.encoder.reset();
         self.dac.reset(self.time.ns());
         self.own_adc.reset();
-        self.dma = Stream::new();
+        self.dma.reset();
+        self.line_dma.reset();
         self.iwdg.reset();
         self.pwr = Pwr::new();
         (self.has_bitten, self.has_stopped) = (false, false);

@@ -1,5 +1,6 @@
 //! A board driven by writes to registers: rules, each broken on purpose, and what the parts do.
 
+mod line;
 mod own_adc;
 mod parts;
 mod rules;

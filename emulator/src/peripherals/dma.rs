@@ -1,9 +1,18 @@
-//! Stream 0 of DMA2 from a peripheral to memory, in direct mode (RM0090, 9.3 and 9.5). A transfer
-//! takes no time.
+//! A stream of a DMA controller from a peripheral to memory, in direct mode (RM0090, 9.3 and 9.5). A
+//! transfer takes no time.
 //!
-//! Not modelled: the other streams, other directions, bursts, the FIFO.
+//! Modelled are the streams that the boards need, each in a controller of its own: ADC1's and that of the
+//! serial line's receiver. Not modelled: other directions, bursts, the FIFO.
 
 use crate::findings::Rule;
+
+/// Offsets of a stream's registers from its first.
+const CR: u32 = 0x00;
+const NDTR: u32 = 0x04;
+const PAR: u32 = 0x08;
+const M0AR: u32 = 0x0C;
+const M1AR: u32 = 0x10;
+const FIFO: u32 = 0x14;
 
 const EN: u32 = 1;
 const TEIE: u32 = 1 << 2;
@@ -15,9 +24,7 @@ const DBM: u32 = 1 << 18;
 const CT: u32 = 1 << 19;
 /// Direction, sizes, increments and channel.
 const KIND: u32 = 3 << 6 | 1 << 9 | MINC | 3 << 11 | 3 << 13 | 7 << 25;
-/// From a peripheral to memory that is counted up, half words both, channel 0.
-const ADC1_KIND: u32 = MINC | 1 << 11 | 1 << 13;
-/// Flags of stream 0.
+/// Flags of a stream, from its first bit in the status register on.
 const TEIF: u32 = 1 << 3;
 const HTIF: u32 = 1 << 4;
 const TCIF: u32 = 1 << 5;
@@ -25,15 +32,53 @@ const FLAGS: u32 = 0x3D;
 /// FCR after a reset: the FIFO is empty.
 const FCR: u32 = 0x21;
 
-/// ADC1's data register, and where the DMA reaches memory: CCM is not on its bus.
-const ADC1_DR: u32 = 0x4001_204C;
+/// Where the DMA reaches memory: CCM is not on its bus.
 const RAM: u32 = 0x2000_0000;
 const RAM_BYTES: u32 = 128 << 10;
 
 /// Processor cycles from EN's zero until the stream has stopped: its transfer under way.
 const STOP_CYCLES: u64 = 8;
 
+/// What a stream serves: what its registers must hold, and its place (RM0090, tables 42 and 43).
+struct Source {
+    /// The stream's number in its controller.
+    number: u32,
+    name: &'static str,
+    /// Address of the peripheral's data register.
+    data: u32,
+    /// From a peripheral to memory that is counted up: sizes of both, and the channel.
+    kind: u32,
+    /// Bytes of a transfer.
+    bytes: u32,
+}
+
+/// Half words on channel 0.
+const ADC1: Source = Source {
+    number: 0,
+    name: "ADC1",
+    data: 0x4001_204C,
+    kind: MINC | 1 << 11 | 1 << 13,
+    bytes: 2,
+};
+
+/// Bytes on channel 4.
+const USART2_RX: Source = Source {
+    number: 5,
+    name: "USART2",
+    data: 0x4000_4404,
+    kind: MINC | 4 << 25,
+    bytes: 1,
+};
+
+const USART3_RX: Source = Source {
+    number: 1,
+    name: "USART3",
+    data: 0x4000_4804,
+    ..USART2_RX
+};
+
 pub struct Stream {
+    source: &'static Source,
     flags: u32,
     cr: u32,
     /// Transfers left, and those of a round.
@@ -48,8 +93,19 @@ pub struct Stream {
 }
 
 impl Stream {
-    pub const fn new() -> Self {
+    /// Stream 0 of DMA2.
+    pub const fn adc1() -> Self {
+        Self::of(&ADC1)
+    }
+
+    /// The stream of DMA1 for a USART's receiver.
+    pub const fn receiver(usart: u8) -> Self {
+        Self::of(if usart == 2 { &USART2_RX } else { &USART3_RX })
+    }
+
+    const fn of(source: &'static Source) -> Self {
         Self {
+            source,
             flags: 0,
             cr: 0,
             left: 0,
@@ -60,6 +116,30 @@ impl Stream {
             stops: None,
             has_seen_stop: true,
         }
+    }
+
+    pub fn reset(&mut self) {
+        *self = Self::of(self.source);
+    }
+
+    /// Its interrupt's number (RM0090, table 61).
+    pub const fn irq(&self) -> u16 {
+        match self.source.number {
+            0 => 56,
+            1 => 12,
+            _ => 16,
+        }
+    }
+
+    /// Offset of the status register with its flags, and the first of their bits.
+    const fn status(&self) -> (u32, u32) {
+        let number = self.source.number;
+        (4 * (number / 4), [0, 6, 16, 22][number as usize % 4])
+    }
+
+    /// A register's offset from CR; a large number for the controller's own registers.
+    const fn own(&self, offset: u32) -> u32 {
+        offset.wrapping_sub(0x10 + 0x18 * self.source.number)
     }
 
     pub fn is_on(&self) -> bool {
@@ -88,7 +168,7 @@ impl Stream {
             return None;
         }
         let target = usize::from(self.cr & DBM != 0 && self.cr & CT != 0);
-        let address = self.memory[target] + 2 * (self.count - self.left);
+        let address = self.memory[target] + self.source.bytes * (self.count - self.left);
         self.left -= 1;
         if self.left == self.count / 2 {
             self.flags |= HTIF;
@@ -116,15 +196,22 @@ impl Stream {
 
     pub fn read(&mut self, offset: u32, now: u64) -> Option<u32> {
         self.end_stop(now);
-        self.has_seen_stop |= offset == 0x10 && self.cr & EN == 0;
+        if offset < 8 {
+            let (register, bit) = self.status();
+            return Some(if offset == register {
+                self.flags << bit
+            } else {
+                0
+            });
+        }
+        let offset = self.own(offset);
+        self.has_seen_stop |= offset == CR && self.cr & EN == 0;
         Some(match offset {
-            0x00 => self.flags,
-            0x04 => 0,
-            0x10 => self.cr,
-            0x14 => self.left,
-            0x18 => self.par,
-            0x1C | 0x20 => self.memory[(offset as usize - 0x1C) / 4],
-            0x24 => self.fcr,
+            CR => self.cr,
+            NDTR => self.left,
+            PAR => self.par,
+            M0AR | M1AR => self.memory[((offset - M0AR) / 4) as usize],
+            FIFO => self.fcr,
             _ => return None,
         })
     }
@@ -137,8 +224,8 @@ impl Stream {
         }
     }
 
-    /// Writes a register; what is wrong with that, if anything. `sequence`: conversions of the
-    /// converter's sequence.
+    /// Writes a register; what is wrong with that, if anything. `sequence`: transfers that belong
+    /// together, as the conversions of the converter's sequence.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, sequence: u32) -> Option<Broken> {
         self.end_stop(now);
         let is_on = self.cr & EN != 0;
@@ -146,13 +233,16 @@ impl Stream {
             let detail = format!("DMA register {offset:#x} is written while the stream is on");
             (Rule::DmaEnabled, detail)
         });
-        Some(match offset {
-            0x08 => {
-                self.flags &= !(value & FLAGS);
-                None
+        if let 0x08 | 0x0C = offset {
+            let (register, bit) = self.status();
+            if offset == register + 8 {
+                self.flags &= !(value >> bit & FLAGS);
             }
-            0x0C => None,
-            0x10 if is_on => {
+            return Some(None);
+        }
+        let offset = self.own(offset);
+        Some(match offset {
+            CR if is_on => {
                 // Interrupts and EN alone may change.
                 let changed = (self.cr ^ value) & !(EN | 0x1E);
                 if value & EN == 0 && self.stops.is_none() {
@@ -161,7 +251,7 @@ impl Stream {
                 self.cr = self.cr & !0x1E | value & 0x1E;
                 locked.filter(|_| changed != 0)
             }
-            0x10 => {
+            CR => {
                 // No flow by the peripheral, no bursts.
                 if value & 0xF1A0_0020 != 0 {
                     return None;
@@ -171,22 +261,22 @@ impl Stream {
                 (self.count, self.left) = (self.left, self.left);
                 begins.then(|| self.check(sequence)).flatten()
             }
-            0x14 => {
+            NDTR => {
                 if !is_on {
                     self.left = value & 0xFFFF;
                 }
                 locked
             }
-            0x18 => {
+            PAR => {
                 self.par = value;
                 locked
             }
-            0x1C | 0x20 => {
-                self.memory[(offset as usize - 0x1C) / 4] = value;
+            M0AR | M1AR => {
+                self.memory[((offset - M0AR) / 4) as usize] = value;
                 locked
             }
             // Direct mode.
-            0x24 if value & 4 == 0 => {
+            FIFO if value & 4 == 0 => {
                 self.fcr = FCR & !3 | value & 3;
                 locked
             }
@@ -208,10 +298,17 @@ impl Stream {
         } else {
             &memory[..1]
         };
+        let Source {
+            name,
+            data,
+            kind,
+            bytes,
+            ..
+        } = *self.source;
         let fits = |start: &u32| {
-            start.is_multiple_of(2)
+            start.is_multiple_of(bytes)
                 && (RAM..RAM + RAM_BYTES).contains(start)
-                && start + 2 * left <= RAM + RAM_BYTES
+                && start + bytes * left <= RAM + RAM_BYTES
         };
         // Half a round is whole scans, so that each place of the buffer is one input's.
         let round = if cr & DBM != 0 {
@@ -227,11 +324,11 @@ impl Stream {
         } else if self.flags != 0 {
             let detail = format!("the stream starts with flags {:#x}", self.flags);
             Some((Rule::DmaFlags, detail))
-        } else if cr & KIND != ADC1_KIND || par != ADC1_DR {
-            let detail = format!("CR {cr:#010x} and PAR {par:#010x} do not fit ADC1's DR");
+        } else if cr & KIND != kind || par != data {
+            let detail = format!("CR {cr:#010x} and PAR {par:#010x} do not fit {name}'s DR");
             Some((Rule::DmaSetting, detail))
         } else if left == 0 || !left.is_multiple_of(round) || !used.iter().all(fits) {
-            let detail = format!("{left} half words to {memory:x?} for {sequence} inputs");
+            let detail = format!("{left} transfers to {memory:x?}, {sequence} at a time");
             Some((Rule::DmaSetting, detail))
         } else {
             None

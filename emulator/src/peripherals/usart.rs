@@ -1,7 +1,9 @@
-//! USART2 or USART3: one data register each way, byte by byte in time (RM0090, 30.6).
+//! USART2 or USART3: one data register each way, byte by byte in time, of which software or the DMA
+//! fetches what arrives (RM0090, 30.3 and 30.6).
 
 use std::collections::VecDeque;
 
+const IDLE: u32 = 1 << 4;
 const RXNE: u32 = 1 << 5;
 const TC: u32 = 1 << 6;
 const TXE: u32 = 1 << 7;
@@ -10,14 +12,27 @@ const ORE: u32 = 1 << 3;
 const UE: u32 = 1 << 13;
 const TE: u32 = 1 << 3;
 const RE: u32 = 1 << 2;
+/// CR3: the DMA fetches what arrives.
+const DMAR: u32 = 1 << 6;
+
+/// From RXNE to the DMA's read of the data register, processor cycles: arbitration and the bridge (from
+/// memory: AN4031).
+const FETCH_CYCLES: u64 = 8;
 
 pub struct Usart {
     cr: [u32; 3],
     brr: u32,
-    received: Option<u8>,
+    /// The byte in the data register, and the cycle of its arrival.
+    received: Option<(u8, u64)>,
     overrun: bool,
     /// SR was read while it showed the overrun.
     overrun_seen: bool,
+    /// The line has been idle for as long as a byte takes since the last one; and SR was read while it
+    /// showed that.
+    idle: bool,
+    idle_seen: bool,
+    /// When it becomes idle, if no byte begins before, cycles.
+    idle_at: Option<u64>,
     waiting: Option<u8>,
     /// The byte that leaves, and the cycle of its end.
     leaving: Option<(u8, u64)>,
@@ -30,8 +45,10 @@ pub struct Usart {
     pub overruns: u64,
     /// Bytes that arrived while the receiver was off.
     pub unheard: u64,
-    /// Bytes that software has taken.
+    /// Bytes that software or the DMA has taken.
     pub taken: u64,
+    /// Bytes that software has read although the DMA was to fetch them.
+    pub stolen: u64,
 }
 
 impl Usart {
@@ -42,6 +59,9 @@ impl Usart {
             received: None,
             overrun: false,
             overrun_seen: false,
+            idle: false,
+            idle_seen: false,
+            idle_at: None,
             waiting: None,
             leaving: None,
             is_complete: true,
@@ -50,6 +70,7 @@ impl Usart {
             overruns: 0,
             unheard: 0,
             taken: 0,
+            stolen: 0,
         }
     }
 
@@ -59,13 +80,13 @@ impl Usart {
             std::mem::take(&mut self.arriving),
             std::mem::take(&mut self.sent),
         );
-        let (overruns, unheard, taken) = (self.overruns, self.unheard, self.taken);
         *self = Self {
             arriving,
             sent,
-            overruns,
-            unheard,
-            taken,
+            overruns: self.overruns,
+            unheard: self.unheard,
+            taken: self.taken,
+            stolen: self.stolen,
             ..Self::new()
         };
     }
@@ -95,34 +116,62 @@ impl Usart {
         self.arriving.back().map(|(_, end)| *end)
     }
 
-    pub fn next_event(&self) -> Option<u64> {
+    /// When the DMA fetches the byte in the data register, if it is on.
+    fn fetched_at(&self, dma_is_on: bool) -> Option<u64> {
+        let fetched = self.received.map(|(_, arrived)| arrived + FETCH_CYCLES);
+        fetched.filter(|_| dma_is_on && self.cr[2] & DMAR != 0)
+    }
+
+    pub fn next_event(&self, dma_is_on: bool) -> Option<u64> {
         [
             self.leaving.map(|(_, end)| end),
             self.arriving.front().map(|(_, end)| *end),
+            self.idle_at,
+            self.fetched_at(dma_is_on),
         ]
         .into_iter()
         .flatten()
         .min()
     }
 
-    /// Lets bytes arrive and leave until now; `byte_cycles` is how long one takes.
-    pub fn advance(&mut self, now: u64, byte_cycles: u64) {
-        while let Some((byte, _)) = self
-            .arriving
-            .front()
-            .copied()
-            .filter(|(_, end)| *end <= now)
-        {
+    /// Lets bytes arrive until the DMA, if it is on, fetches one, which this gives; or until now.
+    /// `byte_cycles`: how long a byte takes.
+    pub fn receive(&mut self, now: u64, byte_cycles: u64, dma_is_on: bool) -> Option<u8> {
+        loop {
+            let arrival = self.arriving.front().copied();
+            let arrives = arrival.map_or(u64::MAX, |(_, end)| end);
+            let fetched = self.fetched_at(dma_is_on).unwrap_or(u64::MAX);
+            if fetched <= now.min(arrives) {
+                self.taken += 1;
+                return self.received.take().map(|(byte, _)| byte);
+            }
+            // A byte that has begun is on its way.
+            let begins = arrives.saturating_sub(byte_cycles);
+            if self
+                .idle_at
+                .take_if(|idle| *idle <= now.min(begins))
+                .is_some()
+            {
+                self.idle = true;
+            }
+            let (byte, end) = arrival.filter(|(_, end)| *end <= now)?;
             self.arriving.pop_front();
             if self.cr[0] & (UE | RE) != UE | RE {
                 self.unheard += 1;
-            } else if self.received.is_some() {
+                continue;
+            }
+            self.idle_at = Some(end + byte_cycles);
+            if self.received.is_some() {
                 self.overrun = true;
                 self.overruns += 1;
             } else {
-                self.received = Some(byte);
+                self.received = Some((byte, end));
             }
         }
+    }
+
+    /// Lets bytes leave until now; `byte_cycles` is how long one takes.
+    pub fn send(&mut self, now: u64, byte_cycles: u64) {
         while let Some((byte, end)) = self.leaving.take_if(|(_, end)| *end <= now) {
             self.sent.push_back((byte, end));
             self.leaving = self.waiting.take().map(|byte| (byte, end + byte_cycles));
@@ -137,30 +186,33 @@ impl Usart {
         let flag = |is: bool, bit: u32| if is { bit } else { 0 };
         flag(self.received.is_some(), RXNE)
             | flag(self.overrun, ORE)
+            | flag(self.idle, IDLE)
             | flag(self.waiting.is_none(), TXE)
             | flag(self.is_complete, TC)
     }
 
-    /// Whether its interrupt is requested: TXE, TC, or RXNE and ORE, as CR1 enables them.
+    /// Whether its interrupt is requested: TXE, TC, IDLE, or RXNE and ORE, as CR1 enables them.
     pub fn is_requested(&self) -> bool {
         let status = self.status();
-        let enabled = self.cr[0] & (TXE | TC | RXNE);
+        let enabled = self.cr[0] & (TXE | TC | RXNE | IDLE);
         self.is_on() && (status & enabled != 0 || status & ORE != 0 && enabled & RXNE != 0)
     }
 
-    pub fn read(&mut self, offset: u32) -> Option<u32> {
+    /// Reads a register by software; `dma_is_on`: its stream is.
+    pub fn read(&mut self, offset: u32, dma_is_on: bool) -> Option<u32> {
         Some(match offset {
             0x00 => {
-                self.overrun_seen = self.overrun;
+                (self.overrun_seen, self.idle_seen) = (self.overrun, self.idle);
                 self.status()
             }
             0x04 => {
-                // Reading SR and then DR clears ORE.
-                if std::mem::take(&mut self.overrun_seen) {
-                    self.overrun = false;
-                }
-                self.taken += u64::from(self.received.is_some());
-                self.received.take().unwrap_or(0).into()
+                // Reading SR and then DR clears ORE and IDLE.
+                self.overrun &= !std::mem::take(&mut self.overrun_seen);
+                self.idle &= !std::mem::take(&mut self.idle_seen);
+                self.stolen += u64::from(self.fetched_at(dma_is_on).is_some());
+                let received = self.received.take();
+                self.taken += u64::from(received.is_some());
+                received.map_or(0, |(byte, _)| byte).into()
             }
             0x08 => self.brr,
             0x0C..=0x14 => self.cr[(offset as usize - 0x0C) / 4],
@@ -183,11 +235,11 @@ impl Usart {
                 self.is_complete = false;
             }
             0x08 => self.brr = value & 0xFFFF,
-            // 8 bits, no parity, no IDLE interrupt, oversampling by 16.
-            0x0C if value & 0x9710 == 0 => self.cr[0] = value,
-            // One stop bit; neither DMA nor flow control.
+            // 8 bits, no parity, oversampling by 16.
+            0x0C if value & 0x9700 == 0 => self.cr[0] = value,
+            // One stop bit; no flow control, and nothing is sent by the DMA.
             0x10 if value == 0 => self.cr[1] = value,
-            0x14 if value == 0 => self.cr[2] = value,
+            0x14 if value & !DMAR == 0 => self.cr[2] = value,
             _ => return None,
         }
         Some(())

@@ -8,7 +8,7 @@ use super::message::{
 use super::parameters::{Parameters, refusal};
 use super::sampler::{Look, Sampler};
 use super::{REPORT_SAMPLES, SAMPLE_HZ};
-use ridgetone_finger::tasks::{Outbox, Platform, RequestInbox, Shared};
+use ridgetone_finger::tasks::{Outbox, Platform, RequestInbox, Shared, Task};
 use ridgetone_proto::VERSION;
 use ridgetone_proto::boot::Boot;
 use ridgetone_proto::framing::decode;
@@ -114,6 +114,8 @@ impl Reports {
         let Some(mut frame) = inbox.lock(|inbox| inbox.take()) else {
             return false;
         };
+        // It may take the next one.
+        P::pend(shared, Task::Report);
         let Some(Request {
             number,
             command: Mark(command),

@@ -26,7 +26,7 @@ pub struct Diagnostics {
     pub chip_restarts: Counter,
     /// Requests that were damaged, or arrived before the previous one was taken.
     pub requests_damaged: Counter,
-    /// Bytes that the USART lost because the one before was not yet read.
+    /// Bytes of requests that arrived before the ones before them were read, and were lost; at least.
     pub bytes_overrun: Counter,
     /// How the converter answered its latest set-up.
     pub(crate) converter: Found,

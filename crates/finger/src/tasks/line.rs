@@ -1,50 +1,65 @@
-//! `line`: one byte of telemetry out, one byte of a request in.
+//! `line`: one byte of telemetry out; requests in.
 
 use super::shared::{LOW_WATER, Platform, Shared, Task};
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Consumer;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing::{Inbox, Pushed};
+use rtic_core::Mutex;
 
 /// Requests that arrive for `fit`.
 pub type RequestInbox = Inbox<REQUEST_WIRE_MAX>;
 
-/// Takes a byte that has arrived. A whole request starts `fit`; a damaged one and a lost byte are
-/// counted.
+/// Takes what has arrived. A whole request starts `fit`; a damaged one and lost bytes are counted.
 pub fn receive<P: Platform>(inbox: &mut RequestInbox, received: Received, shared: &Shared<P>) {
-    if let Received::Byte(byte) | Received::Overrun(byte) = received {
-        match inbox.push(byte) {
-            Pushed::More => {}
-            Pushed::Whole => P::pend(shared, Task::Fit),
-            Pushed::Damaged => shared.diagnostics.requests_damaged.add(1),
+    let byte = match received {
+        Received::Byte(byte) => byte,
+        Received::Lost(bytes) => {
+            shared.diagnostics.bytes_overrun.add(bytes);
+            return inbox.spoil();
         }
-    }
-    if let Received::Overrun(_) | Received::Lost = received {
-        shared.diagnostics.bytes_overrun.add(1);
-    }
-    if !matches!(received, Received::Byte(_)) {
-        inbox.spoil();
+    };
+    match inbox.push(byte) {
+        Pushed::More => {}
+        Pushed::Whole => P::pend(shared, Task::Fit),
+        Pushed::Damaged => shared.diagnostics.requests_damaged.add(1),
     }
 }
 
-/// What the receiver holds.
+/// Takes what has arrived, up to the end of a request: the bytes behind it stay in the receiver until `fit`
+/// has taken that. Runs in the task `report`, which neither a fit nor a write to the flash delays.
+pub fn receive_all<P: Platform>(
+    receiver: &mut impl Receiver,
+    inbox: &mut impl Mutex<T = RequestInbox>,
+    shared: &Shared<P>,
+) {
+    while inbox.lock(|inbox| inbox.whole().is_none())
+        && let Some(received) = receiver.receive()
+    {
+        inbox.lock(|inbox| receive(inbox, received, shared));
+    }
+}
+
+/// Next in the order of arrival.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
-    /// A byte.
+    /// A byte. Noise on the line may have damaged it, which the request's checksum shows.
     Byte(u8),
-    /// A byte, and the one after it is lost: it arrived before this one was read.
-    Overrun(u8),
-    /// A byte that noise on the line has damaged.
-    Damaged,
-    /// Nothing good, and a byte is lost: it arrived while the one before it was being read, or that
-    /// one is damaged.
-    Lost,
+    /// At least this many bytes were lost: they arrived before the ones before them were read.
+    Lost(u32),
 }
 
-/// The line's hardware, with an interrupt for each byte.
-pub trait SerialPort {
+/// The receiving side of the line's hardware. It starts the task `report` when half its buffer is full.
+pub trait Receiver {
     /// What has arrived, if something has.
     fn receive(&mut self) -> Option<Received>;
+}
+
+/// The sending side of the line's hardware, with an interrupt for each byte, and one after the last
+/// byte that has arrived.
+pub trait SerialPort {
+    /// Whether the receiver has become idle since the last call: bytes have arrived, and now none does.
+    fn has_paused(&mut self) -> bool;
 
     /// Whether [`Self::send`] can take a byte. False while the interrupt of the byte before it is
     /// still to come.
@@ -66,11 +81,11 @@ pub struct SerialLine<'a, PORT> {
 }
 
 impl<PORT: SerialPort> SerialLine<'_, PORT> {
-    /// Runs when a byte has arrived, when the next can be sent, and when `report` has queued some.
-    pub fn run<P: Platform>(&mut self, inbox: &mut RequestInbox, shared: &Shared<P>) {
+    /// Runs when no more bytes arrive, when the next can be sent, and when `report` has queued some.
+    pub fn run<P: Platform>(&mut self, shared: &Shared<P>) {
         let Self { port, bytes } = self;
-        if let Some(received) = port.receive() {
-            receive(inbox, received, shared);
+        if port.has_paused() {
+            P::pend(shared, Task::Report);
         }
         if !port.is_ready() {
             return;
@@ -93,6 +108,9 @@ mod tests {
     use super::*;
     use core::cell::Cell;
     use ridgetone_proto::framing;
+    use rtic_core::Exclusive;
+    use std::vec::Vec;
+    extern crate std;
 
     /// Counts how often the fit was pended.
     #[derive(Default)]
@@ -109,39 +127,58 @@ mod tests {
         }
     }
 
+    /// Gives what it holds, in order.
+    struct Held(std::vec::IntoIter<Received>);
+
+    impl Receiver for Held {
+        fn receive(&mut self) -> Option<Received> {
+            self.0.next()
+        }
+    }
+
     #[test]
-    fn an_overrun_spoils_the_request_after_the_good_byte_and_is_counted() {
-        use Received::{Byte, Overrun};
+    fn a_request_waits_in_the_receiver_until_the_one_before_is_taken() {
+        let mut wire = [0; 32];
+        let used = framing::encode(&7u16, &mut wire).expect("it fits");
+        let request = wire[..used].iter().map(|byte| Received::Byte(*byte));
+        let requests: Vec<Received> = request.clone().chain(request).collect();
+        let mut held = Held(requests.into_iter());
+        let shared = Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER);
+        let mut inbox = RequestInbox::new();
+        for is_whole in [true, true, false] {
+            receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
+            assert_eq!(inbox.take().is_some(), is_whole);
+        }
+        assert_eq!(shared.diagnostics.requests_damaged.get(), 0);
+    }
+
+    #[test]
+    fn lost_bytes_spoil_the_request_that_they_are_of_and_are_counted() {
+        use Received::Lost;
         let mut wire = [0; 32];
         let used = framing::encode(&7u16, &mut wire).expect("it fits");
         let request = &wire[..used];
         let shared = Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER);
         let mut inbox = RequestInbox::new();
-        let damaged: fn(u8) -> Received = |_| Received::Damaged;
-        let lost: fn(u8) -> Received = |_| Received::Lost;
-        // Bytes, how the last one arrives, and then: a whole request, fits pended, bytes overrun.
-        for (bytes, last, expected) in [
-            (request, Byte as fn(u8) -> Received, (true, 1, 0)),
+        // Bytes, bytes lost after them, and then: a whole request, fits pended, bytes overrun.
+        for (bytes, lost, expected) in [
+            (request, None, (true, 1, 0)),
             // The first byte of the next one is lost, and the one after it is whole.
-            (request, Overrun, (true, 2, 1)),
-            (&request[1..], Byte, (false, 2, 1)),
-            (request, Byte, (true, 3, 1)),
-            // A byte in the middle is lost.
-            (&request[..2], Overrun, (false, 3, 2)),
-            (&request[3..], Byte, (false, 3, 2)),
-            (&request[..2], damaged, (false, 3, 2)),
-            (&request[2..], Byte, (false, 3, 2)),
-            (request, Byte, (true, 4, 2)),
-            (&request[..2], lost, (false, 4, 3)),
-            (&request[2..], Byte, (false, 4, 3)),
-            (request, Byte, (true, 5, 3)),
+            (request, Some(1), (true, 2, 1)),
+            (&request[1..], None, (false, 2, 1)),
+            (request, None, (true, 3, 1)),
+            // Bytes in the middle are lost.
+            (&request[..2], Some(200), (false, 3, 201)),
+            (&request[3..], None, (false, 3, 201)),
+            (request, None, (true, 4, 201)),
         ] {
-            let (last_byte, others) = bytes.split_last().expect("bytes");
-            others
-                .iter()
-                .for_each(|byte| receive(&mut inbox, Byte(*byte), &shared));
-            receive(&mut inbox, last(*last_byte), &shared);
+            let held = bytes.iter().map(|byte| Received::Byte(*byte));
+            let held: Vec<Received> = held.chain(lost.map(Lost)).collect();
+            let mut held = Held(held.into_iter());
+            receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let is_whole = inbox.take().is_some();
+            // What waited behind the request.
+            receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let overrun = shared.diagnostics.bytes_overrun.get();
             assert_eq!((is_whole, shared.platform.0.get(), overrun), expected);
         }

@@ -4,7 +4,7 @@
 use super::commands::{At, CommandExecutor};
 use super::line::RequestInbox;
 use super::outbox::{Mail, Outbox};
-use super::shared::{Platform, Shared};
+use super::shared::{Platform, Shared, Task};
 use crate::detector::Detector;
 use crate::estimator::Estimator;
 use core::ops::DerefMut;
@@ -102,9 +102,13 @@ impl<S: Store> Requests<S> {
     }
 }
 
-/// The request in the inbox, if it is as it was sent.
-fn take<P>(inbox: &mut impl Mutex<T = RequestInbox>, shared: &Shared<P>) -> Option<Request> {
+/// The request in the inbox, if it is as it was sent. `report` may take the next one.
+fn take<P: Platform>(
+    inbox: &mut impl Mutex<T = RequestInbox>,
+    shared: &Shared<P>,
+) -> Option<Request> {
     let mut frame = inbox.lock(|inbox| inbox.take())?;
+    P::pend(shared, Task::Report);
     let request = Request::decode(&mut frame);
     if request.is_none() {
         shared.diagnostics.requests_damaged.add(1);

@@ -166,7 +166,7 @@ pub struct Health {
     pub faults: [u32; KINDS],
     /// Requests that arrived damaged.
     pub requests_damaged: u32,
-    /// Bytes of requests that the board's USART lost because the one before was not yet read.
+    /// Bytes of requests that were lost because the board read too late; at least so many.
     pub bytes_overrun: u32,
     /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
     pub stack_used_bytes: u32,

@@ -1,5 +1,6 @@
 //! The table of rules: what breaks each of them, next to what keeps all of them.
 
+use super::line;
 use super::own_adc::{
     self, BUFFER, CCR, CR2, EN, FLAGS, LIFCR, M0AR, NDTR, ON, OVERRUN, PAR, SMPR2, SQR1, SQR3, SR,
     START, STREAM, TO_MEMORY, converting,
@@ -48,7 +49,7 @@ fn each_rule_is_broken_on_purpose_and_by_nothing_else() {
     let mut table = Table::default();
     clocks(&mut table);
     pins_and_spi(&mut table);
-    line(&mut table);
+    serial_line(&mut table);
     converter(&mut table);
     stream(&mut table);
     flash(&mut table);
@@ -191,7 +192,7 @@ fn pins_and_spi(table: &mut Table) {
     });
 }
 
-fn line(table: &mut Table) {
+fn serial_line(table: &mut Table) {
     table.breaks(
         PinFunction,
         "RX and TX without one",
@@ -229,6 +230,54 @@ fn line(table: &mut Table) {
         let what = "bytes back to back while flash is written";
         table.row(UsartOverrun, is_broken, what, bench);
     }
+    let fetched = "the DMA fetches bytes while flash is written";
+    table.keeps(fetched, line::receiving(), |bench| {
+        bench.unlock().set(FLASH_CR, 1 | 2 << 8);
+        line::arrive(bench, (1..=16).map(|byte| 1840 * byte));
+        for word in 0..11 {
+            bench.set(FREE + 4 * word, 0);
+        }
+        assert_eq!((bench.0.usart.taken, bench.0.usart.overruns), (16, 0));
+    });
+    let off = "bytes arrive while their stream is off";
+    table.breaks(UsartOverrun, off, line::bench(), |bench| {
+        line::arrive(bench, [1840, 3680]);
+        bench.wait_us(25);
+    });
+    // The DMA fetches a byte some cycles after its arrival.
+    for (cycles, is_broken) in [(1839, false), (1843, true), (1860, false)] {
+        let mut bench = line::receiving();
+        line::arrive(&mut bench, [1840]);
+        bench.0.time.cycles += cycles - 2;
+        bench.get(USART3 + 4);
+        bench.wait_us(25);
+        assert_eq!(bench.get(line::NDTR), if is_broken { 16 } else { 15 });
+        table.row(UsartData, is_broken, "a read of the data register", bench);
+    }
+    for wrong in [1 << 6, 1 << 11, 1 << 13, 1 << 10, 1 << 25] {
+        let what = "another direction, size or channel of the line";
+        table.breaks(DmaSetting, what, line::bench(), |bench| {
+            bench.set(line::STREAM, line::ON ^ wrong);
+        });
+    }
+    for (register, value) in [
+        (line::PAR, USART3),
+        (line::M0AR, 0x1000_0000),
+        (line::NDTR, 15),
+    ] {
+        let what = "another source, place or length of the line";
+        table.breaks(DmaSetting, what, line::bench(), |bench| {
+            bench.set(register, value).set(line::STREAM, line::ON);
+        });
+    }
+    table.breaks(
+        DmaEnabled,
+        "set while it runs",
+        line::receiving(),
+        |bench| {
+            bench.set(line::M0AR, line::BUFFER + 64);
+        },
+    );
 }
 
 fn converter(table: &mut Table) {

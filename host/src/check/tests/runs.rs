@@ -43,10 +43,10 @@ fn cases() -> Vec<Case> {
             |bench| bench.on_start = |chip| chip.begin_fault(Fault::BusCut { high: true });
         "adc_id Fail, adc_registers Fail, adc_restarts Fail, frame_rate Fail, drdy_jitter Fail, inputs Fail, noise Fail, mains Fail, faults Fail" "DOUT is always low" =>
             |bench| bench.on_start = |chip| chip.begin_fault(Fault::BusCut { high: false });
-        // A bit of each thousandth byte; a lost byte after each thousandth.
+        // A bit of each thousandth byte; each thousandth byte lost.
         "commands Warn" "arrived damaged" => |bench| bench.received = |number, byte| Received::Byte(byte ^ (u8::from(number % 1000 == 500) << 2));
         "commands Fail" "bytes overrun" => |bench| bench.received = |number, byte| match number % 1000 {
-            500 => Received::Overrun(byte),
+            500 => Received::Lost(1),
             _ => Received::Byte(byte),
         };
         // Packets number 1000 and 1001 of the line.
