@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{BOARDS, Run, converter, estimates, fault_of, health, hello};
-use hal_mock::{Constant, Sliding, SlidingScene};
+use common::{BOARDS, Run, converter, estimate_of, estimates, fault_of, health, hello};
+use hal_mock::{Constant, Repeated, Sliding, SlidingScene};
 use ridgetone_emulator::{Board, ProcessorFault, Start};
-use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause};
+use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::Status;
 
@@ -189,24 +189,45 @@ fn no_estimate_is_good_on_an_internal_oscillator() {
     }
 }
 
-/// Nothing watches the crystal, so the board hangs until the watchdog bites; then it starts without.
+/// The clock security system sees it. The board restarts at once, and reports why.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
-fn a_crystal_that_stops_while_the_board_runs_costs_a_reset_by_the_watchdog() {
-    for board in BOARDS {
-        let mut run = Run::at_rest(board);
-        let stopped_ns = run.emulator.now_ns();
+fn a_crystal_that_stops_within_a_slide_is_reported_and_no_estimate_is_good_after_it() {
+    for (board, hsi_ppm) in BOARDS
+        .into_iter()
+        .chain(Board::OWN_ADC)
+        .zip([4_000, -10_000].repeat(2))
+    {
+        let start = Start {
+            hsi_ppm,
+            ..Start::default()
+        };
+        let scene = Repeated(SlidingScene::new(Sliding::default()).expect("a scene"));
+        let mut run = Run::new(board, scene, start);
+        run.run_to(4.0, estimate_of);
+        let (stopped_ns, seen) = (run.emulator.now_ns(), run.events.len());
         run.emulator.inject(ProcessorFault::OscillatorStops);
-        let boot = run.run_to(12.0, hello).boot;
+        let boot = run.run_to(0.5, hello).boot;
+        let silent_s = (run.emulator.now_ns() - stopped_ns) as f64 * 1e-9;
+        println!("{board:?}: it greets again after {silent_s:.3} s");
         assert_eq!(
             (boot.cause, boot.oscillator),
-            (ResetCause::Watchdog, Oscillator::Internal),
+            (ResetCause::Software, Oscillator::Internal),
             "{board:?}"
         );
-        let [reset] = run.emulator.resets() else {
-            panic!("{board:?}: {:?}", run.emulator.resets());
-        };
-        let hung_s = (reset.at_ns - stopped_ns) as f64 * 1e-9;
-        assert!((5.0..9.0).contains(&hung_s), "{board:?}: {hung_s} s");
+        let record = boot.record.expect("a record");
+        assert_eq!(record.death, Death::Oscillator, "{board:?}");
+        run.run_s(9.0);
+        let found = estimates(&run.events[seen..]);
+        assert!(found.len() > 3, "{board:?}: {} estimates", found.len());
+        for one in &found {
+            let is_flagged = one.status != Status::Good && one.status != Status::Unsteady;
+            assert!(
+                is_flagged && one.faults.has(FaultKind::Clock),
+                "{board:?}: {one:?}"
+            );
+        }
+        assert_eq!(run.emulator.resets().len(), 1, "{board:?}");
+        run.assert_rules();
     }
 }

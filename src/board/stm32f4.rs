@@ -107,6 +107,7 @@ pub fn start_clocks(
         while rcc.cr().read().pllrdy().bit_is_clear() {}
         rcc.cfgr().modify(|_, w| w.sw().pll());
         while !rcc.cfgr().read().sws().is_pll() {}
+        rcc.cr().modify(|_, w| w.csson().set_bit());
     }
     super::clock::start(counter, &mut rcc, TIMER_MHZ);
     super::clock::start_heartbeat(heartbeat, &mut rcc, TIMER_MHZ);
@@ -137,6 +138,13 @@ fn start_external(rcc: &RCC, is_clock: bool) -> bool {
         rcc.cr().modify(|_, w| w.hseon().clear_bit());
     }
     has_started
+}
+
+/// The external oscillator has stopped. The processor goes on at 16 MHz (RM0090, 7.2.7), in which no time of
+/// this run is right: the next one starts with the internal oscillator, and says so.
+#[cortex_m_rt::exception]
+unsafe fn NonMaskableInt() -> ! {
+    die(&Record::of_oscillator(super::clock::now_us()))
 }
 
 /// Masks an interrupt that no task serves. The boot loader in the chip's ROM may have left one on,

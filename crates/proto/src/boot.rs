@@ -102,6 +102,8 @@ pub enum Death {
     Panic,
     /// A HardFault.
     HardFault,
+    /// The external oscillator stopped (clock security system).
+    Oscillator,
 }
 
 /// Record that a crashed run leaves for the next one.

@@ -12,7 +12,7 @@ use crate::framing::CHECKSUM;
 pub const STORED_WORDS: usize = 6 + FILE_BYTES / 4;
 
 /// Causes by their number in the record.
-const DEATHS: [Death; 2] = [Death::Panic, Death::HardFault];
+const DEATHS: [Death; 3] = [Death::Panic, Death::HardFault, Death::Oscillator];
 
 /// The RAM of a record.
 pub type Stored = [u32; STORED_WORDS];
@@ -51,6 +51,14 @@ impl Record {
             lr,
             file: heapless::String::new(),
             line: 0,
+        }
+    }
+
+    /// The external oscillator stopped at `t_us` on the board's counter.
+    pub fn of_oscillator(t_us: u32) -> Self {
+        Self {
+            death: Death::Oscillator,
+            ..Self::of_hard_fault(t_us, 0, 0)
         }
     }
 
@@ -125,8 +133,10 @@ mod tests {
         assert_eq!(Record::take(&mut ram), Some(longest()));
         assert_eq!(Record::take(&mut ram), None);
         let fault = Record::of_hard_fault(5, 0x0800_1234, 0x0800_4321);
-        fault.store(&mut ram);
-        assert_eq!(Record::take(&mut ram), Some(fault));
+        for record in [fault, Record::of_oscillator(7)] {
+            record.store(&mut ram);
+            assert_eq!(Record::take(&mut ram), Some(record));
+        }
     }
 
     #[test]

@@ -177,6 +177,8 @@ mod tests {
             let mut held = Held(held.into_iter());
             receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let is_whole = inbox.take().is_some();
+            // What waited behind the request.
+            receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let overrun = shared.diagnostics.bytes_overrun.get();
             assert_eq!((is_whole, shared.platform.0.get(), overrun), expected);
         }
