@@ -3,7 +3,7 @@
 use super::observations::Observations;
 use super::verdict::{Limits, Outcome, Verdict, judged, skipped};
 use crate::names::name;
-use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause};
+use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause};
 use ridgetone_proto::telemetry::PROTOCOL;
 use serde_json::json;
 
@@ -42,7 +42,15 @@ pub fn reset(seen: &Observations) -> Outcome {
             "pc": format!("{:#010x}", record.pc), "lr": format!("{:#010x}", record.lr),
             "board_time_s": f64::from(record.t_us) * 1e-6,
         });
-        let finding = format!("the run before ended with a {death} {at}; reset cause {cause}");
+        let finding = match record.death {
+            Death::Panic | Death::HardFault => {
+                format!("the run before ended with a {death} {at}; reset cause {cause}")
+            }
+            Death::Oscillator => format!(
+                "the external oscillator stopped in the run before, {:.1} s after its start",
+                f64::from(record.t_us) * 1e-6
+            ),
+        };
         return Ok(judged(Warn, finding, values));
     }
     Ok(match boot.cause {

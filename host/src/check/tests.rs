@@ -38,6 +38,7 @@ fn faults() -> Vec<Fault> {
         hello: "firmware" Warn "0.0.9" => hello.version = [0, 0, 9];
         hello: "reset" Warn "panic in tone/src/moments.rs:42" => hello.boot.record = Some(Record::of_panic(7, "tone/src/moments.rs", 42));
         hello: "reset" Warn "hard_fault at 0x08001234" => hello.boot.record = Some(Record::of_hard_fault(7, 0x0800_1234, 0));
+        hello: "reset" Warn "oscillator stopped in the run before, 2.5 s" => hello.boot.record = Some(Record::of_oscillator(2_500_000));
         hello: "reset" Warn "watchdog" => hello.boot.cause = ResetCause::Watchdog;
         hello: "reset" Skipped "does not report" => hello.boot.cause = ResetCause::Unknown;
         hello: "brown_out" Warn "1.8 V" => hello.boot.brown_out = BrownOut::Off;

@@ -7,7 +7,7 @@ use crate::names::name;
 use crate::overtones::overtones;
 use crate::remarks::{phrases, remedy};
 use crate::static_image;
-use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause, SettingsSource};
+use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::{Outcome, Reply};
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::plan::Gives;
@@ -108,7 +108,7 @@ fn hello(e: &Hello) -> String {
     };
     let oscillator = match e.boot.oscillator {
         Oscillator::Internal => {
-            ", INTERNAL OSCILLATOR: the external one did not start, all times are off by up to 8 %"
+            ", INTERNAL OSCILLATOR: the external one does not start, all times are off by up to 8 %"
         }
         Oscillator::External | Oscillator::Unknown => "",
     };
@@ -116,16 +116,21 @@ fn hello(e: &Hello) -> String {
         BrownOut::Unknown => String::new(),
         level => format!(", brown-out {}", name(level)),
     };
-    let record = e.boot.record.as_ref().map_or_else(String::new, |r| {
-        format!(
-            ", after a {} in {} line {}, pc {:#010x}, lr {:#010x}",
-            name(r.death),
-            r.file,
-            r.line,
-            r.pc,
-            r.lr
-        )
-    });
+    let record = e
+        .boot
+        .record
+        .as_ref()
+        .map_or_else(String::new, |r| match r.death {
+            Death::Panic | Death::HardFault => format!(
+                ", after a {} in {} line {}, pc {:#010x}, lr {:#010x}",
+                name(r.death),
+                r.file,
+                r.line,
+                r.pc,
+                r.lr
+            ),
+            Death::Oscillator => ", after a run in which the external one stopped".to_owned(),
+        });
     format!(
         "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, {tone}, reference {} V{accuracy}{interferer}, {slide}{source}{cause}{oscillator}{brown_out}{record}",
         e.protocol, e.frame_rate_hz, s.window_s, s.stride_s, s.vref_v
