@@ -4,30 +4,52 @@
 
 use std::{env, fs, path::PathBuf};
 
-/// The firmware's boards, which are its features.
-const BOARDS: [&str; 4] = [
-    "feather-f405",
-    "nucleo-f446re",
-    "feather-f405-adc",
-    "nucleo-f446re-adc",
+/// Boards and their files. A board's features are its name, and its name with `-adc`.
+const BOARDS: [(&str, &str); 4] = [
+    ("feather-f405", include_str!("board/feather_f405.rs")),
+    ("nucleo-f446re", include_str!("board/nucleo_f446re.rs")),
+    ("blackpill-f411", include_str!("board/blackpill_f411.rs")),
+    ("blackpill-f401", include_str!("board/blackpill_f401.rs")),
 ];
 
-/// Says what to type where no board is chosen, or two, and where the profile is not the images'.
-fn check_choice(has: &dyn Fn(&str) -> bool) {
-    let feature = |board: &&str| board.to_uppercase().replace('-', "_");
-    let chosen = BOARDS.iter().filter(|board| has(&feature(board))).count();
-    if chosen != 1 {
+/// The value of a field of `MEMORY` in a board's file.
+fn field<'a>(file: &'a str, name: &str) -> &'a str {
+    let (_, memory) = file
+        .split_once("const MEMORY: Memory =")
+        .expect("a board has MEMORY");
+    let (_, value) = memory
+        .split_once(&format!("{name}: "))
+        .expect("MEMORY has three fields");
+    value
+        .split([',', ' ', '\n'])
+        .next()
+        .unwrap_or_default()
+        .trim_matches('"')
+}
+
+/// The chosen board's feature and file. Says what to type where none is chosen, or two, and where the
+/// profile is not the images'.
+fn board(has: &dyn Fn(&str) -> bool) -> Option<(String, &'static str)> {
+    let features = BOARDS.iter().flat_map(|(name, file)| {
+        let own_adc = format!("{name}-adc");
+        [((*name).to_owned(), *file), (own_adc, *file)]
+    });
+    let is_chosen = |(name, _): &(String, _)| has(&name.to_uppercase().replace('-', "_"));
+    let mut chosen = features.filter(is_chosen).collect::<Vec<_>>();
+    if chosen.len() != 1 {
         println!(
-            "cargo::error={chosen} boards are chosen; choose one: --features {}. `cargo feather` and \
-             `cargo nucleo` build, flash and log",
-            BOARDS.join(", or ")
+            "cargo::error={} boards are chosen; choose one: --features {}, or one of them with -adc. \
+             `cargo feather`, `cargo nucleo` and `cargo blackpill` build, flash and log",
+            chosen.len(),
+            BOARDS.map(|(name, _)| name).join(", or ")
         );
     } else if env::var("OPT_LEVEL").is_ok_and(|level| level != "s") {
         println!(
-            "cargo::warning=this profile is the PC's: the image is slower, and too large for the \
-             Nucleo. Take --profile image in its place, as `cargo feather` and `cargo nucleo` do"
+            "cargo::warning=this profile is the PC's: the image is slower, and too large for most \
+             boards. Take --profile image in its place, as `cargo feather` and `cargo nucleo` do"
         );
     }
+    chosen.pop()
 }
 
 fn main() {
@@ -39,30 +61,36 @@ fn main() {
     if !bare {
         return;
     }
-    // The stylus's image and the bench have features of their own.
-    if env::var("CARGO_PKG_NAME").is_ok_and(|name| name == "ridgetone-firmware") {
-        check_choice(&has);
-    }
+    // The stylus's image and the bench have features of their own, and run on a Feather.
+    let is_finger = env::var("CARGO_PKG_NAME").is_ok_and(|name| name == "ridgetone-firmware");
+    let [(feather, its_file), ..] = BOARDS;
+    let chosen = if is_finger {
+        board(&has)
+    } else {
+        Some((feather.into(), its_file))
+    };
     if !(has("FIRMWARE") || has("BENCH")) {
         return;
     }
+    let Some((board, file)) = chosen else { return };
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    // STM32F446RE with 512 KiB and STM32F405RG with 1 MiB, but for two sectors of 128 KiB each.
-    let (flash, chip) = if has("NUCLEO_F446RE") || has("NUCLEO_F446RE_ADC") {
-        ("256K", "STM32F446RETx")
-    } else {
-        ("768K", "STM32F405RGTx")
-    };
-    // `cargo xtask flash` finds the chip's name at probe-rs in the symbol's name.
-    let chip = if has("STM32F4") {
-        format!("_chip_{chip} = 0;\n")
-    } else {
-        String::new()
-    };
-    let size = format!("_flash_size = {flash};\n{chip}");
+    let kib = |name| field(file, name).parse::<u32>().expect("kibibytes");
+    // But for two sectors of 128 KiB each, for settings. `cargo xtask flash` and the emulator find the
+    // chip's name at probe-rs and the board in the names of symbols.
+    let mut sizes = format!(
+        "_flash_size = {}K;\n_ram_size = {}K;\n",
+        kib("flash_kib") - 256,
+        kib("ram_kib")
+    );
+    if has("STM32F4") {
+        sizes += &format!("_chip_{} = 0;\n", field(file, "chip"));
+    }
+    if is_finger && !has("MINIMAL") {
+        sizes += &format!("_board_{} = 0;\n", board.replace('-', "_"));
+    }
     for (name, text) in [
         ("memory.x", include_str!("../memory.x")),
-        ("flash_size.x", &size),
+        ("sizes.x", &sizes),
     ] {
         fs::write(out.join(name), text).expect("OUT_DIR is writable");
     }

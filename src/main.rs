@@ -1,13 +1,14 @@
 //! The firmware: binds the tasks of [`ridgetone_finger::tasks`] to interrupts, and locks what they share.
+//! The board's file says which interrupt of its chip a task has.
 //!
-//! | task | priority | interrupt |
+//! | task | priority | runs |
 //! |---|---|---|
-//! | `line` | 5 | USART3, transmitter empty or the end of what arrives; pended by `report` |
-//! | `drdy` | 4 | EXTI4, DRDY's falling edge, or the end of a frame; pended by `watch` and `fit` |
-//! | `detect` | 3 | OTG_HS_EP1_OUT, pended by `drdy` when a scan is over or interrupted |
-//! | `report` | 2 | OTG_HS_EP1_IN, pended by `detect`, `fit` and `line`, or half a buffer of the line's DMA |
+//! | `line` | 5 | transmitter empty or the end of what arrives; pended by `report` |
+//! | `drdy` | 4 | DRDY's falling edge, or the end of a frame; pended by `watch` and `fit` |
+//! | `detect` | 3 | pended by `drdy` when a scan is over or interrupted |
+//! | `report` | 2 | pended by `detect`, `fit` and `line`, or half a buffer of the line's DMA |
 //! | `watch` | 2 | TIM4, twice a second |
-//! | `fit` | 1 | OTG_HS_WKUP, pended by `detect` and `report` |
+//! | `fit` | 1 | pended by `detect` and `report` |
 //! | `idle` | 0 | |
 //!
 //! `line` is above `drdy`: it is short, and a byte of telemetry lasts 10.9 us, while `drdy` runs for 15 to
@@ -33,9 +34,10 @@ fn main() {
 }
 
 #[cfg(target_os = "none")]
-#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
+#[rtic::app(device = crate::board::device, peripherals = true)]
 mod app {
     use crate::board;
+    use crate::board::device::Interrupt;
     use crate::board::{Board, Converter, POWER_UP_US, Wait};
     use core::hint::black_box;
     use core::mem::MaybeUninit;
@@ -61,7 +63,6 @@ mod app {
     use ridgetone_proto::boot::Record;
     use ridgetone_proto::store::{FlashStore, Store};
     use ridgetone_proto::telemetry::Headline;
-    use stm32f4xx_hal::pac::Interrupt;
 
     defmt::timestamp!("{=u32:us}", board::now_us());
 
@@ -72,11 +73,11 @@ mod app {
         #[inline(always)]
         fn pend(_: &Shared<Self>, task: Task) {
             rtic::pend(match task {
-                Task::Drdy => Interrupt::EXTI4,
-                Task::SerialLine => Interrupt::USART3,
-                Task::Detect => Interrupt::OTG_HS_EP1_OUT,
-                Task::Report => Interrupt::OTG_HS_EP1_IN,
-                Task::Fit => Interrupt::OTG_HS_WKUP,
+                Task::Drdy => Interrupt::DRDY,
+                Task::SerialLine => Interrupt::LINE,
+                Task::Detect => Interrupt::DETECT,
+                Task::Report => Interrupt::REPORT,
+                Task::Fit => Interrupt::FIT,
             });
         }
 
@@ -165,7 +166,7 @@ mod app {
         let (windows_in, windows_out) = cx.local.windows.split();
         let (bytes_in, bytes_out) = cx.local.bytes.split();
         // The greeting leaves even if the chip is silent.
-        rtic::pend(Interrupt::OTG_HS_EP1_OUT);
+        rtic::pend(Interrupt::DETECT);
         (
             Resources {
                 ring: black_box(cx.local.ring),
@@ -201,18 +202,18 @@ mod app {
         black_box(place.write(make()))
     }
 
-    #[task(binds = USART3, priority = 5, local = [line], shared = [&shared])]
+    #[task(binds = LINE, priority = 5, local = [line], shared = [&shared])]
     fn line(cx: line::Context) {
         cx.local.line.run(cx.shared.shared);
     }
 
-    #[task(binds = EXTI4, priority = 4, local = [drdy], shared = [&shared])]
+    #[task(binds = DRDY, priority = 4, local = [drdy], shared = [&shared])]
     fn drdy(cx: drdy::Context) {
         cx.local.drdy.run(cx.shared.shared, &mut Wait);
     }
 
     // No task above it takes these locks, so they mask nothing.
-    #[task(binds = OTG_HS_EP1_OUT, priority = 3, local = [detect], shared = [ring, detector, outbox, &shared])]
+    #[task(binds = DETECT, priority = 3, local = [detect], shared = [ring, detector, outbox, &shared])]
     fn detect(cx: detect::Context) {
         let detect::SharedResources {
             ring,
@@ -227,7 +228,7 @@ mod app {
         });
     }
 
-    #[task(binds = OTG_HS_EP1_IN, priority = 2, local = [receiver, report], shared = [inbox, outbox, &shared])]
+    #[task(binds = REPORT, priority = 2, local = [receiver, report], shared = [inbox, outbox, &shared])]
     fn report(mut cx: report::Context) {
         receive_all(cx.local.receiver, &mut cx.shared.inbox, cx.shared.shared);
         cx.local.report.run(&mut cx.shared.outbox, cx.shared.shared);
@@ -241,7 +242,7 @@ mod app {
         }
     }
 
-    #[task(binds = OTG_HS_WKUP, priority = 1, local = [fit], shared = [ring, detector, inbox, outbox, &shared])]
+    #[task(binds = FIT, priority = 1, local = [fit], shared = [ring, detector, inbox, outbox, &shared])]
     fn fit(cx: fit::Context) {
         let fit::SharedResources {
             mut ring,

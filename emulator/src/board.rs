@@ -35,6 +35,10 @@ pub enum Board {
     FeatherF405Adc,
     /// The Nucleo without another chip.
     NucleoF446reAdc,
+    /// WeAct Black Pill with an STM32F411.
+    BlackpillF411,
+    /// The Black Pill without another chip.
+    BlackpillF411Adc,
     /// The Feather with an encoder and an actuator in place of the ADC: a stylus.
     StylusF405,
 }
@@ -81,10 +85,12 @@ pub(crate) struct Wiring {
     pub ccm_bytes: usize,
     /// RCC has DCKCFGR.
     pub has_dckcfgr: bool,
-    /// Highest clocks of the processor, APB1 and APB2, hertz (DS8626 and DS10693, general operating
-    /// conditions).
+    /// Highest clocks of the processor, APB1 and APB2, hertz (DS8626, DS10693 and DS10314, general
+    /// operating conditions).
     pub limits_hz: [u64; 3],
-    /// DBGMCU_IDCODE: device and revision (RM0090 38.6.1, RM0390 33.6.1).
+    /// PWR_CR after a reset: VOS in bits 15 and 14 (from memory).
+    pub pwr_cr: u32,
+    /// DBGMCU_IDCODE: device and revision (RM0090 38.6.1, RM0390 33.6.1, RM0383 23.6.1).
     pub id_code: u32,
 }
 
@@ -122,12 +128,21 @@ const NUCLEO_INPUTS: [Pin; 14] = [
     Pin(PORT_C, 5),
 ];
 
+/// PA0, PA1, PA4 to PA7, PB0, PB1.
+const BLACKPILL_INPUTS: [Pin; 8] = *NUCLEO_INPUTS
+    .first_chunk()
+    .expect("they are the Nucleo's first");
+
 impl Board {
     /// Those of a finger with an ADS1258.
-    pub const ALL: [Self; 2] = [Self::FeatherF405, Self::NucleoF446re];
+    pub const ALL: [Self; 3] = [Self::FeatherF405, Self::NucleoF446re, Self::BlackpillF411];
 
     /// Those of a finger without another chip.
-    pub const OWN_ADC: [Self; 2] = [Self::FeatherF405Adc, Self::NucleoF446reAdc];
+    pub const OWN_ADC: [Self; 3] = [
+        Self::FeatherF405Adc,
+        Self::NucleoF446reAdc,
+        Self::BlackpillF411Adc,
+    ];
 
     /// The board of this name.
     pub fn named(name: &str) -> Option<Self> {
@@ -153,6 +168,8 @@ impl Board {
             Self::NucleoF446re => "nucleo-f446re",
             Self::FeatherF405Adc => "feather-f405-adc",
             Self::NucleoF446reAdc => "nucleo-f446re-adc",
+            Self::BlackpillF411 => "blackpill-f411",
+            Self::BlackpillF411Adc => "blackpill-f411-adc",
             Self::StylusF405 => "stylus-f405",
         }
     }
@@ -182,6 +199,7 @@ impl Board {
                 ccm_bytes: 64 << 10,
                 has_dckcfgr: false,
                 limits_hz: [168_000_000, 42_000_000, 84_000_000],
+                pwr_cr: 0x4000,
                 id_code: 0x1007_6413,
             },
             Self::FeatherF405Adc => Wiring {
@@ -224,7 +242,31 @@ impl Board {
                 ccm_bytes: 0,
                 has_dckcfgr: true,
                 limits_hz: [180_000_000, 45_000_000, 90_000_000],
+                pwr_cr: 0xC000,
                 id_code: 0x1000_6421,
+            },
+            Self::BlackpillF411 => Wiring {
+                adc: Some(AdcPins {
+                    sck: spi1[0],
+                    miso: spi1[1],
+                    mosi: spi1[2],
+                    cs: Pin(PORT_B, 0),
+                    start: Pin(PORT_B, 1),
+                    reset: Pin(PORT_B, 10),
+                    drdy: Pin(PORT_A, 4),
+                }),
+                hse_hz: 25_000_000,
+                is_bypassed: false,
+                has_dckcfgr: false,
+                limits_hz: [100_000_000, 50_000_000, 100_000_000],
+                pwr_cr: 0x8000,
+                id_code: 0x1000_6431,
+                ..Self::NucleoF446re.wiring()
+            },
+            Self::BlackpillF411Adc => Wiring {
+                adc: None,
+                inputs: &BLACKPILL_INPUTS,
+                ..Self::BlackpillF411.wiring()
             },
         }
     }

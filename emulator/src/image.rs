@@ -127,6 +127,13 @@ impl Image {
             .map(|(_, value)| value & !1)
     }
 
+    /// The rest of the name of a symbol that begins so.
+    pub fn name_after(&self, start: &str) -> Option<&str> {
+        self.symbols
+            .iter()
+            .find_map(|(name, _)| name.strip_prefix(start))
+    }
+
     /// The value of a symbol.
     pub fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols

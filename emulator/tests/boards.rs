@@ -1,9 +1,9 @@
-//! The three runs of `cargo xtask test`, on both boards: from reset to the greeting, the demo's
+//! The three runs of `cargo xtask test`, on all boards: from reset to the greeting, the demo's
 //! grating, the longest command while the chip scans.
 
 mod common;
 
-use common::{BOARDS, Run, estimates, hello, on_pc, reply_to, request, touches_and_tones};
+use common::{Run, estimates, hello, on_pc, reply_to, request, touches_and_tones};
 use hal_mock::{Constant, Sliding, SlidingScene};
 use ridgetone_emulator::{Board, Emulator, Image, Start};
 use ridgetone_proto::boot::{Oscillator, ResetCause};
@@ -13,8 +13,8 @@ use ridgetone_proto::telemetry::{Span, Status};
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
-fn both_boards_start_and_greet_and_lose_nothing() {
-    for board in BOARDS {
+fn all_boards_start_and_greet_and_lose_nothing() {
+    for board in Board::ALL {
         let mut run = Run::new(board, Constant::default(), Start::default());
         let greeting = run.run_to(1.0, hello);
         assert_eq!(
@@ -42,8 +42,8 @@ fn both_boards_start_and_greet_and_lose_nothing() {
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
-fn the_demo_is_the_same_on_both_boards_and_on_the_pc() {
-    for board in BOARDS {
+fn the_demo_is_the_same_on_all_boards_and_on_the_pc() {
+    for board in Board::ALL {
         let mut run = Run::sliding(board);
         run.run_s(6.0);
         run.assert_rules();
@@ -86,7 +86,7 @@ fn the_longest_command_arrives_two_hundred_times_while_the_chip_scans() {
         },
         keep: false,
     };
-    for board in BOARDS {
+    for board in Board::ALL {
         let mut run = Run::at_rest(board);
         let sent = request(u16::MAX, set.clone());
         assert!(sent.len() > 80, "{} bytes", sent.len());

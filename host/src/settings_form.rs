@@ -446,7 +446,8 @@ mod tests {
     fn a_plan_of_any_converter_is_read_as_it_was_written() {
         let onboard = OnboardPlan {
             inputs: 0x00ff,
-            scans: 160,
+            scans: 190,
+            clock_mhz: 25,
         };
         let mut other = Plan::of_frames(1000.0, 3).unwrap();
         other.own.converter = 77;

@@ -1,17 +1,19 @@
 //! The ADS1258's clock on CLKIO, if the plan says that the processor makes it: TIM10 on PB8.
 
+use super::CLOCKS;
 use ridgetone_finger::converter::ChipClock;
 use stm32f4xx_hal::gpio::{Alternate, PB8, Speed};
 use stm32f4xx_hal::pac::TIM10;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-/// The timer's clock, hertz: that of the processor, as APB2 has half of it (RM0090, 7.2).
-const TIMER_HZ: u32 = 168_000_000;
+/// The timer's clock, hertz.
+const TIMER_HZ: u32 = CLOCKS.apb2_timers_mhz() * 1_000_000;
 /// Timer clocks in a period of the chip's clock, which is 16 MHz at most.
-const PERIOD: u16 = 11;
-/// Timer clocks at high level: 45 % of a period. The chip allows 40 to 60 % (SBAS297G).
-const HIGH: u16 = 5;
-/// The setting `plan.adc_clock_hz` that asks for this clock, rounded: 15,272,727.
+const PERIOD: u16 = TIMER_HZ.div_ceil(16_000_000) as u16;
+/// Timer clocks at high level: about 45 % of a period. The chip allows 40 to 60 % (SBAS297G).
+const HIGH: u16 = (9 * PERIOD + 10) / 20;
+const _: () = assert!(2 * PERIOD <= 5 * HIGH && 5 * HIGH <= 3 * PERIOD);
+/// The setting `plan.adc_clock_hz` that asks for this clock, rounded: 15,272,727 at 168 MHz.
 const CLOCK_HZ: u32 = (TIMER_HZ + PERIOD as u32 / 2) / PERIOD as u32;
 
 /// The timer and its pin, which is an input while the chip has another clock.

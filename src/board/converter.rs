@@ -4,14 +4,19 @@
 //! microseconds if interrupts were masked. A timer's input capture would be exact, but the
 //! boards' pins of DRDY are on no free timer channel.
 
+use super::chip_clock::TimerClock;
+use super::chosen::{Cs, DrdyPin, Reset, Start};
+use super::{CLOCKS, pin};
+use ads1258::Ads1258;
 use core::convert::Infallible;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
-use ridgetone_finger::tasks::DrdyPin;
+use ridgetone_finger::Wiring;
+use ridgetone_finger::converter::{Facts, WiredAds1258};
 use stm32f4xx_hal::gpio::{
-    Edge, ExtiPin, Input, Output, PA5, PA6, PA7, Pin, PinState, Pull, Speed,
+    Edge, ExtiPin, Input, Output, PA5, PA6, PA7, PB8, PinState, Pull, Speed,
 };
-use stm32f4xx_hal::pac::{EXTI, SPI1, SYSCFG};
+use stm32f4xx_hal::pac::{EXTI, SPI1, SYSCFG, TIM10};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::spi;
@@ -20,31 +25,36 @@ use stm32f4xx_hal::spi;
 /// and the chip's own crystal may take 150 ms to start (SBAS297G, typical after power-down).
 pub const POWER_UP_US: u32 = 200_000;
 
-/// SPI clock, hertz: 84 MHz / 16, the fastest divider below half the chip's clock (7.86 MHz).
-const SPI_HZ: u32 = 5_250_000;
+/// SPI clock, hertz: at most half the chip's clock.
+const SPI_HZ: u32 = CLOCKS.spi1_hz(15_728_640 / 2);
 
-/// Reads of SPI_SR until the bus is not busy: the last bit's second half lasts 16 cycles.
+/// Reads of SPI_SR until the bus is not busy: the last bit's second half lasts 16 cycles or fewer.
 const BUSY_READS: u32 = 100;
 
 /// Processor cycles of half an SCLK period. BSY clears so much before the last bit ends (measured by
 /// others on the STM32F429 and F446), and the chip takes a written register at that end.
-const HALF_BIT_CYCLES: u32 = 168_000_000 / SPI_HZ / 2;
+const HALF_BIT_CYCLES: u32 = CLOCKS.sysclk_mhz * 1_000_000 / SPI_HZ / 2;
 
-/// Processor cycles to let CS settle: 190 ns at 168 MHz, over 2.5 tCLK (159 ns) and 2 tCLK (127
-/// ns).
-const CS_SETTLE_CYCLES: u32 = 32;
+/// Processor cycles to let CS settle: 190 ns are over 2.5 tCLK and 2 tCLK from 13.2 MHz on.
+const CS_SETTLE_CYCLES: u32 = CLOCKS.cycles(190);
 
-pub type Spi<const PORT: char, const NUMBER: u8> =
-    ExclusiveDevice<spi::Spi<SPI1>, SettledCs<PORT, NUMBER>, NoDelay>;
+/// The ADS1258 on SPI1, with START, RESET and a timer for its clock.
+pub type Converter = WiredAds1258<Spi, Start<Output>, Reset<Output>, TimerClock>;
+
+pub const WIRING: Wiring = Wiring {
+    converter: &Facts::of::<Converter>(),
+};
+
+type Spi = ExclusiveDevice<spi::Spi<SPI1>, SettledCs, NoDelay>;
 
 /// CS that gives the chip its set-up time after each edge.
-pub struct SettledCs<const PORT: char, const NUMBER: u8>(Pin<PORT, NUMBER, Output>);
+pub struct SettledCs(Cs<Output>);
 
-impl<const PORT: char, const NUMBER: u8> ErrorType for SettledCs<PORT, NUMBER> {
+impl ErrorType for SettledCs {
     type Error = Infallible;
 }
 
-impl<const PORT: char, const NUMBER: u8> OutputPin for SettledCs<PORT, NUMBER> {
+impl OutputPin for SettledCs {
     fn set_low(&mut self) -> Result<(), Infallible> {
         self.0.set_low();
         cortex_m::asm::delay(CS_SETTLE_CYCLES);
@@ -64,17 +74,17 @@ impl<const PORT: char, const NUMBER: u8> OutputPin for SettledCs<PORT, NUMBER> {
 }
 
 /// The falling edge of DRDY.
-pub struct Drdy<const PORT: char, const NUMBER: u8> {
-    pin: Pin<PORT, NUMBER, Input>,
+pub struct Drdy {
+    pin: DrdyPin<Input>,
     exti: EXTI,
     edge_us: u32,
 }
 
-impl<const PORT: char, const NUMBER: u8> Drdy<PORT, NUMBER> {
-    pub fn new(pin: Pin<PORT, NUMBER>, mut exti: EXTI, syscfg: SYSCFG, rcc: &mut Rcc) -> Self {
+impl Drdy {
+    pub fn new(mut exti: EXTI, syscfg: SYSCFG, rcc: &mut Rcc) -> Self {
         let mut syscfg = syscfg.constrain(rcc);
         // Up: without a chip the pin would float, and every edge of noise would cost a read.
-        let mut pin = Input::new(pin, Pull::Up);
+        let mut pin = pin::<DrdyPin>().internal_resistor(Pull::Up);
         pin.make_interrupt_source(&mut syscfg);
         pin.trigger_on_edge(&mut exti, Edge::Falling);
         pin.enable_interrupt(&mut exti);
@@ -86,7 +96,7 @@ impl<const PORT: char, const NUMBER: u8> Drdy<PORT, NUMBER> {
     }
 }
 
-impl<const PORT: char, const NUMBER: u8> DrdyPin for Drdy<PORT, NUMBER> {
+impl ridgetone_finger::tasks::DrdyPin for Drdy {
     #[inline(always)]
     fn acknowledge(&mut self) -> Option<bool> {
         self.edge_us = super::clock::now_us();
@@ -113,24 +123,20 @@ impl<const PORT: char, const NUMBER: u8> DrdyPin for Drdy<PORT, NUMBER> {
     }
 }
 
-/// Pins of the bus.
-pub struct BusPins {
-    pub sck: PA5,
-    pub miso: PA6,
-    pub mosi: PA7,
+/// Sets the chip's pins up: START low, RESET high.
+pub fn new(spi1: SPI1, timer: TIM10, rcc: &mut Rcc) -> Converter {
+    let start = pin::<Start>().into_push_pull_output_in_state(PinState::Low);
+    let reset = pin::<Reset>().into_push_pull_output_in_state(PinState::High);
+    let spi = bus(spi1, rcc);
+    let clock = TimerClock::new(timer, pin::<PB8>(), rcc);
+    WiredAds1258::new(Ads1258::new(spi), start, reset).clocked_by(clock)
 }
 
-pub fn spi<const PORT: char, const NUMBER: u8>(
-    spi1: SPI1,
-    pins: BusPins,
-    cs: Pin<PORT, NUMBER>,
-    rcc: &mut Rcc,
-) -> Spi<PORT, NUMBER> {
-    let BusPins { sck, miso, mosi } = pins;
-    let mut cs = cs.into_push_pull_output_in_state(PinState::High);
-    let mut sck = sck.into_alternate::<5>();
-    let miso = miso.into_alternate::<5>();
-    let mut mosi = mosi.into_alternate::<5>();
+fn bus(spi1: SPI1, rcc: &mut Rcc) -> Spi {
+    let mut cs = pin::<Cs>().into_push_pull_output_in_state(PinState::High);
+    let mut sck = pin::<PA5>().into_alternate::<5>();
+    let miso = pin::<PA6>().into_alternate::<5>();
+    let mut mosi = pin::<PA7>().into_alternate::<5>();
     // The slowest setting of the pins is too slow above 4 MHz (datasheets DS8626 and DS10693, I/O
     // AC characteristics).
     cs.set_speed(Speed::Medium);

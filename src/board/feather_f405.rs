@@ -1,70 +1,44 @@
 //! Adafruit Feather STM32F405 Express (product 4382), 168 MHz from its 12 MHz crystal.
 //!
-//! Its pins are in `docs/guide/2-build.md`, which a test compares with this file.
+//! Its pins are in `docs/guide/2-build.md`, which a test compares with this file. A timer's input
+//! capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1) and RESET on A4.
 //!
-//! Telemetry leaves on TX (PB10, USART3, AF7), requests arrive on RX (PB11), at 921600 baud, 8N1.
-//! The baud rate generator divides 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates
-//! (8N1 allows about 4 %).
-//!
-//! A timer's input capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1)
-//! and RESET on A4.
+//! The line is on TX and RX. The baud rate generator divides 42 MHz by 46 and is 0.93 % slow, which
+//! every receiver tolerates (8N1 allows about 4 %).
 
-use super::chip_clock::TimerClock;
-use super::stm32f4::{self, External};
-use super::{converter, parts, serial_line};
-use ads1258::Ads1258;
-use ridgetone_finger::Wiring;
-use ridgetone_finger::converter::{Facts, WiredAds1258};
-use ridgetone_proto::boot::Boot;
-use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
-use stm32f4xx_hal::pac::{self, USART3};
-use stm32f4xx_hal::prelude::*;
+use super::Memory;
+use super::clocks::{Clocks, Oscillator};
 
-pub use super::converter::POWER_UP_US;
-pub use super::flash::SettingsFlash;
-pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
+#[cfg(feature = "spi-adc")]
+pub use stm32f4xx_hal::gpio::{PA4 as Cs, PC4 as DrdyPin, PC5 as Start, PC6 as Reset};
+pub use stm32f4xx_hal::gpio::{PB10 as Tx, PB11 as Rx};
+pub use stm32f4xx_hal::pac::USART3 as Usart;
 
-pub type Converter = WiredAds1258<converter::Spi<'A', 4>, PC5<Output>, PC6<Output>, TimerClock>;
-pub type Drdy = converter::Drdy<'C', 4>;
-pub type SerialLine = serial_line::SerialLine<USART3>;
-pub type LineReceiver = serial_line::LineReceiver<USART3>;
-pub type Board = parts::Parts<Converter, Drdy, (SerialLine, LineReceiver), SettingsFlash>;
-
-pub const WIRING: Wiring = Wiring {
-    converter: &Facts::of::<Converter>(),
+pub const CLOCKS: Clocks = Clocks {
+    oscillator: Oscillator::Crystal(12),
+    sysclk_mhz: 168,
+    apb1_mhz: 42,
+    apb2_mhz: 84,
+    vos: None,
 };
 
-pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
-    let boot = stm32f4::begin(&device);
-    let crystal = External {
-        mhz: 12,
-        is_clock: false,
-    };
-    let (mut rcc, oscillator) =
-        stm32f4::start_clocks(device.RCC, crystal, device.TIM2, device.TIM4);
-    let gpioa = device.GPIOA.split(&mut rcc);
-    let gpiob = device.GPIOB.split(&mut rcc);
-    let gpioc = device.GPIOC.split(&mut rcc);
-    // Up: without a PC the line would float, and noise would look like bytes.
-    let rx = gpiob.pb11.into_alternate::<7>().internal_resistor(Pull::Up);
-    let start = gpioc.pc5.into_push_pull_output_in_state(PinState::Low);
-    let reset = gpioc.pc6.into_push_pull_output_in_state(PinState::High);
-    let spi = converter::spi(
-        device.SPI1,
-        converter::BusPins {
-            sck: gpioa.pa5,
-            miso: gpioa.pa6,
-            mosi: gpioa.pa7,
-        },
-        gpioa.pa4,
-        &mut rcc,
-    );
-    let clock = TimerClock::new(device.TIM10, gpiob.pb8, &mut rcc);
-    Board {
-        converter: WiredAds1258::new(Ads1258::new(spi), start, reset).clocked_by(clock),
-        drdy: Drdy::new(gpioc.pc4, device.EXTI, device.SYSCFG, &mut rcc),
-        line: SerialLine::new(device.USART3, gpiob.pb10, rx, device.DMA1, &mut rcc),
-        boot: Boot { oscillator, ..boot },
-        flash: SettingsFlash::new(device.FLASH),
-    }
+pub const MEMORY: Memory = Memory {
+    chip: "STM32F405RGTx",
+    flash_kib: 1024,
+    ram_kib: 128,
+};
+
+// No board wires the second USB, whose interrupts are for software.
+interrupts! {
+    LINE: USART3,
+    DRDY: EXTI4,
+    DETECT: OTG_HS_EP1_OUT,
+    REPORT: OTG_HS_EP1_IN,
+    FIT: OTG_HS_WKUP,
 }
+
+line! { USART3: Stream1, 1, DMA1_STREAM1 }
+
+// A0 to A5, D12 and D11, at 241 frames a second. The other pins with a channel of ADC1 are no inputs:
+// PA3 (A6) is the battery's divider, PC0 the NeoPixel, PC1 (D13) the red LED.
+inputs! { 160: [PA4, PA5, PA6, PA7, PC4, PC5, PC2, PC3] }

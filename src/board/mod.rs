@@ -2,84 +2,179 @@
 //!
 //! # Porting
 //!
-//! A board is a module with the items below; `docs/guide/6-how-it-works.md` has the steps.
-//! `main.rs` names no pin and no register. A board with an STM32F4 is little more than its pins, as
-//! `nucleo_f446re.rs` shows.
+//! A board is a file of data, as `blackpill_f411.rs` shows, and all else follows at compile time; the
+//! steps are in `docs/guide/6-how-it-works.md`.
+//!
+//! | item | meaning |
+//! |---|---|
+//! | `CLOCKS` | oscillator, clocks of processor and buses; PLL, timers, baud rate, SPI and CS times follow ([`clocks::Clocks`]) |
+//! | `MEMORY` | the chip's name at probe-rs, its flash and RAM; `build.rs` reads it from the file for `memory.x` |
+//! | `Cs`, `Start`, `Reset`, `DrdyPin` | the ADS1258's pins next to SPI1 on PA5 to PA7; DRDY on line 4 of EXTI |
+//! | `Usart`, `Tx`, `Rx` | the line: telemetry out, requests in |
+//! | `interrupts!` | the interrupt of each task of `main.rs`: `LINE` is the USART's, `DRDY` EXTI4; those of `DETECT`, `REPORT` and `FIT` only software pends, so the board must not need them |
+//! | `line!` | the stream of DMA1 that receives for the USART (RM0090, table 42) |
+//! | `inputs!` | scans of a frame, and pins of the processor's own ADC |
+//!
+//! Another family needs more, and offers the tasks the same: `init` gives a [`Board`], whose parts are a
+//! [`Converter`](ridgetone_finger::converter::Converter), a
+//! [`DrdyPin`](ridgetone_finger::tasks::DrdyPin), a [`serial_line::SerialLine`] with its [`serial_line::LineReceiver`] and a `NorFlash` of two
+//! pages for settings (words of 4 bytes, where no code may lie), next to
 //!
 //! | item | what it must do |
 //! |---|---|
-//! | `init(device, core) -> Board` | clocks, pins, SPI, interrupts, the microsecond counter; START low, RESET high |
-//! | `Board::converter` | a [`Converter`](ridgetone_finger::converter::Converter): the processor's own (`stm32_adc.rs`), or an ADS1258 on an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below, with `OutputPin`s on START (high runs the scan) and RESET (active low) |
-//! | `WIRING` | a [`Wiring`](ridgetone_finger::Wiring): how the converter samples, the low-pass before its inputs |
-//! | `Board::drdy` | [`DrdyPin`]: the falling edge of DRDY and its time; its interrupt can be muted |
-//! | `Board::line` | [`serial_line::SerialLine`] and [`serial_line::LineReceiver`] on the board's USART: telemetry out byte by byte, requests in by DMA1 |
-//! | `Board::flash` | a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |
-//! | the types `Board`, `Converter`, `Drdy`, `SerialLine`, `LineReceiver`, `SettingsFlash` | [`parts::Parts`] and what it has on this board |
+//! | `WIRING` | how the converter samples: a [`Wiring`] |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
 //! | an interrupt TIM4 about twice a second | for the task `watch`, also while DRDY is silent |
 //! | `acknowledge_heartbeat()` | clears that interrupt, and keeps the chip open for a debugger |
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
 //! | `sleep()` | waits until an interrupt is pending, also a masked one; a debugger must stay connected |
 //! | `restart()` | resets the processor |
-//! | `Board::boot` | the cause of the reset, and the record of a crash before it ([`crash::take_record`]) |
 //! | `feed_watchdog()` | puts off the reset by the watchdog, which `init` has started, by [`WATCHDOG_S`] |
 //! | `die(record)` | keeps the record ([`crash::keep`]) and resets; the handlers of panics and of HardFault call it |
 //!
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
-//! Interrupts: `EXTI4` is DRDY, or the end of a frame; `USART3` the line's "transmitter empty" and "idle" (DRDY on
-//! another pin, the DMA and a line on another USART forward theirs, see `usart2.rs`). `OTG_HS_EP1_OUT`,
-//! `OTG_HS_EP1_IN` and `OTG_HS_WKUP` are the three tasks that only software pends: no board wires
-//! the second USB, while robots use CAN. On a chip that lacks these names change them in `main.rs`,
-//! with `device` in `rtic::app`.
 //! Priorities need five levels.
 //!
 //! Panics: a board has its own panic handler, which calls `die`.
 //!
-//! [`DrdyPin`]: ridgetone_finger::tasks::DrdyPin
 //! [`WATCHDOG_S`]: ridgetone_finger::tasks::WATCHDOG_S
 
 // The only place of the firmware where unsafe code is allowed: registers and
 // linker symbols.
 #![allow(unsafe_code)]
 
+/// The pins of the processor's own ADC in the order of its inputs, and scans of a frame by default.
+macro_rules! inputs {
+    ($scans:literal: [$($pin:ident),*]) => {
+        #[cfg(feature = "own-adc")]
+        pub const SCANS: u8 = $scans;
+        #[cfg(feature = "own-adc")]
+        pub const INPUTS: usize = [$(stringify!($pin)),*].len();
+
+        /// Makes the pins analogue; gives the channel of each.
+        #[cfg(feature = "own-adc")]
+        pub fn channels() -> [u8; INPUTS] {
+            [$(super::stm32_adc::channel(super::pin::<stm32f4xx_hal::gpio::$pin>())),*]
+        }
+    };
+}
+
 #[cfg(feature = "spi-adc")]
 mod chip_clock;
 mod clock;
+mod clocks;
 #[cfg(feature = "spi-adc")]
 mod converter;
 mod crash;
+mod flash;
 mod hard_fault;
-mod parts;
+#[macro_use]
+mod interrupts;
+#[macro_use]
 mod serial_line;
 mod stack;
-mod wait;
-
-#[cfg(feature = "feather-f405")]
-mod feather_f405;
-#[cfg(feature = "feather-f405-adc")]
-mod feather_f405_adc;
-mod flash;
-#[cfg(feature = "nucleo-f446re")]
-mod nucleo_f446re;
-#[cfg(feature = "nucleo-f446re-adc")]
-mod nucleo_f446re_adc;
 #[cfg(feature = "own-adc")]
 mod stm32_adc;
 mod stm32f4;
-#[cfg(any(feature = "nucleo-f446re", feature = "nucleo-f446re-adc"))]
-mod usart2;
+mod wait;
 
-#[cfg(feature = "feather-f405")]
-pub use feather_f405::*;
-#[cfg(feature = "feather-f405-adc")]
-pub use feather_f405_adc::*;
-#[cfg(feature = "nucleo-f446re")]
-pub use nucleo_f446re::*;
-#[cfg(feature = "nucleo-f446re-adc")]
-pub use nucleo_f446re_adc::*;
+#[cfg_attr(
+    any(feature = "feather-f405", feature = "feather-f405-adc"),
+    path = "feather_f405.rs"
+)]
+#[cfg_attr(
+    any(feature = "nucleo-f446re", feature = "nucleo-f446re-adc"),
+    path = "nucleo_f446re.rs"
+)]
+#[cfg_attr(
+    any(feature = "blackpill-f411", feature = "blackpill-f411-adc"),
+    path = "blackpill_f411.rs"
+)]
+#[cfg_attr(feature = "blackpill-f401", path = "blackpill_f401.rs")]
+mod chosen;
 
+pub use chosen::device;
 pub use clock::now_us;
+pub use flash::SettingsFlash;
 pub use stack::{word as stack_word, words as stack_words};
+pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
 pub use wait::Wait;
+
+#[cfg(feature = "spi-adc")]
+pub use converter::{Converter, Drdy, POWER_UP_US, WIRING};
+#[cfg(feature = "own-adc")]
+pub use stm32_adc::{Converter, Drdy, POWER_UP_US, WIRING};
+
+use chosen::{CLOCKS, MEMORY};
+use ridgetone_proto::boot::Boot;
+use stm32f4xx_hal::gpio::Pull;
+use stm32f4xx_hal::pac;
+use stm32f4xx_hal::prelude::*;
+
+/// Flash and RAM of a chip.
+pub struct Memory {
+    /// Name at probe-rs.
+    pub chip: &'static str,
+    /// All of its flash, of which the last two sectors, 256 KiB, are for settings.
+    pub flash_kib: u32,
+    /// Main RAM in one piece.
+    pub ram_kib: u32,
+}
+
+const _: () = assert!(!MEMORY.chip.is_empty() && MEMORY.flash_kib >= 512 && MEMORY.ram_kib >= 96);
+
+pub type SerialLine = serial_line::SerialLine<chosen::Usart>;
+pub type LineReceiver = serial_line::LineReceiver<chosen::Usart>;
+
+/// A board's parts for the tasks.
+pub struct Board {
+    pub converter: Converter,
+    pub drdy: Drdy,
+    /// The sending and the receiving side.
+    pub line: (SerialLine, LineReceiver),
+    pub boot: Boot,
+    pub flash: SettingsFlash,
+}
+
+/// Sets up clocks, pins, SPI or ADC, line and interrupts.
+pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
+    let boot = stm32f4::begin(&device);
+    let (mut rcc, oscillator) = stm32f4::start_clocks(device.RCC, device.TIM2, device.TIM4);
+    // Their clocks go on; `pin` makes the pins.
+    device.GPIOA.split(&mut rcc);
+    device.GPIOB.split(&mut rcc);
+    device.GPIOC.split(&mut rcc);
+    #[cfg(feature = "spi-adc")]
+    let (converter, drdy) = {
+        let _ = core;
+        let drdy = Drdy::new(device.EXTI, device.SYSCFG, &mut rcc);
+        (converter::new(device.SPI1, device.TIM10, &mut rcc), drdy)
+    };
+    #[cfg(feature = "own-adc")]
+    let (converter, drdy) = {
+        let (adc, common) = (device.ADC1, device.ADC_COMMON);
+        let mut nvic = core.NVIC;
+        let drdy = Drdy::new(&mut nvic);
+        (Converter::new(adc, common, device.DMA2, &mut rcc), drdy)
+    };
+    // Up: without a PC the line would float, and noise would look like bytes.
+    let rx = pin::<chosen::Rx>().internal_resistor(Pull::Up);
+    // SAFETY: `device` owns it, under a name that depends on the board.
+    let usart = unsafe { chosen::Usart::steal() };
+    Board {
+        converter,
+        drdy,
+        line: SerialLine::new(usart, pin::<chosen::Tx>(), rx, device.DMA1, &mut rcc),
+        boot: Boot { oscillator, ..boot },
+        flash: SettingsFlash::new(device.FLASH),
+    }
+}
+
+/// A pin of the board by its type. `init` alone calls it, once for each use of a pin.
+fn pin<P>() -> P {
+    const { assert!(size_of::<P>() == 0, "a pin is a token without data") };
+    // SAFETY: the type has no data; `init` has switched the port's clock on, and owns all ports.
+    unsafe { core::mem::transmute_copy(&()) }
+}

@@ -1,17 +1,17 @@
 //! The line: the board's USART. Telemetry leaves with an interrupt for each byte; the DMA puts requests
 //! into a buffer, also while the flash is written and the processor stands still.
 
+use super::device::Interrupt as Task;
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 use cortex_m::peripheral::NVIC;
 use ridgetone_finger::tasks::{Received, Receiver, SerialPort};
 use stm32f4xx_hal::dma::config::Priority;
 use stm32f4xx_hal::dma::traits::Stream;
 use stm32f4xx_hal::dma::{DmaChannel, DmaDataSize, DmaDirection, DmaFlag};
-use stm32f4xx_hal::dma::{Stream1, Stream5, StreamsTuple};
+use stm32f4xx_hal::dma::StreamsTuple;
 use stm32f4xx_hal::gpio::PushPull;
-use stm32f4xx_hal::interrupt;
 use stm32f4xx_hal::pac::usart1::RegisterBlock;
-use stm32f4xx_hal::pac::{DMA1, Interrupt, USART2, USART3};
+use stm32f4xx_hal::pac::{DMA1, Interrupt};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::serial::config::DmaConfig;
@@ -37,22 +37,32 @@ pub trait Line: Instance<RB = RegisterBlock> + SerialExt {
     fn stream(streams: StreamsTuple<DMA1>) -> Self::Stream;
 }
 
-impl Line for USART2 {
-    type Stream = Stream5<DMA1>;
-    const INTERRUPT: Interrupt = Interrupt::DMA1_STREAM5;
+/// Makes a USART the board's line, with the number of the stream of DMA1 that receives for it and that
+/// stream's interrupt, which is forwarded to the task `REPORT`: the end of a half of the buffer.
+macro_rules! line {
+    ($usart:ident: $stream:ident, $number:tt, $interrupt:ident) => {
+        impl $crate::board::serial_line::Line for stm32f4xx_hal::pac::$usart {
+            type Stream = stm32f4xx_hal::dma::$stream<stm32f4xx_hal::pac::DMA1>;
+            const INTERRUPT: stm32f4xx_hal::pac::Interrupt =
+                stm32f4xx_hal::pac::Interrupt::$interrupt;
 
-    fn stream(streams: StreamsTuple<DMA1>) -> Self::Stream {
-        streams.5
-    }
-}
+            fn stream(
+                streams: stm32f4xx_hal::dma::StreamsTuple<stm32f4xx_hal::pac::DMA1>,
+            ) -> Self::Stream {
+                streams.$number
+            }
+        }
 
-impl Line for USART3 {
-    type Stream = Stream1<DMA1>;
-    const INTERRUPT: Interrupt = Interrupt::DMA1_STREAM1;
-
-    fn stream(streams: StreamsTuple<DMA1>) -> Self::Stream {
-        streams.1
-    }
+        #[unsafe(no_mangle)]
+        extern "C" fn $interrupt() {
+            // RTIC defines its handlers with Rust's ABI.
+            unsafe extern "Rust" {
+                fn REPORT();
+            }
+            // SAFETY: the task's own interrupt cannot run at the same time: see `LineReceiver::new`.
+            unsafe { REPORT() }
+        }
+    };
 }
 
 /// The USART's transmitter, and the end of what it receives.
@@ -148,7 +158,7 @@ impl<Usart: Line> LineReceiver<Usart> {
         // no interrupt before the end of it.
         unsafe {
             stream.enable();
-            let priority = NVIC::get_priority(Interrupt::OTG_HS_EP1_IN);
+            let priority = NVIC::get_priority(Task::REPORT);
             let mut core = cortex_m::Peripherals::steal();
             core.NVIC.set_priority(Usart::INTERRUPT, priority);
             NVIC::unmask(Usart::INTERRUPT);
@@ -212,24 +222,4 @@ impl<Usart: Line> Receiver for LineReceiver<Usart> {
             Some(Received::Lost(unread))
         }
     }
-}
-
-/// The end of a half of the buffer, for a task that `main.rs` binds to OTG_HS_EP1_IN.
-#[interrupt]
-fn DMA1_STREAM1() {
-    forward();
-}
-
-#[interrupt]
-fn DMA1_STREAM5() {
-    forward();
-}
-
-fn forward() {
-    // RTIC defines its handlers with Rust's ABI.
-    unsafe extern "Rust" {
-        fn OTG_HS_EP1_IN();
-    }
-    // SAFETY: that of OTG_HS_EP1_IN cannot run at the same time: see `LineReceiver::new`.
-    unsafe { OTG_HS_EP1_IN() }
 }

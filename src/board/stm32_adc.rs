@@ -1,4 +1,4 @@
-//! The STM32's own converter as a [`Converter`]: ADC1 scans the inputs without a pause, DMA2 fills a
+//! The STM32's own converter as a [`converter::Converter`]: ADC1 scans the inputs without a pause, DMA2 fills a
 //! buffer, and its interrupt adds up each half of it, until they are a frame.
 //!
 //! From the HAL (0.23) come clocks, resets, pins and the DMA's stream. Not its `Adc`: its
@@ -6,11 +6,15 @@
 //! than that settles, and panics if there is no conversion. Not its `Transfer`: that swaps buffers
 //! which it owns at each end, of one length for good, and here a half is what a plan makes it.
 
+use super::CLOCKS;
+use super::chosen::{INPUTS, SCANS, channels};
+use super::device::Interrupt as Task;
 use core::sync::atomic::Ordering::Relaxed;
 use core::sync::atomic::{AtomicBool, AtomicU16};
 use embedded_hal::delay::DelayNs;
+use ridgetone_finger::Wiring;
 use ridgetone_finger::converter::oversampled::{Buffer, Filled, HALF, Oversampler};
-use ridgetone_finger::converter::{Converter, Facts, OnboardPlan, REGISTERS, Sample, Scanned, Tag};
+use ridgetone_finger::converter::{self, Facts, OnboardPlan, REGISTERS, Sample, Scanned, Tag};
 use ridgetone_finger::tasks::DrdyPin;
 use ridgetone_proto::plan::{Plan, PlanError};
 use stm32f4xx_hal::dma::config::Priority;
@@ -24,6 +28,9 @@ use stm32f4xx_hal::{ClearFlags, ReadFlags, interrupt};
 
 /// ADC_CCR: ADCPRE, divides by 4.
 const CCR: u32 = 1 << 16;
+/// The converter's clock, megahertz, of at most 36 (ADC characteristics of the datasheets).
+const CLOCK_MHZ: u8 = (CLOCKS.apb2_mhz / 4) as u8;
+const _: () = assert!(CLOCK_MHZ <= 36 && CLOCKS.apb2_mhz.is_multiple_of(4));
 /// SMP of each channel: 56 periods.
 const SMP: u32 = 3;
 /// ADC_CR1: SCAN. ADC_CR2: DDS, DMA, CONT; ADON; SWSTART.
@@ -46,13 +53,13 @@ static FRAMES: Oversampler = Oversampler::new();
 /// There is a frame that the task has not seen.
 static IS_OVER: AtomicBool = AtomicBool::new(false);
 
-/// What the tasks need to know of it: its reference is the board's supply.
-pub const fn facts<C: Converter>() -> Facts {
-    Facts {
+/// Its reference is the board's supply.
+pub const WIRING: Wiring = Wiring {
+    converter: &Facts {
         vref_v: 3.3,
-        ..Facts::of::<C>()
-    }
-}
+        ..Facts::of::<Converter>()
+    },
+};
 
 /// Makes a pin analogue, and gives its channel.
 pub fn channel<const PORT: char, const NUMBER: u8>(pin: Pin<PORT, NUMBER>) -> u8
@@ -63,8 +70,8 @@ where
     Pin::<PORT, NUMBER, Analog>::channel()
 }
 
-/// ADC1 with its channels in the order of the inputs, and by default so many scans to a frame.
-pub struct Stm32Adc<const INPUTS: usize, const SCANS: u8> {
+/// ADC1 with its channels in the order of the inputs.
+pub struct Converter {
     adc: ADC1,
     common: ADC_COMMON,
     stream: Stream0<DMA2>,
@@ -77,37 +84,23 @@ pub struct Stm32Adc<const INPUTS: usize, const SCANS: u8> {
     is_new: bool,
 }
 
-/// What the converter takes.
-pub struct Parts<const INPUTS: usize> {
-    pub adc: ADC1,
-    pub common: ADC_COMMON,
-    pub dma: DMA2,
-    /// Channel of each input, whose pins are analogue.
-    pub channels: [u8; INPUTS],
-}
-
-impl<const INPUTS: usize, const SCANS: u8> Stm32Adc<INPUTS, SCANS> {
+impl Converter {
     /// Bit k: input k exists.
     const PINS: u16 = ((1u32 << INPUTS) - 1) as u16;
 
     /// Switches the clocks on. The converter stays off.
-    pub fn new(parts: Parts<INPUTS>, rcc: &mut Rcc) -> Self {
-        let Parts {
-            adc,
-            common,
-            dma,
-            channels,
-        } = parts;
+    pub fn new(adc: ADC1, common: ADC_COMMON, dma: DMA2, rcc: &mut Rcc) -> Self {
         ADC1::enable(rcc);
         let StreamsTuple(stream, ..) = StreamsTuple::new(dma, rcc);
         Self {
             adc,
             common,
             stream,
-            channels,
+            channels: channels(),
             plan: OnboardPlan {
                 inputs: 0,
                 scans: 0,
+                clock_mhz: CLOCK_MHZ,
             },
             at: 0,
             is_new: false,
@@ -186,16 +179,17 @@ const fn sample_times() -> [u32; 2] {
     [SMP * 0o111_111_111, SMP * 0o1_111_111_111]
 }
 
-impl<const INPUTS: usize, const SCANS: u8> Converter for Stm32Adc<INPUTS, SCANS> {
+impl converter::Converter for Converter {
     const NAME: &'static str = "STM32's ADC";
     const DEFAULT_PLAN: Plan = OnboardPlan {
         inputs: Self::PINS,
         scans: SCANS,
+        clock_mhz: CLOCK_MHZ,
     }
     .plan();
 
     fn check(plan: &Plan) -> Result<(), PlanError> {
-        OnboardPlan::check(plan, Self::PINS)
+        OnboardPlan::check(plan, Self::PINS, CLOCK_MHZ..=CLOCK_MHZ)
     }
 
     fn stop(&mut self) -> bool {
@@ -308,25 +302,22 @@ impl<const INPUTS: usize, const SCANS: u8> Converter for Stm32Adc<INPUTS, SCANS>
 }
 
 /// The end of a frame, in place of an edge of DRDY.
-pub struct FrameEnd;
+pub struct Drdy;
 
-impl FrameEnd {
+impl Drdy {
     /// Lets the interrupt of the DMA come, at the priority of the task that it becomes part of.
     pub fn new(nvic: &mut NVIC) -> Self {
         // SAFETY: neither interrupts the other; RTIC has set the priority before it called `init`,
         // and serves no interrupt before the end of it.
         unsafe {
-            nvic.set_priority(
-                Interrupt::DMA2_STREAM0,
-                NVIC::get_priority(Interrupt::EXTI4),
-            );
+            nvic.set_priority(Interrupt::DMA2_STREAM0, NVIC::get_priority(Task::DRDY));
             NVIC::unmask(Interrupt::DMA2_STREAM0);
         }
         Self
     }
 }
 
-impl DrdyPin for FrameEnd {
+impl DrdyPin for Drdy {
     #[inline(always)]
     fn acknowledge(&mut self) -> Option<bool> {
         IS_OVER.swap(false, Relaxed).then_some(true)
@@ -347,13 +338,12 @@ impl DrdyPin for FrameEnd {
     }
 }
 
-/// Adds half of the buffer. `main.rs` binds the task to EXTI4, which these boards do not use
-/// otherwise; it runs when a frame is over.
+/// Adds half of the buffer. The task runs when a frame is over.
 #[interrupt]
 fn DMA2_STREAM0() {
     // RTIC defines its handlers with Rust's ABI.
     unsafe extern "Rust" {
-        fn EXTI4();
+        fn DRDY();
     }
     let now_us = super::clock::now_us();
     // SAFETY: reads and clears two flags; the converter, at the same priority, looks at others.
@@ -370,7 +360,7 @@ fn DMA2_STREAM0() {
     cortex_m::asm::dsb();
     if FRAMES.take(&BUFFER, filled, now_us) {
         IS_OVER.store(true, Relaxed);
-        // SAFETY: that of EXTI4 cannot run at the same time: see `FrameEnd::new`.
-        unsafe { EXTI4() }
+        // SAFETY: the task cannot run at the same time: see `Drdy::new`.
+        unsafe { DRDY() }
     }
 }

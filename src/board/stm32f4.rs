@@ -1,21 +1,19 @@
-//! What all boards with an STM32F4 share, the stylus too: 168 MHz, the two timers, the watchdog,
-//! the end of a run.
+//! What all boards with an STM32F4 share, the stylus too: clocks, the two timers, the watchdog, the
+//! end of a run.
 
-use super::crash;
+use super::clocks::Pll;
+use super::{CLOCKS, crash};
 use cortex_m::peripheral::NVIC;
 use defmt_rtt as _;
 use ridgetone_finger::tasks::WATCHDOG_S;
 use ridgetone_proto::boot::{Boot, BrownOut, Oscillator, Record, ResetCause};
-use stm32f4xx_hal::pac::{self, DBGMCU, IWDG, RCC, TIM2, TIM4};
+use stm32f4xx_hal::pac::{self, DBGMCU, IWDG, PWR, RCC, TIM2, TIM4};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 
 /// Reads of RCC_CR, 4 cycles of 16 MHz each at least, that the external oscillator may take to
 /// start: 100 ms. A crystal takes 2 ms (DS8626, HSE start-up time, typical).
 const OSCILLATOR_READS: u32 = 400_000;
-
-/// Clock of the timers on APB1 in MHz: twice PCLK1.
-const TIMER_MHZ: u32 = 84;
 
 /// Starts the watchdog before the clocks, and finds out how this run began.
 pub fn begin(device: &pac::Peripherals) -> Boot {
@@ -55,32 +53,23 @@ pub fn acknowledge_heartbeat() {
     stay_debuggable(&debug);
 }
 
-/// What the board has on the processor's pin OSC_IN.
-pub struct External {
-    /// Even, 4 to 26.
-    pub mhz: u8,
-    /// Another chip makes it; otherwise a crystal between OSC_IN and OSC_OUT.
-    pub is_clock: bool,
-}
-
-/// Runs the processor at 168 MHz from the `external` oscillator, or from its own if that one does
-/// not start, and starts the two timers. The rest of this file depends on it.
-pub fn start_clocks(
-    rcc: RCC,
-    external: External,
-    counter: TIM2,
-    heartbeat: TIM4,
-) -> (Rcc, Oscillator) {
+/// Runs the processor from the board's oscillator, or from its own if that one does not start, at
+/// [`CLOCKS`], and starts the two timers.
+pub fn start_clocks(rcc: RCC, counter: TIM2, heartbeat: TIM4) -> (Rcc, Oscillator) {
+    const PLL: Pll = CLOCKS.pll();
     stop_pll(&rcc);
-    let has_started = start_external(&rcc, external.is_clock);
+    if let Some(vos) = CLOCKS.vos {
+        widen_voltage(&rcc, vos);
+    }
+    let has_started = start_external(&rcc);
     // The HAL (0.23) waits for an external oscillator for ever. So it sets up all from the internal
     // one. It is called once, with constants: so the compiler removes its panics. After it only the
-    // source of the PLL's 2 MHz changes.
+    // PLL changes.
     let mut rcc = rcc.freeze(
         Config::hsi()
-            .sysclk(168.MHz())
-            .pclk1(42.MHz())
-            .pclk2(84.MHz()),
+            .sysclk(CLOCKS.sysclk_mhz.MHz())
+            .pclk1(CLOCKS.apb1_mhz.MHz())
+            .pclk2(CLOCKS.apb2_mhz.MHz()),
     );
     let oscillator = if has_started {
         Oscillator::External
@@ -89,19 +78,18 @@ pub fn start_clocks(
     };
     if has_started {
         stop_pll(&rcc);
-        // 2 MHz * 168 / 2; 336 MHz / 7 for USB (RM0090, 7.3.2).
-        // SAFETY: of the allowed values.
+        // SAFETY: of the allowed values, see `Clocks::pll`.
         rcc.pllcfgr().write(|w| unsafe {
             w.pllsrc()
                 .hse()
                 .pllm()
-                .bits(external.mhz / 2)
+                .bits(PLL.m as u8)
                 .plln()
-                .bits(168)
+                .bits(PLL.n as u16)
                 .pllp()
-                .div2()
+                .bits((PLL.p / 2 - 1) as u8)
                 .pllq()
-                .bits(7)
+                .bits(PLL.q as u8)
         });
         rcc.cr().modify(|_, w| w.pllon().set_bit());
         while rcc.cr().read().pllrdy().bit_is_clear() {}
@@ -109,9 +97,22 @@ pub fn start_clocks(
         while !rcc.cfgr().read().sws().is_pll() {}
         rcc.cr().modify(|_, w| w.csson().set_bit());
     }
-    super::clock::start(counter, &mut rcc, TIMER_MHZ);
-    super::clock::start_heartbeat(heartbeat, &mut rcc, TIMER_MHZ);
+    super::clock::start(counter, &mut rcc, CLOCKS.apb1_timers_mhz());
+    super::clock::start_heartbeat(heartbeat, &mut rcc, CLOCKS.apb1_timers_mhz());
     (rcc, oscillator)
+}
+
+/// Chooses the voltage regulator's range, with the PLL off (RM0383, 5.4.1). It takes effect as the
+/// PLL starts.
+fn widen_voltage(rcc: &RCC, vos: u32) {
+    rcc.apb1enr().modify(|_, w| w.pwren().set_bit());
+    cortex_m::asm::dsb();
+    // SAFETY: nothing else uses it; VOS is bits 15 and 14.
+    unsafe {
+        (*PWR::ptr())
+            .cr()
+            .modify(|r, w| w.bits(r.bits() & !(3 << 14) | vos << 14))
+    };
 }
 
 /// Runs on the internal oscillator, with the PLL off: its divisors can be written only then
@@ -127,11 +128,11 @@ fn stop_pll(rcc: &RCC) {
 
 /// Starts the external oscillator anew. False, and it is off, if it does not start within
 /// [`OSCILLATOR_READS`].
-fn start_external(rcc: &RCC, is_clock: bool) -> bool {
+fn start_external(rcc: &RCC) -> bool {
     rcc.cr().modify(|_, w| w.hseon().clear_bit());
     // Its kind can be chosen only while it is off (RM0090, 7.3.1).
     while rcc.cr().read().hserdy().bit_is_set() {}
-    rcc.cr().modify(|_, w| w.hsebyp().bit(is_clock));
+    rcc.cr().modify(|_, w| w.hsebyp().bit(CLOCKS.is_clock()));
     rcc.cr().modify(|_, w| w.hseon().set_bit());
     let has_started = (0..OSCILLATOR_READS).any(|_| rcc.cr().read().hserdy().bit_is_set());
     if !has_started {

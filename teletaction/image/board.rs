@@ -13,10 +13,16 @@
 
 #[path = "../../src/board/clock.rs"]
 mod clock;
+#[path = "../../src/board/clocks.rs"]
+mod clocks;
 #[path = "../../src/board/crash.rs"]
 mod crash;
 #[path = "../../src/board/hard_fault.rs"]
 mod hard_fault;
+#[macro_use]
+#[path = "../../src/board/interrupts.rs"]
+mod interrupts;
+#[macro_use]
 #[path = "../../src/board/serial_line.rs"]
 mod serial_line;
 #[path = "../../src/board/stack.rs"]
@@ -28,9 +34,9 @@ pub use clock::now_us;
 pub use stack::{word as stack_word, words as stack_words};
 pub use stm32f4::{acknowledge_heartbeat, feed_watchdog, restart, sleep};
 
+use clocks::{Clocks, Oscillator};
 use ridgetone_proto::boot::Boot;
 use ridgetone_teletaction::stylus::SAMPLE_US;
-use stm32f4::External;
 use stm32f4xx_hal::gpio::Pull;
 use stm32f4xx_hal::pac::{self, DAC, RCC, TIM3, TIM6, USART3};
 use stm32f4xx_hal::prelude::*;
@@ -39,8 +45,25 @@ use stm32f4xx_hal::rcc::{Enable, Reset};
 pub type SerialLine = serial_line::SerialLine<USART3>;
 pub type LineReceiver = serial_line::LineReceiver<USART3>;
 
-/// TIM6 counts microseconds: PSC for its clock of 84 MHz.
-const MICROSECONDS: u16 = 84 - 1;
+pub const CLOCKS: Clocks = Clocks {
+    oscillator: Oscillator::Crystal(12),
+    sysclk_mhz: 168,
+    apb1_mhz: 42,
+    apb2_mhz: 84,
+    vos: None,
+};
+
+interrupts! {
+    LINE: USART3,
+    SAMPLE: TIM6_DAC,
+    REPORT: OTG_HS_EP1_IN,
+    REQUESTS: OTG_HS_WKUP,
+}
+
+line! { USART3: Stream1, 1, DMA1_STREAM1 }
+
+/// TIM6 counts microseconds: PSC for its clock.
+const MICROSECONDS: u16 = CLOCKS.apb1_timers_mhz() as u16 - 1;
 
 /// Reload value of TIM6: one less than the microseconds of a sample.
 const RELOAD: u16 = SAMPLE_US as u16 - 1;
@@ -85,12 +108,7 @@ impl Samples {
 
 pub fn init(device: pac::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
-    let crystal = External {
-        mhz: 12,
-        is_clock: false,
-    };
-    let (mut rcc, oscillator) =
-        stm32f4::start_clocks(device.RCC, crystal, device.TIM2, device.TIM4);
+    let (mut rcc, oscillator) = stm32f4::start_clocks(device.RCC, device.TIM2, device.TIM4);
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
     let gpioc = device.GPIOC.split(&mut rcc);

@@ -29,9 +29,10 @@ fn main() {
 }
 
 #[cfg(target_os = "none")]
-#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
+#[rtic::app(device = crate::board::device, peripherals = true)]
 mod app {
     use crate::board;
+    use crate::board::device::Interrupt;
     use crate::board::{Board, Samples};
     use heapless::spsc::Queue;
     use ridgetone_finger::tasks::Outbox;
@@ -45,7 +46,6 @@ mod app {
     use ridgetone_teletaction::stylus::message::{Event, Mark};
     use ridgetone_teletaction::stylus::reports::Reports;
     use ridgetone_teletaction::stylus::sampler::Sampler;
-    use stm32f4xx_hal::pac::Interrupt;
 
     defmt::timestamp!("{=u32:us}", board::now_us());
 
@@ -56,10 +56,10 @@ mod app {
         #[inline(always)]
         fn pend(_: &Shared<Self>, task: Task) {
             rtic::pend(match task {
-                Task::SerialLine => Interrupt::USART3,
-                Task::Report => Interrupt::OTG_HS_EP1_IN,
+                Task::SerialLine => Interrupt::LINE,
+                Task::Report => Interrupt::REPORT,
                 // A whole request: the finger's `fit` takes it, here `requests`.
-                Task::Fit => Interrupt::OTG_HS_WKUP,
+                Task::Fit => Interrupt::REQUESTS,
                 // Tasks of a finger.
                 Task::Drdy | Task::Detect => return,
             });
@@ -129,13 +129,13 @@ mod app {
         )
     }
 
-    #[task(binds = USART3, priority = 5, local = [line], shared = [&shared])]
+    #[task(binds = LINE, priority = 5, local = [line], shared = [&shared])]
     fn line(cx: line::Context) {
         cx.local.line.run(cx.shared.shared);
     }
 
     // No task above it takes this lock, so it masks nothing.
-    #[task(binds = TIM6_DAC, priority = 4, local = [samples], shared = [sampler])]
+    #[task(binds = SAMPLE, priority = 4, local = [samples], shared = [sampler])]
     fn sample(mut cx: sample::Context) {
         let (counter, now_us, late_us) = cx.local.samples.read();
         let is_due = cx.shared.sampler.lock(|sampler| {
@@ -143,11 +143,11 @@ mod app {
             sampler.written(cx.local.samples.write(code))
         });
         if is_due {
-            rtic::pend(Interrupt::OTG_HS_WKUP);
+            rtic::pend(Interrupt::REQUESTS);
         }
     }
 
-    #[task(binds = OTG_HS_EP1_IN, priority = 2, local = [receiver, report], shared = [inbox, outbox, &shared])]
+    #[task(binds = REPORT, priority = 2, local = [receiver, report], shared = [inbox, outbox, &shared])]
     fn report(mut cx: report::Context) {
         receive_all(cx.local.receiver, &mut cx.shared.inbox, cx.shared.shared);
         cx.local.report.run(&mut cx.shared.outbox, cx.shared.shared);
@@ -161,7 +161,7 @@ mod app {
         }
     }
 
-    #[task(binds = OTG_HS_WKUP, priority = 1, local = [reports], shared = [sampler, inbox, outbox, &shared])]
+    #[task(binds = REQUESTS, priority = 1, local = [reports], shared = [sampler, inbox, outbox, &shared])]
     fn requests(cx: requests::Context) {
         let requests::SharedResources {
             mut sampler,

@@ -56,10 +56,16 @@ pub enum Board {
     FeatherF405,
     /// ST Nucleo-F446RE.
     NucleoF446re,
+    /// WeAct Black Pill with an STM32F411.
+    BlackpillF411,
+    /// WeAct Black Pill with an STM32F401 and its 96 KiB of RAM.
+    BlackpillF401,
     /// The Feather without another chip: its processor's own ADC.
     FeatherF405Adc,
     /// The Nucleo without another chip.
     NucleoF446reAdc,
+    /// The Black Pill F411 without another chip.
+    BlackpillF411Adc,
     /// Adafruit Feather STM32F405 Express with an encoder and an actuator: a stylus.
     StylusF405,
     /// The Nucleo with the job in one loop, src/minimal.rs.
@@ -68,11 +74,13 @@ pub enum Board {
 
 impl Board {
     /// Boards with the whole firmware.
-    pub const REAL: [Self; 5] = [
+    pub const REAL: [Self; 7] = [
         Self::FeatherF405,
         Self::NucleoF446re,
+        Self::BlackpillF411,
         Self::FeatherF405Adc,
         Self::NucleoF446reAdc,
+        Self::BlackpillF411Adc,
         Self::StylusF405,
     ];
 
@@ -82,8 +90,11 @@ impl Board {
         let (name, interrupts): (_, &[_]) = match self {
             Self::FeatherF405 => ("feather-f405", &[DRDY, USART3]),
             Self::NucleoF446re => ("nucleo-f446re", &[DRDY, USART2]),
+            Self::BlackpillF411 => ("blackpill-f411", &[DRDY, USART2]),
+            Self::BlackpillF401 => ("blackpill-f401", &[DRDY, USART2]),
             Self::FeatherF405Adc => ("feather-f405-adc", &[DRDY, DMA, USART3]),
             Self::NucleoF446reAdc => ("nucleo-f446re-adc", &[DRDY, DMA, USART2]),
+            Self::BlackpillF411Adc => ("blackpill-f411-adc", &[DRDY, DMA, USART2]),
             Self::StylusF405 => ("stylus-f405", &[TIM6, USART3]),
             Self::Minimal => ("minimal", &[]),
         };
@@ -171,11 +182,11 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
         .map_or(Board::value_variants(), std::slice::from_ref);
     for board in boards {
         let (path, sizes) = build(board.image())?;
-        println!("{:<17} {sizes}", board.image().name);
-        println!("{:<17} {}", "", path.display());
+        println!("{:<18} {sizes}", board.image().name);
+        println!("{:<18} {}", "", path.display());
         let image = read(&path)?;
         let (function, bytes) = frames::check(&image)?;
-        println!("{:<17} largest stack frame: {bytes} bytes, {function}", "");
+        println!("{:<18} largest stack frame: {bytes} bytes, {function}", "");
         print!("{}", sizes::table(&image)?);
     }
     Ok(())

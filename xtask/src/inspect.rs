@@ -4,9 +4,6 @@ use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, ObjectSymbol, Symbol};
 use std::fmt;
 
-/// Main RAM of the boards' chips, bytes.
-const RAM_BYTES: u64 = 128 * 1024;
-
 /// An interrupt: its name, which is its handler's symbol, and its number in the reference manual.
 pub type Interrupt = (&'static str, usize);
 
@@ -32,6 +29,8 @@ pub struct Sizes {
     pub flash_size: u64,
     /// Statics.
     pub ram: u64,
+    /// Main RAM of the chip.
+    pub ram_size: u64,
     /// Set aside for the stack.
     pub stack: u64,
 }
@@ -40,10 +39,8 @@ impl fmt::Display for Sizes {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let (flash, flash_size, ram, stack) = (self.flash, self.flash_size, self.ram, self.stack);
         write!(f, "flash {flash} of {flash_size} bytes, ")?;
-        write!(
-            f,
-            "RAM {ram} of {RAM_BYTES} bytes and {stack} for the stack"
-        )
+        let ram_size = self.ram_size;
+        write!(f, "RAM {ram} of {ram_size} bytes and {stack} for the stack")
     }
 }
 
@@ -101,6 +98,7 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
         flash: sum(&[".vector_table", ".text", ".rodata", ".data"]),
         flash_size: symbol("_flash_size")?,
         ram: sum(&[".data", ".bss", ".uninit"]),
+        ram_size: symbol("_ram_size")?,
         stack: symbol("_stack_start")?.saturating_sub(symbol("_stack_end")?),
     })
 }
@@ -131,6 +129,7 @@ mod tests {
                 ("_stack_start", 0x2000_8000, 0),
                 ("_stack_end", 0x2000_0000, 0),
                 ("_flash_size", 0x8_0000, 0),
+                ("_ram_size", 0x2_0000, 0),
                 ("EXTI4", drdy.into(), 0),
                 ("DefaultHandler", default.into(), 0),
                 ("_chip_STM32F405RGTx", 0, 0),

@@ -47,7 +47,7 @@ pub fn check(publish: bool) -> Result<()> {
     let folder = target.join("package");
     let mut repositories = Vec::new();
     for name in PACKAGES {
-        let package = folder.join(format!("{name}-{}", env!("CARGO_PKG_VERSION")));
+        let package = unpacked(&folder, name)?;
         let size = |file: &Path| fs::metadata(file).map_or(0, |data| data.len());
         let manifest = fs::read_to_string(package.join("Cargo.toml")).context("no manifest")?;
         let found = check_contents(&manifest, |file| size(&package.join(file)));
@@ -59,6 +59,22 @@ pub fn check(publish: bool) -> Result<()> {
         println!("{missing}");
     }
     remove(&folder)
+}
+
+/// The folder of an unpacked package, whose version may be its own.
+fn unpacked(folder: &Path, name: &str) -> Result<PathBuf> {
+    let start = format!("{name}-");
+    let is_its = |path: &PathBuf| {
+        let file = path.file_name().and_then(|file| file.to_str());
+        let version = file.and_then(|file| file.strip_prefix(&start));
+        path.is_dir()
+            && version.is_some_and(|version| version.starts_with(|c: char| c.is_ascii_digit()))
+    };
+    let entries = fs::read_dir(folder).context("no packages")?;
+    let mut paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    paths
+        .find(is_its)
+        .with_context(|| format!("no package {name}"))
 }
 
 /// Files that a package must contain besides its code.

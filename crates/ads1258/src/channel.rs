@@ -46,7 +46,7 @@ impl Channel {
 
     /// The bit of this channel in [`Config::channel_mask`](crate::Config::channel_mask).
     pub(crate) const fn bit(self) -> u32 {
-        1_u32.unbounded_shl(self.id() as u32)
+        1_u32.wrapping_shl(self.id() as u32)
     }
 
     /// The channel of a CHID, or `None` for 0x19 and everything above 0x1D.

@@ -212,7 +212,7 @@ impl Config {
     /// assert_eq!(scan.next(), Some(Channel::Single(0)));
     /// assert_eq!(scan.last(), Some(Channel::Single(15)));
     /// ```
-    pub fn scan(&self) -> impl Iterator<Item = Channel> + use<> {
+    pub fn scan(&self) -> impl Iterator<Item = Channel> {
         let mask = self.channel_mask();
         (0..u32::BITS as u8)
             .filter_map(Channel::from_id)
@@ -225,7 +225,7 @@ impl Config {
     /// scan, it is `channel`.
     pub const fn next_channel(&self, channel: Channel) -> Channel {
         let mask = self.channel_mask();
-        let above = mask & u32::MAX.unbounded_shl((channel.id() as u32).wrapping_add(1));
+        let above = mask & u32::MAX.wrapping_shl((channel.id() as u32).wrapping_add(1));
         let next = if above == 0 { mask } else { above };
         // An empty mask has 32 trailing zeros, and no channel has that id.
         match Channel::from_id(next.trailing_zeros() as u8) {

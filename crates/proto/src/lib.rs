@@ -13,7 +13,7 @@
 // `!(a > b)` is intended: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
-/// Version of the crates of this repository, which all have the same: major, minor, patch.
+/// Version of the firmware and of its crates, which all have the same: major, minor, patch.
 pub const VERSION: [u8; 3] = [
     number(env!("CARGO_PKG_VERSION_MAJOR")),
     number(env!("CARGO_PKG_VERSION_MINOR")),

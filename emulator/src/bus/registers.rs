@@ -161,7 +161,12 @@ impl Bus {
                 }
             }
             IWDG => self.iwdg.write(offset, value, self.time.ns())?,
-            PWR => self.pwr.write(offset, value)?,
+            PWR => {
+                self.pwr.write(offset, value)?;
+                if self.rcc.is_pll_on() {
+                    self.broke(Rule::PllOff, "VOS is written while PLLON");
+                }
+            }
             ADC1 => {
                 let was_converting = self.own_adc.is_converting();
                 let broken = self.own_adc.write(offset, value, self.adc_now())?;
@@ -256,7 +261,7 @@ impl Bus {
                     self.clock_adc();
                 }
                 DAC => self.dac.reset(self.time.ns()),
-                PWR => self.pwr = crate::peripherals::small::Pwr::new(),
+                PWR => self.pwr = crate::peripherals::small::Pwr::new(self.wiring.pwr_cr),
                 ADC1 => self.own_adc.reset(),
                 DMA1 => self.line_dma.reset(),
                 DMA2 => self.dma.reset(),

@@ -114,7 +114,7 @@ impl Bus {
             encoder: Encoder::new(),
             dac: Dac::default(),
             iwdg: Iwdg::new(),
-            pwr: Pwr::new(),
+            pwr: Pwr::new(wiring.pwr_cr),
             dbgmcu: Dbgmcu::new(wiring.id_code),
             adc,
             clkio_is_wired: false,
@@ -155,7 +155,7 @@ impl Bus {
         self.dma.reset();
         self.line_dma.reset();
         self.iwdg.reset();
-        self.pwr = Pwr::new();
+        self.pwr = Pwr::new(self.wiring.pwr_cr);
         (self.has_bitten, self.has_stopped) = (false, false);
         (self.dates_edge, self.is_line_checked) = (false, false);
         self.change_clocks();

@@ -96,7 +96,8 @@ impl Bus {
         let is_above = [clocks.hclk, clocks.pclk[0], clocks.pclk[1]]
             .iter()
             .zip(limits)
-            .any(|(hz, limit)| *hz > limit);
+            .any(|(hz, limit)| *hz > limit)
+            || clocks.hclk > self.pwr.limit_hz();
         if is_above {
             self.broke(Rule::ClockLimit, format!("{clocks:?}"));
         }

@@ -141,6 +141,10 @@ impl Rcc {
         self.has_failed
     }
 
+    pub fn is_pll_on(&self) -> bool {
+        self.cr & PLLON != 0
+    }
+
     fn has_hse(&self, now_ns: u64) -> bool {
         self.cr & HSEON != 0
             && !self.hse_is_dead
@@ -177,7 +181,7 @@ impl Rcc {
         let (sysclk, pll) = match self.cfgr & 3 {
             0 => (hsi_hz, None),
             1 => (wiring.hse_hz, None),
-            _ => (source / m * n / p, Some([source / m, source / m * n])),
+            _ => (source * n / m / p, Some([source / m, source * n / m])),
         };
         let ahb = match self.cfgr >> 4 & 15 {
             0..=7 => 0,

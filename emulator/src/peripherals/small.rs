@@ -6,10 +6,19 @@ pub struct Pwr {
 }
 
 impl Pwr {
-    /// VOS chooses the full range after a reset (from memory: 0x4000 on the STM32F405, 0xC000 on
-    /// the STM32F446).
-    pub const fn new() -> Self {
-        Self { cr: 0xC000 }
+    /// As after a reset.
+    pub const fn new(cr: u32) -> Self {
+        Self { cr }
+    }
+
+    /// Fastest clock of the processor that VOS allows, hertz: scale 2 of the STM32F401 and F411 ends
+    /// at 84 MHz (RM0383, 5.4.1); the other chips here do without.
+    pub const fn limit_hz(&self) -> u64 {
+        if self.cr & 0xC000 == 0x8000 {
+            84_000_000
+        } else {
+            u64::MAX
+        }
     }
 
     pub fn read(&self, offset: u32) -> Option<u32> {

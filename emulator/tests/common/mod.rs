@@ -12,7 +12,7 @@ use ridgetone_proto::framing;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{ConverterState, Decoder, Estimate, Event, Health, Hello};
 
-pub const BOARDS: [Board; 2] = Board::ALL;
+pub const BOARDS: [Board; 2] = [Board::FeatherF405, Board::NucleoF446re];
 
 /// A emulator with the receiver of its telemetry.
 pub struct Run {

@@ -14,9 +14,6 @@ const IMAGE: &str = "firmware/feather-f405/ridgetone-firmware.elf";
 /// Board that is emulated by default.
 const BOARD: Board = Board::FeatherF405;
 
-/// Handler of all interrupts without their own.
-const NO_HANDLER: &str = "DefaultHandler";
-
 /// An image of a finger's firmware, and the board that it runs on.
 #[derive(Clone, Debug)]
 pub struct Firmware {
@@ -67,7 +64,7 @@ fn of_bytes(bytes: &[u8], name: &Path) -> Result<Firmware> {
     let image = Image::parse(bytes, name)?;
     let Some(board) = board(&image) else {
         bail!(
-            "{}: not Ridgetone's firmware (or stripped): it does not handle DRDY's interrupt",
+            "{}: not Ridgetone's firmware (or stripped): it has no symbol _board_...",
             name.display()
         );
     };
@@ -75,17 +72,8 @@ fn of_bytes(bytes: &[u8], name: &Path) -> Result<Firmware> {
     Ok(Firmware { board, image })
 }
 
-/// The board by the interrupts that its image handles. EXTI4 is DRDY's, USART2 that of the Nucleo's
-/// line, and the DMA fetches what the processor's own ADC converts.
+/// The board, whose name build.rs puts into a symbol's.
 fn board(image: &Image) -> Option<Board> {
-    let handles = |name| {
-        let handler = image.symbol(name);
-        handler.is_some() && handler != image.symbol(NO_HANDLER)
-    };
-    handles("EXTI4").then(|| match (handles("USART2"), handles("DMA2_STREAM0")) {
-        (false, false) => Board::FeatherF405,
-        (false, true) => Board::FeatherF405Adc,
-        (true, false) => Board::NucleoF446re,
-        (true, true) => Board::NucleoF446reAdc,
-    })
+    let name = image.name_after("_board_")?;
+    Board::named(&name.replace('_', "-"))
 }

@@ -31,7 +31,7 @@ impl Fields {
     pub fn of(plan: &Plan) -> Self {
         if Ads1258Plan::check(plan).is_ok() {
             Self::Ads1258(Ads1258Plan::of(plan))
-        } else if OnboardPlan::check(plan, u16::MAX).is_ok() {
+        } else if OnboardPlan::check(plan, u16::MAX, OnboardPlan::CLOCKS_MHZ).is_ok() {
             Self::Onboard(OnboardPlan::of(plan))
         } else {
             Self::Other(OtherPlan {
@@ -71,7 +71,7 @@ impl Fields {
     pub fn names(&self) -> &'static str {
         match self {
             Self::Ads1258(_) => "inputs, data_rate, delay, chop, health, adc_clock_hz",
-            Self::Onboard(_) => "inputs, scans",
+            Self::Onboard(_) => "inputs, scans, clock_mhz",
             Self::Other(_) => {
                 "inputs, health, sampling, adc_clock_hz, frame_ticks, converter, bits"
             }
@@ -134,6 +134,7 @@ pub fn meaning(field: &str) -> &'static str {
             "When the chip reads its supply, reference, temperature, offset and gain: \"every_scan\" or \"between_touches\"."
         }
         "scans" => "Scans of the STM32's own converter to a frame, 1 to 255.",
+        "clock_mhz" => "Clock of the STM32's own converter in MHz: a quarter of APB2's.",
         "adc_clock_hz" => {
             "Clock of the ADS1258: 15728640 Hz with its crystal, or that of an oscillator on CLKIO."
         }

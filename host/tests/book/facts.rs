@@ -28,19 +28,7 @@ fn every_known_issue_has_a_test() {
     }
 }
 
-/// A field of a struct with its value, which may go on over lines that are indented deeper.
-fn value_of(code: &str, field: &str) -> String {
-    let indent = |line: &str| line.len() - line.trim_start().len();
-    let mut lines = code
-        .lines()
-        .skip_while(|line| !line.trim_start().starts_with(field));
-    let first = lines.next().expect("the field");
-    let more = lines.take_while(|line| indent(line) > indent(first));
-    std::iter::once(first).chain(more).collect()
-}
-
-/// What `init` of a board's file names belongs together: the pins' names in the table are those in
-/// the code.
+/// The pins' names in the table are those in the boards' files, as `PA4 as Cs`.
 #[test]
 fn the_wiring_is_the_firmwares() {
     let page = read(&root().join("docs/guide/2-build.md"));
@@ -52,26 +40,28 @@ fn the_wiring_is_the_firmwares() {
         .filter(|line| line.starts_with("| "))
         .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
         .collect();
+    // The bus and the clock are the same on all boards.
+    let shared = read(&root().join("src/board/converter.rs"));
     // The name of a signal in the code.
     let signals = [
-        ("CS", "let spi = "),
-        ("SCLK", "let spi = "),
-        ("DOUT", "let spi = "),
-        ("DIN", "let spi = "),
-        ("DRDY", "drdy: "),
-        ("START", "let start = "),
-        ("RESET", "let reset = "),
+        ("CS", " as Cs"),
+        ("SCLK", ">().into_alternate"),
+        ("DOUT", ">().into_alternate"),
+        ("DIN", ">().into_alternate"),
+        ("DRDY", " as DrdyPin"),
+        ("START", " as Start"),
+        ("RESET", " as Reset"),
     ];
-    for (signal, field) in signals {
+    for (signal, name) in signals {
         let row = rows
             .iter()
             .find(|row| row[0] == signal)
             .unwrap_or_else(|| panic!("no row {signal}"));
         for (code, pin) in [(&feather, row[2]), (&nucleo, row[4])] {
-            let value = value_of(code, field);
+            let wired = format!("{pin}{name}");
             assert!(
-                value.contains(&format!(".{}", pin.to_lowercase())),
-                "{signal} is not on {pin}: {value}"
+                code.contains(&wired) || shared.contains(&wired),
+                "no {wired} for {signal}"
             );
         }
         for text in [row[0], row[1], row[3]] {
@@ -81,10 +71,7 @@ fn the_wiring_is_the_firmwares() {
             );
         }
     }
-    assert!(page.contains("PB8"));
-    for code in [&feather, &nucleo] {
-        assert!(value_of(code, "let clock = Timer").contains(".pb8"));
-    }
+    assert!(page.contains("PB8") && shared.contains("TimerClock::new(timer, pin::<PB8>()"));
     let row = rows
         .iter()
         .find(|row| row[0].starts_with("telemetry"))
@@ -92,12 +79,8 @@ fn the_wiring_is_the_firmwares() {
     for (code, pins) in [(&feather, row[2]), (&nucleo, row[4])] {
         let (tx, rx) = pins.split_once(", ").expect("two pins");
         assert!(
-            code.contains(&format!(".{}, rx,", tx.to_lowercase())),
-            "TX is not on {tx}"
-        );
-        assert!(
-            code.contains(&format!(".{}.into_alternate", rx.to_lowercase())),
-            "RX is not on {rx}"
+            code.contains(&format!("{tx} as Tx, {rx} as Rx")),
+            "the line is not on {pins}"
         );
     }
 }
@@ -106,16 +89,14 @@ fn the_wiring_is_the_firmwares() {
 #[test]
 fn the_inputs_of_the_own_converters_are_the_firmwares() {
     let page = read(&root().join("docs/guide/2-build.md"));
-    for (board, file) in [
-        ("Nucleo", "nucleo_f446re_adc"),
-        ("Feather", "feather_f405_adc"),
-    ] {
+    for (board, file) in [("Nucleo", "nucleo_f446re"), ("Feather", "feather_f405")] {
         let code = read(&root().join(format!("src/board/{file}.rs")));
-        let pins: Vec<String> = code
-            .split("channel(gpio")
-            .skip(1)
-            .filter_map(|rest| rest.split(['.', ')']).nth(1))
-            .map(str::to_uppercase)
+        let (_, inputs) = code.split_once("inputs! {").expect("the inputs");
+        let list = inputs.split(['[', ']']).nth(1).expect("a list of pins");
+        let pins: Vec<&str> = list
+            .split(',')
+            .map(str::trim)
+            .filter(|pin| !pin.is_empty())
             .collect();
         let start = format!("| {board} | ");
         let row = page.lines().find_map(|line| line.strip_prefix(&start));

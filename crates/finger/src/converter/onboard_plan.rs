@@ -1,6 +1,7 @@
 //! The plans of the STM32's own converter: scans without a pause, so many of them to a frame.
 
-use super::oversampled::{Averaging, CLOCK_MHZ, SAMPLE_TICKS, SCANS_MOST};
+use super::oversampled::{Averaging, SAMPLE_TICKS, SCANS_MOST};
+use core::ops::RangeInclusive;
 use ridgetone_proto::plan::{Converters, HealthReadings, Own, Plan, PlanError, Sampling, within};
 use serde::{Deserialize, Serialize};
 
@@ -12,14 +13,26 @@ pub struct OnboardPlan {
     pub inputs: u16,
     /// Scans of a frame.
     pub scans: u8,
+    /// The converter's clock, megahertz: a quarter of APB2's.
+    #[serde(default = "usual_clock_mhz")]
+    pub clock_mhz: u8,
+}
+
+/// The clock of the STM32F405's and F446's converter at APB2's 84 MHz, megahertz.
+const fn usual_clock_mhz() -> u8 {
+    21
 }
 
 impl OnboardPlan {
+    /// Clocks of the converter, megahertz (DS8626, ADC characteristics, above 2.4 V).
+    pub const CLOCKS_MHZ: RangeInclusive<u8> = 1..=36;
+
     /// What a plan stands for; of another converter's plan what its bits happen to say.
     pub const fn of(plan: &Plan) -> Self {
         Self {
             inputs: plan.inputs,
             scans: plan.own.bits as u8,
+            clock_mhz: (plan.adc_clock_hz / 1_000_000) as u8,
         }
     }
 
@@ -29,7 +42,7 @@ impl OnboardPlan {
             inputs: self.inputs,
             health: HealthReadings::Never,
             sampling: Sampling::AtOnce,
-            adc_clock_hz: CLOCK_MHZ * 1_000_000,
+            adc_clock_hz: self.clock_mhz as u32 * 1_000_000,
             frame_ticks: self.inputs.count_ones() * self.scans as u32 * SAMPLE_TICKS,
             own: Own {
                 converter: Converters::ONBOARD,
@@ -40,7 +53,7 @@ impl OnboardPlan {
 
     /// How its scans become frames. None if no whole number of halves of the buffer is a frame.
     pub const fn averaging(&self) -> Option<Averaging> {
-        Averaging::new(self.inputs.count_ones(), self.scans as u32)
+        Averaging::new(self.inputs.count_ones(), self.scans as u32, self.clock_mhz)
     }
 
     /// Checks that its scans become frames of a possible rate. The error names the next number of
@@ -65,10 +78,14 @@ impl OnboardPlan {
         within(&[bounds], &[self.scans.into()])
     }
 
-    /// Checks that a plan is one for `pins`, bit k for input k from 0 on, and has the rates that
-    /// its number of scans gives.
-    pub fn check(plan: &Plan, pins: u16) -> Result<(), PlanError> {
-        let own = Self::of(plan);
+    /// Checks that a plan is one for `pins`, bit k for input k from 0 on, and for a converter with
+    /// one of these clocks, and has the rates that its number of scans gives.
+    pub fn check(plan: &Plan, pins: u16, clocks_mhz: RangeInclusive<u8>) -> Result<(), PlanError> {
+        let mut own = Self::of(plan);
+        own.clock_mhz = own
+            .clock_mhz
+            .max(*clocks_mhz.start())
+            .min(*clocks_mhz.end());
         let [id, clock_hz, ticks] = [
             Converters::ONBOARD as f32,
             own.plan().adc_clock_hz as f32,
@@ -104,6 +121,11 @@ impl OnboardPlan {
 mod tests {
     use super::*;
 
+    /// On a board with the usual clock.
+    fn check(plan: &Plan, pins: u16) -> Result<(), PlanError> {
+        OnboardPlan::check(plan, pins, 21..=21)
+    }
+
     #[test]
     fn the_usual_plans_are_what_scans_give() {
         let usual = |(_, plan): &(_, Plan)| plan.own.converter == Converters::ONBOARD;
@@ -111,34 +133,39 @@ mod tests {
         assert_eq!(plans.clone().count(), 2);
         for (name, plan) in plans {
             assert_eq!(OnboardPlan::of(plan).plan(), *plan, "{name}");
-            assert_eq!(OnboardPlan::check(plan, 0x3fff), Ok(()), "{name}");
+            assert_eq!(check(plan, 0x3fff), Ok(()), "{name}");
         }
         // The Feather has eight inputs.
-        let refused = OnboardPlan::check(&Plan::ONBOARD, 0xff).unwrap_err();
+        let refused = check(&Plan::ONBOARD, 0xff).unwrap_err();
         assert_eq!(
             (refused.field, refused.bounds),
             ("plan.inputs", (1.0, 255.0))
         );
-        for scans in [160, 28] {
+        for (scans, clock_mhz) in [(160, 21), (28, 21), (190, 25)] {
             let plan = OnboardPlan {
                 inputs: 0xff,
                 scans,
+                clock_mhz,
             }
             .plan();
-            assert_eq!(OnboardPlan::check(&plan, 0xff), Ok(()));
+            assert_eq!(
+                OnboardPlan::check(&plan, 0xff, clock_mhz..=clock_mhz),
+                Ok(())
+            );
         }
     }
 
     #[test]
     fn what_cannot_work_is_refused_by_what_can() {
         let refused = |plan: Plan| {
-            let error = OnboardPlan::check(&plan, 0x3fff).unwrap_err();
+            let error = check(&plan, 0x3fff).unwrap_err();
             (error.field, error.bounds)
         };
         let scans = |scans| {
             OnboardPlan {
                 inputs: 0x3fff,
                 scans,
+                clock_mhz: 21,
             }
             .plan()
         };
@@ -149,6 +176,14 @@ mod tests {
         // 91 is 7 x 13: no half of the buffer holds a divisor that lasts long enough.
         assert_eq!(refused(scans(91)), ("plan.scans", (92.0, 92.0)));
         assert_eq!(refused(scans(200)).0, "frame_rate_hz");
+        let at_25_mhz = OnboardPlan {
+            clock_mhz: 25,
+            ..OnboardPlan::of(&Plan::ONBOARD)
+        };
+        assert_eq!(
+            refused(at_25_mhz.plan()),
+            ("plan.adc_clock_hz", (21e6, 21e6))
+        );
         assert_eq!(
             wrong.map(|plan| refused(plan).0),
             ["plan.frame_ticks", "plan.bits"]

@@ -7,11 +7,9 @@
 use core::sync::atomic::Ordering::Relaxed;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32};
 
-/// The converter's clock, megahertz: APB2's 84 MHz / 4, of at most 36.
-pub const CLOCK_MHZ: u32 = 21;
-/// Its periods for a sample: 56 to charge the capacitor, and 12 for the bits.
+/// Periods of the converter's clock for a sample: 56 to charge the capacitor, and 12 for the bits.
 ///
-/// The datasheets' equation 1 (DS8626 and DS10693, ADC characteristics, with 6 kilohm and 7 pF
+/// At 21 MHz the datasheets' equation 1 (DS8626 and DS10693, ADC characteristics, with 6 kilohm and 7 pF
 /// inside) allows a source of 33 kilohm for it: a potentiometer of 100, a bridge, any amplifier.
 /// With 144 periods it would be 94, beyond the 50 of the table, and a frame would hold 40 scans in
 /// place of 93, so that less of the noise cancels.
@@ -45,12 +43,19 @@ pub struct Averaging {
     scans: u8,
     /// Scans of half a buffer: a whole number of halves is a frame.
     half_scans: u8,
+    /// The converter's clock, megahertz.
+    clock_mhz: u8,
 }
 
 impl Averaging {
     /// Frames of so many scans. None if no half of the buffer fits.
-    pub const fn new(channels: u32, scans: u32) -> Option<Self> {
-        if channels == 0 || channels > INPUTS as u32 || scans == 0 || scans > SCANS_MOST as u32 {
+    pub const fn new(channels: u32, scans: u32, clock_mhz: u8) -> Option<Self> {
+        if clock_mhz == 0
+            || channels == 0
+            || channels > INPUTS as u32
+            || scans == 0
+            || scans > SCANS_MOST as u32
+        {
             return None;
         }
         // The longest half: the fewest interrupts.
@@ -58,13 +63,14 @@ impl Averaging {
         while half_scans > 1 && !scans.is_multiple_of(half_scans) {
             half_scans -= 1;
         }
-        if half_scans * channels * SAMPLE_TICKS < HALF_LEAST_US * CLOCK_MHZ {
+        if half_scans * channels * SAMPLE_TICKS < HALF_LEAST_US * clock_mhz as u32 {
             return None;
         }
         Some(Self {
             channels: channels as u8,
             scans: scans as u8,
             half_scans: half_scans as u8,
+            clock_mhz,
         })
     }
 
@@ -82,13 +88,21 @@ impl Averaging {
     /// the first input's samples.
     pub const fn middle_us(&self) -> u32 {
         let scan_ticks = self.channels as u32 * SAMPLE_TICKS;
-        (self.frame_ticks() + scan_ticks - 2 * SAMPLE_TICKS) / (2 * CLOCK_MHZ)
+        self.us(self.frame_ticks() + scan_ticks - 2 * SAMPLE_TICKS) / 2
     }
 
     /// One input's share of a frame, microseconds, rounded down, at least 1.
     pub const fn share_us(&self) -> u32 {
-        let share_us = self.scans as u32 * SAMPLE_TICKS / CLOCK_MHZ;
+        let share_us = self.us(self.scans as u32 * SAMPLE_TICKS);
         if share_us > 1 { share_us } else { 1 }
+    }
+
+    /// Whole microseconds of so many periods of the converter's clock.
+    const fn us(&self, ticks: u32) -> u32 {
+        match ticks.checked_div(self.clock_mhz as u32) {
+            Some(us) => us,
+            None => 0,
+        }
     }
 }
 
@@ -112,6 +126,8 @@ pub struct Oversampler {
     channels: AtomicU8,
     half_scans: AtomicU8,
     scans: AtomicU8,
+    /// The converter's clock, megahertz.
+    clock_mhz: AtomicU8,
     /// Scans of the frame under way.
     taken: AtomicU8,
     /// Sum of each input over a frame. When the frame is over it becomes the code.
@@ -141,6 +157,7 @@ impl Oversampler {
             channels: AtomicU8::new(1),
             half_scans: AtomicU8::new(1),
             scans: AtomicU8::new(1),
+            clock_mhz: AtomicU8::new(1),
             taken: AtomicU8::new(0),
             sums: [const { AtomicU32::new(0) }; INPUTS],
             before: [const { AtomicU16::new(0) }; INPUTS],
@@ -157,10 +174,12 @@ impl Oversampler {
             channels,
             scans,
             half_scans,
+            clock_mhz,
         } = *averaging;
         self.channels.store(channels, Relaxed);
         self.half_scans.store(half_scans, Relaxed);
         self.scans.store(scans, Relaxed);
+        self.clock_mhz.store(clock_mhz, Relaxed);
         self.taken.store(0, Relaxed);
         self.is_torn.store(false, Relaxed);
         self.follows.store(false, Relaxed);
@@ -171,6 +190,7 @@ impl Oversampler {
             channels: self.channels.load(Relaxed),
             scans: self.scans.load(Relaxed),
             half_scans: self.half_scans.load(Relaxed),
+            clock_mhz: self.clock_mhz.load(Relaxed),
         }
     }
 
@@ -217,7 +237,7 @@ impl Oversampler {
     fn skip(&self, averaging: &Averaging, since_us: u32) {
         let half_ticks = (averaging.half() as u32 * SAMPLE_TICKS).max(1);
         let ticks = since_us
-            .saturating_mul(CLOCK_MHZ)
+            .saturating_mul(averaging.clock_mhz.into())
             .saturating_add(half_ticks / 2);
         let scans = (ticks / half_ticks).max(2) * u32::from(averaging.half_scans);
         let at = u32::from(self.taken.load(Relaxed)) + scans;

@@ -7,8 +7,8 @@ use super::own_adc::{
 };
 use super::parts::clock;
 use super::{
-    AFRL, BSRR, Bench, FLASH_ACR, FLASH_CR, FLASH_KEYR, FREE, GPIOA, GPIOB, GPIOC, IWDG, MODER,
-    OSPEEDR, RCC_CFGR, RCC_CR, RCC_PLLCFGR, SPI_ON, SPI1, TIM2, USART3,
+    AFRL, APB1ENR, BSRR, Bench, FLASH_ACR, FLASH_CR, FLASH_KEYR, FREE, GPIOA, GPIOB, GPIOC, IWDG,
+    MODER, OSPEEDR, PWR_CR, RCC_CFGR, RCC_CR, RCC_PLLCFGR, SPI_ON, SPI1, TIM2, USART3,
 };
 use crate::board::Board;
 use crate::emulator::{Emulator, Start};
@@ -102,6 +102,26 @@ fn clocks(table: &mut Table) {
             .set(RCC_CR, 0x83 | 1 << 16)
             .wait_us(1000)
             .set(RCC_CFGR, 1);
+    });
+    // As after a reset, the STM32F411's regulator allows 84 MHz.
+    for (vos, is_broken) in [(2, true), (3, false)] {
+        let mut bench = Bench::of(Board::BlackpillF411);
+        bench
+            .set(FLASH_ACR, 3)
+            .set(APB1ENR, 1 << 28)
+            .set(PWR_CR, vos << 14)
+            .set(RCC_CR, 0x83 | 1 << 16)
+            .wait_us(2100)
+            .set(RCC_PLLCFGR, 25 | 200 << 6 | 1 << 22 | 5 << 24)
+            .set(RCC_CR, 0x83 | 1 << 16 | 1 << 24)
+            .wait_us(300)
+            .set(RCC_CFGR, 4 << 10 | 2);
+        table.row(ClockLimit, is_broken, "100 MHz by VOS", bench);
+    }
+    let mut bench = Bench::ready();
+    bench.set(APB1ENR, 1 << 28);
+    table.breaks(PllOff, "VOS while PLLON", bench, |bench| {
+        bench.set(PWR_CR, 0x4000);
     });
     for (period, high, is_broken) in [
         (11, 5, false),

@@ -3,8 +3,10 @@ extern crate std;
 use super::*;
 use std::vec::Vec;
 
+const CLOCK_MHZ: u8 = 21;
+
 fn averaging(channels: u32, scans: u32) -> Option<Averaging> {
-    Averaging::new(channels, scans)
+    Averaging::new(channels, scans, CLOCK_MHZ)
 }
 
 /// Runs a signal, volts of 3.3 by input and time in seconds, through halves. Gives the codes of each
@@ -22,13 +24,14 @@ fn frames(
         let place = (at % 2 * half) as usize;
         for number in 0..half {
             let sample = at * half + number;
-            let t_s = f64::from(sample * SAMPLE_TICKS) / (f64::from(CLOCK_MHZ) * 1e6);
+            let t_s = f64::from(sample * SAMPLE_TICKS) / (f64::from(averaging.clock_mhz) * 1e6);
             buffer[place + number as usize].store(
                 reading(sample % u32::from(averaging.channels), t_s),
                 Relaxed,
             );
         }
-        let end_us = u64::from((at + 1) * half) * u64::from(SAMPLE_TICKS) / u64::from(CLOCK_MHZ);
+        let end_us =
+            u64::from((at + 1) * half) * u64::from(SAMPLE_TICKS) / u64::from(averaging.clock_mhz);
         let filled = if at % 2 == 0 {
             Filled::First
         } else {
@@ -45,16 +48,17 @@ fn frames(
 
 #[test]
 fn frames_have_the_rates_of_the_plans() {
-    // Inputs, scans, frames a second, scans of half a buffer.
-    for (channels, scans, rate_hz, half_scans) in [
-        (14, 93, 237.2, 3),
-        (14, 15, 1470.6, 3),
-        (8, 160, 241.3, 5),
-        (8, 28, 1378.7, 4),
+    // Inputs, scans, megahertz, frames a second, scans of half a buffer.
+    for (channels, scans, clock_mhz, rate_hz, half_scans) in [
+        (14, 93, 21, 237.2, 3),
+        (14, 15, 21, 1470.6, 3),
+        (8, 160, 21, 241.3, 5),
+        (8, 28, 21, 1378.7, 4),
+        (8, 190, 25, 241.9, 5),
     ] {
-        let averaging = averaging(channels, scans).unwrap();
+        let averaging = Averaging::new(channels, scans, clock_mhz).unwrap();
         assert_eq!(averaging.half_scans, half_scans);
-        let found_hz = 1e6 * f64::from(CLOCK_MHZ) / f64::from(averaging.frame_ticks());
+        let found_hz = 1e6 * f64::from(clock_mhz) / f64::from(averaging.frame_ticks());
         assert!((found_hz - rate_hz).abs() < 0.1, "{found_hz}");
     }
     // Neither a half of 45 us nor more scans than a byte counts.
