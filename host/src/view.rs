@@ -65,7 +65,7 @@ pub struct RunFile {
     pub path: PathBuf,
     /// Settings in place of its own.
     pub settings: Option<Settings>,
-    /// There is nothing else to see: what cannot be opened ends the command.
+    /// Nothing is played beside it: what cannot be opened ends the command.
     pub is_alone: bool,
 }
 
@@ -77,8 +77,8 @@ impl RunFile {
         );
         let how = How {
             settings: self.settings,
-            is_recorded: false,
             max_bytes: usize::MAX,
+            ..How::default()
         };
         runs.open(&name, &self.path, how)?;
         Ok(())
@@ -121,6 +121,9 @@ fn serve(following: &mut Following, options: &Options) -> Result<()> {
     announce::announce(&server, options.open)?;
     let mut published = Instant::now();
     while !stop::is_requested() {
+        if let Some(board) = hub.connected() {
+            *following = Following::new(board, None);
+        }
         if following.idle(!hub.is_watched()) {
             hub.forget_clock();
         }
