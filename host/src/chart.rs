@@ -211,7 +211,7 @@ pub struct Shades(pub Vec<Vec<u8>>);
 
 impl Shades {
     /// Draws them between the left and the right edge, upwards from `lower`. A path for each level.
-    fn draw(&self, svg: &mut Svg, (left, right): (f64, f64), (lower, upper): (f64, f64)) {
+    fn draw(&self, svg: &mut Svg, [left, right]: [f64; 2], [lower, upper]: [f64; 2]) {
         let width = (right - left) / self.0.len().max(1) as f64;
         for level in 1..=7 {
             let mut d = String::new();
@@ -372,7 +372,7 @@ impl Panel {
         let x = self.x.axis(points().map(|point| point.0), left, right);
         let y = self.y.axis(points().map(|point| point.1), lower, upper);
         if let Some(shades) = &self.shades {
-            shades.draw(svg, EDGES, (lower, upper));
+            shades.draw(svg, [left, right], [lower, upper]);
         }
         svg.text([24.0, top + 28.0], "start", "title", &self.title);
         svg.text([24.0, upper - 10.0], "start", "small", &self.y.label);

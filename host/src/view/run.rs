@@ -1,7 +1,6 @@
 //! A run to look back at: a file, or what was recorded on the page. Its samples are fitted as `fit`
 //! fits them; telemetry also shows the board's state at any time.
 
-use super::runs::How;
 use crate::digits::time_s;
 use crate::fit_report;
 use crate::frames::{Frames, Reading};
@@ -24,6 +23,34 @@ use std::sync::OnceLock;
 
 /// What to do with a run without a slide.
 const BY_HAND: &str = "select a part of the recording";
+
+/// Greatest size in memory of a run that a page opens, bytes: 3.5 hours of raw frames.
+const MAX_BYTES: usize = 256 << 20;
+
+/// How a file becomes a run.
+#[derive(Clone, Debug)]
+pub struct How {
+    /// Settings in place of those of its board.
+    pub settings: Option<Settings>,
+    /// Rows per second of a table that does not state its times.
+    pub rate_hz: Option<f64>,
+    /// Whether it was recorded here, so that its file goes with the command.
+    pub is_recorded: bool,
+    /// Greatest size in memory, bytes.
+    pub max_bytes: usize,
+}
+
+impl Default for How {
+    /// A file that a page sends.
+    fn default() -> Self {
+        Self {
+            settings: None,
+            rate_hz: None,
+            is_recorded: false,
+            max_bytes: MAX_BYTES,
+        }
+    }
+}
 
 /// A part of a run, in its own time, seconds; each end is that of the run if it is missing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -19,8 +19,7 @@
 use super::answer::{App, answer, to_json};
 use super::hub;
 use super::recorder::Recorder;
-use super::run::Part;
-use super::runs::How;
+use super::run::{How, Part};
 use crate::windows::Steps;
 use anyhow::{Context, Result, bail, ensure};
 use axum::Router;

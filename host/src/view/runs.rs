@@ -1,9 +1,8 @@
 //! The runs that pages look back at, by their numbers, and their files.
 
-use super::run::{Run, Summary};
+use super::run::{How, Run, Summary};
 use crate::settings_form;
 use anyhow::{Context, Result, ensure};
-use ridgetone_proto::settings::Settings;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -11,9 +10,6 @@ use tempfile::NamedTempFile;
 
 /// Runs kept at a time.
 const MOST: usize = 32;
-
-/// Greatest size in memory of a run that a page opens, bytes: 3.5 hours of raw frames.
-const MAX_BYTES: usize = 256 << 20;
 
 /// Longest note, characters.
 const NOTE_MOST: usize = 200;
@@ -49,31 +45,6 @@ impl List {
         let is_full = self.runs.len() >= MOST;
         ensure!(!is_full, "{MOST} runs are open: close one first");
         Ok(())
-    }
-}
-
-/// How a file becomes a run.
-#[derive(Clone, Debug)]
-pub struct How {
-    /// Settings in place of those of its board.
-    pub settings: Option<Settings>,
-    /// Rows per second of a table that does not state its times.
-    pub rate_hz: Option<f64>,
-    /// Whether it was recorded here, so that its file goes with the command.
-    pub is_recorded: bool,
-    /// Greatest size in memory, bytes.
-    pub max_bytes: usize,
-}
-
-impl Default for How {
-    /// A file that a page sends.
-    fn default() -> Self {
-        Self {
-            settings: None,
-            rate_hz: None,
-            is_recorded: false,
-            max_bytes: MAX_BYTES,
-        }
     }
 }
 
