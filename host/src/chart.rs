@@ -92,7 +92,7 @@ fn escape(text: &str) -> String {
 /// lighter on dark; dashes and markers tell curves apart without them.
 const STYLE: &str = "svg text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
 svg .title{font-size:16px;font-weight:600}svg .small{font-size:11px;fill:#555}svg .head{font-size:11px;font-weight:600}\
-svg path{fill:none}svg .card{fill:#fff;stroke:#bbb}svg .odd{fill:#f4f5f7}svg .axis{stroke:#555}svg .grid{stroke:#ddd}\
+svg path{fill:none}svg path.shade{fill:#5b6470}svg path.dots{stroke-width:5;stroke-linecap:round}svg .card{fill:#fff;stroke:#bbb}svg .odd{fill:#f4f5f7}svg .axis{stroke:#555}svg .grid{stroke:#ddd}\
 svg .slide{fill:#cfe3f5;fill-opacity:.55}svg .mark{stroke:#a01050;stroke-width:1.2;stroke-dasharray:4 3}\
 svg .window{stroke:#0064a4;stroke-width:3}svg .edge{stroke:#0064a4;stroke-dasharray:1 3}svg .bar{stroke:#222;stroke-width:2}\
 svg .data{stroke:#556;stroke-width:.8;stroke-linejoin:round}svg .dot{stroke:#556;stroke-width:2.6;stroke-linecap:round}\
@@ -204,12 +204,47 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     out
 }
 
+/// Shades behind the curves of a panel: columns of equal width over its horizontal range, each with
+/// levels from 0, nothing, to 7 at equal steps of its vertical range.
+#[derive(Clone, Debug)]
+pub struct Shades(pub Vec<Vec<u8>>);
+
+impl Shades {
+    /// Draws them between the left and the right edge, upwards from `lower`. A path for each level.
+    fn draw(&self, svg: &mut Svg, [left, right]: [f64; 2], [lower, upper]: [f64; 2]) {
+        let width = (right - left) / self.0.len().max(1) as f64;
+        for level in 1..=7 {
+            let mut d = String::new();
+            for (at, column) in self.0.iter().enumerate() {
+                let height = (lower - upper) / column.len().max(1) as f64;
+                let mut row = 0;
+                for run in column.chunk_by(|a, b| (*a == level) == (*b == level)) {
+                    let (begin, length) = (row, run.len());
+                    row += length;
+                    if run[0] != level {
+                        continue;
+                    }
+                    let (x, y) = (left + width * at as f64, lower - height * begin as f64);
+                    let tall = height * length as f64;
+                    let _ = write!(d, "M{x:.1} {y:.1}h{width:.2}v{:.1}h-{width:.2}z", -tall);
+                }
+            }
+            let opacity = f64::from(level) / 9.0;
+            svg.push(&format!(
+                "<path d=\"{d}\" class=\"shade\" fill-opacity=\"{opacity:.2}\"/>"
+            ));
+        }
+    }
+}
+
 /// How a curve is drawn. Those with a number have the colour, the dashes and the marker of this
 /// number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
     Line(usize),
     Marked(usize),
+    /// Dots alone, in the colour of this number.
+    Dots(usize),
     /// Measured samples: thin and grey.
     Data,
     /// Reference to compare a curve with, such as a bound: black and dotted.
@@ -221,6 +256,7 @@ impl Look {
         match self {
             Self::Line(number) => format!("c{} d{}", number % 4, number % 4),
             Self::Marked(number) => format!("c{} d{}", number % 4, number / 4),
+            Self::Dots(number) => format!("dots c{}", number % 4),
             Self::Data => "data".into(),
             Self::Reference => "reference".into(),
         }
@@ -295,6 +331,7 @@ pub struct Panel {
     pub x: Scale,
     pub y: Scale,
     pub curves: Vec<Curve>,
+    pub shades: Option<Shades>,
 }
 
 /// Width of a chart.
@@ -334,6 +371,9 @@ impl Panel {
         let points = || self.curves.iter().flat_map(|curve| &curve.points);
         let x = self.x.axis(points().map(|point| point.0), left, right);
         let y = self.y.axis(points().map(|point| point.1), lower, upper);
+        if let Some(shades) = &self.shades {
+            shades.draw(svg, [left, right], [lower, upper]);
+        }
         svg.text([24.0, top + 28.0], "start", "title", &self.title);
         svg.text([24.0, upper - 10.0], "start", "small", &self.y.label);
         for (value, label) in self.y.ticks(&y, 6) {
@@ -363,16 +403,20 @@ impl Panel {
             let is_seen = |(_, y): &&(f64, f64)| !self.y.is_log || *y > 0.0;
             let place = |(a, b): &(f64, f64)| (x.place(*a), y.place(*b).clamp(upper, lower));
             let placed: Vec<(f64, f64)> = points.iter().filter(is_seen).map(place).collect();
-            svg.path(&thinned(&placed), &look.class());
+            match look {
+                Look::Dots(_) => svg.dots(&placed, &look.class()),
+                _ => svg.path(&thinned(&placed), &look.class()),
+            }
             placed.iter().for_each(|(x, y)| marker(svg, *look, *x, *y));
         }
         for (row, entries) in self.key().into_iter().enumerate() {
             let base = lower + 62.0 + KEY_ROW * row as f64;
             for (x, curve) in entries {
-                svg.line(
-                    [(x, base - 4.0), (x + 28.0, base - 4.0)],
-                    &curve.look.class(),
-                );
+                let ends = [(x, base - 4.0), (x + 28.0, base - 4.0)];
+                match curve.look {
+                    Look::Dots(_) => svg.dots(&[(x + 14.0, base - 4.0)], &curve.look.class()),
+                    _ => svg.line(ends, &curve.look.class()),
+                }
                 marker(svg, curve.look, x + 14.0, base - 4.0);
                 svg.text([x + 35.0, base], "start", "small", &curve.name);
             }

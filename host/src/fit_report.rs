@@ -22,37 +22,40 @@ pub(crate) struct Fit<'a> {
     fit: &'a TableFit,
 }
 
-/// One JSON object on one line, without the line's end.
-pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
-    serde_json::to_string(&Fit {
+/// The object that programs get.
+pub(crate) fn object<'a>(file: &'a str, fit: &'a TableFit) -> Fit<'a> {
+    Fit {
         r#type: "fit",
         file,
         fit,
-    })
+    }
 }
 
-pub fn text(fit: &TableFit) -> String {
-    let mut out = String::new();
-    let width = if fit.domain == Domain::Time { 13 } else { 16 };
-    let mut line = |name: &str, value: String| {
-        // Writing to a string cannot fail.
-        let _ = writeln!(out, "{name:<width$} {value}");
+/// One JSON object on one line, without the line's end.
+pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
+    serde_json::to_string(&object(file, fit))
+}
+
+fn digits_of(value: Option<f64>, digits: usize) -> String {
+    value.map_or("-".to_owned(), |value| significant(value, digits))
+}
+
+/// The results with their names, without the channels.
+pub fn lines(fit: &TableFit) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::new();
+    let mut line = |name: &'static str, value: String| lines.push((name, value));
+    let frequency = fit.tone.frequency();
+    let period = frequency.map(WithSigma::inverse);
+    let pairs: &[(&str, &str, Option<WithSigma>)] = match fit.domain {
+        Domain::Time => &[("frequency_hz", "sigma_hz", frequency)],
+        Domain::Position => &[
+            ("frequency_per_mm", "sigma_per_mm", frequency),
+            ("period_mm", "period_sigma_mm", period),
+        ],
     };
-    let digits_of = |value: Option<f64>, digits: usize| {
-        value.map_or("-".to_owned(), |value| significant(value, digits))
-    };
-    let mut pair = |name: &str, sigma_name: &str, found: Option<WithSigma>| {
+    for (name, sigma_name, found) in pairs {
         line(name, digits_of(found.map(|found| found.value), 7));
         line(sigma_name, digits_of(found.map(|found| found.sigma), 2));
-    };
-    let frequency = fit.tone.frequency();
-    match fit.domain {
-        Domain::Time => pair("frequency_hz", "sigma_hz", frequency),
-        Domain::Position => {
-            pair("frequency_per_mm", "sigma_per_mm", frequency);
-            let period = frequency.map(WithSigma::inverse);
-            pair("period_mm", "period_sigma_mm", period);
-        }
     }
     line("status", format!("{} ({})", name(fit.status), meaning(fit)));
     for (name, value) in remarks(fit.status, fit.domain, &fit.tone) {
@@ -98,7 +101,16 @@ pub fn text(fit: &TableFit) -> String {
             significant(fit.rate_hz, 6)
         ),
     );
+    lines
+}
 
+pub fn text(fit: &TableFit) -> String {
+    let mut out = String::new();
+    let width = if fit.domain == Domain::Time { 13 } else { 16 };
+    for (name, value) in lines(fit) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "{name:<width$} {value}");
+    }
     let width = fit
         .channels
         .iter()

@@ -11,6 +11,7 @@ use crate::output::Progress;
 use crate::samples::Samples;
 use crate::stop;
 use crate::tables::RowReader;
+use crate::touch_times::Touches;
 use crate::usage::UsageError;
 use anyhow::{Result, ensure};
 use board::Board;
@@ -124,25 +125,21 @@ impl Frames {
         Ok(always(settings))
     }
 
-    /// Slides of a table whose values are volts, behind a contact, start and end in seconds from
-    /// its first row, by touch detection alone.
-    pub fn slides(&self) -> Result<Vec<(f64, f64)>> {
+    /// Touches in a table whose values are volts, by touch detection alone; times are seconds from
+    /// its first row, and slides count behind a contact.
+    pub fn touches(&self) -> Result<Touches> {
         if let Source::Table(table) = &self.source {
             let beyond = table.beyond(self.settings.vref_v.into());
             ensure!(beyond.is_none(), "values outside the ADC's range");
         }
-        let (mut slides, mut has_contact) = (Vec::new(), false);
+        let mut touches = Touches::default();
         self.detect(&self.settings, &mut |event| {
-            has_contact |= matches!(event, Event::Contact(_));
-            if let Event::Slide(slide) = event
-                && has_contact
-                && let Some(end_us) = slide.end_us
-            {
-                slides.push((slide.start_us as f64 * 1e-6, end_us as f64 * 1e-6));
+            if !touches.contacts_s.is_empty() || matches!(event, Event::Contact(_)) {
+                touches.take(&event);
             }
             ControlFlow::Continue(())
         })?;
-        Ok(slides)
+        Ok(touches)
     }
 
     /// Runs all frames through the library with settings that have passed [`Settings::validate`],

@@ -3,6 +3,7 @@
 //!
 //! | concept | where |
 //! |---|---|
+//! | a recording at one glance | [`overview`] |
 //! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `clipped`, `fit_report` |
 //! | tables of samples in the layouts that others write | [`tables`] |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows`, [`frame`] |
@@ -65,6 +66,7 @@ mod monitor;
 pub mod names;
 pub mod output;
 pub mod overtones;
+pub mod overview;
 pub mod part;
 pub mod picture;
 pub mod port;
@@ -93,7 +95,9 @@ pub mod tables;
 mod teletaction;
 mod tone;
 pub mod touch_part;
+mod touch_times;
 pub mod touches;
+pub mod track;
 pub mod usage;
 pub mod utc;
 pub mod view;

@@ -124,6 +124,8 @@ pub struct Now {
     /// Beginning of the phase, device time in seconds.
     pub phase_since_s: Option<f64>,
     pub touches: u32,
+    /// The latest contact, device time in seconds.
+    pub contact_s: Option<f64>,
     pub restarts: u32,
     latest: Latest,
     /// Faults that last.
@@ -189,6 +191,7 @@ impl Live {
             Event::Hello(hello) => self.greeted(packet, hello, has_restarted),
             Event::Contact(contact) => {
                 now.touches += 1;
+                now.contact_s = Some(seconds(contact.t_us));
                 now.enter(Phase::Held, contact.t_us);
             }
             Event::Slide(slide) => match slide.end_us {
@@ -260,7 +263,7 @@ impl Live {
     fn restarted(&mut self) {
         self.now.restarts += 1;
         self.clear();
-        (self.now.now_s, self.now.faults) = (None, Vec::new());
+        (self.now.now_s, self.now.contact_s, self.now.faults) = (None, None, Vec::new());
         (self.now.phase, self.now.phase_since_s) = (Phase::Idle, Some(0.0));
     }
 
@@ -288,6 +291,12 @@ impl Live {
     pub fn settings(&self) -> Settings {
         self.hello()
             .map_or(Settings::DEFAULT, |hello| hello.settings)
+    }
+
+    /// True if an estimate is of a touch before the present one.
+    pub fn is_past(&self, estimate: &Estimate) -> bool {
+        let contact_s = self.now.contact_s;
+        contact_s.is_some_and(|contact_s| seconds(estimate.t_us) < contact_s)
     }
 
     pub fn image(&self) -> Option<&Image> {

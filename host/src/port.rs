@@ -6,7 +6,9 @@ mod list;
 mod system;
 #[cfg(all(test, target_os = "linux"))]
 mod tests;
+mod users;
 
 pub use link::Link;
 pub use list::{Ports, Wanted, list_error};
 pub use system::{BYTE_S, System};
+pub use users::Listed;

@@ -165,7 +165,7 @@ pub fn is_telemetry(path: &Path) -> Result<bool> {
 pub fn no_telemetry(path: &Path) -> anyhow::Error {
     let file = path.display();
     anyhow!(
-        "{file}: holds no telemetry as `record` writes it; tables, and what `export` makes, are for `fit` and `replay`: use `ridgetone fit {file} --svg picture.svg`"
+        "{file}: holds no telemetry as `record` writes it; tables, and what `export` makes, are for `view`, `fit` and `replay`: use `ridgetone view {file}`"
     )
 }
 

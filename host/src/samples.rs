@@ -113,6 +113,15 @@ impl Samples {
         }
     }
 
+    /// The same rows under the name that people know.
+    #[must_use]
+    pub fn named(self, name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            ..self
+        }
+    }
+
     /// The name in errors.
     pub fn name(&self) -> &str {
         &self.name

@@ -7,20 +7,13 @@ use crate::part::{Selection, columns};
 use crate::samples::Samples;
 use crate::table_fit::{self, FittedPart, TableFit, joined};
 use crate::tables::{RowReader, Timing};
+use crate::touch_times::{SlideTimes, Touches};
 use anyhow::{Result, ensure};
 use hal_mock::FileError;
 use ridgetone_proto::plan::FRAME_RATE_LEAST_HZ;
-use ridgetone_proto::telemetry::{Event, Status};
-use serde::Deserialize;
+use ridgetone_proto::telemetry::Status;
 use std::path::Path;
 use std::sync::Arc;
-
-/// A slide in the recording's own time, seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct SlideTimes {
-    start_s: f64,
-    end_s: f64,
-}
 
 /// Smallest part of a recording that is taken for its slide, as a fraction of the whole.
 const SLIDE_MIN: f64 = 0.1;
@@ -74,20 +67,31 @@ pub fn fit(
     Ok(found)
 }
 
-/// The longest slide: that which a recording of telemetry tells of, or that which detection finds
-/// in its samples as volts. Rows that it cannot take, as too slow ones, have none; `fit` names what is
-/// wrong with a file.
+/// The longest slide that is no less than a tenth of the recording. Rows that detection cannot take,
+/// as too slow ones, have none; `fit` names what is wrong with a file.
 fn longest_slide(samples: &Samples, selection: &Selection) -> Option<SlideTimes> {
-    let slides = match samples.path().map(|path| (path, Form::of(path))) {
-        Some((_, Ok(Form::Table))) | None => detected(samples, selection),
-        Some((path, Ok(form))) => recorded(path, form),
-        Some((_, Err(_))) => return None,
-    };
     let length_s = |slide: &SlideTimes| slide.end_s - slide.start_s;
-    slides
-        .ok()?
+    let (touches, recording_s) = found(samples, selection).ok()?;
+    touches
+        .slides
         .into_iter()
+        .filter(|slide| length_s(slide) >= SLIDE_MIN * recording_s)
         .max_by(|a, b| length_s(a).total_cmp(&length_s(b)))
+}
+
+/// The touches in a recording, in its own time: those that telemetry tells of, or those that
+/// detection finds in samples as volts.
+pub fn touches(samples: &Samples, selection: &Selection) -> Result<Touches> {
+    Ok(found(samples, selection)?.0)
+}
+
+/// Touches, and the length of a table, seconds; 0 for telemetry.
+fn found(samples: &Samples, selection: &Selection) -> Result<(Touches, f64)> {
+    match samples.path().map(|path| (path, Form::of(path))) {
+        Some((_, Ok(Form::Table))) | None => detected(samples, selection),
+        Some((path, Ok(form))) => Ok((recorded(path, form)?, 0.0)),
+        Some((_, Err(error))) => Err(error.into()),
+    }
 }
 
 /// True for a table whose chosen columns may be the taxels of a finger.
@@ -102,45 +106,21 @@ fn is_touch_table(samples: &Samples, selection: &Selection) -> bool {
         })
 }
 
-/// Fields of `slide` as programs see it.
-#[derive(Deserialize)]
-struct JsonSlide {
-    start_s: Option<f64>,
-    end_s: Option<f64>,
-}
-
-/// The slides that have ended in the messages of a recording.
-fn recorded(path: &Path, form: Form) -> Result<Vec<SlideTimes>> {
-    let mut slides = Vec::new();
+/// The touches in the messages of a recording.
+fn recorded(path: &Path, form: Form) -> Result<Touches> {
+    let mut touches = Touches::default();
     for message in messages(path, form)? {
-        let slide = match message? {
-            Message::Packet(packet, _) => match &packet.event {
-                Event::Slide(slide) => ended(slide.start_us, slide.end_us),
-                _ => None,
-            },
-            Message::Json(text) if text.contains(r#""type":"slide""#) => {
-                let slide: JsonSlide = serde_json::from_str(&text)?;
-                slide
-                    .start_s
-                    .zip(slide.end_s)
-                    .map(|(start_s, end_s)| SlideTimes { start_s, end_s })
-            }
-            Message::Json(_) => None,
-        };
-        slides.extend(slide);
+        match message? {
+            Message::Packet(packet, _) => touches.take(&packet.event),
+            Message::Json(text) => touches.take_json(&text)?,
+        }
     }
-    Ok(slides)
+    Ok(touches)
 }
 
-fn ended(start_us: u64, end_us: Option<u64>) -> Option<SlideTimes> {
-    end_us.map(|end_us| SlideTimes {
-        start_s: start_us as f64 * 1e-6,
-        end_s: end_us as f64 * 1e-6,
-    })
-}
-
-/// The slides that the finger's detection finds in the chosen columns, at their own rate.
-fn detected(samples: &Samples, selection: &Selection) -> Result<Vec<SlideTimes>> {
+/// The touches that the finger's detection finds in the chosen columns, at their own rate, and the
+/// length of the rows, seconds.
+fn detected(samples: &Samples, selection: &Selection) -> Result<(Touches, f64)> {
     let mut rows = samples.open()?;
     let chosen = columns(&*rows, selection)?;
     ensure!(may_be_touch(&*rows, &chosen), "no taxels of a finger");
@@ -170,16 +150,7 @@ fn detected(samples: &Samples, selection: &Selection) -> Result<Vec<SlideTimes>>
         ..Reading::default()
     };
     let frames = Frames::open(&chosen, reading)?;
-    let slides = frames.slides()?;
-    let is_long = |(start_s, end_s): &(f64, f64)| end_s - start_s >= SLIDE_MIN * frames.length_s;
-    Ok(slides
-        .into_iter()
-        .filter(is_long)
-        .map(|(start_s, end_s)| SlideTimes {
-            start_s: begin_s + start_s,
-            end_s: begin_s + end_s,
-        })
-        .collect())
+    Ok((frames.touches()?.later(begin_s), frames.length_s))
 }
 
 /// Some columns of rows.

@@ -34,7 +34,8 @@ use answer::App;
 use anyhow::{Context, Result};
 use hub::{Hub, UPDATE_EVERY};
 use ridgetone_proto::settings::Settings;
-use runs::{How, Runs};
+use run::How;
+use runs::Runs;
 use server::Server;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -65,7 +66,7 @@ pub struct RunFile {
     pub path: PathBuf,
     /// Settings in place of its own.
     pub settings: Option<Settings>,
-    /// There is nothing else to see: what cannot be opened ends the command.
+    /// Nothing is played beside it: what cannot be opened ends the command.
     pub is_alone: bool,
 }
 
@@ -77,8 +78,8 @@ impl RunFile {
         );
         let how = How {
             settings: self.settings,
-            is_recorded: false,
             max_bytes: usize::MAX,
+            ..How::default()
         };
         runs.open(&name, &self.path, how)?;
         Ok(())
@@ -121,6 +122,9 @@ fn serve(following: &mut Following, options: &Options) -> Result<()> {
     announce::announce(&server, options.open)?;
     let mut published = Instant::now();
     while !stop::is_requested() {
+        if let Some(board) = hub.connected() {
+            *following = Following::new(board, None);
+        }
         if following.idle(!hub.is_watched()) {
             hub.forget_clock();
         }

@@ -233,13 +233,13 @@ fn options_that_do_not_go_together_and_missing_boards_are_refused_on_one_line() 
         &["--emulated"],
     );
     let table = file(folder.path(), "table.csv", "time_s,ain0\n0,1\n");
-    for command in ["monitor", "view"] {
-        for option in [&[][..], &["--file"]] {
-            assert_one_line(
-                &run(&[&[command], option, &[text(&table)]].concat()),
-                1,
-                &["use `ridgetone fit ", "table.csv --svg picture.svg`"],
-            );
+    for option in [&[][..], &["--file"]] {
+        for (command, parts) in [
+            ("monitor", &["use `ridgetone view ", "table.csv`"][..]),
+            ("view", &["table.csv: one row alone"]),
+        ] {
+            let arguments = [&[command], option, &[text(&table)]].concat();
+            assert_one_line(&run(&arguments), 1, parts);
         }
     }
     assert_one_line(

@@ -1,9 +1,10 @@
 //! The Python package: its wheel in an environment of its own, and its tests there.
 
 use crate::setup;
-use crate::tools::{announce, clean, output_of, run, target_dir};
-use anyhow::{Context, Result};
+use crate::tools::{announce, cargo, clean, output_of, run, target_dir};
+use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 use std::{env, fs};
 
 /// The interpreter of `target/python`, an environment of its own, which is made if it is missing.
@@ -17,6 +18,66 @@ pub fn environment() -> Result<PathBuf> {
         .context("an environment of Python")?;
     }
     Ok(inside.join("python"))
+}
+
+/// What pip says where it cannot reach an index.
+const UNREACHABLE: &str = "Retrying (";
+
+/// Installs the packages that a file names. False if PyPI cannot be reached.
+pub fn install(python: &Path, requirements: &str) -> Result<bool> {
+    let mut pip = clean(python);
+    pip.args([
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--disable-pip-version-check",
+    ]);
+    pip.args(["--retries", "1", "-r", requirements]);
+    let output = pip.stdin(Stdio::null()).output()?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    match (output.status.success(), errors.contains(UNREACHABLE)) {
+        (true, _) => Ok(true),
+        (false, true) => Ok(false),
+        (false, false) => bail!("{requirements}: {}", errors.trim()),
+    }
+}
+
+/// Runs the tests of the page in a browser, all or those whose names contain a text. Without a
+/// browser or PyPI it says so, and runs none.
+pub fn run_page_tests(only: Option<&str>, environment: &[(&str, PathBuf)]) -> Result<()> {
+    announce("the page in a browser");
+    let python = self::environment()?;
+    let browser = match setup::browser() {
+        Ok(browser) => browser,
+        Err(error) => {
+            println!("not run: the tests of the page. {error:#}");
+            return Ok(());
+        }
+    };
+    if !install(&python, "host/tests/page/requirements.txt")? {
+        println!(
+            "not run: the tests of the page. PyPI cannot be reached, and host/tests/page/requirements.txt is not installed"
+        );
+        return Ok(());
+    }
+    run(&mut cargo(
+        "build --workspace --profile test --bin ridgetone --example page_recordings",
+        [],
+    ))?;
+    let built = target_dir().join("debug");
+    let mut tests = clean(&python);
+    tests.args(["-m", "pytest", "--quiet", "host/tests/page"]);
+    tests.args(only.iter().flat_map(|name| ["-k", name]));
+    tests
+        .env("RIDGETONE_BROWSER", browser)
+        .env("RIDGETONE_COMMAND", built.join("ridgetone"))
+        .env(
+            "RIDGETONE_RECORDINGS",
+            built.join("examples/page_recordings"),
+        )
+        .envs(environment.iter().cloned());
+    run(&mut tests).context("tests of the page")
 }
 
 /// Builds the wheel into [`environment`]. Gives the interpreter there.

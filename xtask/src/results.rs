@@ -2,22 +2,16 @@
 
 use crate::python;
 use crate::tools::{announce, clean, run};
-use anyhow::{Result, bail, ensure};
-use std::path::Path;
-use std::process::Stdio;
+use anyhow::{Result, ensure};
 
 /// Topics: scripts in `lab`.
 pub const TOPICS: [&str; 6] = ["trade", "noise", "touch", "real", "boards", "papers"];
 
-/// Part of pip's message when it cannot reach an index.
-const UNREACHABLE: &str = "Retrying (";
-
-/// Runs the campaigns, all or one. With `is_short` each has a twentieth of the windows and fails if
-/// a requirement is missed by more than its statistical error; without PyPI it says so, and runs
-/// none.
+/// Runs the campaigns, all or one. With `is_short` each has a twentieth of the windows and fails if a
+/// requirement is missed by more than its statistical error; without PyPI it says so, and runs none.
 pub fn measure(topic: Option<&str>, is_short: bool) -> Result<()> {
     let python = python::environment()?;
-    if !has_packages(&python)? {
+    if !python::install(&python, "lab/requirements.txt")? {
         ensure!(
             is_short,
             "PyPI cannot be reached, and lab/requirements.txt is not installed"
@@ -45,24 +39,4 @@ pub fn measure(topic: Option<&str>, is_short: bool) -> Result<()> {
         run(&mut campaign)?;
     }
     Ok(())
-}
-
-/// Installs the packages of the campaigns. False if PyPI cannot be reached.
-fn has_packages(python: &Path) -> Result<bool> {
-    let mut pip = clean(python);
-    pip.args([
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-    ]);
-    pip.args(["--retries", "1", "-r", "lab/requirements.txt"]);
-    let output = pip.stdin(Stdio::null()).output()?;
-    let errors = String::from_utf8_lossy(&output.stderr);
-    match (output.status.success(), errors.contains(UNREACHABLE)) {
-        (true, _) => Ok(true),
-        (false, true) => Ok(false),
-        (false, false) => bail!("lab/requirements.txt: {}", errors.trim()),
-    }
 }

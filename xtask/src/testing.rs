@@ -29,11 +29,11 @@ const NEVER: [&str; 2] = [
 /// A long test of the program `book` that mostly waits.
 const WAITING: &str = "the_commands_that_take_long_run";
 
-/// Tests of the pages in a browser: their module.
+/// Tests of the page of `touch` in a browser: their module.
 const PAGES: &str = "page::";
 
 /// The test that takes the picture.
-const PICTURE: &str = "the_picture_of_the_page_shows_the_period_of_the_first_scene";
+const PICTURE: &str = "test_the_picture_of_the_page_shows_the_period_of_the_first_scene";
 
 /// Images that only long tests need, with the environment variables that hold their paths.
 const IMAGES: [(&str, Image); 1] = [("RIDGETONE_CHECKED_ELF", images::OVERFLOW_CHECKED)];
@@ -79,13 +79,11 @@ fn on_this_pc() -> Result<()> {
 
 /// Takes the pictures of the page that the documents show.
 pub fn take_pictures() -> Result<()> {
-    let browser = setup::browser()?;
     prepare()?;
-    let mut picture = test("--test view -- --ignored");
-    picture
-        .env("RIDGETONE_BROWSER", browser)
-        .env("RIDGETONE_PICTURES", root().join("docs"));
-    run(picture.arg(PICTURE)).context("the picture of the page")
+    python::run_page_tests(
+        Some(PICTURE),
+        &[("RIDGETONE_PICTURES", root().join("docs"))],
+    )
 }
 
 /// Runs all tests but for [`NEVER`], on two cores at once.
@@ -116,11 +114,12 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     run(long.envs(images)).context("long tests")?;
     announce("tests of the pages in a browser");
     // One of them prints how late the sound is.
-    let mut pages = test("--test view --test touch --test pins -- --ignored --nocapture");
+    let mut pages = test("--test touch --test pins -- --ignored --nocapture");
     pages
         .args([PAGES, "--test-threads=1"])
         .env("RIDGETONE_BROWSER", browser);
     run(&mut pages).context("tests of the pages")?;
+    python::run_page_tests(None, &[])?;
     setup::broker()?;
     announce("streams: Foxglove, and MQTT with mosquitto");
     // Features of other crates as usual, so that little is built again. One test after the other:
@@ -209,11 +208,13 @@ pub fn fresh() -> Result<()> {
 #[test]
 fn the_listed_tests_exist() {
     let git = |arguments: &[&str]| output_of(clean("git").args(arguments));
-    for name in EMULATED.iter().chain(&NEVER).chain(&[PICTURE, WAITING]) {
+    for name in EMULATED.iter().chain(&NEVER).chain(&[WAITING]) {
         git(&["grep", "--quiet", &format!("fn {name}"), "--", "*tests/*"]).expect(name);
     }
+    let picture = format!("def {PICTURE}");
+    git(&["grep", "--quiet", &picture, "--", "*tests/page/*"]).expect(PICTURE);
     let pages = format!("mod {};", PAGES.trim_end_matches("::"));
-    git(&["grep", "--quiet", &pages, "--", "*tests/view*"]).expect(PAGES);
+    git(&["grep", "--quiet", &pages, "--", "*tests/touch*"]).expect(PAGES);
     for program in [
         "emulator/tests/boards",
         "emulator/tests/own_adc",

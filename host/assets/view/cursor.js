@@ -56,17 +56,17 @@ export class Cursor {
     return [real(x), real(u.posToVal(at + 1, "x")) - real(x), units[0]];
   }
 
-  height({ y, sigma, scale }) {
-    const { plot: u, units } = this.plot;
-    if (sigma > 0) return signed(withSigma(y, sigma, units[1]));
-    return number(y, u.posToVal(0, scale) - u.posToVal(1, scale), units[1]);
+  height({ y, sigma, scale, unit = this.plot.units[1], step }) {
+    const { plot: u } = this.plot;
+    if (sigma > 0) return signed(withSigma(y, sigma, unit));
+    return number(y, step ?? u.posToVal(0, scale) - u.posToVal(1, scale), unit);
   }
 
   difference([one, other]) {
     const { units } = this.plot;
     const [[from, step], [until]] = [this.place(one.x), this.place(other.x)];
     const rate = units[0] === "s" && until !== from ? ` (${Number((1 / Math.abs(until - from)).toPrecision(4))} Hz)` : "";
-    const apart = { scale: other.scale, y: other.y - one.y, sigma: Math.hypot(one.sigma ?? 0, other.sigma ?? 0) };
+    const apart = { ...other, y: other.y - one.y, sigma: Math.hypot(one.sigma ?? 0, other.sigma ?? 0) };
     return `Δ ${number(until - from, step, units[0])}${rate}, ${this.height(apart)}`;
   }
 
@@ -82,4 +82,4 @@ export class Cursor {
   }
 }
 
-const number = (value, step, unit) => `${signed(value.toFixed(Math.min(9, Math.max(0, Math.ceil(-Math.log10(Math.abs(step)))))))} ${unit}`;
+const number = (value, step, unit) => `${signed(value.toFixed(Math.min(9, Math.max(0, Math.ceil(-Math.log10(Math.abs(step)))))))} ${unit}`.trim();

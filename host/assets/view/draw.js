@@ -17,6 +17,9 @@ export function drawPlots(plots, state, { beside, why }) {
     .map((point) => ({ ...point, t_s: point.t_s + beside.shift_s }));
   const { hasTone, beyond } = plots.history.draw(state, Number($("history-s").value), others);
   plots.history.explain(hasTone ? "" : (live.history.length ? "No frequency in this time." : why ? `No frequency: ${why}.` : "No frequency yet: it takes a slide of a window's length."));
+  for (const key of document.querySelectorAll("#history [data-drawn]")) {
+    key.hidden = !plots.history.data?.[Number(key.dataset.drawn)].some((value) => (value ?? null) !== null);
+  }
   $("history-small").textContent = beyond > 0 ? `${beyond} beyond the axis` : "";
   const isLog = $("spectrum-x").value === "log";
   if (spectrum) plots.spectrum.draw(state, isLog, beside?.state.spectrum ?? null);
@@ -27,8 +30,9 @@ export function drawPlots(plots, state, { beside, why }) {
 
 function aboutSpectrum({ spectrum: { of_estimate: ofEstimate, lines }, curves }) {
   const what = ofEstimate ? "Latest window" : "Latest frames";
-  if (!lines.length || !curves?.residual_spectrum) return `${what}.`;
-  return `${what}: f is ${(lines[0].power_db - curves.residual_spectrum.noise_db).toFixed(0)} dB above the noise of its neighbourhood.`;
+  const dashed = lines.length ? " Dashed: f and its harmonics." : "";
+  if (!lines.length || !curves?.residual_spectrum) return `${what}.${dashed}`;
+  return `${what}: f is ${(lines[0].power_db - curves.residual_spectrum.noise_db).toFixed(0)} dB above the noise of its neighbourhood. Brown: residual.${dashed}`;
 }
 
 function drawFit(plot, state, noRaw) {
@@ -36,14 +40,15 @@ function drawFit(plot, state, noRaw) {
   const { estimate } = live.latest;
   const taxel = chosen(estimate);
   const canFit = Boolean(curves) && taxel !== null;
-  $("fit-small").textContent = canFit ? Fit.words(state, taxel) : "";
+  $("fit-small").textContent = canFit ? `${Fit.words(state, taxel)} Dots: as read. Line: all harmonics. Green: f alone. Below: residual.` : "";
   if (canFit) plot.draw(state, taxel);
   plot.explain(canFit ? "" : noRaw || noFit(estimate));
 }
 
 const noFit = (estimate) => {
   if (!estimate) return "No estimate yet.";
-  return (estimate.frequency_hz ?? null) === null ? `No tone to draw: ${words(estimate.status)}.` : "Its frames are no longer here.";
+  if ((estimate.frequency_hz ?? null) !== null) return "Its frames are no longer here.";
+  return estimate.status === "no_tone" ? "The latest window has no tone." : `Nothing to draw: ${words(estimate.status)}.`;
 };
 
 // The taxel to show: the one that was chosen, or the one whose tone is the strongest.

@@ -31,3 +31,10 @@ export function round125(least) {
   const power = 10 ** Math.floor(Math.log10(least));
   return [1, 2, 5, 10].map((step) => step * power).find((step) => step >= least * 0.999);
 }
+
+// The frequency of a fit with its uncertainty, by time or by position.
+export function tone(fit) {
+  if (!fit) return "no fit";
+  const [value, sigma, unit] = fit.domain === "position" ? [fit.frequency_per_mm, fit.sigma_per_mm, "/mm"] : [fit.frequency_hz, fit.sigma_hz, "Hz"];
+  return (value ?? null) === null ? "no tone" : withSigma(value, sigma, unit);
+}

@@ -22,7 +22,11 @@ export function tiles({ live, remarks }, why = "no estimate yet") {
   const { estimate, whole_slide: whole, health } = live.latest;
   put("frequency", (estimate && tone(estimate)) ?? "none");
   const parts = [];
+  // An estimate stays until the next one, also through a new contact.
+  const isPast = Boolean(estimate) && live.contact_s !== null && estimate.t_s < live.contact_s;
+  for (const id of ["frequency", "period", "speed"]) $(id).classList.toggle("past", isPast);
   if (estimate) {
+    if (isPast) parts.push("of the touch before");
     parts.push(words(estimate.status), ...remarks, `${estimate.span} of ${seconds(estimate.window_s)}, ending at ${seconds(estimate.t_s)}`);
     if (estimate.faults.length) parts.push(`faults: ${estimate.faults.map(words).join(", ")}`);
     if (whole && estimate.span !== "slide" && tone(whole)) parts.push(`slide before: ${tone(whole)}`);
@@ -32,9 +36,9 @@ export function tiles({ live, remarks }, why = "no estimate yet") {
   const known = estimate && estimate.spatial_period_mm !== null;
   const travel = estimate ? (estimate.travel === "nothing" ? "not known" : words(estimate.travel)) : "not known";
   put("period", known ? withSigma(estimate.spatial_period_mm, estimate.spatial_period_sigma_mm, "mm") : "none");
-  put("period-small", travel);
+  put("period-small", isPast ? `of the touch before · ${travel}` : travel);
   put("speed", known ? withSigma(estimate.speed_mm_s, estimate.speed_sigma_mm_s, "mm/s") : "none");
-  put("speed-small", estimate?.direction ? `${estimate.direction} ${estimate.direction === "forward" ? "→" : "←"}` : travel);
+  put("speed-small", isPast ? "of the touch before" : estimate?.direction ? `${estimate.direction} ${estimate.direction === "forward" ? "→" : "←"}` : travel);
   put("phase", PHASES[live.phase] ?? words(live.phase));
   const since = live.phase_since_s === null ? "" : `since ${seconds(live.phase_since_s)} · `;
   put("phase-small", `${since}${live.touches} ${live.touches === 1 ? "touch" : "touches"}`);

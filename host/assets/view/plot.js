@@ -74,12 +74,15 @@ export class Plot {
       grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("grid"), width: 1 }, ...more,
     });
     const { right } = options;
+    // A plot with `select` gives it the range of a drag; the others zoom there.
+    this.select = options.select;
+    const drag = this.select ? { x: true, y: false, setScale: false } : { x: true, y: true, uni: 30 };
     this.plot = new uPlot({
       ...this.size(),
-      padding: [10, right ? 4 : 12, 0, 0],
+      padding: [options.top ?? 10, right ? 4 : 12, 0, 0],
       legend: { show: false },
-      cursor: { drag: { x: true, y: true, uni: 30 }, points: { show: false }, hover: { skip: [null, undefined], prox: NEAR } },
-      scales: { x: { time: false }, y: { range: options.yRange }, ...(right ? { right: { range: right.range } } : {}) },
+      cursor: { drag, bind: options.bind, points: { show: false }, hover: { skip: [null, undefined], prox: NEAR } },
+      scales: { x: { time: options.isDated ?? false }, y: { range: options.yRange }, ...(right ? { right: { range: right.range } } : {}) },
       axes: [
         axis(options.x, 38, { space: APART, ...options.xAxis }), axis(options.y, options.ySize ?? 62, options.yAxis),
         ...(right ? [axis(right.label, 54, { scale: "right", side: 1, grid: { show: false }, splits: right.splits })] : []),
@@ -92,16 +95,29 @@ export class Plot {
     }, [[], ...options.series.map(() => [])], this.box);
     this.plot.over.addEventListener("dblclick", () => this.reset());
     this.cursor = new Cursor(this);
-    new ResizeObserver(() => this.plot.setSize(this.size())).observe(this.box);
+    this.observer = new ResizeObserver(() => this.plot.setSize(this.size()));
+    this.observer.observe(this.box);
     this.box.tabIndex = 0;
     this.box.setAttribute("role", "group");
     this.box.setAttribute("aria-label", `${this.title}, plot. Plus and minus zoom, the arrows move, 0 shows all. With shift the arrows move a cursor, enter marks a point.`);
-    this.box.addEventListener("keydown", (event) => this.key(event));
+    this.keys = (event) => this.key(event);
+    this.box.addEventListener("keydown", this.keys);
+  }
+
+  destroy() {
+    this.observer.disconnect();
+    this.box.removeEventListener("keydown", this.keys);
+    this.plot.destroy();
   }
 
   // After a drag.
-  zoomed({ select: { width, height }, over }) {
+  zoomed({ select: { left, width, height }, over, posToVal }) {
     if (!(width > 0 || height > 0)) return;
+    if (this.select) {
+      this.plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+      this.select(posToVal(left, "x"), posToVal(left + width, "x"));
+      return;
+    }
     this.isZoomed = { x: this.isZoomed.x || (width > 0 && width < over.clientWidth), y: this.isZoomed.y || (height > 0 && height < over.clientHeight) };
     this.onZoom();
   }
@@ -136,15 +152,19 @@ export class Plot {
     }[event.key === "=" ? "+" : event.key];
     if (event.ctrlKey || event.metaKey || event.altKey || !(span > 0)) return;
     if ((event.shiftKey && event.key.startsWith("Arrow")) || ["Enter", "Escape"].includes(event.key)) this.cursor.key(event.key);
-    else if (to) {
-      this.onZoom();
-      this.isZoomed.x = true;
-      this.plot.setScale("x", { min: to[0], max: to[1] });
-    } else if (event.key === "0") {
+    else if (to) this.zoom(...to);
+    else if (event.key === "0") {
       this.reset();
       this.plot.setData(this.plot.data);
     } else return;
     event.preventDefault();
+  }
+
+  // Shows this range of the x axis.
+  zoom(min, max) {
+    this.onZoom();
+    this.isZoomed.x = true;
+    this.plot.setScale("x", { min, max });
   }
 
   size() {
@@ -169,11 +189,21 @@ export class Plot {
     return { y: this.data[series][at] };
   }
 
-  // Shows the reason instead of an empty plot; none for a plot with data.
+  // Shows the reason instead of a plot, with nothing of before; none for a plot with data.
   explain(why) {
     this.empty.hidden = why === "";
     this.empty.textContent = why;
-    this.box.classList.toggle("dim", why !== "");
+    this.box.classList.toggle("bare", why !== "");
+    if (why !== "") this.clear();
+  }
+
+  // Forgets the data, the marks and the zoom.
+  clear() {
+    this.reset();
+    this.data = undefined;
+    this.cursor.mark(null);
+    this.plot.setData(this.plot.series.map(() => []));
+    this.box.removeAttribute("aria-description");
   }
 
   // Whether its zoom shows this place of the x axis.

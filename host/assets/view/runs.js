@@ -1,6 +1,6 @@
 // The runs: files that are dropped, what is recorded, and one of them beside what is shown.
 import { post } from "./settings.js";
-import { charted, seconds, withSigma } from "./format.js";
+import { charted, seconds, tone, withSigma, words } from "./format.js";
 
 const $ = (id) => document.getElementById(id);
 // A moment behind an estimate's time, in which it has arrived.
@@ -24,18 +24,22 @@ export async function trying(work) {
   }
 }
 
+export async function json(path) {
+  const answer = await fetch(path);
+  if (!answer.ok) throw new Error((await answer.text()).trim());
+  return answer.json();
+}
+
 export async function state(id, query) {
-  const answer = await fetch(`/runs/${id}/state.json?${new URLSearchParams(query)}`);
-  if (!answer.ok) throw new Error(await answer.text());
-  const found = await answer.json();
+  const found = await json(`/runs/${id}/state.json?${new URLSearchParams(query)}`);
   found.live.history = found.live.history.map(charted);
   return found;
 }
 
-const value = (point) => {
-  if (!point) return "no tone";
-  const { frequency, sigma } = charted(point);
-  return withSigma(frequency, sigma, "Hz");
+// The answer of `fit`, or of the board where there are no frames to fit.
+const value = ({ fit, no_fit: why, estimate }) => {
+  if (fit) return fit.status === "good" ? tone(fit) : `${tone(fit)}, ${words(fit.status)}`;
+  return estimate ? withSigma(estimate.frequency_hz, estimate.sigma_hz, "Hz") : why ?? "no tone";
 };
 const period = (point) => (point && point.spatial_period_mm !== null ? withSigma(point.spatial_period_mm, point.spatial_period_sigma_mm, "mm") : "");
 
@@ -47,8 +51,9 @@ const named = ({ name, note }) => {
 
 // How far two runs are apart, in words.
 export function difference(one, other) {
-  const [a, b] = [one?.estimate, other?.estimate];
-  const shown = `Dashed in violet: ${other.name}.`;
+  const known = (run) => ((run?.fit?.frequency_hz ?? null) === null ? run?.estimate : run.fit);
+  const [a, b] = [one, other].map(known);
+  const shown = one?.is_table || other.is_table ? "" : `Dashed in violet: ${other.name}.`;
   if (!a || !b) return shown;
   const [own, others] = [charted(a), charted(b)];
   const [apart, sigma] = [own.frequency - others.frequency, Math.hypot(own.sigma, others.sigma)];
@@ -65,13 +70,32 @@ export function begin({ look, changed, shown }) {
     runs = runs.some(({ id }) => id === found.id) ? runs.map((run) => (run.id === found.id ? found : run)) : [...runs, found];
     list();
   };
-  const open = (name, bytes) => trying(async () => {
+  const open = async (name, bytes, query = {}) => {
     say(`Reading ${name}.`);
-    const found = JSON.parse(await post(`/runs?${new URLSearchParams({ name })}`, bytes, "application/octet-stream"));
+    const found = JSON.parse(await post(`/runs?${new URLSearchParams({ name, ...query })}`, bytes, "application/octet-stream"));
     say(found.remark ?? "");
     update(found);
-    await look(found);
-  });
+    return found;
+  };
+  // One file is shown; several have a row each. A file that nothing times may be opened again with its rate.
+  let untimed = [];
+  const openAll = async (files, query) => {
+    const [opened, refused] = [[], []];
+    untimed = [];
+    for (const file of files) {
+      const found = await open(file.name, file, query).catch((error) => error);
+      if (!(found instanceof Error)) opened.push(found);
+      else {
+        refused.push(found.message);
+        if (found.message.includes("--rate")) untimed.push(file);
+      }
+    }
+    if (refused.length) say(refused.join(" "), true);
+    $("rate-label").hidden = untimed.length === 0;
+    if (opened.length === 1 && files.length === 1) await look(opened[0]);
+    else $("runs").scrollIntoView();
+  };
+  $("rate-open").addEventListener("click", () => openAll(untimed, { rate_hz: $("rate").value }));
   const compare = (run) => trying(async () => {
     if (beside?.run.id === run.id) beside = null;
     else {
@@ -116,7 +140,7 @@ export function begin({ look, changed, shown }) {
     $("run-list").hidden = runs.length === 0;
     $("run-rows").replaceChildren(...runs.map((run) => {
       const row = document.createElement("tr");
-      const cells = [run.is_unsaved ? `${run.name}, not saved` : run.name, seconds(run.until_s - run.from_s), `${run.touches}`, value(run.estimate), period(run.estimate)];
+      const cells = [run.is_unsaved ? `${run.name}, not saved` : run.name, seconds(run.until_s - run.from_s), `${run.touches}`, value(run), period(run.estimate)];
       row.append(...cells.map((text) => Object.assign(document.createElement("td"), { textContent: text })));
       const actions = document.createElement("td");
       const button = (text, act, isPressed) => {
@@ -143,7 +167,7 @@ export function begin({ look, changed, shown }) {
   }
 
   $("file").addEventListener("change", async () => {
-    for (const file of $("file").files) await open(file.name, file);
+    await openAll([...$("file").files]);
     $("file").value = "";
   });
   document.addEventListener("dragover", (event) => {
@@ -154,7 +178,7 @@ export function begin({ look, changed, shown }) {
   document.addEventListener("drop", async (event) => {
     event.preventDefault();
     document.body.classList.remove("dropping");
-    for (const file of event.dataTransfer.files) await open(file.name, file);
+    await openAll([...event.dataTransfer.files]);
   });
   // Without the page nobody would save them.
   window.addEventListener("beforeunload", (event) => runs.some((run) => run.is_unsaved) && event.preventDefault());

@@ -5,8 +5,10 @@ import { Fit } from "./fit.js";
 import { History } from "./history.js";
 import { Spectrum } from "./spectrum.js";
 import { Strips } from "./strips.js";
+import { Recording } from "./recording.js";
 import { Scrub } from "./scrub.js";
 import * as panels from "./panels.js";
+import * as ports from "./ports.js";
 import * as runs from "./runs.js";
 import * as save from "./save.js";
 import * as settings from "./settings.js";
@@ -34,11 +36,17 @@ const plots = {
   fit: new Fit($("fit"), zoomed),
 };
 const mapCanvas = $("map").querySelector("canvas");
+const recording = new Recording();
 const scrub = new Scrub(() => {
   list.list();
   drawAll();
-}, (run) => list.update(run));
-const list = runs.begin({ look: (run) => scrub.look(run), changed: () => drawAll(), shown: () => scrub.run });
+});
+// Shows a run; null: the board again.
+function look(run) {
+  Object.values(plots).forEach((plot) => plot.clear());
+  return Promise.all([recording.look(run), scrub.look(run)]);
+}
+const list = runs.begin({ look, changed: () => drawAll(), shown: () => scrub.run });
 
 const shown = () => (scrub.run === null ? paused ?? model : scrub.model ?? model);
 
@@ -67,11 +75,12 @@ const drawAll = () => draw(true);
 // Without a board there is only the file to look at.
 function lookAtFile({ live }) {
   const isAlone = live.connection.state === "over" && live.counts.received === 0;
-  $("live").hidden = isAlone;
+  document.body.classList.toggle("alone", isAlone);
+  $("live").hidden = isAlone || scrub.run === null;
   if (!isAlone || hasLooked || runs.first() === null) return;
   hasLooked = true;
   runs.say(runs.first().remark ?? "");
-  scrub.look(runs.first());
+  look(runs.first());
 }
 
 function showStatus({ state }) {
@@ -79,7 +88,7 @@ function showStatus({ state }) {
   document.body.classList.toggle("gone", !isConnected);
   for (const id of ["clear", "record", "latest"]) $(id).disabled = !isConnected;
   for (const id of ["runs", "settings"]) $(id).inert = !isConnected;
-  const status = scrub.run?.touches === 0 ? "No touch was found in this run." : state.status;
+  const status = scrub.run === null ? state.status : `This is ${scrub.run.name}.`;
   $("status").textContent = isConnected ? status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
   $("status").classList.toggle("alarm", !isConnected || ["disconnected", "waiting"].includes(state.live.connection.state));
 }
@@ -98,15 +107,14 @@ function draw(withPlots) {
   $("version").textContent = `Ridgetone ${state.version}.`;
   $("pause").hidden = run !== null;
   document.body.classList.toggle("looking", run !== null);
+  document.body.classList.toggle("table", run?.is_table ?? false);
   const why = run?.why_none ?? undefined;
   panels.tiles(state, why);
   panels.health(found);
   panels.log(live);
   settings.show(run === null ? state : { ...state, can_set: run.frames > 0 && Boolean(live.latest.hello) }, run);
   drawMap(mapCanvas, state);
-  if (!withPlots) return;
-  const mark = run === null ? [null, null] : scrub.mark;
-  [plots.strips, plots.history].forEach((plot) => { plot.mark = mark; });
+  if (!withPlots || run?.is_table) return;
   drawPlots(plots, state, { beside: compared(run, live), why });
 }
 
@@ -175,8 +183,11 @@ for (const button of document.querySelectorAll("[data-save]")) {
     else save.png(what, card.querySelector("h2").textContent, plots[what]?.canvas() ?? mapCanvas, state.live);
   });
 }
+$("live").addEventListener("click", () => look(null));
+ports.begin(() => look(null));
 const redraw = () => {
   Object.values(plots).forEach((plot) => plot.plot.redraw(false, true));
+  recording.plot?.plot.redraw(false, true);
   schedule();
 };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);

@@ -26,6 +26,12 @@ pub struct BoardOptions {
 }
 
 impl BoardOptions {
+    /// True if no board is named: it is the only one there is.
+    pub fn is_unnamed(&self) -> bool {
+        let is_named = matches!(self.port, Some(Some(_))) || self.usb_serial.is_some();
+        !is_named && self.emulated.is_none()
+    }
+
     /// Opens the board's line. The emulated board runs at `pace`, or as fast as it can; with
     /// `repeats` its scene repeats, and of the first scene each touch is over another grating.
     pub fn open(&self, pace: Option<f64>, repeats: bool) -> Result<Feed> {

@@ -4,12 +4,14 @@ use super::parse::{positive, time};
 use crate::fit_rows::FitRows;
 use crate::note;
 use crate::output::Progress;
+use crate::overview::Recorded;
 use crate::part::Exclude;
 use crate::positions::PositionFile;
 use crate::samples::Samples;
 use crate::speed::{Column, Quantity};
 use crate::table_fit::{Band, Selection};
 use crate::tables::{TableForm, TimeColumn};
+use crate::track::{Point, Track};
 use crate::usage::UsageError;
 use crate::windows::{Steps, Window};
 use crate::{fit_picture, fit_report, output, settings_form, touch_part, windows};
@@ -34,6 +36,7 @@ Examples:
   ridgetone fit recording.csv --from 1.57 --to 13.57 --json
   ridgetone fit recording.csv --svg fit.svg
   ridgetone fit recording.csv --exclude shared-noise,impulses --harmonics 2
+  ridgetone fit sound.wav --window 0.2 --svg track.svg --labels track.TextGrid -o track.csv
   ridgetone fit monday.csv tuesday.csv --window 1 --stride 0.25 -o table.csv
   gunzip < pulse.csv.gz | ridgetone fit - --min-hz 0.7 --max-hz 3
   ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
@@ -48,7 +51,7 @@ pub struct FitArgs {
     files: Vec<PathBuf>,
     /// Fit windows of this length, seconds, one after the other: a recording may have any length
     /// [default: one fit].
-    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "svg")]
+    #[arg(long, value_name = "S", value_parser = positive)]
     window: Option<f64>,
     /// From one window to the next, seconds [default: the window's length].
     #[arg(long, value_name = "S", value_parser = positive, requires = "window")]
@@ -124,9 +127,13 @@ pub struct FitArgs {
     /// One JSON object on one line instead of the table.
     #[arg(long)]
     json: bool,
-    /// Draw the channels, the fit, what it leaves, and their spectra here.
+    /// Plot channels, fit, residuals and spectra to this file; with --window the frequency of the
+    /// windows over a spectrogram.
     #[arg(long, value_name = "FILE.svg")]
     svg: Option<PathBuf>,
+    /// Write the frequencies of the windows as labels: for Audacity (.txt) or Praat (.TextGrid).
+    #[arg(long, value_name = "FILE", requires = "window", conflicts_with_all = ["speed_column", "position_column", "positions"])]
+    labels: Option<PathBuf>,
 }
 
 fn speed(text: &str) -> Result<Column, String> {
@@ -144,13 +151,14 @@ impl FitArgs {
             .as_deref()
             .map(settings_form::load)
             .transpose()?;
-        for path in self.svg.iter().chain(&self.output) {
+        for path in self.svg.iter().chain(&self.output).chain(&self.labels) {
             output::check_new(path)?;
         }
         let is_batch = self.files.len() > 1 || self.window.is_some() || self.output.is_some();
-        if self.files.len() > 1 && self.svg.is_some() {
-            return Err(UsageError("--svg draws the fit of one file".into()).into());
+        if self.files.len() > 1 && (self.svg.is_some() || self.labels.is_some()) {
+            return Err(UsageError("--svg and --labels are for one file".into()).into());
         }
+        let labels = self.labels.as_deref().map(LabelFile::new).transpose()?;
         let mut declared = settings.map_or(Declared::DEFAULT, |settings| settings.scene);
         self.exclude
             .iter()
@@ -203,6 +211,8 @@ impl FitArgs {
                     stride_s: self.stride.unwrap_or(window_s),
                 }),
                 is_json: self.json,
+                svg: self.svg.as_deref(),
+                labels,
             };
             let path = self.output.as_deref().unwrap_or(Path::new("-"));
             let mut failed = 0;
@@ -255,6 +265,27 @@ struct Batch<'a> {
     is_whole: bool,
     steps: Option<Steps>,
     is_json: bool,
+    svg: Option<&'a Path>,
+    labels: Option<LabelFile<'a>>,
+}
+
+/// A file of labels, by the ending of its name.
+enum LabelFile<'a> {
+    Audacity(&'a Path),
+    Praat(&'a Path),
+}
+
+impl<'a> LabelFile<'a> {
+    fn new(path: &'a Path) -> Result<Self, UsageError> {
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("txt") => Ok(Self::Audacity(path)),
+            Some("TextGrid") => Ok(Self::Praat(path)),
+            _ => Err(UsageError(format!(
+                "--labels {}: the name must end in .txt, for Audacity, or .TextGrid, for Praat",
+                escaped(&path.display().to_string())
+            ))),
+        }
+    }
 }
 
 impl Batch<'_> {
@@ -289,11 +320,18 @@ impl Batch<'_> {
         let mut show = |read: u64| progress.show(format_args!("{file}: {read} rows read"));
         let Some(steps) = self.steps else {
             let fit = touch_part::fit(&samples, &selection, self.is_whole, &mut show)?;
+            if let Some(path) = self.svg {
+                output::new_text(path, &fit_picture::draw(&samples, &selection, &fit)?)?;
+            }
             return rows.fit(&file, &fit);
         };
-        let mut take = |window: Window| match window.fit {
-            Ok(fit) => rows.fit(&file, &fit),
-            Err(why) => rows.refused(&file, Some(window.from_s), &format!("{why:#}")),
+        let mut points = Vec::new();
+        let mut take = |window: Window| {
+            points.extend(Point::of(&window));
+            match window.fit {
+                Ok(fit) => rows.fit(&file, &fit),
+                Err(why) => rows.refused(&file, Some(window.from_s), &format!("{why:#}")),
+            }
         };
         windows::fit(
             &mut *samples.open()?,
@@ -301,6 +339,36 @@ impl Batch<'_> {
             steps,
             &mut take,
             &mut show,
-        )
+        )?;
+        self.draw(&samples, &selection, points, steps.window_s)
+    }
+
+    /// Writes the picture and the labels of the windows, if they are wanted.
+    fn draw(
+        &self,
+        samples: &Samples,
+        selection: &Selection,
+        points: Vec<Point>,
+        window_s: f64,
+    ) -> Result<()> {
+        if self.svg.is_none() && self.labels.is_none() {
+            return Ok(());
+        }
+        let file = samples.name();
+        let is_empty = points.is_empty();
+        ensure!(
+            !is_empty,
+            "{file}: no window was fitted in time: there is nothing to draw"
+        );
+        let recorded = Recorded::read(samples, selection, usize::MAX)?;
+        let track = Track::new(points, &recorded, window_s);
+        if let Some(path) = self.svg {
+            output::new_text(path, &track.picture(file))?;
+        }
+        match self.labels {
+            Some(LabelFile::Audacity(path)) => output::new_text(path, &track.audacity()),
+            Some(LabelFile::Praat(path)) => output::new_text(path, &track.praat()),
+            None => Ok(()),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::note;
 use crate::output;
-use crate::port::{Ports, System, list_error};
+use crate::port::{Listed, Ports, System, list_error};
 use anyhow::Result;
 use clap::Args;
 
@@ -22,7 +22,7 @@ impl PortsArgs {
         if found.is_empty() {
             note!("there is no serial port");
         }
-        for port in found {
+        for port in found.into_iter().map(Listed::from) {
             output::line(&if self.json {
                 serde_json::to_string(&port)?
             } else {

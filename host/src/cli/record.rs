@@ -49,7 +49,8 @@ impl RecordArgs {
         stop::on_signal()?;
         // A request takes a moment: a board that runs ahead of it would have sent much by then.
         let pace = (self.raw || settings.is_some()).then_some(1.0);
-        let feed = self.board.open(pace, false)?;
+        // A length may be longer than the scene of the emulated board.
+        let feed = self.board.open(pace, self.length.is_some())?;
         let (feed, recorded) = record::record(feed, &self.output, requester, self.length)?;
         report(feed.counts());
         recorded

@@ -20,9 +20,9 @@ pub struct SourceOptions {
     #[command(flatten)]
     board: BoardOptions,
     /// Speed of the emulated board or of a recording, device time over wall time; 0: as fast as
-    /// possible.
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = pace, allow_negative_numbers = true)]
-    pace: f64,
+    /// possible [default: 1].
+    #[arg(long, value_name = "FACTOR", value_parser = pace, allow_negative_numbers = true)]
+    pace: Option<f64>,
     /// Play the emulated touch once instead of repeating it.
     #[arg(long, requires = "emulated")]
     once: bool,
@@ -42,7 +42,7 @@ impl SourceOptions {
         self.recording.as_ref().or(self.file.as_ref())
     }
 
-    /// The recording to look back at.
+    /// The recording to look back at; with a pace, telemetry is played beside it.
     pub fn run(&self) -> Result<Option<RunFile>> {
         let Some(path) = self.recording() else {
             return Ok(None);
@@ -50,12 +50,17 @@ impl SourceOptions {
         Ok(Some(RunFile {
             path: path.clone(),
             settings: None,
-            is_alone: !recording::is_telemetry(path)?,
+            is_alone: self.pace.is_none() || !recording::is_telemetry(path)?,
         }))
     }
 
+    /// True if no board and no recording is named.
+    pub fn is_unnamed(&self) -> bool {
+        self.recording().is_none() && self.board.is_unnamed()
+    }
+
     pub fn open(&self) -> Result<Feed> {
-        let pace = (self.pace > 0.0).then_some(self.pace);
+        let pace = Some(self.pace.unwrap_or(1.0)).filter(|pace| *pace > 0.0);
         let Some(path) = self.recording() else {
             return self.board.open(pace, !self.once);
         };

@@ -4,7 +4,7 @@ use super::lines::report;
 use super::source::SourceOptions;
 use crate::feed::{Feed, NoBoard};
 use crate::view::{Options, RunFile};
-use crate::{settings_form, stop, view};
+use crate::{note, settings_form, stop, view};
 use anyhow::Result;
 use clap::Args;
 use std::path::PathBuf;
@@ -16,14 +16,16 @@ give --open. Only this computer can reach it. To see it on another computer, typ
   ssh -L 8321:localhost:8321 THIS_COMPUTER
 and open http://localhost:8321/ in its browser. The emulated board waits while nobody looks.
 
-Of a recording with raw frames, mark parts to fit. `ridgetone fit FILE.csv --svg picture.svg` draws a table.
+A file, any that `ridgetone fit` reads, is shown over all of its length, with its touches and the fit: drag across the channels
+to fit a part. More files can be dropped on the page. With --pace a recording of telemetry is played as a board would send it.
 
 Examples:
-  ridgetone view
+  ridgetone view                        # the board, or a page that lists the ports
   ridgetone view --port /dev/ttyUSB0
   ridgetone view --emulated --open
   ridgetone view --emulated=hal-mock/scenes/c7.toml
-  ridgetone view --file touch.rec")]
+  ridgetone view touch.rec
+  ridgetone view recording.csv")]
 pub struct ViewArgs {
     #[command(flatten)]
     source: SourceOptions,
@@ -47,6 +49,11 @@ impl ViewArgs {
         let alone = run.as_ref().filter(|run| run.is_alone);
         let feed = match alone {
             Some(run) => Feed::new(NoBoard(run.path.display().to_string())),
+            // The page lists the ports.
+            None if self.source.is_unnamed() => self.source.open().unwrap_or_else(|error| {
+                note!("{error:#}; the page lists the ports");
+                Feed::new(NoBoard("no board".into()))
+            }),
             None => self.source.open()?,
         };
         let is_alone = alone.is_some();

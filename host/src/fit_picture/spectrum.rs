@@ -107,6 +107,7 @@ pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
             (bottom.max(LEAST_DB), top),
         ),
         curves,
+        shades: None,
     })
 }
 

@@ -292,7 +292,7 @@ fn a_second_pass_that_differs_from_the_first_is_noticed() {
         }),
     );
     let frames = Frames::open(&samples, Reading::default()).expect("frames");
-    let error = frames.slides().expect_err("refused").to_string();
+    let error = frames.touches().expect_err("refused").to_string();
     assert_eq!(whole.load(Ordering::Relaxed), 2);
     assert!(
         error.contains("a file: row 900: it ended after 900 rows, and had 2000 before"),

@@ -42,7 +42,12 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
             Line::raw("touch, hold, slide"),
         ];
     };
-    let mut lines = vec![Line::styled(frequency(estimate), bold())];
+    let before = |estimate| match live.is_past(estimate) {
+        true => "touch before: ",
+        false => "",
+    };
+    let shown = format!("{}{}", before(estimate), frequency(estimate));
+    let mut lines = vec![Line::styled(shown, bold())];
     let remedy = remedy(estimate.status);
     let mut remarks = phrases(estimate).into_iter().peekable();
     let mut status = name(estimate.status).to_owned();
@@ -78,7 +83,8 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
     }
     lines.extend(remarks.map(Line::raw));
     if let Some(whole) = live.whole_slide() {
-        lines.push(Line::raw(format!("slide {}", frequency(whole))));
+        let shown = format!("{}slide {}", before(whole), frequency(whole));
+        lines.push(Line::raw(shown));
     }
     lines
 }

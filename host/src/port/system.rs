@@ -1,6 +1,7 @@
 //! The serial ports of this computer.
 
 use super::list::{Found, Ports, Usb};
+use super::users::in_words;
 use serialport::{SerialPort, SerialPortType};
 use std::io;
 use std::time::Duration;
@@ -52,7 +53,8 @@ impl Ports for System {
     }
 
     fn open(&self, name: &str) -> io::Result<Self::SerialLine> {
-        Ok(serialport::new(name, BAUD).timeout(READ_WAIT).open()?)
+        let port = serialport::new(name, BAUD).timeout(READ_WAIT).open();
+        port.map_err(|error| in_words(name, error))
     }
 
     fn wait_at_most(&self, line: &mut Self::SerialLine, most: Duration) {

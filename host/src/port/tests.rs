@@ -265,3 +265,30 @@ fn the_ports_of_this_computer_are_listed_or_an_error_names_the_directory() {
         Err(error) => assert!(error.to_string().contains(system::TERMINALS), "{error}"),
     }
 }
+
+/// What else holds a port is named, and a file that is no port is called that.
+#[test]
+fn a_port_that_cannot_be_opened_is_refused_in_plain_words() {
+    let board = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+    grantpt(&board)
+        .and_then(|()| unlockpt(&board))
+        .expect("it may be opened");
+    let name = ptsname(&board, Vec::new())
+        .expect("a name")
+        .into_string()
+        .expect("UTF-8");
+    let _first = System.open(&name).expect("it is free");
+    let why = System.open(&name).expect_err("it is in use").to_string();
+    let own = format!("(process {})", std::process::id());
+    assert!(why.starts_with("in use by ") && why.contains(&own), "{why}");
+    let file = tempfile::NamedTempFile::new().expect("a file");
+    let why = System
+        .open(file.path().to_str().expect("UTF-8"))
+        .err()
+        .expect("no port")
+        .to_string();
+    assert!(
+        why.contains("no serial port") && why.contains("ridgetone ports"),
+        "{why}"
+    );
+}

@@ -6,7 +6,7 @@ use crate::port::{Link, System, Wanted};
 use crate::recording::{Recorded, is_telemetry};
 use crate::usage::UsageError;
 use anyhow::{Context, Result};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Source of a finger's messages.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +43,13 @@ impl Source {
                     )));
                 }
                 Self::Recording(text.into())
+            }
+            // A board's port comes back, a mistyped file never does.
+            _ if Path::new(text)
+                .extension()
+                .is_some_and(|ending| ending == "rec") =>
+            {
+                return Err(usage(&format!("{text}: there is no such recording")));
             }
             _ => Self::Port(text.to_owned()),
         })
@@ -142,6 +149,7 @@ mod tests {
                 "a port, emulated or a recording",
             ),
             (&[&of_table], "holds no telemetry"),
+            (&["a=mistyped.rec"], "no such recording"),
         ] {
             let given: Vec<String> = given.iter().map(|text| (*text).to_owned()).collect();
             let error = fingers(&given).unwrap_err();

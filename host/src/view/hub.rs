@@ -11,7 +11,7 @@ use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
 use crate::events::JsonLines;
 use crate::events::view::Estimate;
-use crate::feed::{FeedEvent, Following, RawFrames, SettingsReply};
+use crate::feed::{Feed, FeedEvent, Following, RawFrames, SettingsReply};
 use crate::live::{Live, Log, POINTS, STRIP_FRAMES, Strips};
 use crate::remarks::{phrases, remedy};
 use crate::settings_form;
@@ -62,6 +62,8 @@ struct Inner {
     /// Settings that a page has sent, for [`Hub::wanted`].
     wanted: Option<Settings>,
     settings_reply: Option<SettingsReply>,
+    /// A board that a page has connected, for [`Hub::connected`].
+    board: Option<Feed>,
     recorder: Option<Recorder>,
     latest: Latest,
     /// When somebody asked for the state.
@@ -214,6 +216,26 @@ impl Hub {
     /// The settings that a page wants, once.
     pub fn wanted(&self) -> Option<Settings> {
         self.lock().wanted.take()
+    }
+
+    /// Takes a board that a page has connected, in place of what was followed.
+    pub fn connect(&self, board: Feed) {
+        self.lock().board = Some(board);
+    }
+
+    /// The board that a page has connected, once. What was received before it is forgotten.
+    pub fn connected(&self) -> Option<Feed> {
+        let mut inner = self.lock();
+        let board = inner.board.take()?;
+        *inner = Inner {
+            live: Live::new(board.name()),
+            looked: inner.looked,
+            number: inner.number,
+            // The next message is a whole state.
+            sent_restarts: u32::MAX,
+            ..Inner::default()
+        };
+        Some(board)
     }
 
     /// Begins to record into a new file; if it records already, ends and returns the recorder.

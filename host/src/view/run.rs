@@ -1,36 +1,74 @@
-//! A run to look back at: what a file holds, or what was recorded on the page, at any of its times.
+//! A run to look back at: a file, or what was recorded on the page. Its samples are fitted as `fit`
+//! fits them; telemetry also shows the board's state at any time.
 
 use crate::digits::time_s;
+use crate::fit_report;
 use crate::frames::{Frames, Reading};
 use crate::live::{Live, STRIP_FRAMES, point};
 use crate::messages::{Form, Message, messages};
-use crate::recording::no_telemetry;
+use crate::overview::Recorded;
 use crate::samples::Samples;
 use crate::seen::Seen;
-use anyhow::{Result, anyhow, ensure};
+use crate::table_fit::{Selection, TableFit};
+use crate::track::{Point, Track};
+use crate::windows::{self, Steps, Window};
+use crate::{fit_picture, touch_part};
+use anyhow::{Error, Result, anyhow, bail, ensure};
 use ridgetone_finger::Pipeline;
-use ridgetone_finger::Window;
-use ridgetone_finger::{Estimator, WindowFit};
-use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Estimate, Event, Hello, Packet, Raw, Span, Starts};
-use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN, Table, Values};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Event, Hello, Packet, Raw, Span, Starts};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 /// What to do with a run without a slide.
-const BY_HAND: &str = "mark a part, or press Fit all";
+const BY_HAND: &str = "select a part of the recording";
 
-/// A part of a run, seconds of device time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Part {
-    pub from_s: f64,
-    pub until_s: f64,
+/// Greatest size in memory of a run that a page opens, bytes: 3.5 hours of raw frames.
+const MAX_BYTES: usize = 256 << 20;
+
+/// How a file becomes a run.
+#[derive(Clone, Debug)]
+pub struct How {
+    /// Settings in place of those of its board.
+    pub settings: Option<Settings>,
+    /// Rows per second of a table that does not state its times.
+    pub rate_hz: Option<f64>,
+    /// Whether it was recorded here, so that its file goes with the command.
+    pub is_recorded: bool,
+    /// Greatest size in memory, bytes.
+    pub max_bytes: usize,
 }
 
-#[derive(Clone, Debug)]
+impl Default for How {
+    /// A file that a page sends.
+    fn default() -> Self {
+        Self {
+            settings: None,
+            rate_hz: None,
+            is_recorded: false,
+            max_bytes: MAX_BYTES,
+        }
+    }
+}
+
+/// A part of a run, in its own time, seconds; each end is that of the run if it is missing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Part {
+    pub from_s: Option<f64>,
+    pub until_s: Option<f64>,
+}
+
 pub struct Run {
     pub name: String,
     pub path: PathBuf,
+    form: Form,
+    /// Rows per second of a table that does not state its times.
+    rate_hz: Option<f64>,
+    /// The samples, once somebody looks at them, or why there are none.
+    recorded: OnceLock<Result<Recorded, String>>,
+    /// The fit of the whole run, or why there is none.
+    fit: OnceLock<Result<TableFit, String>>,
     /// All but raw frames, in the order of their arrival.
     packets: Vec<Packet>,
     frames: Vec<Raw>,
@@ -47,6 +85,8 @@ pub struct Summary {
     pub name: String,
     pub from_s: f64,
     pub until_s: f64,
+    /// True for a table, which no board has sent.
+    pub is_table: bool,
     pub frames: usize,
     pub touches: usize,
     /// The first contact.
@@ -56,41 +96,56 @@ pub struct Summary {
     /// Why no window of it has an estimate.
     pub why_none: Option<String>,
     pub remark: Option<String>,
+    /// The result of `fit`, as with `--json`.
+    pub fit: Option<serde_json::Value>,
+    /// Why there is no fit.
+    pub no_fit: Option<String>,
+}
+
+/// A fit as the page shows it.
+#[derive(Serialize)]
+struct Fitted<'a> {
+    #[serde(flatten)]
+    fit: fit_report::Fit<'a>,
+    /// Names and values, as `fit` prints them.
+    lines: Vec<(&'static str, String)>,
+    /// What was guessed of how the file is written.
+    remark: Option<&'a str>,
 }
 
 impl Run {
-    /// Reads telemetry as it is; what `export` made of it, and telemetry with new `settings`, goes
-    /// through the library first. A table is refused.
-    pub fn open(
-        name: &str,
-        path: &Path,
-        settings: Option<Settings>,
-        max_bytes: usize,
-    ) -> Result<Self> {
-        let (packets, frames) = (Vec::new(), Vec::new());
+    /// Reads telemetry as it is; what `export` made of it, and telemetry with new settings, goes
+    /// through the library first. Other files are tables.
+    pub fn open(name: &str, path: &Path, how: &How) -> Result<Self> {
         let mut run = Self {
             name: name.to_owned(),
             path: path.to_owned(),
-            packets,
-            frames,
+            form: Form::of(path).map_err(|error| anyhow!("{name}: {error}"))?,
+            rate_hz: how.rate_hz,
+            recorded: OnceLock::new(),
+            fit: OnceLock::new(),
+            packets: Vec::new(),
+            frames: Vec::new(),
             remark: None,
             starts: Starts::new(),
-            max_bytes,
+            max_bytes: how.max_bytes,
         };
-        run.read(settings).map_err(|error| {
-            // The name that people know, instead of the path.
-            let text = format!("{error:#}").replace(&path.display().to_string(), name);
-            if text.starts_with(name) {
-                anyhow!(text)
-            } else {
-                anyhow!("{name}: {text}")
-            }
-        })?;
+        let opened = run.read(how.settings);
+        opened.map_err(|error| run.with_name(&error))?;
         Ok(run)
     }
 
+    /// An error with the name that people know, instead of the path.
+    fn with_name(&self, error: &Error) -> Error {
+        let text = format!("{error:#}").replace(&self.path.display().to_string(), &self.name);
+        match text.starts_with(&self.name) {
+            true => anyhow!(text),
+            false => anyhow!("{}: {text}", self.name),
+        }
+    }
+
     fn read(&mut self, settings: Option<Settings>) -> Result<()> {
-        match (Form::of(&self.path)?, settings) {
+        match (self.form, settings) {
             (Form::Telemetry, None) => {
                 for message in messages(&self.path, Form::Telemetry)? {
                     if let Message::Packet(packet, _) = message? {
@@ -99,11 +154,89 @@ impl Run {
                     }
                 }
             }
-            (Form::Table, _) => return Err(no_telemetry(&self.path)),
+            (Form::Table, None) => {
+                self.recorded()?;
+            }
+            (Form::Table, Some(_)) => bail!("settings are for the frames of a board"),
             (_, settings) => self.replay(settings)?,
         }
-        ensure!(self.ends_s().is_some(), "it holds nothing with a time");
+        let has_time = self.form == Form::Table || self.ends_s().is_some();
+        ensure!(has_time, "it holds nothing with a time");
         Ok(())
+    }
+
+    /// The samples of the run, read at the first use.
+    pub fn recorded(&self) -> Result<&Recorded> {
+        let read = || {
+            let samples = Samples::file(&self.path)?;
+            Recorded::read(&samples, &self.selection(Part::default()), self.max_bytes)
+        };
+        let found = self
+            .recorded
+            .get_or_init(|| read().map_err(|error| self.with_name(&error).to_string()));
+        found.as_ref().map_err(|why| anyhow!(why.clone()))
+    }
+
+    fn selection(&self, part: Part) -> Selection {
+        Selection {
+            rate_hz: self.rate_hz,
+            from_s: part.from_s,
+            to_s: part.until_s,
+            ..Selection::default()
+        }
+    }
+
+    /// The fit of a part, or of the part that `fit` chooses, by the code of `fit`.
+    fn fit(&self, part: Part) -> Result<TableFit> {
+        let fit = || {
+            let samples = Samples::file(&self.path)?;
+            touch_part::fit(&samples, &self.selection(part), false, &mut |_| {})
+        };
+        if part != Part::default() {
+            return fit().map_err(|error| self.with_name(&error));
+        }
+        let found = self
+            .fit
+            .get_or_init(|| fit().map_err(|error| self.with_name(&error).to_string()));
+        found.clone().map_err(|why| anyhow!(why))
+    }
+
+    /// The fit of a part, as one JSON object.
+    pub fn fit_json(&self, part: Part) -> Result<serde_json::Value> {
+        let fit = self.fit(part)?;
+        Ok(serde_json::to_value(Fitted {
+            fit: fit_report::object(&self.name, &fit),
+            lines: fit_report::lines(&fit),
+            remark: fit.guessed.as_deref(),
+        })?)
+    }
+
+    /// The frequency of windows over the run.
+    pub fn track(&self, steps: Steps) -> Result<Track> {
+        let samples = Samples::file(&self.path)?;
+        let mut points = Vec::new();
+        let mut take = |window: Window| {
+            points.extend(Point::of(&window));
+            Ok(())
+        };
+        let selection = self.selection(Part::default());
+        windows::fit(
+            &mut *samples.open()?,
+            &selection,
+            steps,
+            &mut take,
+            &mut |_| {},
+        )
+        .map_err(|error| self.with_name(&error))?;
+        Ok(Track::new(points, self.recorded()?, steps.window_s))
+    }
+
+    /// The picture of the fit of a part, as SVG.
+    pub fn fit_svg(&self, part: Part) -> Result<String> {
+        let fit = self.fit(part)?;
+        let samples = Samples::file(&self.path)?.named(&self.name);
+        fit_picture::draw(&samples, &self.selection(part), &fit)
+            .map_err(|error| self.with_name(&error))
     }
 
     /// Runs the raw frames through the library, as `replay` does.
@@ -152,6 +285,9 @@ impl Run {
 
     /// The first and the last time.
     fn ends_s(&self) -> Option<(f64, f64)> {
+        if self.form == Form::Table {
+            return self.recorded().ok().map(Recorded::ends_s);
+        }
         let frames = self
             .frames
             .first()
@@ -171,6 +307,10 @@ impl Run {
 
     pub fn summary(&self) -> Summary {
         let (from_s, until_s) = self.ends_s().unwrap_or_default();
+        let (fit, no_fit) = match self.fit_json(Part::default()) {
+            Ok(fit) => (Some(fit), None),
+            Err(why) => (None, Some(why.to_string())),
+        };
         let contacts = || {
             self.packets
                 .iter()
@@ -183,18 +323,25 @@ impl Run {
             };
             self.packets.iter().rev().filter_map(estimate)
         };
+        let touches = match self.form {
+            Form::Table => self.recorded().map_or(0, Recorded::contacts),
+            _ => contacts().count(),
+        };
         Summary {
             name: self.name.clone(),
             from_s,
             until_s,
+            is_table: self.form == Form::Table,
             frames: self.frames.len(),
-            touches: contacts().count(),
+            touches,
             contact_s: contacts().next().and_then(|packet| time_s(&packet.event)),
             estimate: estimates()
                 .find(|found| found.span == Span::Slide)
                 .or_else(|| estimates().next()),
             why_none: self.why_none(),
             remark: self.remark.clone(),
+            fit,
+            no_fit,
         }
     }
 
@@ -224,10 +371,8 @@ impl Run {
             })
     }
 
-    /// The board's state at a time; with a `mark` at the mark's end, with the estimate of the
-    /// marked part.
-    pub fn at(&self, t_s: f64, mark: Option<Part>) -> Result<Live> {
-        let t_s = mark.map_or(t_s, |mark| mark.until_s);
+    /// The board's state at a time.
+    pub fn at(&self, t_s: f64) -> Live {
         let mut live = Live::new(self.name.clone());
         let is_past = |packet: &&Packet| time_s(&packet.event).is_none_or(|then_s| then_s <= t_s);
         self.packets
@@ -241,78 +386,8 @@ impl Run {
                 event: Event::Raw(*raw),
             });
         }
-        if let Some(mark) = mark {
-            live.take(&Packet {
-                sequence: 1,
-                event: Event::Estimate(self.estimate(mark)?),
-            });
-        }
         live.now.now_s = Some(t_s);
-        Ok(live)
-    }
-
-    /// The board's own estimate of a part.
-    pub fn estimate(&self, Part { from_s, until_s }: Part) -> Result<Estimate> {
-        let begin = self.frames.partition_point(|raw| raw_s(raw) < from_s);
-        let end = self
-            .frames
-            .partition_point(|raw| raw_s(raw) <= until_s)
-            .max(begin);
-        let frames = &self.frames[begin..end];
-        let enough = frames.len() >= FRAMES_MIN as usize;
-        ensure!(
-            enough,
-            "the marked part has {} raw frames, and a fit needs {FRAMES_MIN}: mark more",
-            frames.len()
-        );
-        let (first, last) = (frames[0], frames[frames.len() - 1]);
-        let slots = last.number.wrapping_sub(first.number) as usize + 1;
-        ensure!(
-            slots <= FRAMES_MAX,
-            "the marked part has {slots} frames, and a fit takes {FRAMES_MAX}: mark less"
-        );
-        let usable = |raw: &Raw, taxel: usize| raw.present & raw.good & 1 << taxel != 0;
-        let reference: Values = std::array::from_fn(|taxel| {
-            frames
-                .iter()
-                .find(|raw| usable(raw, taxel))
-                .map_or(0.0, |raw| raw.codes[taxel] as f32)
-        });
-        let (mut values, mut valid) = (vec![[0.0; TAXELS]; slots], vec![0; slots]);
-        for raw in frames {
-            let at = raw.number.wrapping_sub(first.number) as usize;
-            let (Some(values), Some(valid)) = (values.get_mut(at), valid.get_mut(at)) else {
-                continue;
-            };
-            *valid = raw.present & raw.good;
-            for taxel in 0..TAXELS {
-                values[taxel] = if usable(raw, taxel) {
-                    raw.codes[taxel] as f32 - reference[taxel]
-                } else {
-                    0.0
-                };
-            }
-        }
-        let window = Window {
-            end_us: last.t_us,
-            frame_rate_hz: ((slots - 1) as f64 / (raw_s(&last) - raw_s(&first))) as f32,
-            reference,
-            ..Window::new(self.settings().plan, slots as u32)
-        };
-        // The part is as long as it was marked.
-        let settings = Settings {
-            accuracy: 0.0,
-            ..self.settings()
-        };
-        let mut source = Table {
-            values: &values,
-            valid: &valid,
-        };
-        let mut estimator = Box::new(Estimator::new(settings));
-        match estimator.run(&window, &mut source) {
-            Ok(WindowFit::Done(estimate)) => Ok(estimate),
-            _ => Err(anyhow!("the fit did not reach all frames")),
-        }
+        live
     }
 }
 

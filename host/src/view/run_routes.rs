@@ -3,8 +3,11 @@
 //! | path | what |
 //! |---|---|
 //! | GET `/runs` | what each run has in it |
-//! | POST `/runs?name=NAME` | opens the body as a run: telemetry as `record` writes it, or a table |
-//! | GET `/runs/ID/state.json?t_s=T` | the state at a time; with `from_s` and `until_s` with the estimate of this part |
+//! | POST `/runs?name=NAME` | opens the body as a run: a recording or a table; `rate_hz` for one without times |
+//! | GET `/runs/ID/rows.json` | its samples, thinned to `steps` steps from `from_s` to `until_s`, and its touches |
+//! | GET `/runs/ID/fit.json`, `/runs/ID/fit.svg` | what `fit` makes of it, or of the part from `from_s` to `until_s` |
+//! | GET `/runs/ID/track.json?window_s=S` | the frequency of windows, `stride_s` apart, and a spectrogram; also as `.csv`, `.svg`, `.txt` (labels of Audacity) and `.TextGrid` (Praat) |
+//! | GET `/runs/ID/state.json?t_s=T` | the board's state at a time |
 //! | POST `/runs/ID/settings` | runs the library over it again, with some settings of a JSON object |
 //! | POST `/runs/ID/reload` | reads its file again |
 //! | POST `/runs/ID/note` | keeps the body as a note on it |
@@ -16,13 +19,13 @@
 use super::answer::{App, answer, to_json};
 use super::hub;
 use super::recorder::Recorder;
-use super::run::Part;
-use super::runs::How;
-use anyhow::{Context, Result, ensure};
+use super::run::{How, Part};
+use crate::windows::Steps;
+use anyhow::{Context, Result, bail, ensure};
 use axum::Router;
 use axum::body::Body;
 use axum::extract::{Path, Query, State};
-use axum::http::header;
+use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use futures_util::stream::StreamExt;
@@ -35,15 +38,33 @@ const FILE_MOST: usize = 256 << 20;
 #[derive(Deserialize)]
 struct Named {
     name: String,
+    rate_hz: Option<f64>,
 }
 
 #[derive(Deserialize)]
 struct Moment {
-    #[serde(default)]
     t_s: f64,
+}
+
+#[derive(Deserialize)]
+struct Range {
     from_s: Option<f64>,
     until_s: Option<f64>,
+    steps: Option<usize>,
 }
+
+impl Range {
+    fn part(&self) -> Part {
+        Part {
+            from_s: self.from_s,
+            until_s: self.until_s,
+        }
+    }
+}
+
+/// Steps of samples if nobody asks for another number, and at most.
+const STEPS: usize = 1000;
+const STEPS_MAX: usize = 8000;
 
 /// Runs work that takes long beside the thread that serves the pages.
 async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
@@ -56,6 +77,10 @@ pub fn routes() -> Router<App> {
     Router::new()
         .route("/runs", get(list).post(add))
         .route("/runs/{id}/state.json", get(state))
+        .route("/runs/{id}/rows.json", get(rows))
+        .route("/runs/{id}/fit.json", get(fit))
+        .route("/runs/{id}/fit.svg", get(picture))
+        .route("/runs/{id}/{track}", get(track))
         .route("/runs/{id}/settings", post(again))
         .route("/runs/{id}/reload", post(reload))
         .route("/runs/{id}/note", post(note))
@@ -69,12 +94,12 @@ async fn list(State(app): State<App>) -> Response {
     answer(to_json(&app.runs.list()))
 }
 
-async fn add(State(app): State<App>, Query(Named { name }): Query<Named>, body: Body) -> Response {
-    answer(added(app, name, body).await)
+async fn add(State(app): State<App>, Query(named): Query<Named>, body: Body) -> Response {
+    answer(added(app, named, body).await)
 }
 
 /// Opens a body as a run. It goes into a file part by part, since many may come at a time.
-async fn added(app: App, name: String, body: Body) -> Result<String> {
+async fn added(app: App, Named { name, rate_hz }: Named, body: Body) -> Result<String> {
     let (mut file, mut length) = (app.runs.new_file()?, 0);
     let mut parts = body.into_data_stream();
     while let Some(part) = parts.next().await {
@@ -87,7 +112,11 @@ async fn added(app: App, name: String, body: Body) -> Result<String> {
         );
         file.write_all(&part).context("the temporary folder")?;
     }
-    on_a_thread(move || to_json(&app.runs.add(&name, file)?)).await
+    let how = How {
+        rate_hz,
+        ..How::default()
+    };
+    on_a_thread(move || to_json(&app.runs.add(&name, file, how)?)).await
 }
 
 async fn state(
@@ -95,12 +124,89 @@ async fn state(
     Path(id): Path<u64>,
     Query(moment): Query<Moment>,
 ) -> Response {
-    let mark = moment
-        .from_s
-        .zip(moment.until_s)
-        .map(|(from_s, until_s)| Part { from_s, until_s });
-    let look = move || hub::state_of(app.runs.get(id)?.at(moment.t_s, mark)?);
+    let look = move || hub::state_of(app.runs.get(id)?.at(moment.t_s));
     answer(on_a_thread(look).await)
+}
+
+async fn rows(State(app): State<App>, Path(id): Path<u64>, Query(range): Query<Range>) -> Response {
+    let look = move || {
+        let steps = range.steps.unwrap_or(STEPS).min(STEPS_MAX);
+        let Part { from_s, until_s } = range.part();
+        let run = app.runs.get(id)?;
+        let (from_s, until_s) = (
+            from_s.unwrap_or(f64::NEG_INFINITY),
+            until_s.unwrap_or(f64::INFINITY),
+        );
+        to_json(&run.recorded()?.overview(from_s, until_s, steps))
+    };
+    answer(on_a_thread(look).await)
+}
+
+async fn fit(State(app): State<App>, Path(id): Path<u64>, Query(range): Query<Range>) -> Response {
+    let fit = move || to_json(&app.runs.get(id)?.fit_json(range.part())?);
+    answer(on_a_thread(fit).await)
+}
+
+async fn picture(
+    State(app): State<App>,
+    Path(id): Path<u64>,
+    Query(range): Query<Range>,
+) -> Response {
+    let draw = move || app.runs.get(id)?.fit_svg(range.part());
+    match on_a_thread(draw).await {
+        Ok(svg) => ([(header::CONTENT_TYPE, "image/svg+xml")], svg).into_response(),
+        Err(error) => answer(Err(error)),
+    }
+}
+
+#[derive(Deserialize)]
+struct Stepped {
+    window_s: f64,
+    stride_s: Option<f64>,
+}
+
+/// Windows of a track at most: more take minutes, and no screen shows them.
+const WINDOWS_MAX: f64 = 5000.0;
+
+async fn track(
+    State(app): State<App>,
+    Path((id, name)): Path<(u64, String)>,
+    Query(Stepped { window_s, stride_s }): Query<Stepped>,
+) -> Response {
+    let Some(form) = name.strip_prefix("track.").map(str::to_owned) else {
+        return StatusCode::NOT_FOUND.into_response();
+    };
+    let steps = Steps {
+        window_s,
+        stride_s: stride_s.unwrap_or(window_s),
+    };
+    let make = move || {
+        let run = app.runs.get(id)?;
+        let (from_s, until_s) = run.recorded()?.ends_s();
+        let count = (until_s - from_s) / steps.stride_s;
+        ensure!(
+            count <= WINDOWS_MAX,
+            "these are {count:.0} windows, and the page shows {WINDOWS_MAX}: choose a longer stride, or use `ridgetone fit --window`"
+        );
+        let track = run.track(steps)?;
+        match form.as_str() {
+            "json" => to_json(&track),
+            "csv" => Ok(track.csv()),
+            "svg" => Ok(track.picture(&run.name)),
+            "txt" => Ok(track.audacity()),
+            "TextGrid" => Ok(track.praat()),
+            _ => bail!("a track is written as csv, svg, txt or TextGrid"),
+        }
+    };
+    let kind = match name.as_str() {
+        "track.svg" => "image/svg+xml",
+        "track.json" => "application/json",
+        _ => "text/plain; charset=utf-8",
+    };
+    match on_a_thread(make).await {
+        Ok(text) => ([(header::CONTENT_TYPE, kind)], text).into_response(),
+        Err(error) => answer(Err(error)),
+    }
 }
 
 async fn again(State(app): State<App>, Path(id): Path<u64>, settings: String) -> Response {

@@ -1,19 +1,15 @@
 //! The runs that pages look back at, by their numbers, and their files.
 
-use super::run::{Run, Summary};
+use super::run::{How, Run, Summary};
 use crate::settings_form;
 use anyhow::{Context, Result, ensure};
-use ridgetone_proto::settings::Settings;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
 /// Runs kept at a time.
-const MOST: usize = 8;
-
-/// Greatest size in memory of a run that a page opens, bytes: 3.5 hours of raw frames.
-const MAX_BYTES: usize = 256 << 20;
+const MOST: usize = 32;
 
 /// Longest note, characters.
 const NOTE_MOST: usize = 200;
@@ -32,8 +28,8 @@ struct List {
 struct Kept {
     id: u64,
     run: Arc<Run>,
-    /// Settings in place of those of its board, as it was opened.
-    settings: Option<Settings>,
+    /// As it was opened.
+    how: How,
     note: String,
     is_unsaved: bool,
 }
@@ -49,28 +45,6 @@ impl List {
         let is_full = self.runs.len() >= MOST;
         ensure!(!is_full, "{MOST} runs are open: close one first");
         Ok(())
-    }
-}
-
-/// How a file becomes a run.
-#[derive(Clone, Debug)]
-pub struct How {
-    /// Settings in place of those of its board.
-    pub settings: Option<Settings>,
-    /// Whether it was recorded here, so that its file goes with the command.
-    pub is_recorded: bool,
-    /// Greatest size in memory, bytes.
-    pub max_bytes: usize,
-}
-
-impl Default for How {
-    /// A file that a page sends.
-    fn default() -> Self {
-        Self {
-            settings: None,
-            is_recorded: false,
-            max_bytes: MAX_BYTES,
-        }
     }
 }
 
@@ -110,9 +84,9 @@ impl Runs {
     }
 
     /// Opens such a file as a run, and keeps it.
-    pub fn add(&self, name: &str, file: NamedTempFile) -> Result<Numbered> {
+    pub fn add(&self, name: &str, file: NamedTempFile, how: How) -> Result<Numbered> {
         let path = file.into_temp_path();
-        let opened = self.open(name, &path, How::default())?;
+        let opened = self.open(name, &path, how)?;
         path.keep()?;
         Ok(opened)
     }
@@ -120,12 +94,7 @@ impl Runs {
     /// Opens a file as a run.
     pub fn open(&self, name: &str, path: &Path, how: How) -> Result<Numbered> {
         self.lock().check()?;
-        let How {
-            settings,
-            is_recorded,
-            max_bytes,
-        } = how;
-        let run = Arc::new(Run::open(name, path, settings, max_bytes)?);
+        let run = Arc::new(Run::open(name, path, &how)?);
         let mut list = self.lock();
         // Others may have been opened meanwhile.
         list.check()?;
@@ -133,9 +102,9 @@ impl Runs {
         let kept = Kept {
             id: list.next,
             run,
-            settings,
+            is_unsaved: how.is_recorded,
+            how,
             note: String::new(),
-            is_unsaved: is_recorded,
         };
         let numbered = self.numbered(&kept);
         list.runs.push(kept);
@@ -146,13 +115,17 @@ impl Runs {
     pub fn again(&self, id: u64, json: &str) -> Result<Numbered> {
         let run = self.get(id)?;
         let settings = settings_form::with_json(&run.settings(), json)?;
-        self.replace(id, Some(settings))
+        let how = How {
+            settings: Some(settings),
+            ..self.lock().kept(id)?.how.clone()
+        };
+        self.replace(id, &how)
     }
 
     /// Reads a run's file again, as it was opened at first.
     pub fn reload(&self, id: u64) -> Result<Numbered> {
-        let settings = self.lock().kept(id)?.settings;
-        self.replace(id, settings)
+        let how = self.lock().kept(id)?.how.clone();
+        self.replace(id, &how)
     }
 
     /// Keeps somebody's note on a run.
@@ -172,10 +145,9 @@ impl Runs {
         Ok(())
     }
 
-    fn replace(&self, id: u64, settings: Option<Settings>) -> Result<Numbered> {
+    fn replace(&self, id: u64, how: &How) -> Result<Numbered> {
         let run = self.get(id)?;
-        let (name, path) = (&run.name, &run.path);
-        let run = Arc::new(Run::open(name, path, settings, MAX_BYTES)?);
+        let run = Arc::new(Run::open(&run.name, &run.path, how)?);
         let mut list = self.lock();
         let kept = list.kept(id)?;
         kept.run = run;

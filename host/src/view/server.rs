@@ -7,19 +7,23 @@
 //! | `/state.json` | everything, once |
 //! | `/packets` | every packet as one JSON object a line, as with `--json`, the latest greeting first |
 //! | `/settings` | POST: some settings for the board, as a JSON object |
+//! | `/ports` | the serial ports of this computer, and the programs that use them |
+//! | `/connect?port=NAME` | POST: shows the board at this port from now on |
 //! | `/runs`, `/record` | [`super::run_routes`] |
 
-use super::answer::{App, answer};
+use super::answer::{App, answer, to_json};
 use super::files::{FILES, File};
 use super::guard::guard;
 use super::hub::Hub;
 use super::message::Message;
 use super::run_routes;
 use crate::events::view::{Missed, Note};
+use crate::feed::Feed;
+use crate::port::{Link, Listed, Ports, System, Wanted, list_error};
 use anyhow::{Context, Result};
 use axum::Router;
 use axum::body::{Body, Bytes};
-use axum::extract::State;
+use axum::extract::{Query, State};
 use axum::http::{StatusCode, header};
 use axum::middleware::from_fn_with_state;
 use axum::response::sse::{Event, KeepAlive, Sse};
@@ -27,6 +31,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use futures_util::future::select;
 use futures_util::stream::{Stream, unfold};
+use serde::Deserialize;
 use serde_json::json;
 use std::convert::Infallible;
 use std::future::IntoFuture;
@@ -96,6 +101,8 @@ pub fn routes(app: App) -> Router {
         .route("/packets", get(packets))
         .route("/settings", post(settings))
         .route("/clear", post(clear))
+        .route("/ports", get(ports))
+        .route("/connect", post(connect))
         .with_state(app)
 }
 
@@ -132,6 +139,30 @@ async fn settings(State(App { hub, .. }): State<App>, json: String) -> Response 
 
 async fn clear(State(App { hub, .. }): State<App>) {
     hub.clear();
+}
+
+async fn ports() -> Response {
+    let list = || {
+        let found = System.list().map_err(list_error)?;
+        to_json(&found.into_iter().map(Listed::from).collect::<Vec<_>>())
+    };
+    answer(list())
+}
+
+#[derive(Deserialize)]
+struct Port {
+    port: String,
+}
+
+async fn connect(
+    State(App { hub, .. }): State<App>,
+    Query(Port { port }): Query<Port>,
+) -> Response {
+    let opened = Link::open(System, Wanted::Name(port));
+    answer(opened.map(|link| {
+        hub.connect(Feed::new(link));
+        String::new()
+    }))
 }
 
 async fn packets(State(App { hub, .. }): State<App>) -> Response {

@@ -11,6 +11,9 @@ pub fn status(live: &Live, age: Option<Duration>) -> String {
         (Connection::Disconnected { why }, _) => {
             format!("The board is disconnected ({why}). Plug it in again: the command waits for it.")
         }
+        (Connection::Over, _) if live.now.counts.received == 0 => {
+            "No board is connected: connect one, or drop recordings on this page.".into()
+        }
         (Connection::Over, _) => "The recording is over. The page shows its end.".into(),
         (_, None) if live.now.source == EMULATED => {
             "The emulated board is starting.".into()
@@ -77,6 +80,7 @@ mod tests {
             "The board has been silent for 7 s. Is its line still connected?"
         );
         live.now.phase = Phase::Idle;
+        live.now.counts.received = 1;
         assert!(status(&live, now).starts_with("Nothing touches the finger yet"));
         live.now.touches = 1;
         assert_eq!(status(&live, now), "Nothing touches the finger.");

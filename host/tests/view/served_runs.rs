@@ -105,10 +105,7 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
             .expect("one")["frequency_hz"]
     );
 
-    // A part has what `fit` makes of the same frames.
-    let marked =
-        at(&format!("from_s={}&until_s={}", t_s - 1.3, t_s - 0.1))["live"]["latest"]["estimate"]
-            .clone();
+    // A part has what `fit` makes of it, and so has the whole; a table too.
     let frames = folder.path().join("frames.csv");
     let export = [
         "export",
@@ -121,31 +118,41 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
         common::text(&frames),
     ];
     assert!(common::run(&export).status.success());
-    let (from, to) = (format!("{}", t_s - 1.3), format!("{}", t_s - 0.1));
-    let fit = &common::json_lines(&common::run(&[
-        "fit",
-        common::text(&frames),
-        "--from",
-        &from,
-        "--to",
-        &to,
-        "--json",
-    ]))[0];
-    let [here, there] =
-        [&marked, fit].map(|found| found["frequency_hz"].as_f64().expect("a frequency"));
-    let sigma_hz = fit["sigma_hz"].as_f64().expect("a sigma");
+    let bytes_of_table = std::fs::read(&frames).expect("a file");
+    let (status, body) = post(&address, "/runs?name=frames.csv", &origin, &bytes_of_table);
+    let table = json(&body);
     assert!(
-        (here - there).abs() < 0.5 * sigma_hz && marked["status"] == fit["status"],
-        "{here} {there} {sigma_hz}"
+        status == 200 && table["is_table"] == true && table["touches"] == 1,
+        "{body}"
     );
-    let short = get(&format!("/runs/{id}/state.json?from_s=2&until_s=2.01"));
+    let (from, to) = (format!("{}", t_s - 1.3), format!("{}", t_s - 0.1));
+    for (id, path) in [(&run["id"], &path), (&table["id"], &frames)] {
+        let file = common::text(path);
+        let part = ["fit", file, "--from", &from, "--to", &to, "--json"];
+        for (query, command) in [
+            (format!("?from_s={from}&until_s={to}"), &part[..]),
+            (String::new(), &["fit", file, "--json"]),
+        ] {
+            let here = json(&get(&format!("/runs/{id}/fit.json{query}")).2);
+            let there = &common::json_lines(&common::run(command))[0];
+            let found = there.as_object().expect("a fit").iter();
+            let differ = found.filter(|(name, value)| *name != "file" && here[*name] != **value);
+            assert_eq!(differ.count(), 0, "{here} {there}");
+        }
+    }
+    let svg = get(&format!("/runs/{}/fit.svg", table["id"])).2;
     assert!(
-        short.0 == 422 && short.2.contains("mark more"),
+        svg.starts_with("<svg") && svg.contains("frames.csv"),
+        "{svg}"
+    );
+    let outside = get(&format!("/runs/{id}/fit.json?from_s=200&until_s=201"));
+    assert!(
+        outside.0 == 422 && outside.2.starts_with("touch.rec") && !outside.2.contains("/tmp"),
         "{}",
-        short.2
+        outside.2
     );
 
-    // These frames with other settings; a table is for `fit`.
+    // These frames with other settings.
     let (status, body) = post(
         &address,
         &format!("/runs/{id}/settings"),
@@ -173,17 +180,6 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
         "{}",
         refused.1
     );
-    let (status, body) = post(
-        &address,
-        "/runs?name=frames.csv",
-        &origin,
-        &std::fs::read(&frames).expect("a file"),
-    );
-    assert!(
-        status == 422 && body.starts_with("frames.csv") && body.contains("ridgetone fit"),
-        "{body}"
-    );
-
     let exported = folder.path().join("touch.mcap");
     assert!(
         common::run(&["export", common::text(&path), "-o", common::text(&exported)])

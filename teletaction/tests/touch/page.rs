@@ -1,7 +1,6 @@
 //! The page in a browser: its WebAssembly against the crate, the way from the pointer to the sound,
 //! textures that arrive.
 
-#[path = "../../../host/tests/common/browser.rs"]
 mod browser;
 mod latency;
 

@@ -1,6 +1,5 @@
 //! A headless browser: it starts one and controls it over the DevTools protocol
 //! (<https://chromedevtools.github.io/devtools-protocol/>) on two pipes.
-#![allow(dead_code, reason = "every test file uses a part of it")]
 
 use rustix::fs::{CWD, Mode, mkfifoat};
 use serde_json::{Value, json};
@@ -14,7 +13,7 @@ use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
 /// Longest that the browser may take for anything, wall time.
-pub const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Size and colours of the window.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +29,7 @@ fn browser() -> OsString {
 }
 
 /// The browser without a window, every host unknown to it but this computer.
-pub fn command(profile: &Path, look: Look) -> Command {
+fn command(profile: &Path, look: Look) -> Command {
     let mut command = Command::new(browser());
     command
         // The sandbox needs a user who is not root; what is opened is our own page.
@@ -67,7 +66,8 @@ pub struct Browser {
     session: String,
     number: u64,
     events: Vec<Value>,
-    folder: tempfile::TempDir,
+    /// Removed with the browser.
+    _folder: tempfile::TempDir,
 }
 
 impl Browser {
@@ -117,7 +117,7 @@ impl Browser {
             session,
             number: 0,
             events,
-            folder,
+            _folder: folder,
         };
         let targets = browser.call("Target.getTargets", json!({}));
         let infos = targets["targetInfos"].as_array().expect("pages");
@@ -138,10 +138,6 @@ impl Browser {
             browser.call(&format!("{domain}.enable"), json!({}));
         }
         browser.look(look);
-        browser.call(
-            "Browser.setDownloadBehavior",
-            json!({"behavior": "allowAndName", "downloadPath": browser.folder.path().join("saved"), "eventsEnabled": true}),
-        );
         browser
     }
 
@@ -243,79 +239,6 @@ impl Browser {
                 .to_owned()
         })
         .collect()
-    }
-
-    /// What a click on this element saves: its name, and its content when it is there whole.
-    pub fn saved(&mut self, element: &str) -> (String, Vec<u8>) {
-        // By the mouse: what nobody has clicked on, a browser may keep from saving one file after
-        // the other.
-        let place = self.value(&format!(
-            "(() => {{ const button = document.querySelector('{element}'); button.scrollIntoView({{ block: 'center' }}); \
-             const {{ left, top, width, height }} = button.getBoundingClientRect(); \
-             return [left + width / 2, top + height / 2]; }})()"
-        ));
-        for kind in ["mousePressed", "mouseReleased"] {
-            let mouse = json!({"type": kind, "x": place[0], "y": place[1], "button": "left", "clickCount": 1});
-            self.call("Input.dispatchMouseEvent", mouse);
-        }
-        let began = self.event("Browser.downloadWillBegin", |_| true);
-        let guid = began["guid"].as_str().expect("an id").to_owned();
-        let ended = |event: &Value| event["guid"] == guid && event["state"] != "inProgress";
-        let end = self.event("Browser.downloadProgress", ended);
-        assert_eq!(end["state"], "completed", "{element}");
-        let content = std::fs::read(self.folder.path().join("saved").join(guid)).expect("a file");
-        (
-            began["suggestedFilename"]
-                .as_str()
-                .expect("a name")
-                .to_owned(),
-            content,
-        )
-    }
-
-    /// What a click on this element would save: its name and its content, taken on the way to the
-    /// disk. A browser may ask somebody before it saves a second file, so only a first one is let
-    /// through to there.
-    pub fn offered(&mut self, element: &str) -> (String, Vec<u8>) {
-        let taken = self.value(&format!(
-            "(async () => {{ \
-                const {{ createObjectURL }} = URL; \
-                const {{ click }} = HTMLAnchorElement.prototype; \
-                const [name, blob] = await new Promise((done) => {{ \
-                    let content; \
-                    URL.createObjectURL = (blob) => {{ content = blob; return createObjectURL(blob); }}; \
-                    HTMLAnchorElement.prototype.click = function () {{ done([this.download, content]); }}; \
-                    document.querySelector('{element}').click(); \
-                }}); \
-                URL.createObjectURL = createObjectURL; \
-                HTMLAnchorElement.prototype.click = click; \
-                return [name, [...new Uint8Array(await blob.arrayBuffer())]]; \
-            }})()"
-        ));
-        let bytes = taken[1]
-            .as_array()
-            .expect("bytes")
-            .iter()
-            .map(|byte| byte.as_u64().expect("a byte") as u8);
-        (
-            taken[0].as_str().expect("a name").to_owned(),
-            bytes.collect(),
-        )
-    }
-
-    /// Waits for an event, and takes it.
-    fn event(&mut self, method: &str, fits: impl Fn(&Value) -> bool) -> Value {
-        let is_it = |event: &Value| event["method"] == method && fits(&event["params"]);
-        loop {
-            if let Some(at) = self.events.iter().position(is_it) {
-                return self.events.remove(at)["params"].take();
-            }
-            let message = self
-                .answers
-                .recv_timeout(PATIENCE)
-                .unwrap_or_else(|_| panic!("no {method}: {:?}", self.errors()));
-            self.events.push(message);
-        }
     }
 }
 
