@@ -4,7 +4,7 @@
 mod common;
 
 use common::{even, fit_scene, normal};
-use ridgetone_tone::{CHANNELS_MAX, Fit, Scene};
+use ridgetone_tone::{CHANNELS_MAX, Fit, Scene, Status};
 use std::f64::consts::TAU;
 
 /// Amplitudes of the ridges' harmonics.
@@ -62,5 +62,26 @@ fn a_declared_step_leaves_the_error_as_it_is() {
         }
         let ratio = (squares[1] / squares[0]).sqrt();
         assert!((0.8..1.25).contains(&ratio), "{frames} frames: {ratio}");
+    }
+}
+
+/// More frames than a transform has points.
+#[test]
+fn long_windows_have_tones_up_to_half_the_frame_rate() {
+    const FRAMES: usize = 57_142;
+    for per_frame in [0.031, 0.13, 0.26, 0.37, 0.46] {
+        let (mut normal, mut values) = (normal(5), Vec::new());
+        for frame in 0..FRAMES {
+            for channel in 0..2 {
+                let turns = per_frame * frame as f64 + 0.2 * f64::from(channel);
+                values.push((TAU * turns).cos() + normal());
+            }
+        }
+        let fit = fit_scene(&as_f32(&values), 2, &Scene::with_harmonics(1), |span| span);
+        let off = (f64::from(fit.frequency) - per_frame).abs();
+        // f32 writes a frequency to 6e-8 of itself.
+        let sigma = f64::from(fit.sigma).max(3e-8);
+        assert_eq!(fit.status, Status::Good, "{per_frame}: {fit:?}");
+        assert!(off < 4.0 * sigma && sigma < 1e-6, "{per_frame}: {fit:?}");
     }
 }
