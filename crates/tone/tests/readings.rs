@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{even, fit_scene, normal};
+use common::{RATE_HZ, even, fit_scene, normal};
 use ridgetone_tone::{CHANNELS_MAX, Fit, Scene, Status};
 use std::f64::consts::TAU;
 
@@ -42,6 +42,63 @@ fn fit(values: &[f64], step: f32) -> Fit {
     fit_scene(&as_f32(values), CHANNELS_MAX, &Scene::DEFAULT, |span| {
         span.with_frame_rate(frames).with_quantization(step)
     })
+}
+
+/// Lines next to a tone that dies away are no harmonics of a third of its frequency.
+#[test]
+fn a_tone_that_decays_is_not_reported_at_a_fraction_of_its_frequency() {
+    const FRAMES: usize = 200;
+    let mut right = 0;
+    for seed in 0..30 {
+        let (mut even, mut normal) = (even(seed + 70), normal(seed + 71));
+        for _ in 0..5 {
+            even();
+        }
+        let (cycles, decay, phase) = (3.6 + 0.8 * even(), 0.3 + 1.7 * even(), even());
+        let value = |frame: usize, noise: f64| {
+            let t = frame as f64 / FRAMES as f64;
+            (-decay * t).exp() * (TAU * (cycles * t + phase)).cos() + 0.0035 * noise
+        };
+        let values: Vec<f64> = (0..FRAMES).map(|frame| value(frame, normal())).collect();
+        let fit = fit_scene(&as_f32(&values), 1, &Scene::DEFAULT, |span| {
+            span.with_frame_rate(FRAMES as f32)
+        });
+        let off = (f64::from(fit.frequency) / cycles - 1.0).abs();
+        right += u32::from(off < 0.03);
+        assert!(
+            fit.status != Status::Good || off < 0.01,
+            "{cycles}: {fit:?}"
+        );
+        let is_named = fit.other_tone.is_some();
+        assert!(fit.status != Status::Ambiguous || is_named, "{fit:?}");
+    }
+    println!("{right} of 30 right");
+    assert!(right >= 24, "{right} of 30");
+}
+
+/// A tone that goes as hum leaves its second harmonic, whose frequency is no good answer.
+#[test]
+fn a_tone_next_to_mains_is_not_good_at_twice_its_frequency() {
+    for (tone_hz, is_hidden) in [
+        (49.0, true),
+        (49.7, true),
+        (50.2, true),
+        (51.0, true),
+        (17.0, false),
+        (36.0, false),
+    ] {
+        for seed in 0..5 {
+            let values = window(120, tone_hz * 120.0 / RATE_HZ, &RIDGES[..2], seed);
+            let fit = fit_scene(&as_f32(&values), CHANNELS_MAX, &Scene::DEFAULT, |span| {
+                span.with_frame_rate(RATE_HZ as f32)
+                    .with_interferer((50.0 / RATE_HZ) as f32)
+            });
+            let off = (f64::from(fit.frequency) - tone_hz).abs();
+            let is_good = fit.status == Status::Good;
+            assert!(!is_good || off < 0.5, "{tone_hz}: {fit:?}");
+            assert!(is_good || is_hidden, "{tone_hz}: {fit:?}");
+        }
+    }
 }
 
 /// A coarse step that is declared costs nothing.
