@@ -226,6 +226,7 @@ mod tests {
             groups: 1,
             channels: Vec::new(),
             is_dated: false,
+            is_at_own_times: false,
             guessed: None,
         };
         let shown = text(&fit);

@@ -3,7 +3,7 @@
 use crate::digits::significant;
 use crate::part::{Part, Selection};
 use crate::speed::{Column, Quantity};
-use crate::tables::{RowClock, spacing_sigma_s};
+use crate::tables::{RowClock, Spacing, spacing};
 use anyhow::{Context, Result, bail, ensure};
 
 /// Fraction of missing rows above which the time stamps are no steady sampling with a few rows
@@ -16,6 +16,10 @@ const PAUSE_SHARE: f64 = 0.5;
 /// Distance from a multiple of a given spacing, as a share of it, up to which stamps tell which
 /// rows of that spacing are missing.
 const ON_GRID: f64 = 0.2;
+
+/// Standard deviation of the spacings, as a fraction of their mean, above which rows may have been
+/// sampled at the times of their stamps and not on an even grid.
+const SCATTER_MAX: f64 = 0.02;
 
 /// Maximum number of places of a given rate for each row of a file.
 const SLOTS_MAX: usize = 16;
@@ -32,6 +36,9 @@ pub struct Grid {
     /// Times of the rows from the first one, seconds, where they are not evenly spaced; the rate is
     /// the mean one then. Empty where they are.
     pub uneven_s: Vec<f64>,
+    /// Standard deviation of the spacings, as a fraction of their mean; zero where rounding of the
+    /// stamps explains it, and of a given rate.
+    pub scatter: f64,
 }
 
 impl Grid {
@@ -61,7 +68,23 @@ impl Grid {
             stamped_hz: None,
             places: (0..rows).collect(),
             uneven_s: Vec::new(),
+            scatter: 0.0,
         }
+    }
+
+    /// Rows at the times of their stamps.
+    fn uneven(time_s: &[f64]) -> Self {
+        let length_s = time_s[time_s.len() - 1] - time_s[0];
+        Self {
+            uneven_s: time_s.iter().map(|t_s| t_s - time_s[0]).collect(),
+            ..Self::even(time_s.len(), (time_s.len() - 1) as f64 / length_s)
+        }
+    }
+
+    /// The same rows at the times of their stamps, where these scatter about the grid. The readings
+    /// tell whether the sampling was uneven or its stamps.
+    pub fn at_own_times(&self, time_s: &[f64]) -> Option<Self> {
+        (self.scatter > SCATTER_MAX).then(|| Self::uneven(time_s))
     }
 
     /// Positions of all sampling intervals, millimetres from the first, from the rows' values in a
@@ -131,21 +154,22 @@ impl Grid {
             "the time stamps give no rate"
         );
         if is_steady(&places) {
-            let rate_sigma_hz = spacing_sigma_s(&clock, time_s, &places) / (spacing_s * spacing_s);
+            let Spacing { sigma_s, is_even } = spacing(&clock, time_s, &places);
             return Ok(Self {
                 rate_hz: spacing_s.recip(),
-                rate_sigma_hz,
+                rate_sigma_hz: sigma_s / (spacing_s * spacing_s),
                 stamped_hz: Some(spacing_s.recip()),
+                scatter: if is_even {
+                    0.0
+                } else {
+                    scatter(time_s, &places, spacing_s)
+                },
                 places,
                 uneven_s: Vec::new(),
             });
         }
         check_pause(time_s, &name_row)?;
-        let length_s = time_s[time_s.len() - 1] - time_s[0];
-        Ok(Self {
-            uneven_s: time_s.iter().map(|t_s| t_s - time_s[0]).collect(),
-            ..Self::even(time_s.len(), (time_s.len() - 1) as f64 / length_s)
-        })
+        Ok(Self::uneven(time_s))
     }
 
     /// Rows at a given rate. Their stamps, at whatever rate, only say which rows are missing.
@@ -203,6 +227,17 @@ fn check_pause(time_s: &[f64], name_row: &dyn Fn(usize) -> String) -> Result<()>
 /// The numbers of rows by their stamps.
 fn numbered(clock: &mut RowClock, time_s: &[f64]) -> Vec<usize> {
     time_s.iter().map(|t_s| clock.push(*t_s) as usize).collect()
+}
+
+/// Standard deviation of the rows' spacings, those of missing rows left out, as a fraction of the
+/// mean spacing.
+fn scatter(time_s: &[f64], places: &[usize], spacing_s: f64) -> f64 {
+    let pairs = time_s.windows(2).zip(places.windows(2));
+    let off = pairs.map(|(time_s, places)| {
+        (time_s[1] - time_s[0]) / spacing_s - (places[1] - places[0]) as f64
+    });
+    let count = time_s.len().saturating_sub(1).max(1) as f64;
+    (off.map(|off| off * off).sum::<f64>() / count).sqrt()
 }
 
 /// True if rows with these numbers are a steady sampling with a few rows lost.

@@ -20,7 +20,7 @@ use anyhow::{Result, bail, ensure};
 use estimate::{Estimated, Motion};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{OtherTone, Status};
-use ridgetone_tone::HARMONICS_MAX;
+use ridgetone_tone::{FRAMES_MAX, HARMONICS_MAX};
 use scaled::Scaled;
 use serde::Serialize;
 
@@ -103,12 +103,26 @@ pub struct TableFit {
     /// Times are seconds since 1970, and shown as dates.
     #[serde(skip)]
     pub is_dated: bool,
+    /// True if rows were fitted at the times of their stamps though a grid was found.
+    #[serde(skip)]
+    pub is_at_own_times: bool,
     /// Guesses about the table's format.
     #[serde(skip)]
     pub guessed: Option<String>,
 }
 
 impl TableFit {
+    /// Sum of the logarithms of the channels' residuals; none without a tone.
+    fn log_residuals(&self) -> Option<f64> {
+        self.tone.frequency()?;
+        let residuals = self.channels.iter().filter_map(|channel| channel.residual);
+        Some(
+            residuals
+                .map(|residual| residual.max(f64::MIN_POSITIVE).ln())
+                .sum(),
+        )
+    }
+
     /// What to look at, if the selection's rate is not that of the stamps.
     pub fn warning(&self, selection: &Selection) -> Option<String> {
         let (rate_hz, stamped_hz) = (selection.rate_hz?, self.stamped_hz?);
@@ -189,8 +203,41 @@ pub fn fit_part(
     }
 }
 
-/// Fits at most 16 columns.
+/// Fits at most 16 columns: on an even grid, or at the times of the stamps where the rows lie closer
+/// to a tone there.
 fn fit_group(
+    table: &TableHead,
+    part: &Part,
+    columns: &[usize],
+    selection: &Selection,
+) -> Result<TableFit> {
+    let grid = Grid::of(part, &table.file, selection)?;
+    let found = fit_on(&grid, table, part, columns, selection)?;
+    let is_in_time = selection.position.is_none() && part.rows() <= FRAMES_MAX;
+    let own_times = grid.at_own_times(&part.times_s).filter(|_| is_in_time);
+    let Some(own_times) = own_times else {
+        return Ok(found);
+    };
+    let mut own = fit_on(&own_times, table, part, columns, selection)?;
+    let is_closer = match (own.log_residuals(), found.log_residuals()) {
+        (Some(own), Some(found)) => own < found,
+        (own, _) => own.is_some(),
+    };
+    if !is_closer {
+        return Ok(found);
+    }
+    own.is_at_own_times = true;
+    let remark = format!(
+        "the spacing of the rows scatters by {} %: they are fitted at their own times",
+        significant(100.0 * grid.scatter, 2)
+    );
+    own.guessed = joined([own.guessed, Some(remark)]);
+    Ok(own)
+}
+
+/// Fits at most 16 columns on a grid.
+fn fit_on(
+    grid: &Grid,
     table: &TableHead,
     part: &Part,
     columns: &[usize],
@@ -198,8 +245,7 @@ fn fit_group(
 ) -> Result<TableFit> {
     let file = &table.file;
     let position = selection.position_in(&table.names);
-    let grid = Grid::of(part, file, selection)?;
-    let scaled = Scaled::new(part, columns, &grid);
+    let scaled = Scaled::new(part, columns, grid);
     if let Some(c) = scaled.units.iter().position(|unit| !unit.is_finite()) {
         bail!(
             "{file}: column {}: its values are too far apart to be fitted",
@@ -248,7 +294,7 @@ fn fit_group(
         slots_per_frame,
         shift,
         note,
-    } = long::estimate(file, &scaled, &motion, &grid, selection)?;
+    } = long::estimate(file, &scaled, &motion, grid, selection)?;
     let frames_per_s = grid.rate_hz / slots_per_frame as f64;
 
     let rate_share = grid.rate_sigma_hz / grid.rate_hz;
@@ -324,6 +370,7 @@ fn fit_group(
         groups: 1,
         channels,
         is_dated: table.is_dated,
+        is_at_own_times: false,
         guessed: joined([
             table.guessed.clone(),
             position.as_ref().and_then(Column::guessed),

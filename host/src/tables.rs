@@ -23,7 +23,7 @@ mod wrapped;
 
 pub use clock::RowClock;
 pub use flat::FlatRows;
-pub use rounding::spacing_sigma_s;
+pub use rounding::{Spacing, spacing};
 pub use row_reader::{OpenRows, PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
 pub use rows::{Rows, TableForm};
 pub use table::Table;

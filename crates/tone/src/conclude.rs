@@ -4,7 +4,7 @@
 use crate::blocks::Blocks;
 use crate::comb::Rival;
 use crate::covariance::ROUNDING;
-use crate::fit::{Fit, Movement, OtherTone, Status, Tests};
+use crate::fit::{Fit, Movement, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::legendre::{legendre, slopes};
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, OVERTONES};
@@ -198,6 +198,22 @@ pub fn movement(
     }
 }
 
+/// Another reading of a window.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    /// Cycles a window.
+    pub cycles: f32,
+    /// Its power over that of the reported tone.
+    pub share: f32,
+}
+
+impl Reading {
+    /// One that explains the same power.
+    fn of(cycles: f32) -> Self {
+        Self { cycles, share: 1.0 }
+    }
+}
+
 /// The figures that a status is set by.
 pub struct Figures<'v> {
     /// Figures of the tests.
@@ -210,9 +226,15 @@ pub struct Figures<'v> {
     pub rival: &'v Rival,
     /// The strongest line.
     pub strongest: usize,
+    /// The strongest of the other lines.
+    pub second: usize,
     /// Cycles a window of the line with most power, if that is beyond half the frame rate: where
     /// frames see it may as well be a tone.
     pub image: Option<f32>,
+    /// Cycles a window of the strongest function next to a line.
+    pub nearest: f32,
+    /// Cycles a window of a part of the frequency that the interferer hides, if there is one.
+    pub hidden: Option<f32>,
     /// Whether lines and baseline have more unknowns than the window has room for.
     pub is_crowded: bool,
     /// Number of lines.
@@ -225,24 +247,10 @@ impl Figures<'_> {
     /// The status: the only place where it is set.
     pub fn status(&self) -> Status {
         let (tests, mean) = (self.tests, self.mean);
-        let least = if tests.one_shape { CYCLES_ONE } else { CYCLES };
-        let is_faint = self.lines > 1 && tests.fundamental < Z_TEST;
-        let is_overtone = tests.cycles < CYCLES_ONE && self.strongest > 1;
-        let is_second = tests.beside > Z_TEST && tests.beside_share > BESIDE;
         let is_lost = mean.phase.unfollowed > FOLLOWED * FOLLOWED;
         if tests.line < Z_LINE {
             Status::NoTone
-        } else if f32::min(tests.cycles, self.reach.most - tests.cycles) < least
-            || self.other.deviate > Z_TEST
-            || self.other.own > Z_LINE
-            || self.is_crowded
-            || is_faint
-            || is_overtone
-            || self.image.is_some()
-            || is_second
-            || tests.between > Z_BETWEEN
-            || tests.margin < ODDS
-        {
+        } else if self.other_reading().is_some() {
             Status::Ambiguous
         } else if is_lost || tests.fading > FADING || mean.sigma > SIGMA_MAX * mean.cycles {
             Status::Unsteady
@@ -251,25 +259,51 @@ impl Figures<'_> {
         }
     }
 
-    /// The other reading that makes a tone ambiguous.
-    pub fn other_tone(&self, span: &FrameSpan) -> Option<OtherTone> {
-        let cycles = if self.other.deviate > Z_TEST {
-            self.other.cycles
-        } else if self.other.own > Z_LINE {
+    fn is_faint(&self) -> bool {
+        self.lines > 1 && self.tests.fundamental < Z_TEST
+    }
+
+    /// The reading that makes a tone ambiguous; none if nothing does.
+    pub fn other_reading(&self) -> Option<Reading> {
+        let (tests, cycles) = (self.tests, self.tests.cycles);
+        let least = if tests.one_shape { CYCLES_ONE } else { CYCLES };
+        if self.other.deviate > Z_TEST {
+            let Other { cycles, share, .. } = *self.other;
+            return Some(Reading { cycles, share });
+        }
+        let reading = if self.other.own > Z_LINE {
             self.other.own_cycles
         } else if let Some(image) = self.image {
             self.reach.seen(image)
-        } else if self.tests.between > Z_BETWEEN {
+        } else if let Some(hidden) = self.hidden {
+            hidden
+        } else if tests.between > Z_BETWEEN {
             0.5 * self.mean.cycles
-        } else if self.tests.margin < ODDS {
-            self.rival.cycles
+        } else if self.is_faint() {
+            // The strongest line alone.
+            let line = if self.strongest > 1 {
+                self.strongest
+            } else {
+                self.second
+            };
+            line as f32 * self.mean.cycles
+        } else if cycles < CYCLES_ONE && self.strongest > 1 {
+            self.strongest as f32 * self.mean.cycles
+        } else if tests.beside > Z_TEST && tests.beside_share > BESIDE {
+            self.nearest
+        } else if self.reach.most - cycles < least {
+            2.0 * self.reach.most - self.mean.cycles
+        } else if cycles < least || self.is_crowded || tests.margin < ODDS {
+            // Without a rival a part of a cycle is left: of a slower tone.
+            if self.rival.cycles > 0.0 {
+                self.rival.cycles
+            } else {
+                0.5 * self.mean.cycles
+            }
         } else {
             return None;
         };
-        Some(OtherTone {
-            frequency: span.frequency(cycles),
-            share: self.other.share,
-        })
+        Some(Reading::of(reading))
     }
 }
 

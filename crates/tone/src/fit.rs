@@ -14,8 +14,7 @@ pub enum Status {
     TooShort,
     /// No valid channel or no valid frame.
     Nothing,
-    /// Another reading explains the window about as well; [`Fit::other_tone`] names it where it is
-    /// a tone.
+    /// Another reading explains the window about as well; [`Fit::other_tone`] names it.
     Ambiguous,
     /// A tone, but no interval can be promised: its phase is not followed, or its amplitude comes
     /// or goes.
@@ -118,7 +117,7 @@ pub struct Fit {
     pub sigma: f32,
     /// How the frequency moves.
     pub movement: Movement,
-    /// Another reading, where the status is [`Status::Ambiguous`] by one.
+    /// The competing reading, where the status is [`Status::Ambiguous`].
     pub other_tone: Option<OtherTone>,
     /// Frequency of the interferer as fitted, cycles per frame; None if none was given.
     pub interferer: Option<f32>,

@@ -4,14 +4,14 @@ use crate::blocks::{Blocks, Pass};
 use crate::comb::{Comb, Rival};
 use crate::conclude::{self, Figures};
 use crate::data::Data;
-use crate::fit::{Fit, Status, Tests};
+use crate::fit::{Fit, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::{self, Impulses};
 use crate::late::{Delays, Late};
 use crate::lean::{self, Lean};
 use crate::legendre::legendre;
-use crate::limits::FRAMES_MIN;
+use crate::limits::{CHANNELS_MAX, FRAMES_MIN};
 use crate::lines::Lines;
 use crate::movement::{Followed, TWIST_MAX};
 use crate::phase_course::Course;
@@ -34,6 +34,8 @@ const DIVISORS: usize = 3;
 const CYCLES_LEAST: f32 = 0.45;
 /// Candidates nearer than this, in cycles, are one.
 const CANDIDATES_APART: f32 = 0.1;
+/// A tone as near to hum goes with it, cycles a window.
+const HUM_CYCLES: f32 = 1.5;
 /// Below this many cycles a curved baseline is tried for every candidate.
 const CYCLES_CURVED: f32 = 5.0;
 
@@ -189,6 +191,7 @@ impl Data<'_, '_> {
                 scene,
                 all: &all,
                 is_expected,
+                is_scored: false,
             };
             let Some(comb) = window.best(memory, known) else {
                 fit.status = Status::NoTone;
@@ -206,9 +209,10 @@ impl Data<'_, '_> {
                 scene,
                 all: &all,
                 is_expected,
+                is_scored: false,
             };
             if !scene.impulses || attempt == ATTEMPTS || !window.has_impulses(memory, &comb) {
-                window.conclude(memory, &comb, fit);
+                window.conclude_with_rival(memory, &comb, fit);
                 return;
             }
             self.centre();
@@ -240,6 +244,7 @@ impl Data<'_, '_> {
                 scene,
                 all: &all,
                 is_expected: false,
+                is_scored: false,
             };
             if number > 0 {
                 window.collect(memory.blocks, &course, comb.shape.lines);
@@ -283,6 +288,8 @@ struct Window<'w, 'd, 's> {
     all: &'w Products,
     /// Whether the tone is looked for where it is expected alone.
     is_expected: bool,
+    /// Whether a tone is scored whatever its strongest line is.
+    is_scored: bool,
 }
 
 impl<'w> Window<'w, '_, '_> {
@@ -451,9 +458,48 @@ impl<'w> Window<'w, '_, '_> {
         impulses::replace(self.data, solution, &comb.course, found) > 0
     }
 
+    /// The verdict on a comb, or on the strongest of its lines where that is likelier: lines next to
+    /// a tone whose amplitude moves look like those of a comb.
+    #[inline(never)]
+    fn conclude_with_rival(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
+        let found = self.conclude(memory, comb, fit);
+        if found.strongest < 2 || !fit.status.has_tone() {
+            return;
+        }
+        let cycles = found.strongest as f32 * comb.course.cycles;
+        memory.work.score_of_best = f32::NEG_INFINITY;
+        let Some(mut line) = self.near(memory, cycles) else {
+            return;
+        };
+        self.choose_degree(memory, &mut line, Some(Course::steady(cycles)));
+        let mut other = Fit {
+            interferer: fit.interferer,
+            ..Fit::without_tone(Status::NoTone, fit.frames)
+        };
+        self.is_scored = true;
+        let lead = found.score - self.conclude(memory, &line, &mut other).score;
+        if lead.is_nan() || !other.status.has_tone() {
+            return;
+        }
+        // More lines than the window has room for explain anything: they are no likelier reading.
+        if lead >= 0.0 && !found.is_crowded {
+            fit.tests.margin = fit.tests.margin.min(lead);
+            return;
+        }
+        core::mem::swap(fit, &mut other);
+        fit.tests.margin = fit.tests.margin.min(-lead);
+        if fit.status == Status::Good {
+            fit.status = Status::Ambiguous;
+            fit.other_tone = Some(OtherTone {
+                frequency: other.frequency,
+                share: 1.0,
+            });
+        }
+    }
+
     /// The verdict on a comb, whose phase is followed and tested.
     #[inline(never)]
-    fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
+    fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) -> Concluded {
         let Memory { blocks, work, .. } = memory;
         let refinement = self.refinement();
         let mut followed = Followed::at(comb.course, comb.shape);
@@ -462,14 +508,26 @@ impl<'w> Window<'w, '_, '_> {
             self.collect(blocks, course, lines);
         };
         let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
-        if !is_known || !self.judge(memory, &followed, &comb.rival, fit) {
+        let judged = is_known.then(|| self.judge(memory, &followed, &comb.rival, fit));
+        judged.flatten().unwrap_or_else(|| {
+            let frequency = |cycles| self.data.span.frequency(cycles);
+            let rival = if comb.rival.cycles > 0.0 {
+                comb.rival.cycles
+            } else {
+                0.5 * comb.course.cycles
+            };
             fit.status = Status::Ambiguous;
-            fit.frequency = self.data.span.frequency(comb.course.cycles);
+            fit.frequency = frequency(comb.course.cycles);
             fit.sigma = fit.frequency;
-        }
+            fit.other_tone = Some(OtherTone {
+                frequency: frequency(rival),
+                share: 1.0,
+            });
+            Concluded::UNKNOWN
+        })
     }
 
-    /// The verdict on a tone that is followed; false where f32 cannot tell its mean.
+    /// The verdict on a tone that is followed; none where f32 cannot tell its mean.
     #[inline(never)]
     fn judge(
         &mut self,
@@ -477,67 +535,77 @@ impl<'w> Window<'w, '_, '_> {
         followed: &Followed,
         rival: &Rival,
         fit: &mut Fit,
-    ) -> bool {
+    ) -> Option<Concluded> {
         let work = &*memory.work;
         let (reach, width) = (self.data.reach(), self.data.width());
         let tested = Tested::new(followed, work, reach, width);
         let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
         if !(mean.cycles > 0.0 && (mean.cycles + mean.sigma).is_finite()) {
-            return false;
+            return None;
         }
         let mut tests = Tests::default();
         tested.near(&work.neighbours, &mut tests);
-        let (span, statistics) = (&*self.data.span, &self.data.statistics);
-        conclude::channels(followed, &work.solution, statistics, fit);
-        let overtones = conclude::overtones(&work.solution, &followed.variances, width);
-        let movement = conclude::movement(followed, &work.normal.matrix, &mean, span);
-        let mut other = Other::default();
-        if tests.line >= Z_LINE {
-            (tests.between, other) = self.beside(memory, &tested);
-        }
+        let nearest = work.neighbours.strongest_near();
         let shape = tested.shape;
-        tests.other = other.deviate;
-        tests.margin = -rival.score;
+        let [strongest, second] = strongest(&tested);
+        let span = &*self.data.span;
+        let movement = conclude::movement(followed, &work.normal.matrix, &mean, span);
+        let overtones = conclude::overtones(&work.solution, &followed.variances, width);
+        let statistics = &self.data.statistics;
         tests.cycles = followed.course.cycles;
+        tests.margin = -rival.score;
         tests.unfollowed = libm::sqrtf(mean.phase.unfollowed);
         tests.fading = fading(followed);
         tests.steady = mean.phase.steady;
         tests.degree = shape.degree as u8;
         tests.degrees = followed.fitted.phase as u8;
         tests.lines = shape.lines.iter().fold(0, |mask, line| mask | 1 << line);
-        let strongest =
-            shape
-                .lines
-                .iter()
-                .zip(&tested.powers)
-                .fold((0, 0.0), |best, (line, power)| {
-                    if power.all > best.1 {
-                        (line, power.all)
-                    } else {
-                        best
-                    }
-                });
         // Up to each line: a baseline of degree four has two cycles itself.
         let unknowns = |line: usize| 2 * shape.lines.iter().filter(|other| *other <= line).count();
         let room = |line: usize| 2.0 * line as f32 * tests.cycles + 1.0;
         let is_crowded = |line: usize| room(line) < (unknowns(line) + shape.degree) as f32;
-        let verdict = Figures {
+        let is_crowded = shape.degree > 1 && shape.lines.iter().any(is_crowded);
+        let mut figures = Figures {
             tests: &tests,
             mean: &mean,
-            other: &other,
+            other: &Other::default(),
             rival,
             image: Some(tested.loudest as f32 * tests.cycles)
                 .filter(|cycles| reach.folds && *cycles > reach.most),
-            strongest: strongest.0,
-            is_crowded: shape.degree > 1 && shape.lines.iter().any(is_crowded),
+            strongest,
+            second,
+            nearest,
+            hidden: self.hidden(mean.cycles),
+            is_crowded,
             lines: shape.lines.count(),
             reach,
         };
-        fit.status = verdict.status();
-        fit.tests = tests;
+        conclude::channels(followed, &work.solution, statistics, fit);
+        let mut other = Other::default();
+        let mut between = 0.0;
+        if tests.line >= Z_LINE {
+            (between, other) = self.beside(memory, &tested);
+        }
+        let tests = Tests {
+            between,
+            other: other.deviate,
+            ..tests
+        };
+        (figures.tests, figures.other) = (&tests, &other);
+        fit.status = figures.status();
+        let reading = figures.other_reading();
+        let score = if (self.is_scored || strongest > 1) && fit.status.has_tone() {
+            self.score(memory, &tested)
+        } else {
+            f32::NEG_INFINITY
+        };
         let (span, statistics) = (&*self.data.span, &self.data.statistics);
+        fit.tests = tests;
         if fit.status.has_tone() {
-            fit.other_tone = verdict.other_tone(span);
+            fit.other_tone = reading.map(|reading| OtherTone {
+                frequency: span.frequency(reading.cycles),
+                share: reading.share,
+            });
             fit.frequency = span.frequency(mean.cycles);
             // No frequency is known better than it is written.
             fit.sigma = libm::hypotf(span.frequency(mean.sigma), f32::EPSILON * fit.frequency);
@@ -548,7 +616,39 @@ impl<'w> Window<'w, '_, '_> {
                 fit.with_tone |= (tested.with_tone >> k & 1) << channel;
             }
         }
-        true
+        Some(Concluded {
+            score,
+            strongest,
+            is_crowded,
+        })
+    }
+
+    /// A part of a frequency at which a tone would have gone as hum.
+    fn hidden(&self, cycles: f32) -> Option<f32> {
+        let hum = self.data.hum?.cycles_per_frame * self.data.span.effective_frames();
+        let parts = (2..=self.scene.harmonics()).map(|part| cycles / f32::from(part));
+        let mut hidden = parts.filter(|part| f32::abs(part - hum) < HUM_CYCLES);
+        hidden.next()
+    }
+
+    /// Logarithm of the likelihood of what a tone and its movement leave of the frames, channel by
+    /// channel, less the Bayesian criterion's price. The solution is solved.
+    #[inline(never)]
+    fn score(&mut self, memory: &mut Memory, tested: &Tested) -> f32 {
+        let model = tested.model(&memory.work.solution);
+        let (width, mut squares) = (self.data.width(), [0.0; CHANNELS_MAX]);
+        self.data.visit_beside(Some(&model), |frame| {
+            let pairs = squares.iter_mut().zip(&frame.values);
+            pairs.for_each(|(square, value)| *square += value * value);
+        });
+        let frames = self.all.count;
+        let pairs = squares.iter().zip(&self.all.least).take(width);
+        let logs: f32 = pairs
+            .map(|(square, least)| libm::logf(square.max(*least) / frames))
+            .sum();
+        let unknowns = width * tested.shape.unknowns()
+            + tested.followed.unknowns().max(tested.followed.fitted.phase);
+        -0.5 * (frames * logs + unknowns as f32 * libm::logf(frames))
     }
 
     /// What a tone leaves: the deviate of lines between its own, and another line.
@@ -614,6 +714,37 @@ impl<'w> Window<'w, '_, '_> {
             band: self.scene.band.over(self.data.span.frequency(1.0)),
         }
     }
+}
+
+/// What a verdict was made of.
+struct Concluded {
+    /// Score of the tone with its movement; minus infinity where it has none.
+    score: f32,
+    /// Number of the strongest line.
+    strongest: usize,
+    /// Whether lines and baseline have more unknowns than the window has room for.
+    is_crowded: bool,
+}
+
+impl Concluded {
+    const UNKNOWN: Self = Self {
+        score: f32::NEG_INFINITY,
+        strongest: 0,
+        is_crowded: false,
+    };
+}
+
+/// Numbers of the two strongest lines; 0 where there is none.
+fn strongest(tested: &Tested) -> [usize; 2] {
+    let (mut numbers, mut powers) = ([0; 2], [0.0; 2]);
+    for (line, power) in tested.shape.lines.iter().zip(&tested.powers) {
+        if power.all > powers[0] {
+            (numbers, powers) = ([line, numbers[0]], [power.all, powers[0]]);
+        } else if power.all > powers[1] {
+            (numbers[1], powers[1]) = (line, power.all);
+        }
+    }
+    numbers
 }
 
 /// How far the amplitude goes, root mean square over the blocks.

@@ -405,6 +405,13 @@ impl Neighbours {
         }
     }
 
+    /// Cycles a window of the strongest function nearest to a line.
+    pub fn strongest_near(&self) -> f32 {
+        let near = self.members().iter().filter(|member| self.is_near(member));
+        let strongest = near.max_by(|a, b| a.power.total_cmp(&b.power));
+        strongest.map_or(0.0, |member| self.seen(member))
+    }
+
     /// Measures the functions' power by the noise's weights and by the residuals' variances.
     pub fn measure(
         &mut self,

@@ -53,13 +53,13 @@ pub fn candidates(
     let (mut found, mut from) = ([Peak::default(); PEAKS], scene.band.least / unit);
     let mut each = data.frames_each();
     // A long window's transform reaches further with half the frames a point, at half the resolution.
-    for _ in 0..2 {
+    while each > 0 {
         let reached = end.min(data.cycles_max() / each as f32 - 0.25);
         let sums = work.sums();
         if let Some(spectrum) = whitened(data, each, sums, blocks.scratch(), all) {
             peaks(&spectrum, from, reached, &mut found);
         }
-        if each == 1 || reached >= end {
+        if reached >= end {
             break;
         }
         (from, each) = (reached, each / 2);

@@ -5,6 +5,7 @@ use crate::limits::{CHANNELS_MAX, POINTS_MAX};
 use crate::phase::{cos_sin, from_turns};
 use core::f32::consts::PI;
 use core::num::NonZeroUsize;
+use core::ops::Range;
 
 /// Shortest transform, points.
 const POINTS_MIN: usize = 128;
@@ -34,15 +35,24 @@ pub struct Spectrum<'m> {
     both: &'m mut [f32],
     /// Pieces of the window.
     count: f32,
-    /// Frames of the window.
+    /// Pieces that are transformed.
+    transformed: Range<usize>,
+    /// Frames that are transformed.
     frames: f32,
 }
 
 impl<'m> Spectrum<'m> {
     /// An empty one of a window, whose points are `each` frames, and whose transforms and sums are in
-    /// two memories. None if it does not fit.
+    /// two memories: of the middle of a window of more points than a transform has. None if it does
+    /// not fit.
     pub fn new(data: &Data, each: u32, sums: Sums<'m>, transforms: &'m mut [f32]) -> Option<Self> {
         let count = data.count().div_ceil(each) as usize;
+        let transformed = if count > POINTS_MAX {
+            let first = (count - POINTS_MAX / OVERSAMPLING) / 2;
+            first..first + POINTS_MAX / OVERSAMPLING
+        } else {
+            0..count
+        };
         let mut points = POINTS_MIN;
         while points < (OVERSAMPLING * count).min(POINTS_MAX) {
             points *= 2;
@@ -64,7 +74,8 @@ impl<'m> Spectrum<'m> {
             sin,
             both,
             count: count as f32,
-            frames: data.count() as f32,
+            frames: data.count().min(transformed.len() as u32 * each) as f32,
+            transformed,
         })
     }
 
@@ -81,9 +92,9 @@ impl<'m> Spectrum<'m> {
 
     /// Adds to a point of a channel that is to be transformed.
     pub fn put(&mut self, channel: usize, point: usize, value: f32) {
-        let points = self.points.get();
-        if point < points
-            && let Some(place) = self.transforms.get_mut(channel * points + point)
+        if self.transformed.contains(&point)
+            && let place = channel * self.points.get() + point - self.transformed.start
+            && let Some(place) = self.transforms.get_mut(place)
         {
             *place += value;
         }

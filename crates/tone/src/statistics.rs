@@ -277,10 +277,18 @@ impl Products {
         self
     }
 
-    /// What rounding may have of the power of the first `width` channels, by their weights.
+    /// What rounding may have of the power of a line in the first `width` channels, by their weights.
+    /// Without other noise it may have all of its power in one line; noise spreads it by the square
+    /// of its characteristic function (B. Widrow, I. Kollar, M.-C. Liu, "Statistical theory of
+    /// quantization", IEEE Transactions on Instrumentation and Measurement 45, 1996, 353-361).
     pub fn rounding(&self, weights: &Square<CHANNELS_MAX>, width: usize) -> f32 {
-        (0..width.min(CHANNELS_MAX))
-            .map(|k| weights[k][k] * self.least[k])
-            .sum()
+        // A step is the root of 12 standard deviations of rounding.
+        const SPREAD: f32 = core::f32::consts::PI * core::f32::consts::PI / 3.0;
+        let of_channel = |k: usize| {
+            let power = weights[k][k] * self.least[k];
+            let noise = (self.count / power.max(f32::MIN_POSITIVE) - 1.0).max(0.0);
+            power * libm::expf(-SPREAD * noise)
+        };
+        (0..width.min(CHANNELS_MAX)).map(of_channel).sum()
     }
 }

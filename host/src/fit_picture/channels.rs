@@ -40,7 +40,13 @@ impl Fitted {
         };
         let columns = columns(&*rows, &part_of)?;
         let part = Part::read(&mut *rows, &part_of, fit.rows.max(1), &mut |_| {})?;
-        let grid = Grid::of(&part, rows.file(), &part_of)?;
+        let mut grid = Grid::of(&part, rows.file(), &part_of)?;
+        if let Some(own_times) = grid
+            .at_own_times(&part.times_s)
+            .filter(|_| fit.is_at_own_times)
+        {
+            grid = own_times;
+        }
         let at = positions_of_rows(&part, &grid, &*rows, &part_of)?;
         let from = at.iter().copied().fold(f64::INFINITY, f64::min);
         let to = at.iter().copied().fold(f64::NEG_INFINITY, f64::max);

@@ -14,7 +14,7 @@ use anyhow::{Result, ensure};
 use ridgetone_tone::{FRAMES_MAX, Fit, OtherTone, Status};
 use std::f64::consts::TAU;
 
-/// Frames up to which the estimator searches its whole band: of more it searches the lower part.
+/// Rows of the windows that show which tone there is.
 const SEARCHED_MAX: usize = 32_768;
 
 /// Where a fast tone is shifted to, as a fraction of the thinned rate.
@@ -51,9 +51,6 @@ pub fn estimate(
         band: selection.band,
     };
     let found = frames.named(frames.fit()?)?;
-    if !found.status.has_tone() && slots > SEARCHED_MAX && motion.positions.is_empty() {
-        return estimate_long(file, scaled, grid.rate_hz, selection);
-    }
     let note = frames.outside(&found)?;
     Ok(Estimated::of(found, note))
 }

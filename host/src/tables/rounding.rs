@@ -5,22 +5,38 @@ use super::clock::RowClock;
 /// Maximum number of decimals by which the rounding of stamps is recognised: microseconds.
 const DECIMALS_MAX: i32 = 6;
 
+/// How well stamps tell the rows' spacing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spacing {
+    /// Standard deviation of the spacing, seconds.
+    pub sigma_s: f64,
+    /// Whether some even spacing puts every row within the rounding of its stamp.
+    pub is_even: bool,
+}
+
 /// Standard deviation of the rows' spacing, by their stamps and numbers.
 ///
 /// Errors from rounding are no noise: they follow from the spacing, repeat in a pattern, and may
 /// lie on a slope of their own. But every stamp bounds them. If some spacings put every row within
 /// the rounding of its stamp, one of these is true, and any of them as likely as another. If none
 /// does, then the stamps jitter, which makes their errors independent.
-pub fn spacing_sigma_s(clock: &RowClock, time_s: &[f64], places: &[usize]) -> f64 {
+pub fn spacing(clock: &RowClock, time_s: &[f64], places: &[usize]) -> Spacing {
     let spacing_s = clock.spacing_s();
+    let scattered = |error_s: f64| Spacing {
+        sigma_s: clock.spacing_sigma_s(error_s),
+        is_even: false,
+    };
     let Some(step_s) = resolution_s(time_s) else {
-        return clock.spacing_sigma_s(0.0);
+        return scattered(0.0);
     };
     let corners = corners(time_s, places);
     let range_s = |spacing_s: f64| range_s(&corners, spacing_s);
     // Stamps on an even grid are taken for exact ones: 0.01, 0.02, 0.03.
     if range_s(spacing_s) < 1e-3 * step_s {
-        return clock.spacing_sigma_s(0.0);
+        return Spacing {
+            is_even: true,
+            ..scattered(0.0)
+        };
     }
     let is_possible = |spacing_s: f64| range_s(spacing_s) <= step_s * (1.0 + 1e-3);
     let reach_s = 2.0 * step_s / places.last().map_or(1.0, |last| *last as f64);
@@ -30,7 +46,7 @@ pub fn spacing_sigma_s(clock: &RowClock, time_s: &[f64], places: &[usize]) -> f6
     while !is_possible(inside) {
         let (left, right) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
         if right - left < 1e-9 * reach_s {
-            return clock.spacing_sigma_s(step_s / 12f64.sqrt());
+            return scattered(step_s / 12f64.sqrt());
         }
         if range_s(left) < range_s(right) {
             high = right
@@ -52,7 +68,10 @@ pub fn spacing_sigma_s(clock: &RowClock, time_s: &[f64], places: &[usize]) -> f6
         within
     };
     let (least, most) = (edge(spacing_s - reach_s), edge(spacing_s + reach_s));
-    ((most - least) / 12f64.sqrt()).hypot(spacing_s - 0.5 * (least + most))
+    Spacing {
+        sigma_s: ((most - least) / 12f64.sqrt()).hypot(spacing_s - 0.5 * (least + most)),
+        is_even: true,
+    }
 }
 
 /// A row's number, and its stamp from the first one, seconds.
