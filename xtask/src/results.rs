@@ -7,7 +7,9 @@ use std::path::Path;
 use std::process::Stdio;
 
 /// Topics: scripts in `lab`.
-pub const TOPICS: [&str; 6] = ["trade", "noise", "touch", "real", "boards", "papers"];
+pub const TOPICS: [&str; 7] = [
+    "trade", "choices", "noise", "touch", "real", "boards", "papers",
+];
 
 /// What pip says where it cannot reach an index.
 const UNREACHABLE: &str = "Retrying (";
