@@ -199,7 +199,7 @@ def draw(found):
         axis.plot(ages_s, errors, "o", linestyle=(0, (7, 3)) if kind == RIDGED else "-", color=plots.CURVES[number], markersize=4.5)
         axis.annotate(label, (ages_s[at], errors[at]), offset, textcoords="offset points", color=plots.CURVES[number])
 
-    ours = {PURE: ("Ridgetone, lean scene", [f"lean, {window_s:g} s" for window_s in (0.1, 0.2, 0.4, 1)], (0, -60), 0),
+    ours = {PURE: ("Ridgetone, lean scene", [f"lean, {window_s:g} s" for window_s in (0.1, 0.2, 0.4, 1)], (-40, -66), 0),
             RIDGED: ("Ridgetone, default scene", [f"default, {window_s:g} s" for window_s in (0.4, 1, 3.9)], (-145, -4), 0)}  # fmt: skip
     for number, (kind, (label, names, offset, at)) in enumerate(ours.items()):
         own = [found[f"choice/{name}"] for name in names]
