@@ -227,37 +227,6 @@ def coverage(cell):
     return pages.percent(cell["covered"], cell["good"]) if cell["covered"] else None
 
 
-def latency_ms(window_s, work):
-    """Time from the first frame of a window to its answer."""
-    return None if work is None else pages.fixed(1e3 * (window_s + work / CLOCK_HZ), 0)
-
-
-def windows_table(found):
-    """The default choice by length of window."""
-    rows = []
-    for window_s in WINDOWS_S:
-        cell = found[f"three overtones/{window_s:g} s/default"]
-        work, again = (instructions(DECLARED[0][0], window_s, tracked) for tracked in (False, True))
-        rate = None if again is None else pages.fixed(CLOCK_HZ / again, 0)
-        rows.append(
-            [
-                pages.significant(window_s, 3),
-                error(cell),
-                pages.fixed(cell.get("over_crb"), 2),
-                coverage(cell),
-                unanswered(cell),
-                work,
-                again,
-                latency_ms(window_s, work),
-                rate,
-            ]
-        )
-    return pages.table(
-        "window, s|RMS, %|RMS over CRB|coverage, %|unanswered, %|instructions|after a good window|latency, ms|answers a second at most",
-        rows,
-    )
-
-
 def choices_table(found):
     """What other choices change, at 0.4 and 1 s."""
     rows = []
@@ -388,7 +357,7 @@ def tables(found):
     guide = summary(found, [("three overtones", "default", (), window_s, default) for window_s in SHOWN_S])
     head = "window|RMS error|latency|instructions"
     made = {
-        "windows": windows_table(found), "choices": choices_table(found), "scenes": scenes_table(found), "false": false_table(found), "plans": plans_table(found), "converters": converters_table(found),
+        "channels": choices_table(found), "scenes": scenes_table(found), "false": false_table(found), "plans": plans_table(found), "converters": converters_table(found),
         "readme": pages.table(f"scene|set|{head}", readme), "guide": pages.table(head, guide),
     }  # fmt: skip
     return made

@@ -5,7 +5,9 @@ use crate::tools::{announce, clean, run};
 use anyhow::{Result, ensure};
 
 /// Topics: scripts in `lab`.
-pub const TOPICS: [&str; 6] = ["trade", "noise", "touch", "real", "boards", "papers"];
+pub const TOPICS: [&str; 7] = [
+    "trade", "choices", "noise", "touch", "real", "boards", "papers",
+];
 
 /// Runs the campaigns, all or one. With `is_short` each has a twentieth of the windows and fails if a
 /// requirement is missed by more than its statistical error; without PyPI it says so, and runs none.
