@@ -344,7 +344,6 @@ def values(found):
         "wander_mean": span("unsteady/wander*", "mean", "sure"),
         "wander_long": span("unsteady/wander*/3.9 s", "wander", "sure"),
         "chirp": span("unsteady/chirp*", "chirp", "lines"),
-        "detected_16": span("detection/-8 dB/16*", "good"),
         "detected_1": span("detection/-8 dB/1 *", "good"),
         "uneven": span("extreme/uneven rows: uniform, +-0.4*", "covered", "good"),
         "clipped": span("extreme/all channels clipped at 0.4*", "covered", "good"),

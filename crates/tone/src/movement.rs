@@ -59,6 +59,8 @@ pub struct Followed {
     pub seen: [f32; MOVEMENT_MAX],
     /// The noise next to the lines.
     pub noise: Covariance,
+    /// Power of the loudest place next to each line, by its number, over each channel's noise.
+    pub loudest: [f32; HARMONICS_MAX + 1],
     /// Weight of the neighbourhood of each line, by its place.
     pub weights: [f32; HARMONICS_MAX],
     /// Number of functions next to the lines, and of those of equal weight that tell as much.
@@ -84,6 +86,7 @@ impl Followed {
             moved: [0.0; MOVEMENT_MAX],
             seen: [0.0; MOVEMENT_MAX],
             noise: Covariance::NONE,
+            loudest: [0.0; HARMONICS_MAX + 1],
             weights: [0.0; HARMONICS_MAX],
             count: 0.0,
             effective: 0.0,
@@ -335,6 +338,7 @@ impl Refinement<'_> {
         };
         followed.noise = samples.invert(&mut work.weights, Some(&followed.variances));
         neighbours.measure(&work.memory, &work.weights, &followed.variances);
+        followed.loudest = neighbours.loudest(&work.memory, &followed.noise.variances);
         followed.move_by_noise(blocks, work);
         true
     }

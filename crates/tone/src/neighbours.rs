@@ -5,7 +5,7 @@
 
 use crate::blocks::{Blocks, WAVES, Wave};
 use crate::covariance::{add_product, power};
-use crate::limits::{CHANNELS_MAX, DEGREE_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
+use crate::limits::{CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square};
 use crate::phase::{cos_sin, from_turns};
@@ -42,6 +42,16 @@ impl Member {
         offset: 0,
         power: 0.0,
     };
+
+    /// True for the cosine and the sine of one place.
+    fn is_with(&self, other: &Self) -> bool {
+        (self.line, self.offset) == (other.line, other.offset)
+    }
+
+    /// True above the line.
+    pub fn is_above(&self) -> bool {
+        self.offset > 0
+    }
 }
 
 /// Where lines are, cycles a window.
@@ -411,6 +421,38 @@ impl Neighbours {
             powers.sum::<f32>()
         });
         self.nearest = powers.sum();
+    }
+
+    /// Power of the loudest place next to each line, by the line's number: cosine and sine in all
+    /// channels, over the variance of each channel's noise.
+    pub fn loudest(&self, memory: &[Values], variances: &Values) -> [f32; HARMONICS_MAX + 1] {
+        let mut loudest = [0.0f32; HARMONICS_MAX + 1];
+        let power = |values: &Values| {
+            let powers = values.iter().zip(variances).filter(|(_, v)| **v > 0.0);
+            powers.map(|(x, v)| x * x / v).sum::<f32>()
+        };
+        let pairs = self.members().windows(2).zip(memory.windows(2));
+        for (pair, values) in pairs {
+            if let ([cos, sin], [x, y]) = (pair, values)
+                && cos.is_with(sin)
+                && let Some(loudest) = loudest.get_mut(usize::from(cos.line))
+            {
+                *loudest = loudest.max(power(x) + power(y));
+            }
+        }
+        loudest
+    }
+
+    /// Places next to a line, each with the power of its cosine and its sine together.
+    pub fn places(&self, line: usize) -> impl Iterator<Item = Member> {
+        let pairs = self.members().windows(2);
+        pairs.filter_map(move |pair| match pair {
+            [cos, sin] if cos.is_with(sin) && usize::from(cos.line) == line => {
+                let power = cos.power + sin.power;
+                Some(Member { power, ..*cos })
+            }
+            _ => None,
+        })
     }
 }
 

@@ -31,6 +31,8 @@ const BESIDE_CYCLES: f32 = 2.5;
 const BESIDE_WIDTH: f32 = 1.6;
 /// Fewest places that a neighbourhood is known from.
 const PLACES_MIN: usize = 4;
+/// Fewest places on each side of a line that its neighbourhood is known from.
+const SIDE_MIN: usize = 3;
 /// Cycles from which on a channel's own line is looked for: below, levels and slopes have it.
 const CYCLES_OWN: f32 = 1.0;
 /// Lines between those of the comb, in halves of the fundamental.
@@ -69,6 +71,8 @@ pub struct Tested<'t> {
     pub followed: &'t Followed,
     /// Power of each line over the noise next to the lines.
     pub powers: [Power; HARMONICS_MAX],
+    /// The same over the variances of each channel's noise.
+    plains: [f32; HARMONICS_MAX],
     /// Power of the tone in units of the residuals' variances.
     power: f32,
     /// Power of the tone in units of the channels' own deviations.
@@ -95,6 +99,12 @@ impl<'t> Tested<'t> {
         for (power, factors) in powers.iter_mut().zip(factors) {
             *power = Power::new(factors, &work.weights);
         }
+        let mut plains = [0.0; HARMONICS_MAX];
+        for (plain, [cos, sin]) in plains.iter_mut().zip(factors) {
+            for k in 0..width.min(CHANNELS_MAX) {
+                *plain += (cos[k] * cos[k] + sin[k] * sin[k]) / followed.noise.variances[k];
+            }
+        }
         let (mut tone, mut plain, mut with_tone) = (0.0, 0.0, 0);
         for k in 0..width.min(CHANNELS_MAX) {
             let mut most = 0.0;
@@ -120,6 +130,7 @@ impl<'t> Tested<'t> {
         Self {
             followed,
             powers,
+            plains,
             loudest,
             power: tone.max(f32::MIN_POSITIVE),
             plain: plain.max(f32::MIN_POSITIVE),
@@ -146,6 +157,9 @@ impl<'t> Tested<'t> {
                 }
             });
         tests.line = deviate(strongest.all / (2.0 * width), 2.0, followed.count);
+        for number in lines.iter() {
+            tests.line = tests.line.max(self.over_loudest(neighbours, number));
+        }
         // A cosine and a sine are all that two channels can have, whatever they see.
         tests.one_shape =
             self.width <= 2 || strongest.second < width + 4.0 * libm::sqrtf(2.0 * width);
@@ -168,6 +182,32 @@ impl<'t> Tested<'t> {
         };
         tests.beside = neighbours.beside(channels);
         tests.beside_share = neighbours.nearest / self.power;
+    }
+
+    /// Deviate of a line in all channels over the loudest place next to it; low where too few places
+    /// are known. Their mean would make a line of noise whose spectrum rises, falls, or has a wide
+    /// peak.
+    fn over_loudest(&self, neighbours: &Neighbours, number: usize) -> f32 {
+        let (followed, width) = (self.followed, self.width as f32);
+        let place = self.shape.lines.place(number) % HARMONICS_MAX;
+        let (mut loudest, mut sides) = (2.0 * width, [0; 2]);
+        for next in neighbours.places(number) {
+            loudest = f32::max(loudest, next.power * followed.taken);
+            sides[usize::from(next.is_above())] += 1;
+        }
+        let [below, above] = sides;
+        if below.min(above) < SIDE_MIN {
+            return f32::NEG_INFINITY;
+        }
+        // Power that channels share is that of few directions, where weights hide what is next to
+        // the line: each channel by itself sees that.
+        let of_channels = followed.loudest[number % followed.loudest.len()] * followed.taken;
+        let ratio = self.powers[place].all / loudest;
+        let ratio = ratio.min(self.plains[place] / of_channels.max(f32::MIN_POSITIVE));
+        // Channels that share noise may share a line of it.
+        let channels = 1.0 + followed.noise.shrinkage * (followed.noise.channels - 1.0);
+        let count = 2 * (below + above);
+        deviate(ratio, 2.0 * channels, count as f32 * channels)
     }
 
     /// The most significant line in what the comb leaves.
