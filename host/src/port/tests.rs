@@ -284,8 +284,7 @@ fn a_port_that_cannot_be_opened_is_refused_in_plain_words() {
     let file = tempfile::NamedTempFile::new().expect("a file");
     let why = System
         .open(file.path().to_str().expect("UTF-8"))
-        .err()
-        .expect("no port")
+        .expect_err("no port")
         .to_string();
     assert!(
         why.contains("no serial port") && why.contains("ridgetone ports"),
