@@ -419,7 +419,7 @@ class Fit(Object):
     period_sigma_mm: float | None
     """Standard deviation of the period [mm]."""
     wander_percent: float | None
-    """How much the frequency differs from its mean, root mean square over the window [%]."""
+    """RMS deviation of the frequency from its mean over the window [%]."""
     wander_sigma_percent: float | None
     """Standard deviation of the wander [%]."""
     chirp_hz_per_s: float | None
@@ -427,19 +427,19 @@ class Fit(Object):
     chirp_sigma_hz_per_s: float | None
     """Standard deviation of the chirp [Hz/s]."""
     other_tone_hz: float | None
-    """Frequency of a second tone that is significant beside the first [Hz]."""
+    """Frequency of a second tone that is significant in the presence of the first [Hz]."""
     chirp_per_mm2: float | None
     """Change of the spatial frequency with position [1/mm^2]."""
     chirp_sigma_per_mm2: float | None
     """Standard deviation of the chirp by position [1/mm^2]."""
     other_tone_per_mm: float | None
-    """Spatial frequency of a second tone that is significant beside the first [1/mm]."""
+    """Spatial frequency of a second tone that is significant in the presence of the first [1/mm]."""
     other_tone_fraction: float | None
     """Power of the second tone over that of the first."""
     interferer_hz: float | None
     """Frequency of the interferer as fitted; null if none is set, or if the window is too short to fit it [Hz]."""
     status: Literal["good", "no_tone", "too_short", "nothing", "ambiguous", "doubtful", "unsteady"]
-    """How far the fit can be trusted."""
+    """Confidence in the fit."""
     harmonics: int
     """Harmonics in the fit, the fundamental included."""
     groups: int
