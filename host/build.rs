@@ -1,19 +1,23 @@
-//! Embeds the firmware images in the folder RIDGETONE_IMAGES, for a command that is given away alone.
-//! The folder is one that `cargo xtask firmware` makes: target/firmware.
+//! Embeds the firmware images of two boards from the folder RIDGETONE_IMAGES, for a command that is
+//! given away alone. The folder is one that `cargo xtask firmware` makes: target/firmware.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
+
+/// Boards whose images are embedded. The first is emulated by default.
+const BOARDS: [&str; 2] = ["feather-f405", "nucleo-f446re"];
 
 fn main() {
     println!("cargo::rerun-if-env-changed=RIDGETONE_IMAGES");
     let mut list = String::new();
     if let Some(folder) = env::var_os("RIDGETONE_IMAGES") {
-        let name = "feather-f405";
-        let elf = Path::new(&folder).join(name).join("ridgetone-firmware.elf");
-        println!("cargo::rerun-if-changed={}", elf.display());
-        match elf.canonicalize() {
-            Ok(elf) => list = format!("({name:?}, include_bytes!({elf:?})),"),
-            Err(error) => println!("cargo::error=RIDGETONE_IMAGES: {}: {error}", elf.display()),
+        for name in BOARDS {
+            let elf = Path::new(&folder).join(name).join("ridgetone-firmware.elf");
+            println!("cargo::rerun-if-changed={}", elf.display());
+            match elf.canonicalize() {
+                Ok(elf) => list += &format!("({name:?}, include_bytes!({elf:?})),"),
+                Err(error) => println!("cargo::error=RIDGETONE_IMAGES: {}: {error}", elf.display()),
+            }
         }
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());

@@ -158,7 +158,10 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let folder = target_dir().join("firmware").join(folder);
     create(&folder)?;
     let path = folder.join(binary).with_extension("elf");
-    write(&path, &bytes)?;
+    // A newer file would have the command that embeds it built anew.
+    if !read(&path).is_ok_and(|there| there == bytes) {
+        write(&path, &bytes)?;
+    }
     Ok((path, sizes))
 }
 

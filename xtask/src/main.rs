@@ -108,9 +108,13 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Builds the images of the real boards as ELF and raw files, and the command with the image of
-    /// its emulated board in it, with their SHA-256 checksums.
-    Release,
+    /// Builds the images of the real boards as ELF and raw files, and static commands for Linux with
+    /// two images in them, with their SHA-256 checksums, and says what cannot be made here.
+    Release {
+        /// Besides the images only this package: fails if it cannot be made.
+        #[arg(long, value_enum)]
+        only: Option<release::Package>,
+    },
     /// Packs the published crates, builds each from its package alone, without network, and fails
     /// if one lacks its licences, README or description. Says if they have no `repository` yet.
     Package {
@@ -146,7 +150,7 @@ fn main() -> ExitCode {
         Task::Test { all: true, .. } => testing::all(),
         Task::Test { .. } => testing::short(),
         Task::Pictures => testing::take_pictures(),
-        Task::Release => release::run(),
+        Task::Release { only } => release::run(only),
         Task::Package { publish } => package::check(publish),
         Task::Lint => lint::run(),
         Task::LintFirmware => images::lint(),

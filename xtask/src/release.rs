@@ -1,22 +1,24 @@
-//! `release`: the images of the real boards as files for every way to flash them, and the command with
-//! the image of its emulated board in it, with their checksums.
+//! `release`: the images of the real boards as files for every way to flash them, and the command
+//! with images in it, with their checksums.
+
+mod command;
+mod empty_root;
 
 use crate::images::{self, Board};
-use crate::tools::{announce, cargo, create, read, remove, run as run_command, target_dir, write};
-use anyhow::{Context, Result, ensure};
+use crate::tools::{announce, create, read, remove, target_dir, write};
+use anyhow::{Context, Result, bail, ensure};
+use clap::ValueEnum;
+use command::Processor;
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 use sha2::{Digest, Sha256};
-use std::env::consts::{ARCH, EXE_SUFFIX, OS};
+use std::env::consts::{ARCH, OS};
 use std::fs;
 use std::path::PathBuf;
 
 /// Where the files go, from cargo's target directory.
 const FOLDER: &str = "release-images";
-
-/// Image that `host/build.rs` embeds, from the folder of all images.
-const EMBEDDED: &str = "feather-f405/ridgetone-firmware.elf";
 
 /// The list of checksums, which `sha256sum --check` reads.
 const SUMS: &str = "SHA256SUMS";
@@ -30,10 +32,41 @@ struct Segment {
     bytes: Vec<u8>,
 }
 
+/// A package besides the images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Package {
+    /// The static command for Linux on x86-64.
+    #[value(name = "linux-x86_64")]
+    LinuxX86_64,
+    /// The static command for Linux on 64-bit Arm.
+    LinuxAarch64,
+    /// The command for the system that builds it.
+    Host,
+}
+
+/// A package as it was made.
+enum Made {
+    /// The command for the system in `name`.
+    File { name: String, path: PathBuf },
+    /// What cannot be made here, and why.
+    Missing(String),
+}
+
+impl Package {
+    fn make(self) -> Result<Made> {
+        match self {
+            Self::Host => command::host(),
+            Self::LinuxX86_64 => command::linux(Processor::X86_64),
+            Self::LinuxAarch64 => command::linux(Processor::Aarch64),
+        }
+    }
+}
+
 /// Builds each image, writes it as ELF and as raw bytes (for dfu-util, and for the drive that an
-/// ST-LINK shows), checks that these hold the image's sections, builds the command, and writes the
-/// checksums.
-pub fn run() -> Result<()> {
+/// ST-LINK shows), checks that these hold the image's sections, makes the packages, `only` one or
+/// all that can be made here, and writes the checksums. A static command replaces that for this
+/// system.
+pub fn run(only: Option<Package>) -> Result<()> {
     let folder = target_dir().join(FOLDER);
     remove(&folder)?;
     create(&folder)?;
@@ -51,39 +84,35 @@ pub fn run() -> Result<()> {
             sums += &sum_line(&name, bytes);
         }
     }
-    let (name, bytes) = (
-        format!("ridgetone-{version}-{OS}-{ARCH}{EXE_SUFFIX}"),
-        command()?,
-    );
-    sums += &sum_line(&name, &bytes);
-    // With its permissions.
-    let copied = fs::copy(built_command(), folder.join(&name));
-    copied.with_context(|| format!("cannot copy {}", built_command().display()))?;
+    let packages = only
+        .as_ref()
+        .map_or(Package::value_variants(), std::slice::from_ref);
+    let mut missing = Vec::new();
+    for package in packages {
+        let replaced = format!("-{OS}-{ARCH}\n");
+        if only.is_none() && *package == Package::Host && sums.contains(&replaced) {
+            continue;
+        }
+        let (name, path) = match package.make()? {
+            Made::File { name, path } => (format!("ridgetone-{version}-{name}"), path),
+            Made::Missing(why) if only.is_some() => bail!("{why}"),
+            Made::Missing(why) => {
+                missing.push(why);
+                continue;
+            }
+        };
+        sums += &sum_line(&name, &read(&path)?);
+        // With its permissions.
+        let copied = fs::copy(&path, folder.join(&name));
+        copied.with_context(|| format!("cannot copy {}", path.display()))?;
+    }
     write(&folder.join(SUMS), sums.as_bytes())?;
     print!("{sums}");
     println!("{}", folder.display());
+    for why in missing {
+        println!("not made: {why}");
+    }
     Ok(())
-}
-
-/// Place of the command once it is built.
-fn built_command() -> PathBuf {
-    target_dir().join(format!("release/ridgetone{EXE_SUFFIX}"))
-}
-
-/// Builds the command with the image of its emulated board in it, so that `ridgetone demo` needs
-/// neither a checkout nor a compiler, and checks that the image is in there.
-fn command() -> Result<Vec<u8>> {
-    announce("building the command `ridgetone` with the image in it: a few minutes the first time");
-    let images = target_dir().join("firmware");
-    let mut build = cargo("build --quiet --release --package ridgetone-host", []);
-    run_command(build.env("RIDGETONE_IMAGES", &images))?;
-    let command = read(&built_command())?;
-    let image = read(&images.join(EMBEDDED))?;
-    ensure!(
-        command.windows(image.len()).any(|bytes| bytes == image),
-        "the command was built without {EMBEDDED}"
-    );
-    Ok(command)
 }
 
 /// A line of [`SUMS`].

@@ -1,9 +1,9 @@
 //! Tasks that run another program of this workspace, with the images that it needs.
 
 use crate::images::{self, Board};
-use crate::inspect;
 use crate::tools::{announce, cargo, clean, create, find, read, root, run, target_dir, write};
-use anyhow::{Context, Result, anyhow, ensure};
+use crate::{inspect, toolchain};
+use anyhow::{Context, Result, anyhow};
 use std::path::Path;
 use std::process::Command;
 use std::{fs, thread};
@@ -143,11 +143,7 @@ pub fn generate(module: &str) -> Result<()> {
 /// command has it from.
 pub fn worklet() -> Result<()> {
     const TARGET: &str = "wasm32-unknown-unknown";
-    ensure!(
-        find("rustup").is_some(),
-        "the target {TARGET} comes with rustup, which is not here"
-    );
-    run(clean("rustup").args(["target", "add", TARGET])).context("the target for WebAssembly")?;
+    toolchain::add_target(TARGET)?;
     announce("building teletaction/assets/touch/stimulus.wasm");
     let library = "rustc --package ridgetone-teletaction --lib --crate-type cdylib --profile image";
     let mut cargo = cargo(library, ["--target", TARGET]);
@@ -165,11 +161,15 @@ pub fn worklet() -> Result<()> {
     Ok(())
 }
 
-/// Checks that the command builds for other systems, if rustup may fetch their core libraries.
+/// Checks that the command builds for other systems, as a package too, if rustup may fetch their core libraries.
 pub fn check_systems() -> Result<()> {
-    for target in ["x86_64-pc-windows-gnu", "aarch64-apple-darwin"] {
-        if run(clean("rustup").args(["--quiet", "target", "add", target])).is_err() {
-            println!("not checked: {target}, since rustup cannot fetch its core library");
+    for target in [
+        "x86_64-pc-windows-gnu",
+        "aarch64-apple-darwin",
+        "aarch64-unknown-linux-musl",
+    ] {
+        if let Err(error) = toolchain::add_target(target) {
+            println!("not checked: {target}: {error:#}");
             continue;
         }
         announce(format_args!("checking the command for {target}"));

@@ -7,7 +7,7 @@
 //! The environment variable `RIDGETONE_TOOLCHAIN` forces one: `rustup` or `debian`.
 
 use crate::install;
-use crate::tools::{announce, cargo, clean, find, output_of, run};
+use crate::tools::{announce, cargo, clean, find, output_of};
 use anyhow::{Context, Result, bail, ensure};
 use std::env;
 use std::path::{Path, PathBuf};
@@ -95,16 +95,10 @@ impl Toolchain {
     }
 
     fn install_rustup() -> Result<Self> {
-        let Some(rustup) = find("rustup") else {
-            bail!("rustup is not installed")
-        };
         announce(format_args!(
             "rustup target add {TARGET}, which may take a minute"
         ));
-        // One try: where downloads are not allowed, there is another way.
-        run(clean(rustup)
-            .env("RUSTUP_MAX_RETRIES", "1")
-            .args(["target", "add", TARGET]))?;
+        add_target(TARGET)?;
         Self::rustup()
     }
 
@@ -132,6 +126,16 @@ impl Toolchain {
         install::debian(&DEBIAN_PACKAGES)?;
         Self::debian()
     }
+}
+
+/// Has rustup fetch a target's core library, if it is missing. One try: where downloads are not
+/// allowed, a second would fail, too.
+pub fn add_target(target: &str) -> Result<()> {
+    let rustup =
+        find("rustup").with_context(|| format!("{target} comes with rustup, which is not here"))?;
+    let mut add = clean(rustup);
+    add.env("RUSTUP_MAX_RETRIES", "1");
+    output_of(add.args(["--quiet", "target", "add", target])).map(drop)
 }
 
 /// `rustc 1.96.0 (...)` to (1, 96).

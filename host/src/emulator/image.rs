@@ -24,8 +24,8 @@ pub struct Firmware {
 /// The usual image: embedded in this command, else in `CARGO_TARGET_DIR`, else in `target` of the
 /// workspace around the current directory, else of the one this program was built in.
 pub fn find() -> Result<Firmware> {
-    if let Some((name, bytes)) = EMBEDDED.iter().find(|(name, _)| *name == BOARD.name()) {
-        return of_bytes(bytes, name.as_ref());
+    if let Some(firmware) = embedded(BOARD.name().as_ref()) {
+        return firmware;
     }
     let here = std::env::current_dir().unwrap_or_default();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -47,11 +47,33 @@ pub fn find() -> Result<Firmware> {
     read(&found)
 }
 
-/// Reads a file. A device may never end.
+/// The image in this command with the name of its board, if there is one.
+fn embedded(name: &Path) -> Option<Result<Firmware>> {
+    let (_, bytes) = EMBEDDED
+        .iter()
+        .find(|(board, _)| name == Path::new(board))?;
+    Some(of_bytes(bytes, name))
+}
+
+/// Reads a file, or takes the embedded image of the board of that name. A device may never end.
 pub fn read(path: &Path) -> Result<Firmware> {
+    if !path.exists()
+        && let Some(firmware) = embedded(path)
+    {
+        return firmware;
+    }
     let shown = path.display();
     let found = std::fs::metadata(path).with_context(|| {
-        format!("{shown}: there is no such firmware image; `cargo xtask firmware` builds one")
+        let boards: Vec<_> = EMBEDDED.iter().map(|(name, _)| *name).collect();
+        match boards[..] {
+            [] => format!(
+                "{shown}: there is no such firmware image; `cargo xtask firmware` builds one"
+            ),
+            _ => format!(
+                "{shown}: no such file; this command holds the images {}",
+                boards.join(", ")
+            ),
+        }
     })?;
     ensure!(found.is_file(), "{shown}: not a file");
     of_bytes(

@@ -143,8 +143,8 @@ def live(
 
     `raw` requests every frame; `settings` are put into force first; `record` writes what arrives into a new recording. Of the
     emulated board: `scene` is what it feels, a file; `once` ends after one touch; `pace` is its speed, 0 as fast as possible;
-    `elf` is its firmware: without it the image is used that `cargo xtask firmware --board emulated` builds in the repository,
-    `target/firmware/emulated/ridgetone-firmware.elf`.
+    `elf` is its firmware: a file; without it the image is used that `cargo xtask firmware` builds in the repository,
+    `target/firmware/feather-f405/ridgetone-firmware.elf`.
     """
     is_emulated = source == "emulated"
     if not is_emulated and (scene is not None or once or pace != 1.0 or elf is not None):
