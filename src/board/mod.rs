@@ -46,6 +46,10 @@
 #![allow(unsafe_code)]
 
 /// The pins of the processor's own ADC in the order of its inputs, and scans of a frame by default.
+#[cfg_attr(
+    feature = "blackpill-f401",
+    allow(unused_macros, reason = "no image with its own ADC")
+)]
 macro_rules! inputs {
     ($scans:literal: [$($pin:ident),*]) => {
         #[cfg(feature = "own-adc")]
