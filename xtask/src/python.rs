@@ -107,6 +107,7 @@ pub fn run_tests(python: &Path) -> Result<String> {
         "--quiet",
         "-c",
         "host/python/pyproject.toml",
+        "host/python/tests",
     ]);
     tests.env("RIDGETONE_COMMAND", command);
     output_of(&mut tests).context("tests of the Python package")
