@@ -328,8 +328,8 @@ impl Ring {
     }
 }
 
-/// Most frames that are read at a time: the fit's blocks.
-const READ_FRAMES: usize = 8;
+/// Maximum number of packed frames read at a time: their copy lies on the stack.
+const READ_FRAMES: usize = 4;
 
 impl Default for Ring {
     fn default() -> Self {
