@@ -8,14 +8,13 @@ use crate::images::{self, Board};
 use crate::tools::{announce, create, read, remove, target_dir, write};
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
-use command::Processor;
+use command::{Made, Processor};
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 use sha2::{Digest, Sha256};
 use std::env::consts::{ARCH, OS};
 use std::fs;
-use std::path::PathBuf;
 
 /// Where the files go, from cargo's target directory.
 const FOLDER: &str = "release-images";
@@ -42,14 +41,6 @@ pub enum Package {
     LinuxAarch64,
     /// The command for the system that builds it.
     Host,
-}
-
-/// A package as it was made.
-enum Made {
-    /// The command for the system in `name`.
-    File { name: String, path: PathBuf },
-    /// What cannot be made here, and why.
-    Missing(String),
 }
 
 impl Package {

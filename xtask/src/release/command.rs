@@ -1,7 +1,6 @@
 //! The command `ridgetone` with firmware images in it, so that `ridgetone demo` needs neither a
 //! checkout nor a compiler: static for Linux, or for the system that builds it.
 
-use super::Made;
 use super::empty_root::EmptyRoot;
 use crate::images::Board;
 use crate::toolchain;
@@ -15,6 +14,14 @@ use std::path::{Path, PathBuf};
 
 /// Boards whose images `host/build.rs` embeds.
 const EMBEDDED: [Board; 2] = [Board::FeatherF405, Board::NucleoF446re];
+
+/// A package as it was made.
+pub enum Made {
+    /// The command for the system in `name`.
+    File { name: String, path: PathBuf },
+    /// What cannot be made here, and why.
+    Missing(String),
+}
 
 /// Processor of a static command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
