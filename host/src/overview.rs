@@ -262,7 +262,7 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    /// No spike is lost and no value is invented, at any number of steps.
+    /// Thinning keeps every spike and adds no value, whatever the number of steps.
     #[test]
     fn thinned_rows_keep_the_extremes_of_every_step() {
         let value = |row: usize, column: usize| match (row, column) {

@@ -141,8 +141,8 @@ fn start_external(rcc: &RCC) -> bool {
     has_started
 }
 
-/// The external oscillator has stopped. The processor goes on at 16 MHz (RM0090, 7.2.7), in which no time of
-/// this run is right: the next one starts with the internal oscillator, and says so.
+/// Handles the failure of the external oscillator. The processor now runs at 16 MHz (RM0090, 7.2.7), so
+/// every time in this run is wrong: the board restarts on the internal oscillator and reports it.
 #[cortex_m_rt::exception]
 unsafe fn NonMaskableInt() -> ! {
     die(&Record::of_oscillator(super::clock::now_us()))

@@ -108,7 +108,7 @@ impl Slide {
     }
 }
 
-/// The finger leaves: from when on, and how long the load takes to fall, seconds.
+/// A lift of the finger: its start, and the time in which the load falls to zero, seconds.
 #[derive(Clone, Copy)]
 struct Lift {
     start_s: f64,

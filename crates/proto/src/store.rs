@@ -153,8 +153,8 @@ impl<F: NorFlash> FlashStore<F> {
         (slot + 1) % Self::ALL
     }
 
-    /// First bytes of a slot. If they cannot be read zeros remain, which are neither whole nor
-    /// erased.
+    /// Reads the first bytes of a slot. Gives zeros, which are neither a whole record nor erased
+    /// flash, if the read fails.
     fn read<const BYTES: usize>(&mut self, slot: Slot) -> [u8; BYTES] {
         let mut bytes = [0; BYTES];
         let _ = self.flash.read(Self::offset(slot), &mut bytes);

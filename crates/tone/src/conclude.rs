@@ -233,7 +233,7 @@ pub struct Figures<'v> {
     pub image: Option<f32>,
     /// Cycles a window of the strongest function next to a line.
     pub nearest: f32,
-    /// Cycles a window of a part of the frequency that the interferer hides, if there is one.
+    /// Subharmonic of the tone that falls on the known interferer, cycles per window.
     pub hidden: Option<f32>,
     /// Whether lines and baseline have more unknowns than the window has room for.
     pub is_crowded: bool,

@@ -24,7 +24,7 @@ const fn usual_clock_mhz() -> u8 {
 }
 
 impl OnboardPlan {
-    /// Clocks of the converter, megahertz (DS8626, ADC characteristics, above 2.4 V).
+    /// Clock range of the STM32's ADC, MHz (DS8626, ADC characteristics, supply above 2.4 V).
     pub const CLOCKS_MHZ: RangeInclusive<u8> = 1..=36;
 
     /// What a plan stands for; of another converter's plan what its bits happen to say.
