@@ -177,3 +177,26 @@ fn f32_is_beside_f64_in_thousands_of_corners() {
     check(2000, 965.0, seed(), THOUSANDS_OFF_MAX);
     check(60, LONGEST, seed(), THOUSANDS_OFF_MAX);
 }
+
+/// What the rounding of a level that drifts leaves must not be taken for harmonics or for a lower
+/// fundamental, at any place of the level between two powers of two.
+#[test]
+fn the_rounding_of_a_level_is_no_tone() {
+    for level in [1.1, 1.5, 1.9, 9.5e-29, 1.9e20] {
+        for seed in 0..16 {
+            let corner = Corner {
+                frames: 4950.min(FRAMES_MAX),
+                cycles: 21.0 + seed as f64 / 16.0,
+                level,
+                over_tone: 6.6e4,
+                clear: 123.0,
+                alive: 0b1000_0101_0101,
+                harmonics: 3,
+                seed,
+            };
+            corner
+                .check(OFF_MAX)
+                .unwrap_or_else(|error| panic!("{corner:?}: {error}"));
+        }
+    }
+}

@@ -67,7 +67,9 @@ impl Units {
     fn change(&self, u: f32, values: &Values) -> [f32; 4] {
         core::array::from_fn(|k| {
             let value = values[usize::from(self.from[k]) % CHANNELS_MAX];
-            (value - (self.level[k] + self.slope[k] * u)) * self.inverse[k]
+            // The level goes first: a sum of level and slope would be rounded to steps of the level,
+            // which are periodic over the window and may be as large as a weak tone.
+            ((value - self.level[k]) - self.slope[k] * u) * self.inverse[k]
         })
     }
 }
