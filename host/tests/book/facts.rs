@@ -83,13 +83,33 @@ fn the_wiring_is_the_firmwares() {
             "the line is not on {pins}"
         );
     }
+    // The Black Pill's pins stand in a sentence.
+    let code = read(&root().join("src/board/blackpill_f411.rs"));
+    let (_, section) = page.split_once("### Black Pill").expect("its section");
+    for (signal, name) in [
+        ("CS", "Cs"),
+        ("START", "Start"),
+        ("RESET", "Reset"),
+        ("DRDY", "DrdyPin"),
+        ("TX", "Tx"),
+        ("RX", "Rx"),
+    ] {
+        let (before, _) = code.split_once(&format!(" as {name}")).expect(name);
+        let pin = before.rsplit(['{', ' ', ':']).next().expect("a pin");
+        let shown = format!("{signal} {pin}");
+        assert!(section.contains(&shown), "no {shown}");
+    }
 }
 
 /// The inputs of the boards without another chip, in the order of the firmware.
 #[test]
 fn the_inputs_of_the_own_converters_are_the_firmwares() {
     let page = read(&root().join("docs/guide/2-build.md"));
-    for (board, file) in [("Nucleo", "nucleo_f446re"), ("Feather", "feather_f405")] {
+    for (board, file) in [
+        ("Nucleo", "nucleo_f446re"),
+        ("Feather", "feather_f405"),
+        ("Black Pill", "blackpill_f411"),
+    ] {
         let code = read(&root().join(format!("src/board/{file}.rs")));
         let (_, inputs) = code.split_once("inputs! {").expect("the inputs");
         let list = inputs.split(['[', ']']).nth(1).expect("a list of pins");
@@ -102,7 +122,7 @@ fn the_inputs_of_the_own_converters_are_the_firmwares() {
         let row = page.lines().find_map(|line| line.strip_prefix(&start));
         let inputs = row.expect("the board's row").split(" | ").next();
         let names = inputs.expect("its inputs").split(", ");
-        let shown: Vec<&str> = names.filter_map(|name| name.split(' ').nth(1)).collect();
+        let shown: Vec<&str> = names.filter_map(|name| name.rsplit(' ').next()).collect();
         assert_eq!(shown, pins, "{board}");
         assert!(shown.len() >= 8, "{board}: {shown:?}");
     }
