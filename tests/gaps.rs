@@ -60,18 +60,21 @@ fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
 /// Nine hundredths of the window, or more than a tenth, anywhere in it.
 #[test]
 fn a_window_with_a_long_gap_is_doubtful_and_one_with_a_short_gap_good() {
-    for share in [0.0, 0.05, 0.09, 0.11, 0.2, 0.35, 0.45] {
-        let length = (share * FRAMES as f64) as usize;
+    for fraction in [0.0, 0.05, 0.09, 0.11, 0.2, 0.35, 0.45] {
+        let length = (fraction * FRAMES as f64) as usize;
         let (good, wrong, doubtful) = counts(|seed, frame| {
             let first = (FRAMES - length) * (seed * 37 % 120) / 120;
             (first..first + length).contains(&frame)
         });
-        let is_right = if share < 0.1 {
+        let is_right = if fraction < 0.1 {
             good >= 118 && doubtful == 0
         } else {
             good == 0 && doubtful > 20
         };
-        assert!(is_right && wrong == 0, "{share}: {good} {wrong} {doubtful}");
+        assert!(
+            is_right && wrong == 0,
+            "{fraction}: {good} {wrong} {doubtful}"
+        );
     }
 }
 

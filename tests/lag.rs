@@ -60,8 +60,8 @@ impl Wave {
         codes(self.frames, |c, frame| {
             let t_s = (frame + c as f64 / SLOTS) / f64::from(FRAME_RATE_HZ);
             let ridge_mm = start_mm + way * self.speed_mm_s * t_s;
-            let place_mm = if c / 4 % 2 == 1 { 2.3 } else { 0.0 };
-            let theta = TAU * (ridge_mm - place_mm) / self.period_mm;
+            let position_mm = if c / 4 % 2 == 1 { 2.3 } else { 0.0 };
+            let theta = TAU * (ridge_mm - position_mm) / self.period_mm;
             // Unlike piezoresistors differ in strength, sign and phase.
             let (gain, own) = [(1.0, 0.0), (0.4, 0.9), (-0.9, 0.2), (0.3, -1.3)][c % 4];
             let wave = (theta + own).cos() + self.overtone * (2.0 * theta + own).cos();

@@ -81,9 +81,9 @@ fn assert_same(fit: &Estimate, plain: &Estimate) {
     );
     // Blocks are cut elsewhere in the ring, which adds them up in another order: that is f32's own
     // error.
-    let least = (0.1 * plain.sigma).max(2e-6 * plain.frequency);
+    let min = (0.1 * plain.sigma).max(2e-6 * plain.frequency);
     assert!(
-        (fit.frequency - plain.frequency).abs() < least,
+        (fit.frequency - plain.frequency).abs() < min,
         "{fit:?}, and at first {plain:?}"
     );
 }
@@ -180,13 +180,13 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
                 let expected = begin + (plain_us * 1000).div_ceil(SCAN_NS);
                 // An image is of whole blocks, and the noise that is known decides which is the
                 // first.
-                let most = if matches!(event, Event::Image(_)) {
+                let max = if matches!(event, Event::Image(_)) {
                     8
                 } else {
                     4
                 };
                 assert!(
-                    number.abs_diff(expected) < most,
+                    number.abs_diff(expected) < max,
                     "wrap {wrap}: {event:?}, and at first {plain:?}"
                 );
             }

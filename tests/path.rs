@@ -23,7 +23,7 @@ fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScen
 
 /// Asserts the bars of the emulated run (host/tests/emulated.rs), here without an emulator. A test
 /// for another tone has false alarms: how many estimates are good is for [`Rate`].
-fn assert_within_bars(what: &str, out: &Outcome, truth: &Truth, rate: &mut Rate) {
+fn assert_within_limits(what: &str, out: &Outcome, truth: &Truth, rate: &mut Rate) {
     out.assert_touch(what, truth, 0.020);
     let what = format!("{what}: {out:?} {truth:?}");
     assert!(
@@ -70,7 +70,7 @@ fn all_of_table_2_within_its_bars() {
     for (what, scene) in table_2() {
         let truth = scene.truth();
         let out = outcome(&run(scene, Settings::default(), all));
-        assert_within_bars(&what, &out, &truth, &mut rate);
+        assert_within_limits(&what, &out, &truth, &mut rate);
     }
     rate.assert_good();
 }
@@ -92,7 +92,7 @@ fn all_of_table_2_from_recordings_of_any_rate() {
             };
             let board = SimulatedBoard::new(trace, options);
             let out = outcome(&run_on(board, Settings::default(), all));
-            assert_within_bars(&format!("{rate_hz} Hz, {what}"), &out, &truth, &mut rate);
+            assert_within_limits(&format!("{rate_hz} Hz, {what}"), &out, &truth, &mut rate);
         }
     }
     rate.assert_good();

@@ -36,7 +36,7 @@ const WRONG_MM: [f64; 3] = [2.0, 2.5, 3.0];
 const AMPLITUDE: f64 = 10_000.0;
 const NOISE: f64 = AMPLITUDE * 0.070_710_678;
 
-fn place_mm(frame: usize) -> f64 {
+fn position_mm(frame: usize) -> f64 {
     TOP_MM_S / (TAU * HAND_HZ) * (1.0 - (TAU * HAND_HZ * frame as f64 / RATE_HZ).cos())
 }
 
@@ -52,7 +52,7 @@ fn scan(wavelength_mm: f64, channels: usize) -> Vec<Values> {
         .map(|frame| {
             let mut values = [0.0; 16];
             for (value, phase) in values.iter_mut().zip(phases).take(channels) {
-                let wave = (TAU * (place_mm(frame) / wavelength_mm + phase)).cos();
+                let wave = (TAU * (position_mm(frame) / wavelength_mm + phase)).cos();
                 *value = (AMPLITUDE * wave + NOISE * normal(&mut rng)).round() as f32;
             }
             values
@@ -87,14 +87,14 @@ fn wavelength_by_fft(values: &[Values], first: usize) -> f64 {
 
 /// Cycles from which on a window must have a tone. One channel needs two, and two channels whose
 /// phases differ little: any bump looks like fewer.
-const fn cycles_least(channels: usize) -> f64 {
+const fn cycles_min(channels: usize) -> f64 {
     if channels <= 2 { 2.1 } else { CYCLES }
 }
 
 /// Errors of one scan, as shares of the true wavelength.
 #[derive(Debug, Default)]
 struct Errors {
-    /// Windows of [`cycles_least`] and more, and those of them with a tone.
+    /// Windows of [`cycles_min`] and more, and those of them with a tone.
     windows: usize,
     found: usize,
     /// All windows in which the fit has a tone, and those of them with two cycles and more.
@@ -119,25 +119,26 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
     let mut sums = Errors::default();
     for first in (0..FRAMES - window).step_by(STRIDE) {
         let values = &values[first..first + window];
-        let place = |frame: u32| (place_mm(first + frame as usize) - place_mm(first)) as f32;
+        let position =
+            |frame: u32| (position_mm(first + frame as usize) - position_mm(first)) as f32;
         let mut table = Table {
             values,
             valid: &valid,
         };
         let Some(mut span) = FrameSpan::new(&mut table, 0, window as u32)
             .with_quantization(1.0)
-            .along(&place)
+            .along(&position)
         else {
             continue;
         };
-        let places = || (0..window as u32).map(place);
-        let range_mm =
-            places().fold(f32::NEG_INFINITY, f32::max) - places().fold(f32::INFINITY, f32::min);
+        let positions = || (0..window as u32).map(position);
+        let range_mm = positions().fold(f32::NEG_INFINITY, f32::max)
+            - positions().fold(f32::INFINITY, f32::min);
         let cycles = range_mm as f64 / wavelength_mm;
         if cycles < CYCLES {
             continue;
         }
-        let counts = usize::from(cycles >= cycles_least(channels));
+        let counts = usize::from(cycles >= cycles_min(channels));
         sums.windows += counts;
         let fit = fitter
             .fit(&mut span, &Scene::with_harmonics(harmonics))
@@ -198,23 +199,23 @@ fn table(channels: usize, window: usize) -> (Vec<Errors>, Vec<Errors>) {
 #[test]
 fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
     // With few channels the error is mostly that of the shortest windows.
-    for (channels, fit_most) in [(1, 0.045), (2, 0.045), (16, 0.0035)] {
+    for (channels, fit_max) in [(1, 0.045), (2, 0.045), (16, 0.0035)] {
         let (right, wrong) = table(channels, WINDOW);
         for e in right.iter().chain(&wrong) {
-            assert!(e.fit < fit_most && e.fit < 0.5 * e.fft, "{channels}: {e:?}");
+            assert!(e.fit < fit_max && e.fit < 0.5 * e.fft, "{channels}: {e:?}");
             // Where the fit has no tone, in the shortest windows, the spectrum is not judged either.
             assert!((0.03..0.205).contains(&e.fft), "{e:?}");
             assert!(e.found as f64 >= 0.95 * e.windows as f64, "{e:?}");
         }
         // His error doubles from 1 to 3 mm and more; here it is that of the number of cycles in the
         // window.
-        let most =
+        let max =
             |errors: &[Errors], of: fn(&Errors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
-        assert!(most(&wrong, |e| e.fft) > 1.4 * most(&right, |e| e.fft));
+        assert!(max(&wrong, |e| e.fft) > 1.4 * max(&right, |e| e.fft));
         // Windows overlap: of the fewest some 60 are independent, and the ratio is known to 13 %. One
         // channel of two cycles may have a curve beside it, and a sigma that says so.
         assert!(
-            channels == 1 || most(&wrong, |e| e.per_cycle) < 1.4 * most(&right, |e| e.per_cycle),
+            channels == 1 || max(&wrong, |e| e.per_cycle) < 1.4 * max(&right, |e| e.per_cycle),
             "{right:?} {wrong:?}"
         );
         if channels == 16 {

@@ -31,9 +31,9 @@ fn finds(what: &str, plan: Plan, tones: &[(f64, f64)], rate: &mut Rate) {
         let (events, out, truth) = touch(plan, *speed_mm_s, *period_mm);
         let rate_hz = f64::from(plan.frame_rate_hz());
         // Ends are dated to a few blocks of four frames of touch detection.
-        let bar_s = 0.020_f64.max(8.0 * f64::from(plan.frames_averaged()) / rate_hz);
+        let limit_s = 0.020_f64.max(8.0 * f64::from(plan.frames_averaged()) / rate_hz);
         let what = format!("{what}, {rate_hz} Hz, {speed_mm_s} mm/s, {period_mm} mm");
-        out.assert_slide(&what, &truth, bar_s);
+        out.assert_slide(&what, &truth, limit_s);
         let what = format!("{what}: {out:?} {truth:?}");
         assert!(
             matches!(&events[0], Event::Hello(hello) if f64::from(hello.frame_rate_hz) == rate_hz),

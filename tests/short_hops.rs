@@ -108,7 +108,7 @@ fn below_fifty_milliseconds_each_window_is_a_track_and_twenty_a_second_are_estim
 fn a_stride_that_the_plan_cannot_provide_is_refused_with_those_that_it_can() {
     for stride_s in [0.0, 0.004, 4.0, f32::NAN] {
         let error = with_stride(stride_s).validate().unwrap_err();
-        assert_eq!((error.field.as_str(), error.least), ("stride_s", 0.0041));
+        assert_eq!((error.field.as_str(), error.min), ("stride_s", 0.0041));
         assert_eq!(
             error.to_string(),
             format!("stride_s = {stride_s}: choose a value from 0.0041 to 3.9")
@@ -144,7 +144,7 @@ fn events_say_how_long_after_their_time_they_were_reported() {
     let names: Vec<_> = reported.iter().map(|(name, _)| *name).collect();
     assert_eq!(names, ["contact", "moving", "slide", "slide", "release"]);
     for (name, after_us) in reported {
-        let most_us = if name == "moving" { 60_000 } else { 500_000 };
-        assert!((4_000..most_us).contains(&after_us), "{name}: {after_us}");
+        let max_us = if name == "moving" { 60_000 } else { 500_000 };
+        assert!((4_000..max_us).contains(&after_us), "{name}: {after_us}");
     }
 }

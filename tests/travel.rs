@@ -187,7 +187,7 @@ fn a_grating_finer_than_the_pitch_is_ambiguous() {
 /// The defaults are those of a contact 8 mm long. How wrong they are for another is in the guide.
 #[test]
 fn another_contact_wants_a_calibration_of_its_own() {
-    for (contact_mm, least, most) in [(7.0, 0.024, 0.04), (9.0, -0.03, -0.005)] {
+    for (contact_mm, min, max) in [(7.0, 0.024, 0.04), (9.0, -0.03, -0.005)] {
         for period_mm in [2.6, 3.1, 3.6] {
             let finger = Some(Finger {
                 contact_mm,
@@ -201,7 +201,7 @@ fn another_contact_wants_a_calibration_of_its_own() {
             for fit in estimates(scene, Settings::DEFAULT) {
                 let off = f64::from(fit.travel.spatial_period_mm) / period_mm - 1.0;
                 let what = format!("{contact_mm} mm: {off}, {fit:?}");
-                assert!((least..most).contains(&off), "{what}");
+                assert!((min..max).contains(&off), "{what}");
                 // Nobody has calibrated it, and the uncertainty says so.
                 let sigma = f64::from(fit.travel.spatial_period_sigma_mm) / period_mm;
                 assert_eq!(fit.travel.status, TravelStatus::Uncalibrated, "{what}");

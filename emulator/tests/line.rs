@@ -82,15 +82,15 @@ fn times_of_edges_are_right_to_some_microseconds_also_while_bytes_arrive() {
             let late: Vec<i64> = (run.emulator.readings().iter().skip(from))
                 .map(|reading| i64::from(reading.t_us) - (reading.edge_ns / 1000) as i64)
                 .collect();
-            let (least, most) = (
+            let (min, max) = (
                 late.iter().min().expect("readings"),
                 late.iter().max().expect("readings"),
             );
             println!(
                 "{board:?}: with {bytes} bytes arriving time stamps jitter by {} us",
-                most - least
+                max - min
             );
-            assert!(most - least <= 3, "{board:?}: {least} to {most} us");
+            assert!(max - min <= 3, "{board:?}: {min} to {max} us");
         }
     }
 }

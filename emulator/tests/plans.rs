@@ -120,10 +120,10 @@ fn check(board: Board, name: &str, plan: Plan, seconds: u32) {
         missing,
     } = run_plan(board, plan, seconds);
     let mean = loads.iter().sum::<f32>() / loads.len() as f32 * 100.0;
-    let most = loads.iter().fold(0.0f32, |most, load| most.max(*load)) * 100.0;
+    let max = loads.iter().fold(0.0f32, |max, load| max.max(*load)) * 100.0;
     let stack = (last.stack_used_bytes, last.stack_bytes);
     println!(
-        "{board:?}, {name}: load {mean:.1} % on the average, {most:.1} % in its busiest second; {slides} slides, {good} \
+        "{board:?}, {name}: load {mean:.1} % on the average, {max:.1} % in its busiest second; {slides} slides, {good} \
          good estimates; stack {stack:?}; {:.2} frames/s",
         last.frame_rate_hz
     );

@@ -90,7 +90,7 @@ fn a_window_for_each_frame_is_answered_within_fifteen_milliseconds() {
             .iter()
             .map(|(at_s, track)| at_s - seconds(track.t_us))
             .collect();
-        let [median_s, most_s] = quantiles(ages);
+        let [median_s, max_s] = quantiles(ages);
         let rate_hz = (tracks.len() - 1) as f64 / lasts_s;
         let good: Vec<_> = tracks
             .iter()
@@ -99,7 +99,7 @@ fn a_window_for_each_frame_is_answered_within_fifteen_milliseconds() {
         let load = arrived
             .iter()
             .filter_map(|(_, event)| health(event))
-            .fold(0.0f32, |most, health| most.max(health.load));
+            .fold(0.0f32, |max, health| max.max(health.load));
         println!(
             "{board:?}, {window_s} s: {rate_hz:.0} tracks a second, {} of {} good, {} overruns, age {:.1} ms, 95 % {:.1} ms, \
              load up to {:.0} %, {:.0} estimates a second",
@@ -107,11 +107,11 @@ fn a_window_for_each_frame_is_answered_within_fifteen_milliseconds() {
             tracks.len(),
             last.overruns,
             1e3 * median_s,
-            1e3 * most_s,
+            1e3 * max_s,
             100.0 * load,
             whole as f64 / lasts_s,
         );
-        assert!(rate_hz > 200.0 && most_s < 0.015, "{rate_hz} {most_s}");
+        assert!(rate_hz > 200.0 && max_s < 0.015, "{rate_hz} {max_s}");
         assert!(whole as f64 <= 20.0 * lasts_s + 1.0, "{whole}");
         assert!(
             10 * good.len() > 8 * tracks.len(),

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fmt::Write;
 
 /// Longest message, characters.
-const MOST: usize = 1200;
+const MAX: usize = 1200;
 /// Characters that stay of the end of a longer one, where the reason stands.
 const END: usize = 400;
 
@@ -31,7 +31,7 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
 /// An [`escaped`] text of bounded length: of a longer one the middle goes.
 pub fn printable(text: &str) -> Cow<'_, str> {
     let safe = escaped(text);
-    match safe.chars().count() > MOST {
+    match safe.chars().count() > MAX {
         true => Cow::Owned(cut(&safe)),
         false => safe,
     }
@@ -40,7 +40,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 fn cut(text: &str) -> String {
     let length = text.chars().count();
     let mark = format!(" ... ({length} characters) ... ");
-    let begin = MOST - END - mark.len();
+    let begin = MAX - END - mark.len();
     let start: String = text.chars().take(begin).collect();
     let end: String = text.chars().skip(length - END).collect();
     start + &mark + &end
@@ -73,11 +73,11 @@ mod tests {
         for filling in ["x", "\x1b", "ä"] {
             let long = format!("a.csv: line 5: {}: no number", filling.repeat(64_000));
             let cut = printable(&long);
-            assert_eq!(cut.chars().count(), MOST);
+            assert_eq!(cut.chars().count(), MAX);
             assert!(cut.starts_with("a.csv: line 5: ") && cut.ends_with(": no number"));
             assert_eq!(printable(&cut), cut);
         }
-        let just = "x".repeat(MOST);
+        let just = "x".repeat(MAX);
         assert_eq!(printable(&just), just);
     }
 }

@@ -61,10 +61,10 @@ pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding
     };
     let (frequency_hz, period_mm) = (truth.frequency_hz, scene.period_mm);
     if frequency_hz >= 0.5 * frame_rate_hz {
-        let least_mm = frequency_hz * period_mm / (0.5 * frame_rate_hz);
+        let min_mm = frequency_hz * period_mm / (0.5 * frame_rate_hz);
         let message = format!(
             "period_mm = {period_mm}: makes {frequency_hz:.1} Hz, and {frame_rate_hz:.2} frames a second follow less \
-             than half their rate: choose more than {least_mm:.3} mm, or a lower speed"
+             than half their rate: choose more than {min_mm:.3} mm, or a lower speed"
         );
         return refuse(
             ["period_mm", "speed_mm_s", "peak_mm_s"]

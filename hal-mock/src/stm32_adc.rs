@@ -15,7 +15,7 @@ const STEPS: f64 = 4096.0;
 /// is the reference, adds some.
 const NOISE_STEPS: f64 = 1.0;
 /// A bridge's voltage at rest, volts: half of 5 V.
-const REST_V: f64 = 2.5;
+const IDLE_V: f64 = 2.5;
 
 /// Amplifier between a bridge and a pin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,8 +51,8 @@ impl Stm32Adc {
     pub fn sample(&mut self, input: u8, t_s: f64) -> u16 {
         let bridge_v = self.scene.volts(input, t_s);
         let pin_v = match self.amplifier {
-            Amplifier::Bare => bridge_v * Self::VREF_V / (2.0 * REST_V),
-            Amplifier::Gain(gain) => 0.5 * Self::VREF_V + gain * (bridge_v - REST_V),
+            Amplifier::Bare => bridge_v * Self::VREF_V / (2.0 * IDLE_V),
+            Amplifier::Gain(gain) => 0.5 * Self::VREF_V + gain * (bridge_v - IDLE_V),
         };
         let steps = pin_v / Self::VREF_V * STEPS + NOISE_STEPS * self.noise.gaussian();
         // A scene without a reading is zero.

@@ -6,16 +6,16 @@ use std::io::Read;
 use std::path::Path;
 
 /// Longest file that is read, bytes. Those that people write have some thousands.
-const MOST: usize = 1 << 20;
+const MAX: usize = 1 << 20;
 
 /// Reads a short file whole. A long one, and a device that never ends, are refused.
 pub fn short_text(path: impl AsRef<Path>) -> Result<String, FileError> {
     let file = path.as_ref().display().to_string();
     let mut bytes = Vec::new();
     File::open(&path)
-        .and_then(|file| file.take(MOST as u64 + 1).read_to_end(&mut bytes))
+        .and_then(|file| file.take(MAX as u64 + 1).read_to_end(&mut bytes))
         .map_err(|error| FileError::new(&file, None, error))?;
-    if bytes.len() > MOST {
+    if bytes.len() > MAX {
         let why = "longer than 1 MiB, which settings, scenes and textures never are";
         return Err(FileError::new(&file, None, why));
     }

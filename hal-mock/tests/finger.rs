@@ -55,8 +55,8 @@ struct Line {
 
 impl Line {
     /// Where there are no grooves, 1 N spread as a parabola over a contact whose middle is at
-    /// `lean_mm`; ridges carry `share` times that.
-    fn new(finger: &Finger, at_mm: f64, lean_mm: f64, share: f64) -> Option<Self> {
+    /// `lean_mm`; ridges carry `fraction` times that.
+    fn new(finger: &Finger, at_mm: f64, lean_mm: f64, fraction: f64) -> Option<Self> {
         let half_mm = finger.contact_mm / 2.0;
         let width_mm = PI * finger.contact_mm / 4.0;
         let off_mm = at_mm - lean_mm;
@@ -64,7 +64,7 @@ impl Line {
             * (1.0 - (off_mm / half_mm).powi(2));
         (off_mm.abs() < half_mm).then_some(Self {
             at_mm,
-            press: even * share,
+            press: even * fraction,
         })
     }
 
@@ -106,12 +106,12 @@ fn summed(
     let lines = 400;
     let step_mm = scene.ridge_mm / f64::from(lines);
     // The ridges carry what the grooves do not.
-    let share = scene.period_mm / scene.ridge_mm * step_mm;
+    let fraction = scene.period_mm / scene.ridge_mm * step_mm;
     sum((-20..=20).flat_map(|ridge| {
         let middle_mm = place_mm + f64::from(ridge) * scene.period_mm;
         (0..lines).filter_map(move |line| {
             let at_mm = middle_mm + (f64::from(line) + 0.5) * step_mm - scene.ridge_mm / 2.0;
-            let line = Line::new(finger, at_mm, lean_mm, share)?;
+            let line = Line::new(finger, at_mm, lean_mm, fraction)?;
             Some(line.strains(finger, sensor_mm, friction))
         })
     }))
@@ -147,12 +147,12 @@ fn the_series_is_the_sum_of_the_line_loads() {
                 for (input, sensor_mm, tilt) in SENSORS {
                     let strains =
                         summed(&parameters, sensor_mm, place_mm, way * friction, way * 0.5);
-                    let wanted = bridge_v(tilt, strains.0, strains.1);
+                    let expected = bridge_v(tilt, strains.0, strains.1);
                     let got = scene.clean_volts(input, t_s);
                     // The tone is 1 to 15 mV.
                     assert!(
-                        (got - wanted).abs() < 6e-6,
-                        "{period_mm} mm, AIN{input}: {got} instead of {wanted}"
+                        (got - expected).abs() < 6e-6,
+                        "{period_mm} mm, AIN{input}: {got} instead of {expected}"
                     );
                 }
             }
@@ -176,10 +176,10 @@ fn summed_under_ridges(scene: &Sliding, sensor_mm: f64, place_mm: f64) -> (f64, 
         });
         let on_the_grating = stands_mm.sum::<f64>() / width_mm;
         // Grating and skin bear what their grooves do not.
-        let share = scene.period_mm / scene.ridge_mm * 2.0 * on_the_grating * step_mm;
+        let fraction = scene.period_mm / scene.ridge_mm * 2.0 * on_the_grating * step_mm;
         (0..lines).filter_map(move |line| {
             let at_mm = middle_mm + (f64::from(line) + 0.5) * step_mm - 0.5 * width_mm;
-            let line = Line::new(finger, at_mm, finger.lean_mm, share)?;
+            let line = Line::new(finger, at_mm, finger.lean_mm, fraction)?;
             Some(line.strains(finger, sensor_mm, finger.friction))
         })
     }))
@@ -208,14 +208,14 @@ fn under_a_ridged_skin_the_series_is_the_sum_of_the_ridges_that_meet() {
             for (input, sensor_mm, tilt) in SENSORS {
                 let place_mm = scene.position_mm(t_s);
                 let (normal, shear) = summed_under_ridges(&parameters, sensor_mm, place_mm);
-                let wanted = bridge_v(tilt, normal, shear);
+                let expected = bridge_v(tilt, normal, shear);
                 let got = scene.clean_volts(input, t_s);
                 // The load makes some 10 mV. Overtones beyond the 24th are left out: at 1.2 mm all
                 // odd ones reach the sensors.
                 let off_max = if period_mm == 1.2 { 1e-4 } else { 4e-5 };
                 assert!(
-                    (got - wanted).abs() < off_max,
-                    "{period_mm} mm, AIN{input}: {got} instead of {wanted}"
+                    (got - expected).abs() < off_max,
+                    "{period_mm} mm, AIN{input}: {got} instead of {expected}"
                 );
             }
         }
@@ -252,7 +252,7 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
         let those = powers.iter().filter(|(mm, _)| *mm < until_mm);
         those.copied().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
     };
-    let least_beyond = |powers: &[(f64, f64)], from_mm: f64| {
+    let min_beyond = |powers: &[(f64, f64)], from_mm: f64| {
         let those = powers.iter().filter(|(mm, _)| *mm > from_mm);
         those.copied().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
     };
@@ -263,7 +263,7 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
             ..Finger::default()
         });
         let (peak_mm, peak) = greatest(&powers, 2.2);
-        let (trough_mm, trough) = least_beyond(&powers, peak_mm);
+        let (trough_mm, trough) = min_beyond(&powers, peak_mm);
         println!(
             "{skin_ridge_mm} mm: {peak:.2e} V^2 at {peak_mm:.2} mm, {trough:.2e} at {trough_mm:.2} mm"
         );
@@ -285,7 +285,7 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
             ..Finger::default()
         });
         let (peak_mm, peak) = greatest(&powers, 2.0);
-        peak / least_beyond(&powers, peak_mm).1
+        peak / min_beyond(&powers, peak_mm).1
     };
     let (near, far) = (over(0.8), over(1.3));
     println!("maximum over trough: {near:.2} at 0.8 mm, {far:.2} at 1.3 mm");
@@ -315,9 +315,9 @@ fn overtones_and_phases_come_out_of_the_geometry() {
             .map(|h| tone(0)[h].amplitude_v() / fundamental_v)
             .collect();
         let lag = (tone(0)[0].phase_rad() - tone(4)[0].phase_rad()).rem_euclid(TAU);
-        let wanted = (TAU * 2.3 / period_mm).rem_euclid(TAU);
+        let expected = (TAU * 2.3 / period_mm).rem_euclid(TAU);
         println!(
-            "{period_mm} mm: {:.2} mV, {ratios:.3?}, lag {lag:.3} of {wanted:.3} rad",
+            "{period_mm} mm: {:.2} mV, {ratios:.3?}, lag {lag:.3} of {expected:.3} rad",
             1e3 * fundamental_v
         );
         // The cover is a low-pass: coarser gratings are stronger, and so are their overtones.
@@ -328,8 +328,8 @@ fn overtones_and_phases_come_out_of_the_geometry() {
         );
         // The contact's ends pull at the phase.
         assert!(
-            (lag - wanted).abs() < 0.26,
-            "{period_mm} mm: {lag} instead of {wanted}"
+            (lag - expected).abs() < 0.26,
+            "{period_mm} mm: {lag} instead of {expected}"
         );
         before = fundamental_v;
     }
@@ -356,12 +356,12 @@ fn under_a_long_contact_the_lag_is_that_of_the_pitch() {
         );
         let pressure = 1.5 * 3600.0 / (300.0 * PI * 75.0);
         let ridge = PI * 0.6 / period_mm;
-        let wanted =
+        let expected =
             0.25 * 2.0 * ridge.sin() / ridge * pressure / 1.7 * (-kz).exp() * quarter.hypot(level);
         let got = scene.channels()[0].amplitude_v();
         assert!(
-            (got / wanted - 1.0).abs() < 2e-3,
-            "{period_mm} mm: {got} instead of {wanted}"
+            (got / expected - 1.0).abs() < 2e-3,
+            "{period_mm} mm: {got} instead of {expected}"
         );
     }
 }
@@ -385,7 +385,7 @@ fn the_pull_of_the_contacts_ends_is_the_closed_form() {
             let apart = 4.0 * b / (a * a - b * b);
             // The first piezoresistor alone feels shear; without its share of normal strain,
             // nothing else.
-            for (input, normal_share, wanted) in [
+            for (input, normal_share, expected) in [
                 (1, 0.5, apart * (z - 3.0 * z / (1.0 + 3.0 * k * z))),
                 (0, 0.0, apart * (z - 1.0 / k)),
             ] {
@@ -398,8 +398,8 @@ fn the_pull_of_the_contacts_ends_is_the_closed_form() {
                 );
                 let got = beyond_pitch_rad(&scene, input, period_mm);
                 assert!(
-                    (got / wanted - 1.0).abs() < off_max,
-                    "{contact_mm}, {period_mm} mm: {got} for {wanted}"
+                    (got / expected - 1.0).abs() < off_max,
+                    "{contact_mm}, {period_mm} mm: {got} for {expected}"
                 );
             }
         }
@@ -409,7 +409,7 @@ fn the_pull_of_the_contacts_ends_is_the_closed_form() {
 /// The figures in the crate's documentation.
 #[test]
 fn the_pull_is_as_strong_as_documented() {
-    for (contact_mm, least, most) in [(8.0, 0.24, 0.32), (5.0, 0.25, 1.13)] {
+    for (contact_mm, min, max) in [(8.0, 0.24, 0.32), (5.0, 0.25, 1.13)] {
         let (mut weakest, mut strongest) = (f64::MAX, 0f64);
         for period_mm in [2.6, 3.1, 3.6, 4.1] {
             let scene = on_grating(
@@ -425,10 +425,10 @@ fn the_pull_is_as_strong_as_documented() {
             }
         }
         assert!(
-            weakest > least && strongest < most,
+            weakest > min && strongest < max,
             "{contact_mm} mm: {weakest} to {strongest}"
         );
-        assert!(strongest > most - 0.01, "{contact_mm} mm: {strongest}");
+        assert!(strongest > max - 0.01, "{contact_mm} mm: {strongest}");
     }
 }
 
@@ -564,13 +564,13 @@ fn what_is_too_fast_for_the_scan_aliases() {
         2.0 / count * f64::hypot(cos_v, sin_v)
     };
     // 95 % of a deformation come at once, and the pole is at 388.2 Hz.
-    let wanted_v = 0.95 * tone_v / (true_hz / 388.2).hypot(1.0);
+    let expected_v = 0.95 * tone_v / (true_hz / 388.2).hypot(1.0);
     let got_v = amplitude_v(frame_rate_hz - true_hz);
     assert!(
-        (got_v / wanted_v - 1.0).abs() < 5e-3,
-        "{got_v} V instead of {wanted_v} V"
+        (got_v / expected_v - 1.0).abs() < 5e-3,
+        "{got_v} V instead of {expected_v} V"
     );
-    assert!(amplitude_v(frame_rate_hz - true_hz + 15.0) < 0.01 * wanted_v);
+    assert!(amplitude_v(frame_rate_hz - true_hz + 15.0) < 0.01 * expected_v);
 }
 
 #[test]

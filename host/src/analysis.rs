@@ -13,7 +13,7 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Power of an empty bin, decibels: below the floor of 24 bits and 16 channels.
-const LEAST_DB: f32 = -120.0;
+const DB_MIN: f32 = -120.0;
 
 /// The neighbourhood of a line reaches five cycles a window to both sides: the estimator takes the
 /// noise there (`crates/tone/src/neighbours.rs`).
@@ -131,7 +131,7 @@ fn lines(tone: &Estimate, bin_hz: f64, power_db: &[f32]) -> Vec<HarmonicLine> {
 }
 
 fn decibel(power: f32) -> f32 {
-    (10.0 * power.log10()).max(LEAST_DB)
+    (10.0 * power.log10()).max(DB_MIN)
 }
 
 /// The spectrum of what `whole` leaves of `volts`, both by taxel, around the tone of

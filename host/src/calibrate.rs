@@ -27,14 +27,14 @@ const PITCH_SIGMA: f64 = 0.03;
 
 /// Greatest difference between the speed that is given and that of the tone, as a share: a grating
 /// of another period, or a harmonic, is off by more.
-const SPEED_OFF_MOST: f64 = 0.03;
+const SPEED_OFF_MAX: f64 = 0.03;
 
 /// Longest period by the nominal pitch over the true one: the contact's ends then change the lag by
 /// a fifth.
-const PULLED_MOST: f32 = 1.25;
+const PULLED_MAX: f32 = 1.25;
 
 /// Longest period, in nominal pitches of the array: at two, both directions look alike.
-const PITCHES_MOST: f32 = 1.98;
+const PITCHES_MAX: f32 = 1.98;
 
 pub struct Grating {
     pub name: String,
@@ -133,7 +133,7 @@ fn measure(
         // The lag itself is wanted.
         edge_phase_sigma_rad: 0.0,
         period_min_mm: 0.98 * near,
-        period_max_mm: (PULLED_MOST * near).min(PITCHES_MOST * pitch_mm),
+        period_max_mm: (PULLED_MAX * near).min(PITCHES_MAX * pitch_mm),
         ..Array::DEFAULT
     };
     let (plan, vref_v) = match &source {
@@ -203,7 +203,7 @@ fn measure(
     let (lag_rad, found_mm_s) = (mean(&lags), mean(&speeds_mm_s));
     if let Some(speed_mm_s) = how.speed_mm_s {
         ensure!(
-            (found_mm_s / speed_mm_s - 1.0).abs() < SPEED_OFF_MOST,
+            (found_mm_s / speed_mm_s - 1.0).abs() < SPEED_OFF_MAX,
             "{name}: by its tone a grating of {period_mm} mm moves at {found_mm_s:.2} mm/s, where --speed is {speed_mm_s}: \
              give the period of this grating, or its own speed"
         );

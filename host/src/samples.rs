@@ -232,7 +232,7 @@ const LOOK_BYTES: u64 = 1 << 16;
 
 /// Maximum number of bytes of a recording that is not in a file, as long as a week of a fast
 /// instrument's.
-const KEPT_MOST: u64 = 4 << 30;
+const KEPT_MAX: u64 = 4 << 30;
 
 /// A file that holds what `input` gives, and is removed when nobody needs it. A device may never
 /// end: what is no recording by its beginning is refused there.
@@ -242,7 +242,7 @@ fn kept(input: &mut dyn Read) -> std::io::Result<TempPath> {
     if Form::of(file.path())? == Form::Table {
         Content::of(Box::new(File::open(file.path())?)).map_err(std::io::Error::other)?;
     }
-    if std::io::copy(&mut input.take(KEPT_MOST), &mut file)? == KEPT_MOST {
+    if std::io::copy(&mut input.take(KEPT_MAX), &mut file)? == KEPT_MAX {
         return Err(std::io::Error::other(
             "more than 4 GiB: write it into a file, and name that",
         ));

@@ -10,7 +10,7 @@ use crate::tables::{RowReader, Timing};
 use crate::touch_times::{SlideTimes, Touches};
 use anyhow::{Result, ensure};
 use hal_mock::FileError;
-use ridgetone_proto::plan::FRAME_RATE_LEAST_HZ;
+use ridgetone_proto::plan::FRAME_RATE_MIN_HZ;
 use ridgetone_proto::telemetry::Status;
 use std::path::Path;
 use std::sync::Arc;
@@ -36,10 +36,10 @@ pub fn fit(
     let Some(SlideTimes { start_s, end_s }) = slide else {
         let mut found = table_fit::fit(&mut *samples.open()?, selection, progress)?;
         let is_asked = is_given || is_whole;
-        let is_slow = found.rate_hz < f64::from(FRAME_RATE_LEAST_HZ);
+        let is_slow = found.rate_hz < f64::from(FRAME_RATE_MIN_HZ);
         if !is_asked && is_slow && is_touch_table(samples, selection) {
             let note = format!(
-                "all of it is fitted: touches are looked for from {FRAME_RATE_LEAST_HZ} rows a second on; choose a part with --from and --to"
+                "all of it is fitted: touches are looked for from {FRAME_RATE_MIN_HZ} rows a second on; choose a part with --from and --to"
             );
             found.guessed = joined([found.guessed, Some(note)]);
         }

@@ -10,7 +10,7 @@ use std::path::Path;
 const HOSTILE: &str = "a\x1b]0;title\x07b\u{9b}2Jc\u{202e}d\x7f";
 
 /// A line of standard error is never longer than this, bytes: some characters have four.
-const MOST_BYTES: usize = 5000;
+const BYTES_MAX: usize = 5000;
 
 fn is_harmless(character: char) -> bool {
     character == '\n' || !(character.is_control() || character == '\u{202e}')
@@ -23,7 +23,7 @@ fn check(arguments: &[&str]) -> bool {
     assert!(error.chars().all(is_harmless), "{arguments:?}: {error:?}");
     for line in error.lines() {
         assert!(
-            line.len() < MOST_BYTES,
+            line.len() < BYTES_MAX,
             "{arguments:?}: {} bytes",
             line.len()
         );

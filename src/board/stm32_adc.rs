@@ -294,7 +294,7 @@ impl converter::Converter for Converter {
         ])
     }
 
-    fn least_period_us(&mut self) -> u32 {
+    fn min_period_us(&mut self) -> u32 {
         // What has stopped makes none.
         let running = self.plan.averaging().filter(|_| self.runs());
         running.map_or(u32::MAX, |averaging| averaging.share_us())

@@ -87,9 +87,9 @@ impl Bench {
         // No step is steeper than the actuator allows, one code of rounding included. From 0 V to
         // its rest a stylus goes with the slew of the default.
         let slew_v = ACTUATOR.slew_v_s / SAMPLE_HZ as f32;
-        let most = slew_v / ACTUATOR.voltage_v * MAX_CODE + 1.0;
+        let max = slew_v / ACTUATOR.voltage_v * MAX_CODE + 1.0;
         let steepest = self.stylus().steepest;
-        assert!(f32::from(steepest) <= most, "{t_s} s: {steepest} of {most}");
+        assert!(f32::from(steepest) <= max, "{t_s} s: {steepest} of {max}");
     }
 
     /// Passes a time; gives the report of its last second.

@@ -131,8 +131,8 @@ fn the_phase_is_continuous() {
             let y = stimulus.next(counts(x).wrapping_add(from));
             // 37.5 V at the highest frequency, and the fade of 75 V in 20 ms.
             let hz = 100.0 / periods_mm.iter().fold(f32::MAX, |a, b| a.min(*b));
-            let most = 37.5 * TAU as f32 * hz / 5000.0 + 75.0 / 0.02 / 5000.0 + 0.5;
-            assert!((y - last).abs() < most, "{latency_s} {n}: {last} {y}");
+            let max = 37.5 * TAU as f32 * hz / 5000.0 + 75.0 / 0.02 / 5000.0 + 0.5;
+            assert!((y - last).abs() < max, "{latency_s} {n}: {last} {y}");
             last = y;
         }
     }
@@ -272,9 +272,9 @@ fn fast_hands_are_held_back_and_one_that_leaves_stops_softly() {
         stimulus.lift();
         let after: Vec<f32> = (2000..2100).map(|n| stimulus.next(speed * n)).collect();
         // The steepest of the sine, and the fade.
-        let most = expected_v * TAU as f32 * (25 * speed) as f32 / 5000.0 + 0.75 + 0.5;
+        let max = expected_v * TAU as f32 * (25 * speed) as f32 / 5000.0 + 0.75 + 0.5;
         let steps = after.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-        assert!(steps.fold(0.0, f32::max) < most, "{speed}");
+        assert!(steps.fold(0.0, f32::max) < max, "{speed}");
         assert_eq!((stimulus.amplitude_v(), after[99]), (0.0, 75.0));
     }
 }

@@ -166,7 +166,7 @@ proptest! {
         let actuator = Actuator { voltage_v, slew_v_s, fade_s, ..Actuator::PIEZO };
         let configured = bench.command(Command::Configure(Parameters { actuator, ..Parameters::DEFAULT }));
         prop_assert_eq!(configured, Some(Outcome::Done));
-        let most = (f64::from(slew_v_s) / 1e4 / f64::from(voltage_v) * 4095.0 * 1.000_001).max(1.0) as u16;
+        let max = (f64::from(slew_v_s) / 1e4 / f64::from(voltage_v) * 4095.0 * 1.000_001).max(1.0) as u16;
         let (mut counter, mut last) = (0i32, 0u16);
         for (speed, what, value) in moves {
             match what {
@@ -178,7 +178,7 @@ proptest! {
             for _ in 0..30 {
                 counter = counter.wrapping_add(i32::from(speed) >> (what + 2));
                 let code = bench.sample(counter);
-                prop_assert!(code <= 4095 && code.abs_diff(last) <= most, "{last} {code} {most}");
+                prop_assert!(code <= 4095 && code.abs_diff(last) <= max, "{last} {code} {max}");
                 last = code;
             }
         }

@@ -60,16 +60,16 @@ impl Case {
         self.off_at_least(fit, truth, 0.0)
     }
 
-    /// As [`off`](Self::off), with no standard deviation smaller than `least`.
-    pub fn off_at_least(&self, fit: &Fit, truth: f64, least: f64) -> (f64, f64) {
+    /// As [`off`](Self::off), with no standard deviation smaller than `min`.
+    pub fn off_at_least(&self, fit: &Fit, truth: f64, min: f64) -> (f64, f64) {
         // Taxels that are invalid in more than a tenth of the frames do not keep frames from
         // counting.
         let some = self.valid.iter().filter(|valid| **valid != 0);
-        let share = |c: usize| {
+        let fraction = |c: usize| {
             some.clone().filter(|valid| **valid & 1 << c == 0).count() * 10 <= some.clone().count()
         };
         let taxels = (0..16)
-            .filter(|c| share(*c))
+            .filter(|c| fraction(*c))
             .fold(0, |mask, c| mask | 1 << c);
         let mut nearest = (f64::MAX, 0.0);
         for baseline in [
@@ -81,7 +81,7 @@ impl Case {
             let mut likelihood = Likelihood::new(&self.values, fit.harmonics as usize, baseline);
             likelihood.interferer = self.interferer.map(f64::from);
             let likelihood = likelihood.only(fit.usable, &self.valid, taxels);
-            let sigma = likelihood.sigma(truth).max(least);
+            let sigma = likelihood.sigma(truth).max(min);
             let off = (fit.frequency as f64 - truth).abs() / sigma;
             let sure = fit.sigma as f64 / sigma;
             // The one that was fitted is known by both.

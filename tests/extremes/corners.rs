@@ -39,7 +39,7 @@ struct Corner {
 prop_compose! {
     fn corner(longest: f64)(
         long in 0.0..1.0,
-        share in 0.0..1.0,
+        fraction in 0.0..1.0,
         scale in -30.0..30.0,
         // 5 V over a microvolt.
         over in 0.0..6.7,
@@ -52,8 +52,8 @@ prop_compose! {
         // As many short ones as long ones; as many slow tones as fast ones, of which all harmonics
         // are in the band.
         let frames = (24.0 * (longest / 24.0f64).powf(long)).round();
-        let (least, most) = (2.0, (0.4 / f64::from(harmonics) * frames).max(2.1));
-        let cycles = least * f64::powf(most / least, share);
+        let (min, max) = (2.0, (0.4 / f64::from(harmonics) * frames).max(2.1));
+        let cycles = min * f64::powf(max / min, fraction);
         let (level, over_tone, clear) = (10f64.powf(scale), 10f64.powf(over), 10f64.powf(clear));
         Corner { frames: frames as usize, cycles, level, over_tone, clear, alive, harmonics, seed }
     }
@@ -115,8 +115,8 @@ impl Corner {
             // An answer that is off by a line is another tone: whether that may happen is for the
             // tests of other files.
             if (f64::from(fit.frequency) - truth).abs() * (self.frames as f64) < 0.5 {
-                let least = (LAST_DIGITS * truth).max(self.rounding());
-                let (off, _) = case.off_at_least(&fit, truth, least);
+                let min = (LAST_DIGITS * truth).max(self.rounding());
+                let (off, _) = case.off_at_least(&fit, truth, min);
                 prop_assert!(off < off_max, "{off} of the bound: {fit:?}");
             } else {
                 prop_assert!(!self.is_clear(), "another line: {fit:?}");

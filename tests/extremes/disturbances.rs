@@ -96,12 +96,12 @@ fn assert_not_good_and_wrong(what: &str, fit: &Fit, off: f64) {
 }
 
 /// Two tones of a ratio of frequencies, the second of a share of the first's amplitude, in noise.
-fn two_tones(ratio: f64, share: f64, noise_codes: f64, seed: u64) -> Fit {
+fn two_tones(ratio: f64, fraction: f64, noise_codes: f64, seed: u64) -> Fit {
     let mut noise = Noise::new(seed);
     let values = codes(FRAMES, |c, t| {
         let phase = (c as u64 + 7 * seed) as f64;
         let tones = (TAU * FREQUENCY * t + 1.3 * phase).cos()
-            + share * (TAU * ratio * FREQUENCY * t + 2.9 * phase).cos();
+            + fraction * (TAU * ratio * FREQUENCY * t + 2.9 * phase).cos();
         1000.0 * tones + noise_codes * noise.next()
     });
     Case::new(values).fit()
@@ -111,8 +111,8 @@ fn two_tones(ratio: f64, share: f64, noise_codes: f64, seed: u64) -> Fit {
 /// than half of the window may be lost in the noise of its own neighbourhood, and is never good.
 #[test]
 fn a_tone_that_starts_or_ends_inside_is_found() {
-    let check = |what: &str, share: f64, fit: &Fit, frequency: f64| {
-        if share < 0.45 {
+    let check = |what: &str, fraction: f64, fit: &Fit, frequency: f64| {
+        if fraction < 0.45 {
             assert_ne!(fit.status, Status::Good, "{what}: {fit:?}");
         } else {
             let off = off(fit, frequency) * FRAMES as f64;
@@ -159,17 +159,17 @@ fn a_step_of_the_reference_is_no_tone() {
         let mut noise = Noise::new(seed);
         let part = |step: f64| (seed as f64 * step).fract();
         let cycles = 2.5 + 3.0 * part(0.618);
-        let (at, share) = (0.1 + 0.8 * part(0.414), 0.03 + 0.17 * part(0.732));
+        let (at, fraction) = (0.1 + 0.8 * part(0.414), 0.03 + 0.17 * part(0.732));
         let tone = cycles / STEP_FRAMES as f64;
         let fit = Case::new(codes(STEP_FRAMES, |c, n| {
             let level = 40_000.0 + 1_500.0 * c as f64;
             let is_before = n < (at - 0.5) * STEP_FRAMES as f64;
-            let reference = if is_before { 1.0 } else { 1.0 + share };
+            let reference = if is_before { 1.0 } else { 1.0 + fraction };
             let wave = (TAU * tone * n + c as f64 * 0.4).cos();
             (level + 1000.0 * wave) / reference + 50.0 * noise.next()
         }))
         .fit();
-        let what = format!("seed {seed}, {cycles} cycles, {share} at {at}");
+        let what = format!("seed {seed}, {cycles} cycles, {fraction} at {at}");
         assert_not_good_and_wrong(&what, &fit, off(&fit, tone));
     }
 }
@@ -193,15 +193,12 @@ fn two_tones_of_equal_strength() {
             }
             // Half a bin: the other tone pulls.
             let off_of = |of: f64| off(&fit, of * FREQUENCY);
-            let least = off_of(1.0).min(off_of(ratio));
+            let min = off_of(1.0).min(off_of(ratio));
             let is_ambiguous = fit.status == Status::Ambiguous;
-            assert!(
-                least < 0.5 / FRAMES as f64 || is_ambiguous,
-                "{what}: {fit:?}"
-            );
+            assert!(min < 0.5 / FRAMES as f64 || is_ambiguous, "{what}: {fit:?}");
             // The part of the other tone that all channels share is projected out, so the truth is
             // nearer than a reference that is pulled by it.
-            assert_not_good_and_wrong(&what, &fit, least);
+            assert_not_good_and_wrong(&what, &fit, min);
             if let Some(common) = common {
                 let is_right = off_of(common) < 5.0 * fit.sigma as f64;
                 assert!(is_ambiguous || is_right, "{what}: {fit:?}");
@@ -214,11 +211,11 @@ fn two_tones_of_equal_strength() {
 /// multiple of it: an answer names it.
 #[test]
 fn a_weaker_tone_is_named() {
-    for share in [0.5, 0.25, 0.125] {
+    for fraction in [0.5, 0.25, 0.125] {
         for ratio in [1.73, 2.37, 3.7] {
             for seed in 0..5 {
-                let fit = two_tones(ratio, share, 20.0, seed);
-                let what = format!("{share} at {ratio}, seed {seed}");
+                let fit = two_tones(ratio, fraction, 20.0, seed);
+                let what = format!("{fraction} at {ratio}, seed {seed}");
                 if fit.status.has_tone() {
                     let other = fit.other_tone.unwrap_or_else(|| panic!("{what}: {fit:?}"));
                     let off = (other.frequency as f64 - ratio * FREQUENCY).abs();

@@ -40,9 +40,9 @@ fn window_with(harmonics: &[f64], cycles: f64, drift: Drift, amplitude: f64, see
     let factor = |c: usize| swing * AMPLITUDE * (c as f64 * 0.7 + seed as f64).sin();
     Case::new(codes(FRAMES, |c, t| {
         let phase = 2.4 * c as f64 + 0.77 * seed as f64;
-        let wave = |(h, share): (usize, &f64)| {
+        let wave = |(h, fraction): (usize, &f64)| {
             let turns = (h + 1) as f64 * cycles / FRAMES as f64 * t;
-            share * (TAU * turns + phase * (1.0 + 0.3 * h as f64)).cos()
+            fraction * (TAU * turns + phase * (1.0 + 0.3 * h as f64)).cos()
         };
         let tone = amplitude * harmonics.iter().enumerate().map(wave).sum::<f64>();
         tone + factor(c) * self::drift(time, t) + 0.0707 * AMPLITUDE * noise.next()
@@ -50,8 +50,8 @@ fn window_with(harmonics: &[f64], cycles: f64, drift: Drift, amplitude: f64, see
 }
 
 /// The mean error over fifty windows is within its own noise and a tenth of the uncertainty, and no
-/// good answer is wrong; at least `least` are good.
-fn assert_unbiased(cycles: f64, time: f64, swing: f64, least: usize) -> Result<(), String> {
+/// good answer is wrong; at least `min` are good.
+fn assert_unbiased(cycles: f64, time: f64, swing: f64, min: usize) -> Result<(), String> {
     let truth = cycles / FRAMES as f64;
     let good = good(50, |seed| window(cycles, time, swing, AMPLITUDE, seed));
     let count = good.len() as f64;
@@ -65,10 +65,10 @@ fn assert_unbiased(cycles: f64, time: f64, swing: f64, least: usize) -> Result<(
     let mean = errors().sum::<f64>() / count;
     let squares = errors().map(|error| (error - mean).powi(2)).sum::<f64>();
     let spread = (squares / (count - 1.0)).sqrt();
-    let bar = 3.0 * spread / count.sqrt() + 0.1;
+    let limit = 3.0 * spread / count.sqrt() + 0.1;
     let wrong = good.iter().filter(|fit| is_off(fit, truth)).count();
-    let is_unbiased = good.len() < FEW || mean.abs() < bar && spread < 2.0;
-    if good.len() >= least && wrong == 0 && is_unbiased {
+    let is_unbiased = good.len() < FEW || mean.abs() < limit && spread < 2.0;
+    if good.len() >= min && wrong == 0 && is_unbiased {
         Ok(())
     } else {
         Err(format!(
@@ -92,12 +92,12 @@ fn is_off(fit: &Fit, truth: f64) -> bool {
 }
 
 /// Asserts it of every number of cycles with every drift under it.
-fn assert_all_unbiased(cycles: &[f64], times: &[f64], swings: &[f64], least: usize) {
+fn assert_all_unbiased(cycles: &[f64], times: &[f64], swings: &[f64], min: usize) {
     let (mut failed, mut tried) = (Vec::new(), 0);
     for cycles in cycles {
         for time in times {
             for swing in swings {
-                failed.extend(assert_unbiased(*cycles, *time, *swing, least).err());
+                failed.extend(assert_unbiased(*cycles, *time, *swing, min).err());
                 tried += 1;
             }
         }
@@ -145,8 +145,8 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
             // A polynomial describes a drift to a three hundredth, and up to three cycles may be a
             // part of it.
             let is_plain = swing < 100.0 && time > 0.4 && cycles > 3.2;
-            let least = if is_plain { 18 } else { 0 };
-            if off > 0 || good.len() < least {
+            let min = if is_plain { 18 } else { 0 };
+            if off > 0 || good.len() < min {
                 wrong.push(format!(
                     "{cycles} cycles, time {time}, swing {swing}: {} of 20 good, {off} of them off",
                     good.len()

@@ -91,7 +91,7 @@ fn the_shortest_window_and_the_longest() {
     assert!(accepts(longest) && !accepts(1.01 * longest));
     // The least share of good windows. One and a fifth cycles with room for four harmonics may be
     // less of another tone, and fifteen unknowns leave little of 24 frames.
-    for (window_s, cycles, carried, most, least) in [
+    for (window_s, cycles, carried, max, min) in [
         (shortest, 1.0, 1, 1, 0.0),
         (shortest, 1.3, 1, 4, 0.95),
         (shortest, 2.4, 2, 5, 0.5),
@@ -107,7 +107,7 @@ fn the_shortest_window_and_the_longest() {
         for seed in 0..20 {
             let mut tone = tone(cycles, frames_of(window_s), 50.0, seed);
             tone.harmonics = carried;
-            let case = case(&tone, most);
+            let case = case(&tone, max);
             let fit = case.fit();
             if fit.status == Status::Good {
                 good += 1;
@@ -117,7 +117,7 @@ fn the_shortest_window_and_the_longest() {
             }
         }
         assert!(
-            f64::from(good) >= 20.0 * least,
+            f64::from(good) >= 20.0 * min,
             "{window_s} s, {cycles} cycles: {good} of 20 are good"
         );
     }

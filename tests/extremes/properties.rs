@@ -50,7 +50,7 @@ prop_compose! {
     /// Frequencies in shares from `cycles` in the window to `highest` cycles per frame.
     fn any(cycles: f64, highest: f64, fewest: usize, clear: std::ops::Range<f64>, decades: std::ops::Range<f64>)(
         frames in fewest..=965,
-        share in 0.0..1.0,
+        fraction in 0.0..1.0,
         decades in decades,
         clear in clear,
         offset in -8e6..8e6,
@@ -60,7 +60,7 @@ prop_compose! {
     ) -> Any {
         // As many low ones as high ones.
         let lowest = cycles / frames as f64;
-        let frequency = lowest * (highest / lowest).powf(share);
+        let frequency = lowest * (highest / lowest).powf(fraction);
         Any { frames, frequency, amplitude: 10f64.powf(decades), clear: 10f64.powf(clear), offset, phase, harmonics, seed }
     }
 }

@@ -11,10 +11,10 @@ fn any_settings_are_refused_or_run() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut valid = 0;
     for n in 0..300 {
-        let mut between = |least: f32, most: f32| {
+        let mut between = |min: f32, max: f32| {
             // The bounds themselves too.
-            let share = (rng.next_u32() % 9) as f32 / 8.0;
-            least + share * (most - least)
+            let fraction = (rng.next_u32() % 9) as f32 / 8.0;
+            min + fraction * (max - min)
         };
         let protocol = Slide {
             rule: SlideRule::Protocol,

@@ -17,7 +17,7 @@ pub enum Baseline {
 pub struct Likelihood<'a> {
     values: &'a [[f32; 16]],
     /// When each was taken, frames from the centre.
-    places: Vec<f64>,
+    positions: Vec<f64>,
     /// Frames that count.
     rows: Vec<usize>,
     /// Bit c: channel c counts.
@@ -31,11 +31,11 @@ pub struct Likelihood<'a> {
 impl<'a> Likelihood<'a> {
     pub fn new(values: &'a [[f32; 16]], harmonics: usize, baseline: Baseline) -> Self {
         let centre = 0.5 * (values.len() as f64 - 1.0);
-        let places = (0..values.len()).map(|n| n as f64 - centre).collect();
+        let positions = (0..values.len()).map(|n| n as f64 - centre).collect();
         let rows = (0..values.len()).collect();
         Self {
             values,
-            places,
+            positions,
             rows,
             channels: u16::MAX,
             harmonics,
@@ -121,11 +121,11 @@ impl<'a> Likelihood<'a> {
 
     fn columns(&self, f: f64) -> Vec<Vec<f64>> {
         let half = self
-            .places
+            .positions
             .iter()
-            .fold(0.0, |most: f64, place| most.max(place.abs()));
+            .fold(0.0, |max: f64, position| max.max(position.abs()));
         let column =
-            |of: &dyn Fn(f64) -> f64| self.rows.iter().map(|n| of(self.places[*n])).collect();
+            |of: &dyn Fn(f64) -> f64| self.rows.iter().map(|n| of(self.positions[*n])).collect();
         let degree = match self.baseline {
             Baseline::Line => 1,
             Baseline::Polynomial(degree) => degree,

@@ -101,8 +101,8 @@ impl Sent {
             // Flipped bits.
             5 | 6 => {
                 for _ in 0..=what / 64 {
-                    let place = at() % frame.len();
-                    frame[place] ^= 1 << (at() % 8);
+                    let position = at() % frame.len();
+                    frame[position] ^= 1 << (at() % 8);
                 }
             }
             // Twice.

@@ -101,13 +101,13 @@ pub fn check(image: &[u8]) -> Result<usize> {
     let found = places(image)?;
     let mut more = Vec::new();
     for (file, places) in &found {
-        let most = allowed(file);
-        if places.len() > most {
+        let max = allowed(file);
+        if places.len() > max {
             let list = places
                 .iter()
                 .map(|(line, column)| format!(" {file}:{line}:{column}"));
             let (count, list) = (places.len(), list.collect::<String>());
-            more.push(format!("{count} places in {file}, {most} known:{list}"));
+            more.push(format!("{count} places in {file}, {max} known:{list}"));
         }
     }
     ensure!(

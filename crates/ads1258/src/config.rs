@@ -40,7 +40,7 @@ pub enum Mux {
 }
 
 /// Bits of the longest transfer: a command and all ten registers.
-const FRAME_BITS_MOST: u32 = 8 * 11;
+const FRAME_BITS_MAX: u32 = 8 * 11;
 
 /// The whole configuration of the chip (SBAS297G, register descriptions).
 ///
@@ -282,7 +282,7 @@ impl Config {
     /// read zeros or garbage, at bring-up too.
     pub const fn sclk_min_hz(&self) -> u32 {
         let timeout_ticks = if self.short_spi_timeout { 256 } else { 4096 };
-        (FRAME_BITS_MOST as u64)
+        (FRAME_BITS_MAX as u64)
             .saturating_mul(self.clock_hz as u64)
             .div_ceil(timeout_ticks) as u32
     }

@@ -44,8 +44,8 @@ impl Model {
         match self {
             Self::Ads1258 => frame,
             Self::Ads1158 => {
-                let [most @ .., _] = frame;
-                most
+                let [max @ .., _] = frame;
+                max
             }
         }
     }

@@ -27,11 +27,11 @@ impl FrameSource for LockedRing<'_> {
     fn read(
         &mut self,
         first: u32,
-        most: usize,
+        max: usize,
         show: &mut dyn FnMut(&[Values], &[u16]),
     ) -> Result<(), Overwritten> {
         let ring = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        ring.read(first, most, show).ok_or(Overwritten)
+        ring.read(first, max, show).ok_or(Overwritten)
     }
 }
 

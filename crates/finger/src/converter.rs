@@ -137,7 +137,7 @@ pub trait Converter {
 
     /// Shortest time for a sample with the registers as they are now, where they are not those that
     /// were written: microseconds, rounded down, at least 1.
-    fn least_period_us(&mut self) -> u32;
+    fn min_period_us(&mut self) -> u32;
 }
 
 /// What the tasks need to know of a converter without talking to it.

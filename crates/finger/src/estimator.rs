@@ -23,7 +23,7 @@ use ridgetone_tone::{Fit, FrameSource, OVERTONES, Overwritten, Values};
 /// windows of the named plans frames were taken out in a row: of those that were still good none
 /// was wrong with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Frames that are
 /// missing here and there do no harm: none was wrong with 40 % missing.
-const GAP_SHARE: u32 = 10;
+const GAP_DIVISOR: u32 = 10;
 /// Least time from one whole estimate to the next between tracks, microseconds.
 const ESTIMATES_US: u64 = (1e6 * TRACK_STRIDE_S) as u64;
 /// Frames that are looked at at a time.
@@ -142,10 +142,10 @@ impl Estimator {
         let fitted = fit(&mut self.tracker, window, source, &self.settings);
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
-        let least = window.frames / GAP_SHARE;
+        let min = window.frames / GAP_DIVISOR;
         // Nearly always none are missing: then nothing is read again.
-        let has_gap = fitted.fit.frames.saturating_add(least) < window.frames
-            && has_gap(window, least, source)?;
+        let has_gap =
+            fitted.fit.frames.saturating_add(min) < window.frames && has_gap(window, min, source)?;
         self.overtones = fitted.fit.overtones;
         self.estimate(fitted, window, has_gap)
     }
@@ -232,8 +232,8 @@ impl Estimator {
     }
 }
 
-/// Whether more than `least` frames in a row are missing in a window.
-fn has_gap(window: &Window, least: u32, source: &mut dyn FrameSource) -> Result<bool, Overwritten> {
+/// Whether more than `min` frames in a row are missing in a window.
+fn has_gap(window: &Window, min: u32, source: &mut dyn FrameSource) -> Result<bool, Overwritten> {
     let (mut longest, mut gap, mut left) = (0u32, 0u32, window.frames);
     while left > 0 {
         let mut count = 1;
@@ -247,7 +247,7 @@ fn has_gap(window: &Window, least: u32, source: &mut dyn FrameSource) -> Result<
         })?;
         left = left.saturating_sub(count);
     }
-    Ok(longest > least)
+    Ok(longest > min)
 }
 
 /// How a fit's frequency moves, as an estimate has it; `per_unit` is an estimate's frequency over

@@ -79,7 +79,7 @@ impl Fitted {
     /// A taxel's phase as if a scan were read at once, turns.
     pub fn turns(&self, taxel: usize) -> f32 {
         // Its slot is later in the scan.
-        let ahead = self.fit.frequency * self.per_slot * self.scan.slots_late(taxel) as f32;
+        let ahead = self.fit.frequency * self.per_slot * self.scan.slots_after_first(taxel) as f32;
         self.fit
             .channels
             .get(taxel)

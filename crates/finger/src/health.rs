@@ -12,7 +12,7 @@ use ridgetone_proto::telemetry::Health;
 /// The greeting is repeated after every tenth `health`, for a listener that connects later.
 const GREETING_HEALTHS: u8 = 10;
 /// The rate may be off by this share of it, 1 / 200: no crystal is.
-const RATE_SHARE: u64 = 200;
+const RATE_TOLERANCE: u64 = 200;
 /// Time from one check of the rate to the next, at least, seconds. The checks twice a second and
 /// those with each `health` make 141 frames at most by default. So a clock that is off by 1 % for
 /// 0.6 s, 145 frames, is off for more than half of one of these intervals.
@@ -124,7 +124,7 @@ impl HealthReporter {
         let is_known = frames < 10 * self.health_frames
             && passed_us <= u32::MAX as u64
             && breaks == from_breaks;
-        if is_known && RATE_SHARE * passed_us.abs_diff(nominal_us) > nominal_us {
+        if is_known && RATE_TOLERANCE * passed_us.abs_diff(nominal_us) > nominal_us {
             diagnostics.fault(FaultKind::Clock, assembler.board_us);
         }
     }

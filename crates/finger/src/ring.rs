@@ -243,9 +243,9 @@ impl Ring {
         if frames == 0 {
             return false;
         }
-        let share = 1.0 / frames as f32;
+        let fraction = 1.0 / frames as f32;
         if self.in_row == 1 {
-            *mean = sums.map(|sum| sum * share);
+            *mean = sums.map(|sum| sum * fraction);
             return true;
         }
         let (mut rest, mut first) = (self.inputs, 0);
@@ -255,7 +255,7 @@ impl Ring {
                 sum += sums[at % TAXELS];
                 at += self.channels as usize;
             }
-            mean[rest.trailing_zeros() as usize % TAXELS] = sum * share;
+            mean[rest.trailing_zeros() as usize % TAXELS] = sum * fraction;
             (rest, first) = (rest & (rest - 1), first + 1);
         }
         true
@@ -274,23 +274,23 @@ impl Ring {
 
     /// When a frame was by the least late one of the times of its row and of so many rows behind
     /// it, put back by the scan's period: microseconds, and nanoseconds on top.
-    pub fn least_late(&self, number: u32, rows: u32) -> Option<(u32, i32)> {
+    pub fn min_delay(&self, number: u32, rows: u32) -> Option<(u32, i32)> {
         let row_us = |number: u32| {
             self.t_us
                 .get((self.place(number)? / self.in_row.max(1)) as usize)
                 .copied()
         };
-        let (from_us, mut least_ns) = (row_us(number)?, 0);
+        let (from_us, mut min_ns) = (row_us(number)?, 0);
         for later in (1..=rows).map(|row| row * self.in_row) {
             let passed_us = row_us(number.wrapping_add(later))?.wrapping_sub(from_us);
-            least_ns = least_ns.min(
+            min_ns = min_ns.min(
                 passed_us
                     .wrapping_mul(1000)
                     .wrapping_sub(later * self.frame_ns) as i32,
             );
         }
         let in_row_ns = self.place(number)? % self.in_row.max(1) * self.frame_ns;
-        Some((from_us, least_ns.wrapping_add_unsigned(in_row_ns)))
+        Some((from_us, min_ns.wrapping_add_unsigned(in_row_ns)))
     }
 
     /// See [`FrameSource::read`].
@@ -298,12 +298,12 @@ impl Ring {
     pub fn read<R>(
         &self,
         first: u32,
-        most: usize,
+        max: usize,
         read: impl FnOnce(&[Values], &[u16]) -> R,
     ) -> Option<R> {
         let at = self.place(first)?;
         let there = self.next.wrapping_sub(first);
-        let count = (most as u32).min(there).min(self.frames - at);
+        let count = (max as u32).min(there).min(self.frames - at);
         if self.in_row > 1 {
             return Some(self.read_packed(at, count, read));
         }
@@ -341,10 +341,10 @@ impl FrameSource for &Ring {
     fn read(
         &mut self,
         first: u32,
-        most: usize,
+        max: usize,
         show: &mut dyn FnMut(&[Values], &[u16]),
     ) -> Result<(), Overwritten> {
-        Ring::read(self, first, most, show).ok_or(Overwritten)
+        Ring::read(self, first, max, show).ok_or(Overwritten)
     }
 }
 
@@ -425,21 +425,21 @@ mod tests {
                     let t_us = t_us.wrapping_add(u32::MAX - 9000);
                     ring.push(&[1.0; TAXELS], plan.inputs, t_us);
                 }
-                let mut most_us = 0.0f64;
+                let mut max_us = 0.0f64;
                 for first in (70..200).step_by(7) {
                     let [from, until] =
-                        [first, first + 600].map(|frame| ring.least_late(frame, 7).unwrap());
+                        [first, first + 600].map(|frame| ring.min_delay(frame, 7).unwrap());
                     let passed_us = f64::from(until.0.wrapping_sub(from.0))
                         + f64::from(until.1 - from.1) * 1e-3;
-                    most_us = most_us.max((passed_us - 600.0 * period_us).abs());
+                    max_us = max_us.max((passed_us - 600.0 * period_us).abs());
                 }
                 // The counter's microsecond, and what the clock is off by: over one row, and over
                 // eight if some are late.
                 let rows_us = f64::from(plan.frames_a_row() as u32)
                     * period_us
                     * [1.0, 8.0][lateness as usize];
-                let bar_us = 1.1 + (clock - 1.0f64).abs() * rows_us;
-                assert!(most_us < bar_us, "{plan:?} {clock}: {most_us}");
+                let limit_us = 1.1 + (clock - 1.0f64).abs() * rows_us;
+                assert!(max_us < limit_us, "{plan:?} {clock}: {max_us}");
             }
         }
     }

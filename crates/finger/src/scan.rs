@@ -158,7 +158,7 @@ impl Scan {
     }
 
     /// By how many slots a taxel is sampled later than the first.
-    pub(crate) const fn slots_late(&self, taxel: usize) -> u32 {
+    pub(crate) const fn slots_after_first(&self, taxel: usize) -> u32 {
         match self.sampling {
             Sampling::InTurn => {
                 (self.inputs & ((1u32 << (taxel as u32 % 16)) - 1) as u16).count_ones()

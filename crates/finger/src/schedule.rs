@@ -33,7 +33,7 @@ const READING_FAST_S: f32 = 0.3;
 /// Most frames of a window, whole slides included.
 pub const fn window_frames_max(plan: &Plan) -> u32 {
     if plan.frames_averaged() > 1 {
-        plan.window_frames_most()
+        plan.window_frames_max()
     } else {
         plan.ring_frames() - LATE_FRAMES
     }
@@ -117,11 +117,11 @@ impl WindowScheduler {
             plan.frames_in(settings.window_s),
             plan.frames_in(settings.stride_s),
         );
-        let most = self.window_frames_max;
-        self.window_frames = if window_frames < most {
+        let max = self.window_frames_max;
+        self.window_frames = if window_frames < max {
             window_frames
         } else {
-            most
+            max
         };
         self.growing = settings.accuracy > 0.0;
         self.tracks = settings.tracks();
@@ -162,8 +162,8 @@ impl WindowScheduler {
                 if reached(last, first) {
                     let frames = last.wrapping_sub(first);
                     // The latest part of a slide that is longer than a window can be.
-                    let most = frames.min(self.window_frames_max);
-                    let first = first.wrapping_add(frames - most);
+                    let max = frames.min(self.window_frames_max);
+                    let first = first.wrapping_add(frames - max);
                     // After an end that was dated late the ring is about to lose the first frames.
                     let lost = ring.next().wrapping_sub(self.reach);
                     let late = if reached(lost, first) {
@@ -171,7 +171,7 @@ impl WindowScheduler {
                     } else {
                         0
                     };
-                    self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
+                    self.whole = Some((first.wrapping_add(late), max.saturating_sub(late)));
                 }
             }
             // A touch whose begin was not seen has no contact.
@@ -250,8 +250,7 @@ impl WindowScheduler {
         let row = self.plan.frames_a_row() as u32;
         let rows = (frames / (2 * row)).min(DATED_ROWS - 1);
         let behind = last.wrapping_sub(rows * row);
-        let (Some(from), Some(until)) =
-            (ring.least_late(first, rows), ring.least_late(behind, rows))
+        let (Some(from), Some(until)) = (ring.min_delay(first, rows), ring.min_delay(behind, rows))
         else {
             return;
         };

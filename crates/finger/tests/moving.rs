@@ -29,13 +29,13 @@ impl Random {
         ((z ^ z >> 31) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn between(&mut self, least: f64, most: f64) -> f64 {
-        least + (most - least) * self.uniform()
+    fn between(&mut self, min: f64, max: f64) -> f64 {
+        min + (max - min) * self.uniform()
     }
 
     /// Even in the logarithm.
-    fn log(&mut self, least: f64, most: f64) -> f64 {
-        least * (most / least).powf(self.uniform())
+    fn log(&mut self, min: f64, max: f64) -> f64 {
+        min * (max / min).powf(self.uniform())
     }
 
     fn normal(&mut self) -> f64 {
@@ -71,10 +71,10 @@ impl Channel {
             Noise::Pink => (0..12).map(|k| (-1.0 / f64::from(1 << k)).exp()).collect(),
             Noise::Ar => vec![0.9],
         };
-        let share = 1.0 / decays.len() as f64;
+        let fraction = 1.0 / decays.len() as f64;
         let decays = decays
             .iter()
-            .map(|decay| (*decay, (share * (1.0 - decay * decay)).sqrt()));
+            .map(|decay| (*decay, (fraction * (1.0 - decay * decay)).sqrt()));
         Self {
             octaves: vec![0.0; decays.len()],
             decays: decays.collect(),
@@ -144,9 +144,9 @@ fn load(touch: &Touch, t_s: f64, press_phase: f64) -> (f64, f64) {
     }
     let mut load = 1.0 - (-held_s / 0.004).exp();
     let spiked = load * (-held_s / 0.03).exp();
-    if let Some((share, hz)) = touch.press {
+    if let Some((fraction, hz)) = touch.press {
         let begun = ((held_s - 0.5) / 0.1).clamp(0.0, 1.0);
-        load *= 1.0 + begun * share * (TAU * hz * held_s + press_phase).sin();
+        load *= 1.0 + begun * fraction * (TAU * hz * held_s + press_phase).sin();
     }
     if let Some(Lift { start_s, fall_s }) = touch.lift {
         load *= 0.5 + 0.5 * (0.5 * TAU * ((t_s - start_s) / fall_s).clamp(0.0, 1.0)).cos();
@@ -251,7 +251,7 @@ fn delays(slides: u64, seed: u64) -> (f64, [f64; 2]) {
         .collect();
     delays.sort_by(f64::total_cmp);
     let soon = delays.iter().filter(|delay| **delay <= 0.06).count();
-    let quantile = |share: f64| delays[(share * (delays.len() - 1) as f64) as usize];
+    let quantile = |fraction: f64| delays[(fraction * (delays.len() - 1) as f64) as usize];
     (
         soon as f64 / delays.len() as f64,
         [quantile(0.5), quantile(0.95)],

@@ -58,10 +58,10 @@ fn a_touch_is_found_from_its_onset_to_its_release() {
     for creep_s in [0.005, 0.05, 0.15] {
         let events = touch(creep_s, |_| false);
         let [mut contacts, mut slides, mut releases] = [0; 3];
-        let near = |t_us: u64, t_s: f64, bar_s: f64, what: &str| {
+        let near = |t_us: u64, t_s: f64, limit_s: f64, what: &str| {
             let found_s = t_us as f64 * 1e-6;
             let off_s = (found_s - t_s).abs();
-            assert!(off_s < bar_s, "{creep_s} s: {what} at {found_s} s");
+            assert!(off_s < limit_s, "{creep_s} s: {what} at {found_s} s");
         };
         for event in &events {
             match event {

@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 const TOUCH_RATE_HZ: f32 = 241.0;
 /// Minimum frames per second: touch detection compares blocks of four of them, which have to be
 /// shorter than the changes that it looks for.
-pub const FRAME_RATE_LEAST_HZ: f32 = 180.0;
+pub const FRAME_RATE_MIN_HZ: f32 = 180.0;
 /// Maximum frames per second: the ADS1258's fastest scan (SBAS297G, rate table, 16 MHz).
-pub const FRAME_RATE_MOST_HZ: f32 = 23_740.0;
+pub const FRAME_RATE_MAX_HZ: f32 = 23_740.0;
 /// A conversion is read twice where it lasts this long, nanoseconds: two reads with all that
 /// belongs to them take up to 48 us on the boards, and other tasks need as much again.
 const READ_TWICE_NS: u32 = 96_000;
@@ -25,7 +25,7 @@ const LATE_TOUCH_FRAMES: u32 = 96;
 /// Frames that a plan without averages leaves for that: 0.75 s.
 const LATE_FRAMES: u32 = 180;
 /// Minimum number of frames that hold four harmonics and their noise.
-const WINDOW_LEAST_FRAMES: u32 = 24;
+const WINDOW_FRAMES_MIN: u32 = 24;
 /// Default window, seconds, where the plan allows it: the paper's longest.
 const WINDOW_S: f32 = 1.0;
 /// How long a fit of four harmonics takes with all that interrupts it at the chip's fastest, and a
@@ -294,16 +294,16 @@ impl Plan {
     }
 
     /// Maximum number of frames of a window that can be set.
-    pub const fn window_frames_most(&self) -> u32 {
+    pub const fn window_frames_max(&self) -> u32 {
         let averaged = self.frames_averaged();
         let late = if averaged > 1 {
             LATE_TOUCH_FRAMES.saturating_mul(averaged)
         } else {
             LATE_FRAMES
         };
-        let most = self.ring_frames().saturating_sub(late);
-        if most < TRANSFORM_FRAMES {
-            most
+        let max = self.ring_frames().saturating_sub(late);
+        if max < TRANSFORM_FRAMES {
+            max
         } else {
             TRANSFORM_FRAMES
         }
@@ -325,13 +325,13 @@ impl Plan {
 
     /// Shortest window, seconds.
     pub const fn window_min_s(&self) -> f32 {
-        let parts = (WINDOW_LEAST_FRAMES as f32 - 0.5) / self.frame_rate_hz() * self.parts();
+        let parts = (WINDOW_FRAMES_MIN as f32 - 0.5) / self.frame_rate_hz() * self.parts();
         (parts as u32).saturating_add(1) as f32 / self.parts()
     }
 
     /// Longest window, seconds.
     pub const fn window_max_s(&self) -> f32 {
-        let parts = (self.window_frames_most() as f32 + 0.5) / self.frame_rate_hz() * self.parts();
+        let parts = (self.window_frames_max() as f32 + 0.5) / self.frame_rate_hz() * self.parts();
         parts as u32 as f32 / self.parts()
     }
 
@@ -344,8 +344,8 @@ impl Plan {
 
     /// The window and the stride that are used unless others are set, seconds.
     pub const fn default_window(&self) -> (f32, f32) {
-        let most_s = self.window_max_s();
-        let window_s = if WINDOW_S < most_s { WINDOW_S } else { most_s };
+        let max_s = self.window_max_s();
+        let window_s = if WINDOW_S < max_s { WINDOW_S } else { max_s };
         (window_s, self.default_stride(window_s))
     }
 
@@ -394,24 +394,24 @@ const FRAMES_TICKS: u32 = 1 << 14;
 /// Bounds of every plan, in the order of the values in [`Plan::validate`].
 const BOUNDS: [Bounds; 2] = [
     ("plan.inputs", 1.0, TAXELS as f32),
-    ("frame_rate_hz", FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ),
+    ("frame_rate_hz", FRAME_RATE_MIN_HZ, FRAME_RATE_MAX_HZ),
 ];
 
 /// Bounds of what [`Plan::of_frames`] takes.
 const FRAME_BOUNDS: [Bounds; 2] = [
     ("channels", 1.0, TAXELS as f32),
-    ("frame_rate_hz", FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ),
+    ("frame_rate_hz", FRAME_RATE_MIN_HZ, FRAME_RATE_MAX_HZ),
 ];
 
 /// Checks values. The error is the first one outside its bounds.
 pub fn within(bounds: &[Bounds], values: &[f32]) -> Result<(), PlanError> {
-    for (&(field, least, greatest), &value) in bounds.iter().zip(values) {
+    for (&(field, min, greatest), &value) in bounds.iter().zip(values) {
         // A NaN is outside all bounds.
-        if !(value >= least && value <= greatest) {
+        if !(value >= min && value <= greatest) {
             return Err(PlanError {
                 field,
                 value,
-                bounds: (least, greatest),
+                bounds: (min, greatest),
             });
         }
     }

@@ -143,8 +143,8 @@ fn window(settings: &Settings) -> Limits {
 }
 
 fn stride(settings: &Settings) -> Limits {
-    let most_s = settings.plan.window_max_s();
-    Limits::new(settings.plan.stride_min_s(), most_s.max(STRIDE_MAX_FLOOR_S))
+    let max_s = settings.plan.window_max_s();
+    Limits::new(settings.plan.stride_min_s(), max_s.max(STRIDE_MAX_FLOOR_S))
 }
 
 fn speed(settings: &Settings) -> Limits {
@@ -160,12 +160,12 @@ fn longest_period(settings: &Settings) -> Limits {
 
 /// With neither direction possible no travel has an answer.
 fn forward(settings: &Settings) -> Limits {
-    let least = if settings.array.may_go_backward {
+    let min = if settings.array.may_go_backward {
         0.0
     } else {
         1.0
     };
-    Limits::new(least, 1.0)
+    Limits::new(min, 1.0)
 }
 
 /// Where slides come from.
@@ -239,16 +239,16 @@ impl Default for Settings {
 
 /// A setting outside its bounds; NaN is outside all of them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
-#[error("{field} = {value}: choose a value from {least} to {greatest}")]
+#[error("{field} = {value}: choose a value from {min} to {max}")]
 pub struct SettingsError {
     /// Name of the setting, or of what follows from a plan.
     pub field: String<32>,
     /// The requested value.
     pub value: f32,
     /// Least allowed value.
-    pub least: f32,
+    pub min: f32,
     /// Greatest allowed value.
-    pub greatest: f32,
+    pub max: f32,
 }
 
 impl SettingsError {
@@ -257,16 +257,16 @@ impl SettingsError {
             // A test shows that every name fits.
             field: String::try_from(name).unwrap_or_default(),
             value,
-            least: limits.least,
-            greatest: limits.greatest,
+            min: limits.min,
+            max: limits.max,
         }
     }
 }
 
 impl From<PlanError> for SettingsError {
     fn from(error: PlanError) -> Self {
-        let (least, greatest) = error.bounds;
-        Self::new(error.field, error.value, Limits::new(least, greatest))
+        let (min, max) = error.bounds;
+        Self::new(error.field, error.value, Limits::new(min, max))
     }
 }
 

@@ -31,7 +31,7 @@ const LATE_FITS: usize = 3;
 /// Parts of a peak's frequency that are tried, where there are as many harmonics.
 const DIVISORS: usize = 3;
 /// Fewest cycles of a candidate.
-const CYCLES_LEAST: f32 = 0.45;
+const CYCLES_MIN: f32 = 0.45;
 /// Candidates nearer than this, in cycles, are one.
 const CANDIDATES_APART: f32 = 0.1;
 /// A tone as near to hum goes with it, cycles a window.
@@ -316,7 +316,7 @@ impl<'w> Window<'w, '_, '_> {
         self.collect(blocks, &course, refinement.lines(cycles));
         let (degrees, count) = self.degrees(cycles);
         let comb = refinement.best(blocks, work, course, degrees.get(..count)?)?;
-        let is_near = f32::abs(comb.course.cycles - cycles) < CYCLES_LEAST;
+        let is_near = f32::abs(comb.course.cycles - cycles) < CYCLES_MIN;
         is_near.then_some(comb)
     }
 
@@ -340,7 +340,7 @@ impl<'w> Window<'w, '_, '_> {
             for (i, peak) in peaks.iter_mut().enumerate() {
                 let cycles = *peak / divisor as f32;
                 // A harmonic of the strongest peak is a line of its comb already.
-                let times = libm::roundf(*peak / tried[0].max(CYCLES_LEAST));
+                let times = libm::roundf(*peak / tried[0].max(CYCLES_MIN));
                 let is_harmonic = f32::abs(*peak - times * tried[0]) < CANDIDATES_APART
                     && first.has(times as usize);
                 let is_known = i > 0 && is_harmonic
@@ -348,7 +348,7 @@ impl<'w> Window<'w, '_, '_> {
                         .iter()
                         .take(count)
                         .any(|other| f32::abs(other - cycles) < CANDIDATES_APART);
-                if cycles < CYCLES_LEAST || is_known || !refinement.band.has(cycles) {
+                if cycles < CYCLES_MIN || is_known || !refinement.band.has(cycles) {
                     continue;
                 }
                 let course = Course::steady(cycles);
@@ -392,7 +392,7 @@ impl<'w> Window<'w, '_, '_> {
         let cycles = best.course.cycles;
         let others = rivals
             .iter()
-            .filter(|rival| f32::abs(rival.cycles - cycles) > CYCLES_LEAST);
+            .filter(|rival| f32::abs(rival.cycles - cycles) > CYCLES_MIN);
         best.rival = others.fold(Rival::NONE, |most, rival| {
             if rival.score > most.score {
                 *rival

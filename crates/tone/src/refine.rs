@@ -19,7 +19,7 @@ const STEPS: usize = 2;
 /// Added to the information, as a share of it.
 const DAMPING: f32 = 1e-6;
 /// Fewest cycles of the unit line.
-const CYCLES_LEAST: f32 = 0.4;
+const CYCLES_MIN: f32 = 0.4;
 
 /// What the steps need beside the blocks.
 pub struct Refinement<'r> {
@@ -128,7 +128,7 @@ impl Refinement<'_> {
             let before = *course;
             course.step(step);
             // `clamp` may panic.
-            course.cycles = course.cycles.max(CYCLES_LEAST).min(self.reach.most);
+            course.cycles = course.cycles.max(CYCLES_MIN).min(self.reach.most);
             blocks.turn(&before, course);
             let mut sizes = step.iter().zip(&information);
             if sizes.all(|(step, x)| step.abs() * libm::sqrtf(x.max(0.0)) < steps.last) {

@@ -276,11 +276,11 @@ impl Bus {
         }
     }
 
-    fn check_functions(&mut self, pins: &[Pin], wanted: u32) {
+    fn check_functions(&mut self, pins: &[Pin], expected: u32) {
         for pin in pins {
             let has = self.port(*pin).function(pin.1);
-            if has != Some(wanted) {
-                let detail = format!("{pin:?} has {has:?} in place of function {wanted}");
+            if has != Some(expected) {
+                let detail = format!("{pin:?} has {has:?} in place of function {expected}");
                 self.broke(Rule::PinFunction, detail);
             }
         }

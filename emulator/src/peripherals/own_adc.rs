@@ -23,7 +23,7 @@ const ADCPRE: u32 = 3 << 16;
 /// characteristics).
 const SETTLING_NS: u64 = 3000;
 /// Most of its clock, hertz (the same, above 2.4 V).
-const CLOCK_MOST_HZ: u64 = 36_000_000;
+const CLOCK_MAX_HZ: u64 = 36_000_000;
 /// Periods of twelve bits.
 const BITS: u64 = 12;
 /// Sampling times by SMP, periods.
@@ -242,7 +242,7 @@ impl OwnAdc {
         if since_ns < SETTLING_NS {
             let detail = format!("SWSTART {since_ns} ns after ADON");
             Some((Rule::AdcSettling, detail))
-        } else if adc_hz > CLOCK_MOST_HZ {
+        } else if adc_hz > CLOCK_MAX_HZ {
             Some((Rule::ClockLimit, format!("the ADC has {adc_hz} Hz")))
         } else {
             None

@@ -251,10 +251,10 @@ impl Finger {
             let off_mm = (f64::from(point) + 0.5) * step_mm - half_mm;
             let s_mm = lean_mm + off_mm;
             let load = peak_n_mm * (1.0 - (off_mm / half_mm) * (off_mm / half_mm)) * step_mm;
-            let Some((felt_mm, share)) = self.borne(s_mm) else {
+            let Some((felt_mm, fraction)) = self.borne(s_mm) else {
                 continue;
             };
-            let load = share * load;
+            let load = fraction * load;
             let pressed = material.pressed(at_mm - s_mm, self.depth_mm);
             let dragged = material.dragged(at_mm - s_mm, self.depth_mm);
             let normal = load * (pressed.normal + slip * dragged.normal);

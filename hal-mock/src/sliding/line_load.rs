@@ -68,17 +68,17 @@ mod tests {
     fn line_loads_are_flamants() {
         for x in [-3.0, -1.0, -0.2, 0.0, 0.4, 2.0] {
             for z in [0.2, 1.3, 4.0] {
-                for (got, wanted) in [
+                for (got, expected) in [
                     (SOFT.pressed(x, z), polar(x, z, 1.0, 0.0)),
                     (SOFT.dragged(x, z), polar(x, z, 0.0, 1.0)),
                 ] {
                     assert!(
-                        (got.normal - wanted.normal).abs() < 1e-12,
-                        "{x} {z} {got:?} {wanted:?}"
+                        (got.normal - expected.normal).abs() < 1e-12,
+                        "{x} {z} {got:?} {expected:?}"
                     );
                     assert!(
-                        (got.shear - wanted.shear).abs() < 1e-12,
-                        "{x} {z} {got:?} {wanted:?}"
+                        (got.shear - expected.shear).abs() < 1e-12,
+                        "{x} {z} {got:?} {expected:?}"
                     );
                 }
             }

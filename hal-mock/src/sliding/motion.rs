@@ -133,8 +133,8 @@ impl Motion {
             } => {
                 // Time with ripple never differs from the planned time by more than this, and
                 // always increases.
-                let most_s = 2.0 * ripple / omega;
-                let (mut low_s, mut high_s) = ((planned_s - most_s).max(0.0), planned_s + most_s);
+                let max_s = 2.0 * ripple / omega;
+                let (mut low_s, mut high_s) = ((planned_s - max_s).max(0.0), planned_s + max_s);
                 for _ in 0..60 {
                     let middle_s = 0.5 * (low_s + high_s);
                     if self.rippled_s(middle_s) < planned_s {

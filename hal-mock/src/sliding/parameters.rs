@@ -189,11 +189,11 @@ impl Sliding {
             ));
             rules.extend(finger.rules());
             // Otherwise there are moments in which no ridge carries the load.
-            let most_mm = finger.contact_mm + self.ridge_mm;
+            let max_mm = finger.contact_mm + self.ridge_mm;
             rules.push((
                 "period_mm",
                 self.period_mm,
-                Range::UpTo(most_mm, "contact_mm + ridge_mm"),
+                Range::UpTo(max_mm, "contact_mm + ridge_mm"),
             ));
         }
         check(&rules)

@@ -2,7 +2,7 @@
 
 /// Greatest size of any parameter, and the reciprocal of the least of one that is positive: no
 /// thing or motion has such a one in its own unit, and products of a few of them are still numbers.
-const MOST: f64 = 1e6;
+const MAX: f64 = 1e6;
 
 /// Range of a parameter; all have to be finite.
 pub(crate) enum Range {
@@ -22,13 +22,13 @@ pub(crate) type Rule = (&'static str, f64, Range);
 /// The first parameter that is out of its range.
 pub(crate) fn check(rules: &[Rule]) -> Result<(), ParameterError> {
     let broken = rules.iter().find_map(|&(name, value, ref range)| {
-        let (fits, wanted, limit) = match *range {
-            _ if value.is_finite() && value.abs() > MOST => {
-                (false, format!("from -{MOST} to {MOST}"), "")
+        let (fits, expected, limit) = match *range {
+            _ if value.is_finite() && value.abs() > MAX => {
+                (false, format!("from -{MAX} to {MAX}"), "")
             }
             Range::Any => (true, "a number".into(), ""),
-            Range::Positive if value > 0.0 && value < 1.0 / MOST => {
-                (false, format!("at least {}", 1.0 / MOST), "")
+            Range::Positive if value > 0.0 && value < 1.0 / MAX => {
+                (false, format!("at least {}", 1.0 / MAX), "")
             }
             Range::Positive => (value > 0.0, "greater than 0".into(), ""),
             Range::NotNegative => (value >= 0.0, "not negative".into(), ""),
@@ -49,7 +49,7 @@ pub(crate) fn check(rules: &[Rule]) -> Result<(), ParameterError> {
         (!(fits && value.is_finite())).then_some(ParameterError {
             name,
             value,
-            wanted,
+            expected,
             limit,
         })
     });
@@ -58,13 +58,13 @@ pub(crate) fn check(rules: &[Rule]) -> Result<(), ParameterError> {
 
 /// A parameter of [`Sliding`](crate::Sliding) that is out of its range.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{name} = {value}: must be finite and {wanted}")]
+#[error("{name} = {value}: must be finite and {expected}")]
 pub struct ParameterError {
     /// Field of [`Sliding`](crate::Sliding) or of a part of it.
     pub name: &'static str,
     /// Value of the parameter.
     pub value: f64,
-    wanted: String,
+    expected: String,
     /// The expression of other fields that limits it, or nothing.
     limit: &'static str,
 }

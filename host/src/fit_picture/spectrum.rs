@@ -21,7 +21,7 @@ const PER_CYCLE: f64 = 2.0;
 const HARMONICS_SHOWN: f64 = 8.0;
 
 /// Lowest power that is drawn, decibels.
-const LEAST_DB: f64 = -140.0;
+const DB_MIN: f64 = -140.0;
 
 /// Values over the axis of the fit, and the power that counts as all.
 struct Series<'a> {
@@ -73,7 +73,7 @@ pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
         ];
         let harmonics = (1..=fit.harmonics).map(|k| f64::from(k) * tone);
         for frequency in harmonics.filter(|frequency| *frequency <= max) {
-            let line = [LEAST_DB, top].map(|db| (frequency, db));
+            let line = [DB_MIN, top].map(|db| (frequency, db));
             curves.push(curve(names[0], Look::Reference, line.into()));
             let Some(noise_db) = around(&residual, frequency, reach) else {
                 continue;
@@ -104,7 +104,7 @@ pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
         x: scale(format!("{unit}{half}"), (0.0, max)),
         y: scale(
             "share of a channel's power in a line, dB".into(),
-            (bottom.max(LEAST_DB), top),
+            (bottom.max(DB_MIN), top),
         ),
         curves,
         shades: None,
@@ -164,7 +164,7 @@ impl Windows {
                 count += f64::from(u8::from(self.add(series, *start, &mut power)));
             }
         }
-        let decibel = |power: f64| (10.0 * (power / f64::max(count, 1.0)).log10()).max(LEAST_DB);
+        let decibel = |power: f64| (10.0 * (power / f64::max(count, 1.0)).log10()).max(DB_MIN);
         let at = |(k, power): (usize, f64)| (k as f64 * self.step, decibel(power));
         power.into_iter().enumerate().skip(1).map(at).collect()
     }

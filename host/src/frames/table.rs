@@ -9,7 +9,7 @@ use crate::samples::Samples;
 use crate::tables::{PROGRESS_ROWS, RowClock, RowReader, Timing, check_order};
 use anyhow::{Result, bail, ensure};
 use ridgetone_finger::PlainFrame;
-use ridgetone_proto::plan::{FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ, Plan};
+use ridgetone_proto::plan::{FRAME_RATE_MAX_HZ, FRAME_RATE_MIN_HZ, Plan};
 use ridgetone_proto::settings::{Array, Settings, TAXELS, TRACK_STRIDE_S};
 use std::fmt;
 use std::ops::ControlFlow;
@@ -92,7 +92,7 @@ impl Table {
             names.len(),
             instead(samples, Some("--columns NAMES"))
         );
-        let (least, most) = (FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ);
+        let (least, most) = (FRAME_RATE_MIN_HZ, FRAME_RATE_MAX_HZ);
         let window = format!("--window {}", (WINDOW_ROWS / rate_hz).ceil());
         ensure!(
             (f64::from(least)..=f64::from(most)).contains(&rate_hz),

@@ -32,7 +32,7 @@ pub fn range(setting: &Setting) -> String {
         (Kind::Plan, _) => format!("{}, or its fields", plan::names()),
         (_, bounds) => {
             let limits = bounds.limits(&Settings::DEFAULT);
-            let limits = limits.map(|limits| format!("{} to {}", limits.least, limits.greatest));
+            let limits = limits.map(|limits| format!("{} to {}", limits.min, limits.max));
             let limits = limits.unwrap_or_default();
             match bounds {
                 Bounds::ZeroOr(..) => format!("0, or {limits}"),

@@ -48,8 +48,8 @@ pub struct State<'a> {
     pub places: [[usize; SIDE]; SIDE],
     /// Inputs of the page's form.
     pub settings_form: Vec<settings_form::Entry>,
-    pub points_most: usize,
-    pub frames_most: usize,
+    pub points_max: usize,
+    pub frames_max: usize,
     pub live: &'a Live,
     pub spectrum: Option<&'a Spectrum>,
     pub curves: Option<&'a Curves>,

@@ -16,7 +16,7 @@ const MOST: usize = 256 << 20;
 /// What is kept without anybody's wish: this length, and at most this number of packets, a bit more
 /// than a board sends in this time.
 const LATEST: Duration = Duration::from_secs(60);
-const LATEST_MOST: usize = 16_000;
+const LATEST_MAX: usize = 16_000;
 
 /// The packets of the latest minute.
 #[derive(Default)]
@@ -31,7 +31,7 @@ impl Latest {
             // Its clock begins at zero.
             self.packets.clear();
         }
-        while self.packets.len() >= LATEST_MOST
+        while self.packets.len() >= LATEST_MAX
             || self
                 .packets
                 .front()

@@ -33,7 +33,7 @@ use serde::Deserialize;
 use std::io::Write;
 
 /// Longest file that is taken, bytes: the 3.5 hours that 256 MiB of raw frames last.
-const FILE_MOST: usize = 256 << 20;
+const FILE_MAX: usize = 256 << 20;
 
 #[derive(Deserialize)]
 struct Named {
@@ -106,9 +106,9 @@ async fn added(app: App, Named { name, rate_hz }: Named, body: Body) -> Result<S
         let part = part?;
         length += part.len();
         ensure!(
-            length <= FILE_MOST,
+            length <= FILE_MAX,
             "{name}: longer than {} MiB: cut it into parts",
-            FILE_MOST >> 20
+            FILE_MAX >> 20
         );
         file.write_all(&part).context("the temporary folder")?;
     }

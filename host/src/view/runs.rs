@@ -12,7 +12,7 @@ use tempfile::NamedTempFile;
 const MOST: usize = 32;
 
 /// Longest note, characters.
-const NOTE_MOST: usize = 200;
+const NOTE_MAX: usize = 200;
 
 pub struct Runs {
     folder: PathBuf,
@@ -132,8 +132,8 @@ impl Runs {
     pub fn note(&self, id: u64, text: &str) -> Result<()> {
         let text = text.trim();
         ensure!(
-            text.chars().count() <= NOTE_MOST,
-            "the note is longer than {NOTE_MOST} characters: shorten it"
+            text.chars().count() <= NOTE_MAX,
+            "the note is longer than {NOTE_MAX} characters: shorten it"
         );
         text.clone_into(&mut self.lock().kept(id)?.note);
         Ok(())

@@ -112,8 +112,8 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
     let refused = Outcome::Setting(SettingsError {
         field,
         value: 5.0,
-        least: 0.1,
-        greatest: 3.9,
+        min: 0.1,
+        max: 3.9,
     });
     let outcomes: Vec<_> = run
         .answers

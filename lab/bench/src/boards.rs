@@ -170,13 +170,13 @@ impl Bench {
         let row = |(name, irqs): &(&str, [&[u16]; 2])| {
             let served: Vec<_> = irqs[at].iter().map(|irq| emulator.served(*irq)).collect();
             let sum = |of: fn(&Served) -> u64| served.iter().map(of).sum::<u64>() as f64;
-            let most = |of: fn(&Served) -> u64| served.iter().map(of).max().unwrap_or(0) as f64;
+            let max = |of: fn(&Served) -> u64| served.iter().map(of).max().unwrap_or(0) as f64;
             let times = sum(|one| one.times);
             let figures = [
                 sum(|one| one.run_cycles) / times.max(1.0),
-                most(|one| one.longest_run_cycles),
+                max(|one| one.longest_run_cycles),
                 sum(|one| one.wait_cycles) / times.max(1.0),
-                most(|one| one.longest_wait_cycles),
+                max(|one| one.longest_wait_cycles),
             ];
             let figures = figures.map(|cycles| cycles / CYCLES_US);
             format!("\"{name}\": {}", list(&[&[times], &figures[..]].concat()))
@@ -193,7 +193,7 @@ impl Bench {
         emulator.run_ns(200_000_000)?;
         let late_us = |reading: &Reading| f64::from(reading.t_us) - reading.edge_ns as f64 * 1e-3;
         let late: Vec<f64> = emulator.readings().iter().map(late_us).collect();
-        let least = late.iter().copied().fold(f64::INFINITY, f64::min);
-        Ok(late.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least)
+        let min = late.iter().copied().fold(f64::INFINITY, f64::min);
+        Ok(late.iter().copied().fold(f64::NEG_INFINITY, f64::max) - min)
     }
 }

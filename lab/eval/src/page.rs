@@ -94,18 +94,18 @@ pub fn grouped(number: u64) -> String {
 
 /// Something that must hold, and whether it does.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Bar {
-    pub bar: String,
+pub struct Requirement {
+    pub requirement: String,
     pub limit: String,
     pub measured: String,
     pub met: bool,
 }
 
-impl Bar {
+impl Requirement {
     /// A number that must not be greater than `limit`.
-    pub fn at_most(bar: &str, limit: u64, measured: u64) -> Self {
+    pub fn at_most(requirement: &str, limit: u64, measured: u64) -> Self {
         Self {
-            bar: bar.into(),
+            requirement: requirement.into(),
             limit: format!("at most {}", grouped(limit)),
             measured: grouped(measured),
             met: measured <= limit,
@@ -113,16 +113,16 @@ impl Bar {
     }
 }
 
-pub fn bars<'a>(bars: impl IntoIterator<Item = &'a Bar>) -> Table {
+pub fn requirements<'a>(requirements: impl IntoIterator<Item = &'a Requirement>) -> Table {
     let mut table = Table::new("what must hold|limit|measured|");
-    for Bar {
-        bar,
+    for Requirement {
+        requirement,
         limit,
         measured,
         met,
-    } in bars
+    } in requirements
     {
-        let texts = [bar, limit, measured].map(|text| Value::from(text.as_str()));
+        let texts = [requirement, limit, measured].map(|text| Value::from(text.as_str()));
         table.row(texts.into_iter().chain([Value::from(*met)]));
     }
     table

@@ -306,8 +306,8 @@ mod tests {
         let why = SettingsError {
             field: "period_mm".try_into().expect("short"),
             value: 1e9,
-            least: 0.05,
-            greatest: 100.0,
+            min: 0.05,
+            max: 100.0,
         };
         let refused = bench.answer(number, Outcome::Refused(why.clone()));
         assert_eq!(refused, Some((command, why)));

@@ -139,13 +139,13 @@ mod tests {
         // are 0.4 mm.
         let steady = path(|t_s| -40.0 * t_s).length(1.001, 2.003);
         let faster = path(|t_s| 20.0 * t_s * t_s).length(1.0, 2.0);
-        for (length, mm, sigma_mm, most) in [
+        for (length, mm, sigma_mm, max) in [
             (steady, 40.08, 0.16 / 6.0f64.sqrt(), 1e-6),
             (faster, 60.0, 0.4, 0.05),
         ] {
             let length = length.expect("known");
             assert!((length.mm - mm).abs() < 1e-9, "{length:?}");
-            assert!((length.sigma_mm - sigma_mm).abs() < most, "{length:?}");
+            assert!((length.sigma_mm - sigma_mm).abs() < max, "{length:?}");
         }
     }
 

@@ -98,9 +98,9 @@ impl Pins {
     /// Lets `dt_s` seconds pass, 0 to 1000, then moves towards the wanted forces if an update is
     /// due. Gives the number of pins whose wanted force is beyond the limits; none if no update
     /// was due. On an error the pins stay as they are.
-    pub fn advance(&mut self, dt_s: f32, wanted_n: &[f64]) -> Result<Option<usize>, Error> {
-        assert_eq!(wanted_n.len(), self.forces_n.len());
-        if let Some(index) = wanted_n.iter().position(|n| !n.is_finite()) {
+    pub fn advance(&mut self, dt_s: f32, target_n: &[f64]) -> Result<Option<usize>, Error> {
+        assert_eq!(target_n.len(), self.forces_n.len());
+        if let Some(index) = target_n.iter().position(|n| !n.is_finite()) {
             return Err(Error::NotFinite {
                 what: "wanted force",
                 index,
@@ -110,12 +110,12 @@ impl Pins {
             return Ok(None);
         }
         let limits = self.limits;
-        for (n, wanted) in self.forces_n.iter_mut().zip(wanted_n) {
-            *n = moved(&limits, *n, *wanted as f32);
+        for (n, target) in self.forces_n.iter_mut().zip(target_n) {
+            *n = moved(&limits, *n, *target as f32);
         }
         let allowed = 0.0..=f64::from(limits.max_n());
         Ok(Some(
-            wanted_n.iter().filter(|n| !allowed.contains(*n)).count(),
+            target_n.iter().filter(|n| !allowed.contains(*n)).count(),
         ))
     }
 
@@ -143,11 +143,11 @@ impl Pins {
 }
 
 /// Force after an update towards the wanted one, newtons: in whole levels, within the slew limit.
-fn moved(limits: &Limits, from_n: f32, wanted_n: f32) -> f32 {
+fn moved(limits: &Limits, from_n: f32, target_n: f32) -> f32 {
     let (level_n, steps) = (limits.level_n(), limits.steps());
     let from = (from_n / level_n).round() as u16;
     // To the nearest level; `as` saturates beyond the range.
-    let wanted = (wanted_n / level_n + 0.5) as u16;
+    let target = (target_n / level_n + 0.5) as u16;
     let max = from.saturating_add(steps).min(limits.levels);
-    level_n * f32::from(wanted.max(from.saturating_sub(steps)).min(max))
+    level_n * f32::from(target.max(from.saturating_sub(steps)).min(max))
 }

@@ -84,11 +84,11 @@ impl Matching {
         })
     }
 
-    /// Forces whose strains are nearest to `wanted`, a value for each sensor. The search begins
+    /// Forces whose strains are nearest to `target`, a value for each sensor. The search begins
     /// from the last frame's solution.
-    pub fn forces(&mut self, wanted: &[f64]) -> Result<Solution<'_>, Error> {
-        assert_eq!(wanted.len(), self.sensors);
-        if let Some(index) = wanted.iter().position(|value| !value.is_finite()) {
+    pub fn forces(&mut self, target: &[f64]) -> Result<Solution<'_>, Error> {
+        assert_eq!(target.len(), self.sensors);
+        if let Some(index) = target.iter().position(|value| !value.is_finite()) {
             return Err(Error::NotFinite {
                 what: "wanted strain",
                 index,
@@ -96,7 +96,7 @@ impl Matching {
         }
         let (mut fewest, mut tries, mut pivots) = (usize::MAX, 0, 0);
         let is_optimal = loop {
-            let mut wrong = self.pivot(wanted);
+            let mut wrong = self.pivot(target);
             pivots += 1;
             if wrong.is_empty() || pivots == PIVOTS_MAX {
                 break wrong.is_empty();
@@ -136,7 +136,7 @@ impl Matching {
     }
 
     /// Solves for the pins that press now. Gives the pins that are in the wrong set.
-    fn pivot(&mut self, wanted: &[f64]) -> Vec<usize> {
+    fn pivot(&mut self, target: &[f64]) -> Vec<usize> {
         let n = self.sensors;
         let mut matrix = vec![vec![0.0; n]; n];
         for (row, _) in self.map.iter().zip(&self.pressing).filter(|(_, is)| **is) {
@@ -147,15 +147,11 @@ impl Matching {
             }
         }
         (0..n).for_each(|i| matrix[i][i] += self.constant);
-        let v = solve(matrix, wanted);
+        let v = solve(matrix, target);
         for (force, row) in self.forces.iter_mut().zip(&self.map) {
             *force = dot(row, &v);
         }
-        let zero = ZERO
-            * self
-                .forces
-                .iter()
-                .fold(0.0, |most: f64, x| most.max(x.abs()));
+        let zero = ZERO * self.forces.iter().fold(0.0, |max: f64, x| max.max(x.abs()));
         (0..self.forces.len())
             .filter(|pin| {
                 if self.pressing[*pin] {

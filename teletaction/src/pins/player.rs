@@ -201,8 +201,8 @@ impl Player {
         let sensor = strains(&volts, self.setup.volts_per_strain);
         // Matching has the unit of stress: newtons per square millimetre.
         let per_strain = self.setup.gain * self.setup.modulus_mpa;
-        let wanted = sensor.map(|strain| per_strain * f64::from(strain));
-        let solution = self.matching.forces(&wanted)?;
+        let target = sensor.map(|strain| per_strain * f64::from(strain));
+        let solution = self.matching.forces(&target)?;
         let is_optimal = solution.is_optimal;
         let limited = self
             .display

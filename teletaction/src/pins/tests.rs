@@ -70,8 +70,8 @@ fn a_pressed_half_is_felt_as_a_half() {
     assert_eq!(updates.len(), (723 - 48) / 13);
     let last = updates.last().expect("an update");
     for (n, strain) in last.sensor_strain.iter().enumerate() {
-        let wanted = if n % 4 < 2 { 0.02 } else { 0.0 };
-        assert!((strain - wanted).abs() < 1e-5, "{n}: {strain}");
+        let target = if n % 4 < 2 { 0.02 } else { 0.0 };
+        assert!((strain - target).abs() < 1e-5, "{n}: {strain}");
     }
     let half = |values: &[f32], left: bool| -> f32 {
         values

@@ -18,7 +18,7 @@ pub struct Prepared {
     step_cycles: f32,
     wanted_v: f32,
     /// Amplitude with which the peak is the actuator's, volts.
-    most_v: f32,
+    max_v: f32,
     overtones: [(f32, u32); HARMONICS_MAX - 1],
 }
 
@@ -115,7 +115,7 @@ impl Stimulus {
             step_cycles: cycles as f32,
             // With overtones the peak is at most the actuator's.
             wanted_v: self.actuator.bias_v() * fraction / peak,
-            most_v: self.actuator.bias_v() / peak,
+            max_v: self.actuator.bias_v() / peak,
             overtones,
         })
     }
@@ -127,7 +127,7 @@ impl Stimulus {
             step,
             step_cycles,
             wanted_v,
-            most_v,
+            max_v,
             overtones,
         } = *prepared;
         // It goes on where the output is, which is ahead of the count: from there on the period is
@@ -148,7 +148,7 @@ impl Stimulus {
         (self.wanted_v, self.overtones) = (wanted_v, overtones);
         // Overtones come at once: where there are more of them the amplitude has to make room. The
         // slew softens that.
-        self.amplitude_v = between(self.amplitude_v, 0.0, most_v);
+        self.amplitude_v = between(self.amplitude_v, 0.0, max_v);
     }
 
     /// The hand is off the surface, or the line is silent: the vibration fades within

@@ -65,10 +65,10 @@ impl Dac {
             (volts * self.codes_a_volt + 0.5) as u16
         };
         let wanted = wanted.min(CODE_MAX);
-        let most = if self.has_risen { self.slew } else { self.soft };
+        let max = if self.has_risen { self.slew } else { self.soft };
         self.code = wanted
-            .max(self.code.saturating_sub(most))
-            .min(self.code.saturating_add(most));
+            .max(self.code.saturating_sub(max))
+            .min(self.code.saturating_add(max));
         self.has_risen |= self.code == wanted && !self.is_down;
         self.code
     }

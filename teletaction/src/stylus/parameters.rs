@@ -80,8 +80,8 @@ pub(crate) fn refusal(error: Error) -> SettingsError {
     SettingsError {
         field: String::try_from(name).unwrap_or_default(),
         value,
-        least: min,
-        greatest: max,
+        min,
+        max,
     }
 }
 

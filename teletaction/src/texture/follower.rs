@@ -115,9 +115,9 @@ impl Follower {
         }
     }
 
-    /// Waits for what is new, at most for `most`.
-    pub fn next(&mut self, most: Duration) -> Result<Option<News>> {
-        match self.listener.next(most)? {
+    /// Waits for what is new, at most for `max`.
+    pub fn next(&mut self, max: Duration) -> Result<Option<News>> {
+        match self.listener.next(max)? {
             Some(Heard::Packet(packet, _)) => {
                 self.heard_at = Instant::now();
                 let age = self.clock.age(&packet.event);

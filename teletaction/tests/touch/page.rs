@@ -327,7 +327,7 @@ fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
     browser.wait("globalThis.ridgetone.recorded !== null");
     let samples = browser.value("[...globalThis.ridgetone.recorded.samples]");
     let samples: Vec<f64> = serde_json::from_value(samples).expect("samples");
-    let loudest = samples.iter().fold(0.0f64, |most, y| most.max(y.abs()));
+    let loudest = samples.iter().fold(0.0f64, |max, y| max.max(y.abs()));
     assert!(loudest > 0.2, "{loudest}");
     // A browser that stalls sees the hand at rest and fades the tone, so the median cycle is
     // taken.

@@ -1,6 +1,6 @@
 //! Against the simulated chip, and a bus that is in its way.
 
-use super::watch::PUT_OFF_MOST;
+use super::watch::PUT_OFF_MAX;
 use super::*;
 use crate::converter::{Ads1258Plan, SCAN, WiredAds1258};
 use FaultKind::{Bus, BusDead, NoAnswer, Registers, Repeated, Silent, Storm};
@@ -599,7 +599,7 @@ fn another_scan_begins_only_where_it_is_known_when_the_latest_conversion_ended()
 #[test]
 fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
     let mut bench = inputs_of(Plan::HAND);
-    let put_off = (0..=PUT_OFF_MOST)
+    let put_off = (0..=PUT_OFF_MAX)
         .take_while(|_| {
             assert!(bench.next().goes_on());
             let _ = bench.nothing();
@@ -607,7 +607,7 @@ fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
             !bench.can_begin()
         })
         .count();
-    assert_eq!(put_off, usize::from(PUT_OFF_MOST));
+    assert_eq!(put_off, usize::from(PUT_OFF_MAX));
     assert_eq!(bench.count(Storm), 0);
 }
 

@@ -14,17 +14,17 @@ const STEADY_CONVERSIONS: u32 = 4;
 /// Times that another scan waits for a safe moment. If trouble lasts for longer, it begins at any
 /// moment: with the plan `hand`, health readings last for a second at most, and another plan waits
 /// for 0.2 s at most.
-pub const PUT_OFF_MOST: u16 = 4_000;
+pub const PUT_OFF_MAX: u16 = 4_000;
 /// Without a conversion for so long, the chip is silent, microseconds: by default 500 conversions.
 const SILENT_US: u32 = 100_000;
 /// Without a conversion for so long, a check need not wait for the next one, microseconds.
 const QUIET_US: u32 = 10_000;
 /// From the first restart to the next, if the fault stays, microseconds; then twice as long each
 /// time.
-const PAUSE_LEAST_US: u32 = 125_000;
+const PAUSE_MIN_US: u32 = 125_000;
 /// Longest pause, microseconds. A restart delays the other interrupts by 0.1 ms, so longer pauses
 /// would save nothing, and a chip that works again would be found later.
-const PAUSE_MOST_US: u32 = 4_000_000;
+const PAUSE_MAX_US: u32 = 4_000_000;
 /// A chip without a fault for so long after a restart, and for longer than the pause, works,
 /// microseconds.
 const WELL_US: u32 = 1_000_000;
@@ -47,7 +47,7 @@ impl<C: Converter> Acquisition<C> {
         let since_us = now_us.wrapping_sub(self.latest_us);
         let is_next_far = is_steady && since_us < period_us / 2 + self.converter.behind_us();
         let can =
-            !self.muted && (is_next_far || self.is_quiet(now_us) || self.put_off >= PUT_OFF_MOST);
+            !self.muted && (is_next_far || self.is_quiet(now_us) || self.put_off >= PUT_OFF_MAX);
         self.put_off = if can {
             0
         } else {
@@ -105,14 +105,14 @@ impl<C: Converter> Acquisition<C> {
             return was_muted;
         }
         diagnostics.chip_restarts.add(1);
-        self.pause_us = (2 * self.pause_us).clamp(PAUSE_LEAST_US, PAUSE_MOST_US);
+        self.pause_us = (2 * self.pause_us).clamp(PAUSE_MIN_US, PAUSE_MAX_US);
         let since_us = now_us.wrapping_sub(self.latest_us);
         (self.restarted_us, self.latest_us) = (now_us, now_us);
         match fault {
             // The chip has not run since.
             FaultKind::NoAnswer => {}
             FaultKind::Registers => {
-                let period_us = self.converter.least_period_us();
+                let period_us = self.converter.min_period_us();
                 diagnostics
                     .unseen
                     .add(self.unseen.at_most(since_us, period_us));

@@ -9,7 +9,7 @@ use embedded_hal::spi::SpiDevice;
 use ridgetone_proto::plan::{Plan, PlanError};
 
 /// The chip's clock, at most, hertz (SBAS297G: 16 MHz).
-const CLOCK_MOST_HZ: u64 = 16_000_000;
+const CLOCK_MAX_HZ: u64 = 16_000_000;
 /// MUXMOD in CONFIG0: fixed channel.
 const MUXMOD: u8 = 0x20;
 /// Clock periods of a conversion, at least (SBAS297G, rate table): scanning, 128 (1 + 4.265625),
@@ -117,7 +117,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, CLOCK: ChipClock> Conve
         read.is_ok().then_some(found)
     }
 
-    fn least_period_us(&mut self) -> u32 {
+    fn min_period_us(&mut self) -> u32 {
         let config0 = self.adc.read_register(Register::Config0).ok();
         period_us(config0)
     }
@@ -133,7 +133,7 @@ fn period_us(config0: Option<u8>) -> u32 {
         SCANNING_TICKS
     };
     // Rounded down, so that there are not too few conversions.
-    (ticks * 1_000_000 / CLOCK_MOST_HZ) as u32
+    (ticks * 1_000_000 / CLOCK_MAX_HZ) as u32
 }
 
 impl From<Conversion> for Sample {

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 
 /// Least clock of the chip, hertz: with a slower one 190 ns, which the boards give CS to settle, are
 /// less than 2.5 of its periods (SBAS297G, SPI timing), and half of it is soon below SCLK.
-const CLOCK_LEAST_HZ: f32 = 13_200_000.0;
+const CLOCK_MIN_HZ: f32 = 13_200_000.0;
 /// Most clock of the chip, hertz (SBAS297G).
-const CLOCK_MOST_HZ: f32 = 16_000_000.0;
+const CLOCK_MAX_HZ: f32 = 16_000_000.0;
 
 /// Which inputs the chip converts, and how. The fields are those of the chip's registers
 /// (SBAS297G).
@@ -38,7 +38,7 @@ const BOUNDS: [Bounds; 5] = [
     ("plan.delay", 0.0, 7.0),
     ("plan.chop", 0.0, 0.0),
     ("plan.health", 0.0, 1.0),
-    ("plan.adc_clock_hz", CLOCK_LEAST_HZ, CLOCK_MOST_HZ),
+    ("plan.adc_clock_hz", CLOCK_MIN_HZ, CLOCK_MAX_HZ),
 ];
 
 impl Ads1258Plan {
@@ -287,7 +287,7 @@ mod tests {
                     "{plan:?}"
                 );
                 assert!(
-                    stride_s >= plan.stride_min_s() && plan.window_frames_most() > 60,
+                    stride_s >= plan.stride_min_s() && plan.window_frames_max() > 60,
                     "{plan:?}"
                 );
                 // Touch detection works at 180 to 362 frames a second.

@@ -1,6 +1,6 @@
 //! The plans of the STM32's own converter: scans without a pause, so many of them to a frame.
 
-use super::oversampled::{Averaging, SAMPLE_TICKS, SCANS_MOST};
+use super::oversampled::{Averaging, SAMPLE_TICKS, SCANS_MAX};
 use core::ops::RangeInclusive;
 use ridgetone_proto::plan::{Converters, HealthReadings, Own, Plan, PlanError, Sampling, within};
 use serde::{Deserialize, Serialize};
@@ -71,9 +71,9 @@ impl OnboardPlan {
             .averaging()
             .is_some()
         };
-        let above = (self.scans..=SCANS_MOST).find(does);
+        let above = (self.scans..=SCANS_MAX).find(does);
         let next = above.or_else(|| (1..self.scans).rev().find(does));
-        let next = f32::from(next.unwrap_or(SCANS_MOST));
+        let next = f32::from(next.unwrap_or(SCANS_MAX));
         let bounds = ("plan.scans", next, next);
         within(&[bounds], &[self.scans.into()])
     }

@@ -23,16 +23,16 @@ pub const HALF: usize = 42;
 /// The buffer that the converter fills.
 pub type Buffer = [AtomicU16; 2 * HALF];
 /// Most scans of a frame: their number is the lowest byte of what a plan says to the converter.
-pub const SCANS_MOST: u8 = u8::MAX;
+pub const SCANS_MAX: u8 = u8::MAX;
 /// Shortest half, microseconds: it is added up while the other one fills, and interrupts of a higher
 /// priority and of the same one take up to 60 us.
-const HALF_LEAST_US: u32 = 90;
+const HALF_MIN_US: u32 = 90;
 /// Code of a step of the converter: 780000h is `vref_v`, which has 4096 steps.
 const STEP: u32 = 0x78_0000 / 4096;
 /// Bits by which 32 bits hold a step, so that it can be divided by the samples of a frame.
 const SHIFT: u32 = STEP.leading_zeros();
 /// Greatest reading.
-const READING_MOST: u32 = 4095;
+const READING_MAX: u32 = 4095;
 
 /// How scans become frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +54,7 @@ impl Averaging {
             || channels == 0
             || channels > INPUTS as u32
             || scans == 0
-            || scans > SCANS_MOST as u32
+            || scans > SCANS_MAX as u32
         {
             return None;
         }
@@ -63,7 +63,7 @@ impl Averaging {
         while half_scans > 1 && !scans.is_multiple_of(half_scans) {
             half_scans -= 1;
         }
-        if half_scans * channels * SAMPLE_TICKS < HALF_LEAST_US * clock_mhz as u32 {
+        if half_scans * channels * SAMPLE_TICKS < HALF_MIN_US * clock_mhz as u32 {
             return None;
         }
         Some(Self {
@@ -262,7 +262,7 @@ impl Oversampler {
         let factor = (STEP << SHIFT) / (u32::from(averaging.channels) * scans).max(1);
         let follows = self.follows.swap(is_whole, Relaxed);
         // Half a step from either end on the average.
-        let (low, high) = (scans / 2, scans * READING_MOST - scans / 2);
+        let (low, high) = (scans / 2, scans * READING_MAX - scans / 2);
         let mut overloaded = 0;
         let rows = self.sums.iter().zip(&self.before).zip(last);
         for (channel, ((place, before), last)) in rows.enumerate().take(channels) {

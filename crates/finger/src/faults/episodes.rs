@@ -23,7 +23,7 @@ const CHECK_FRAMES: u32 = 16;
 const SILENT_NS: u32 = BLOCK_FRAMES * FRAME_NS as u32;
 
 /// A clock may be off by 2 % unseen, which is one conversion in 50.
-const CLOCK_SHARE: u32 = 50;
+const CLOCK_DIVISOR: u32 = 50;
 /// Most conversions by which a gap is longer, where its number of whole scans is uncertain.
 const UNSURE_CONVERSIONS: u32 = 10_000;
 
@@ -31,11 +31,11 @@ const UNSURE_CONVERSIONS: u32 = 10_000;
 /// 5.25 V).
 const SUPPLY: RangeInclusive<i32> = codes(4.75, 5.25);
 /// The reference may be off what is set by this share of it.
-const REFERENCE_SHARE: f32 = 0.02;
+const REFERENCE_TOLERANCE: f32 = 0.02;
 
 /// A range of volts as the chip reads its supply and its reference, codes.
-const fn codes(least_v: f32, most_v: f32) -> RangeInclusive<i32> {
-    (least_v * CODES_PER_SUPPLY_VOLT as f32) as i32..=(most_v * CODES_PER_SUPPLY_VOLT as f32) as i32
+const fn codes(min_v: f32, max_v: f32) -> RangeInclusive<i32> {
+    (min_v * CODES_PER_SUPPLY_VOLT as f32) as i32..=(max_v * CODES_PER_SUPPLY_VOLT as f32) as i32
 }
 
 /// The episodes.
@@ -160,8 +160,8 @@ impl FaultEpisodes {
 /// The reference's range about what is set, codes.
 const fn reference_codes(vref_v: f32) -> RangeInclusive<i32> {
     codes(
-        vref_v * (1.0 - REFERENCE_SHARE),
-        vref_v * (1.0 + REFERENCE_SHARE),
+        vref_v * (1.0 - REFERENCE_TOLERANCE),
+        vref_v * (1.0 + REFERENCE_TOLERANCE),
     )
 }
 
@@ -185,9 +185,9 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
     // In a gap of this many conversions the clock's error is half a scan or more, so the number of
     // whole scans in it is uncertain. The most that can be lost is reported. A longer gap is
     // counted by the time alone: the chip was set up again, or the board was off.
-    let unsure = CLOCK_SHARE * slots.max(2) / 2;
+    let unsure = CLOCK_DIVISOR * slots.max(2) / 2;
     if (unsure..=unsure + UNSURE_CONVERSIONS).contains(&lost) {
-        diagnostics.unseen.add(lost / CLOCK_SHARE + slots / 2 + 1);
+        diagnostics.unseen.add(lost / CLOCK_DIVISOR + slots / 2 + 1);
     }
     for (kind, times) in [
         (FaultKind::Lost, lost),

@@ -8,7 +8,7 @@ use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::telemetry::{Estimate, Status, Travel};
 
 /// The window's frame rate may be off the nominal one by this share of it: no crystal is.
-const RATE_SHARE: f32 = 0.005;
+const RATE_TOLERANCE: f32 = 0.005;
 
 /// Margin before the window, frames.
 const MARGIN_FRAMES: f32 = 2.0;
@@ -64,7 +64,7 @@ fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (Faul
     let mut faults = before.fold(diagnostics.faults.since(begin_us), FaultSet::with);
     let off_hz = window.frame_rate_hz - nominal_hz;
     // A NaN is off too.
-    if !(off_hz.abs() <= RATE_SHARE * nominal_hz) {
+    if !(off_hz.abs() <= RATE_TOLERANCE * nominal_hz) {
         faults = faults.with(FaultKind::Clock);
     }
     let is_end_unsure = diagnostics.rails_change(end_us.wrapping_sub(known_still_us), end_us);

@@ -55,17 +55,17 @@ struct Answers {
 impl Answers {
     /// Those within the possible periods, and `margin` turns beyond them.
     fn new(array: &Array, lag_turns: f32, margin: f32) -> Self {
-        let least = turns(array, array.period_max_mm) - margin;
-        let most = turns(array, array.period_min_mm) + margin;
+        let min = turns(array, array.period_max_mm) - margin;
+        let max = turns(array, array.period_min_mm) + margin;
         let mut answers = Self::default();
         for (late, possible, count) in [
             (lag_turns, array.may_go_forward, &mut answers.forward),
             (-lag_turns, array.may_go_backward, &mut answers.backward),
         ] {
             // The first whole number of turns that leads into the range.
-            let first = late + libm::roundf(least - late + 0.5);
-            if possible && first <= most {
-                *count = 1 + u32::from(first + 1.0 <= most);
+            let first = late + libm::roundf(min - late + 0.5);
+            if possible && first <= max {
+                *count = 1 + u32::from(first + 1.0 <= max);
                 answers.late = first;
             }
         }
@@ -201,9 +201,9 @@ mod tests {
     }
 
     #[track_caller]
-    fn assert_near(found: f32, expected: f64, share: f64) {
+    fn assert_near(found: f32, expected: f64, fraction: f64) {
         assert!(
-            (f64::from(found) / expected - 1.0).abs() < share,
+            (f64::from(found) / expected - 1.0).abs() < fraction,
             "{found} for {expected}"
         );
     }
@@ -217,11 +217,11 @@ mod tests {
                 assert_near(travel.speed_mm_s, 8.0 * period_mm, 3e-6);
                 // d period = period^2 / pitch d turns; and in the speed the frequency's 0.1 %,
                 // independently.
-                let share = period_mm / 2.3 * 1e-3;
-                assert_near(travel.spatial_period_sigma_mm, period_mm * share, 1e-3);
+                let fraction = period_mm / 2.3 * 1e-3;
+                assert_near(travel.spatial_period_sigma_mm, period_mm * fraction, 1e-3);
                 assert_near(
                     travel.speed_sigma_mm_s,
-                    share.hypot(1e-3) * 8.0 * period_mm,
+                    fraction.hypot(1e-3) * 8.0 * period_mm,
                     1e-3,
                 );
             }
@@ -279,7 +279,7 @@ mod tests {
     fn what_has_more_than_one_answer_is_ambiguous() {
         use Direction::{Backward, Forward};
         use TravelStatus::{Ambiguous, Unique};
-        for (least, most, period_mm, direction, expected) in [
+        for (min, max, period_mm, direction, expected) in [
             // A period shorter than the pitch aliases: one of 1.3 mm to the phase of one of 3.1 mm.
             (1.2, 4.2, 1.3, Forward, Ambiguous),
             (1.2, 4.2, 3.1, Forward, Ambiguous),
@@ -291,14 +291,14 @@ mod tests {
             (4.5, 9.0, 6.0, Backward, Unique),
         ] {
             let array = Array {
-                period_min_mm: least,
-                period_max_mm: most,
+                period_min_mm: min,
+                period_max_mm: max,
                 ..ARRAY
             };
             let found = by_phases(Some(lag_of(period_mm, direction)), &array, TONE_HZ);
             assert_eq!(
                 found.status, expected,
-                "{period_mm} mm of {least} to {most} mm"
+                "{period_mm} mm of {min} to {max} mm"
             );
         }
         // A lag that is not known at all.

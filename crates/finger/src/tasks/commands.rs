@@ -326,9 +326,7 @@ mod tests {
         };
         match board.execute(1, set(settings, true), false) {
             Outcome::Setting(SettingsError {
-                least: 0.5,
-                greatest: 5.5,
-                ..
+                min: 0.5, max: 5.5, ..
             }) => {}
             outcome => panic!("{outcome:?}"),
         }

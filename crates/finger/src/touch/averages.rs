@@ -40,18 +40,18 @@ impl<'a> Averages<'a> {
         Self { ring, grid }
     }
 
-    /// A mean, if one of its frames is there and has a valid value; it may be in `place`.
+    /// A mean, if one of its frames is there and has a valid value; it may be in `buffer`.
     #[inline(always)]
-    pub fn frame<'b>(&self, number: u32, place: &'b mut Values) -> Option<&'b Values>
+    pub fn frame<'b>(&self, number: u32, buffer: &'b mut Values) -> Option<&'b Values>
     where
         'a: 'b,
     {
         if self.grid.frames == 1 {
-            return self.ring.frame(number, place).map(|(values, _)| values);
+            return self.ring.frame(number, buffer).map(|(values, _)| values);
         }
         self.ring
-            .mean(self.grid.first_frame(number), self.grid.frames, place)
-            .then_some(&*place)
+            .mean(self.grid.first_frame(number), self.grid.frames, buffer)
+            .then_some(&*buffer)
     }
 }
 
@@ -179,14 +179,14 @@ impl Averager {
     }
 
     fn end(&mut self, inputs: u16) {
-        let share = 1.0 / self.count as f32;
+        let fraction = 1.0 / self.count as f32;
         // Where frames are missing their squares are taken to be as those that are there.
-        let times = self.grid.frames as f32 * share;
+        let times = self.grid.frames as f32 * fraction;
         let mut rest = inputs;
         while rest != 0 {
             let c = rest.trailing_zeros() as usize % TAXELS;
             rest &= rest - 1;
-            let off = self.sums[c] * share;
+            let off = self.sums[c] * fraction;
             self.squares[c] = (self.squares[c] - self.sums[c] * off) * times;
             self.mean[c] += off;
         }
@@ -237,9 +237,9 @@ mod tests {
                 let group = mean * frames..(mean + 1) * frames;
                 let there: Vec<u32> = group.filter(|n| !is_missing(*n)).collect();
                 let (means, about) = averager.latest().unwrap();
-                let mut place = [0.0; TAXELS];
+                let mut buffer = [0.0; TAXELS];
                 let of_ring = *Averages::new(&ring, averager.grid())
-                    .frame(mean, &mut place)
+                    .frame(mean, &mut buffer)
                     .unwrap();
                 for c in (0..TAXELS).filter(|c| inputs >> c & 1 == 1) {
                     let expected = there.iter().map(|n| f64::from(value(*n, c))).sum::<f64>()

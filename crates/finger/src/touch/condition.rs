@@ -120,26 +120,26 @@ impl Condition {
         number
     }
 
-    /// A frame of the ring without hum and drift, if it is there and has a valid value; `place`
+    /// A frame of the ring without hum and drift, if it is there and has a valid value; `buffer`
     /// takes what is not in the ring as it should be.
     #[inline(always)]
     pub fn frame<'a>(
         &self,
         ring: Averages<'a>,
         number: u32,
-        place: &'a mut Values,
+        buffer: &'a mut Values,
     ) -> Option<&'a Values> {
         if self.is_plain() {
-            return ring.frame(number, place);
+            return ring.frame(number, buffer);
         }
-        *place = self.cleaned(ring, number)?;
-        Some(place)
+        *buffer = self.cleaned(ring, number)?;
+        Some(buffer)
     }
 
     /// A frame's values where hum or drift is subtracted.
     pub fn cleaned(&self, ring: Averages, number: u32) -> Option<Values> {
-        let mut place = [0.0; TAXELS];
-        ring.frame(number, &mut place)
+        let mut buffer = [0.0; TAXELS];
+        ring.frame(number, &mut buffer)
             .map(|values| self.clean(ring, number, values))
     }
 

@@ -91,25 +91,25 @@ impl Idle {
         condition: &mut Condition,
     ) -> bool {
         let Noise { weights, taxels } = noise;
-        let (least, most) = BLOCKS;
+        let (min, max) = BLOCKS;
         if self.blocks >= 4.0 {
-            let share = if self.blocks < 32.0 {
+            let fraction = if self.blocks < 32.0 {
                 1.0 / self.blocks
             } else {
                 1.0 / 32.0
             };
-            self.typical += (off - self.typical) * share;
+            self.typical += (off - self.typical) * fraction;
         }
-        if off > taxels.limit(BENT) && self.blocks > least {
-            self.blocks = greater(least, 0.5 * self.blocks);
-        } else if self.blocks < most {
+        if off > taxels.limit(BENT) && self.blocks > min {
+            self.blocks = greater(min, 0.5 * self.blocks);
+        } else if self.blocks < max {
             self.blocks += 1.0;
         }
         let blocks = self.blocks;
-        let share = 1.0 / (blocks * (blocks + 1.0));
+        let fraction = 1.0 / (blocks * (blocks + 1.0));
         let (to_level, to_slope) = (
-            (4.0 * blocks - 2.0) * share,
-            if blocks > 1.0 { 6.0 * share } else { 0.0 },
+            (4.0 * blocks - 2.0) * fraction,
+            if blocks > 1.0 { 6.0 * fraction } else { 0.0 },
         );
         let is_known = condition.drifts();
         let mut square = 0.0;

@@ -37,13 +37,13 @@ const JUDGED_AFTER: u32 = 241;
 
 /// Mean of a motion, and its squares about the mean.
 #[derive(Clone, Debug)]
-pub struct Course {
+pub struct Moments {
     mean: Values,
     squares: f32,
     frames: f32,
 }
 
-impl Course {
+impl Moments {
     const fn new() -> Self {
         Self {
             mean: [0.0; TAXELS],
@@ -55,10 +55,10 @@ impl Course {
     /// Takes a frame (Welford's method).
     fn add(&mut self, values: &Values, weights: &Values) {
         self.frames += 1.0;
-        let share = 1.0 / self.frames;
+        let fraction = 1.0 / self.frames;
         for c in 0..TAXELS {
             let off = values[c] - self.mean[c];
-            self.mean[c] += off * share;
+            self.mean[c] += off * fraction;
             self.squares += off * (values[c] - self.mean[c]) * weights[c];
         }
     }
@@ -82,7 +82,7 @@ pub enum Air {
     /// It is the idle level. Before the latest touch it was this one: the skin creeps back to it.
     Known(Option<Values>),
     /// The finger was on something when the detector began: the course of its slides.
-    Unknown(Course),
+    Unknown(Moments),
 }
 
 impl Air {
@@ -92,14 +92,14 @@ impl Air {
 
     /// Takes a frame of a slide.
     pub fn follow_slide(&mut self, values: &Values, weights: &Values) {
-        if let Self::Unknown(course) = self {
-            course.add(values, weights);
+        if let Self::Unknown(moments) = self {
+            moments.add(values, weights);
         }
     }
 
     /// Whether the finger has left the levels of its slides.
     pub fn is_left(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
-        matches!(self, Self::Unknown(course) if course.is_beside(level, weights, taxels))
+        matches!(self, Self::Unknown(moments) if moments.is_beside(level, weights, taxels))
     }
 }
 
@@ -109,7 +109,7 @@ pub enum Judged {
     /// A contact; with a spike it is sure that the finger was in the air before.
     Contact { has_spike: bool },
     /// A slide of a finger that was loaded before, and its course so far.
-    Slide(Course),
+    Slide(Moments),
     /// A slow motion, which goes on.
     Unclear,
 }
@@ -117,9 +117,9 @@ pub enum Judged {
 /// Gives the frames that are looked at, of the `all` frames from `first` on.
 fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Values)) {
     let every = all / LOOKED_AT + 1;
-    let mut place = [0.0; TAXELS];
+    let mut buffer = [0.0; TAXELS];
     for at in (0..=all).filter(|at| *at < EARLY_FRAMES || at.is_multiple_of(every)) {
-        if let Some(values) = frames.values(first.wrapping_add(at), &mut place) {
+        if let Some(values) = frames.values(first.wrapping_add(at), &mut buffer) {
             take(at, values);
         }
     }
@@ -134,7 +134,7 @@ pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: b
     } else {
         LATE_FRAMES
     };
-    let (mut late, mut half, mut early) = (Course::new(), Course::new(), 0.0);
+    let (mut late, mut half, mut early) = (Moments::new(), Moments::new(), 0.0);
     look_at(frames, first, all, &mut |at, values| {
         if at < EARLY_FRAMES {
             early = greater(early, distance(weights, values, level) - taxels);
@@ -186,19 +186,19 @@ mod tests {
     fn a_course_has_the_mean_and_the_mean_square_of_its_frames() {
         let value = |n: u16, c: usize| f32::from((n * 37 + 11 * c as u16) % 101) + f32::from(n);
         let weights: Values = core::array::from_fn(|c| 1.0 + c as f32);
-        let mut course = Course::new();
-        (0..50).for_each(|n| course.add(&core::array::from_fn(|c| value(n, c)), &weights));
+        let mut moments = Moments::new();
+        (0..50).for_each(|n| moments.add(&core::array::from_fn(|c| value(n, c)), &weights));
         let mut squares = 0.0;
         for c in 0..TAXELS {
             let mean = (0..50).map(|n| f64::from(value(n, c))).sum::<f64>() / 50.0;
-            assert!((f64::from(course.mean[c]) - mean).abs() < 1e-3, "{c}");
+            assert!((f64::from(moments.mean[c]) - mean).abs() < 1e-3, "{c}");
             squares += f64::from(weights[c])
                 * (0..50)
                     .map(|n| (f64::from(value(n, c)) - mean).powi(2))
                     .sum::<f64>();
         }
         assert!(
-            (f64::from(course.spread(16.0)) - (squares / 50.0 - 16.0)).abs()
+            (f64::from(moments.spread(16.0)) - (squares / 50.0 - 16.0)).abs()
                 < 1e-4 * squares / 50.0
         );
     }

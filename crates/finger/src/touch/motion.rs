@@ -32,7 +32,7 @@ const WEAK: Limit = limit(8.0, 360.0);
 /// Blocks after which little is left of one in the averages of the quick comparisons: 116 ms.
 pub const FAINT_BLOCKS: u32 = 7;
 /// Share of the latest block in these averages.
-const FAINT_SHARE: f32 = 0.2;
+const FAINT_FRACTION: f32 = 0.2;
 /// Weight of the comparison with the block before, beside that within a block: they have the same
 /// standard deviation then. Together they find a tone of 35 to 50 Hz that is as weak as the noise;
 /// alone neither does.
@@ -58,7 +58,7 @@ const SWINGING: f32 = 8.0;
 const SWINGING_FAINT: f32 = 1.5;
 /// Share of the greatest long comparison below which a later one is the creep of the skin after the
 /// motion, which bends by 3 % of it.
-const CREEP_SHARE: f32 = 1e-3;
+const CREEP_FRACTION: f32 = 1e-3;
 /// Square across the direction of the load over that along it, at most, where a finger only presses
 /// more or less: the taxels' levels grow with powers of the load between 0.7 and 1.3.
 const LOAD_SPREAD: f32 = 0.05;
@@ -116,7 +116,7 @@ impl Comparison {
 
     /// Takes a block's value into the average. True if the average is motion.
     fn is_faint(&mut self, value: f32, typical: f32) -> bool {
-        self.average += FAINT_SHARE * (value - self.average);
+        self.average += FAINT_FRACTION * (value - self.average);
         self.average > greater(self.white[1], self.over_typical[1] * typical)
     }
 
@@ -317,7 +317,7 @@ impl Motion {
             self.longest.value = self.longest_bend() * (8.0 * frames / 6.0);
         }
         self.greatest_bend = greater(self.greatest_bend, self.long.value);
-        let creep = CREEP_SHARE * self.greatest_bend;
+        let creep = CREEP_FRACTION * self.greatest_bend;
         // Noise that wanders makes twice as much of means of eight blocks as of four.
         let wander = OVER_TYPICAL * (2.0 * self.long.typical - self.taxels.count);
         let Self {
@@ -475,13 +475,13 @@ impl Motion {
             (square, fourth) = (square + one, fourth + one * one);
         }
         let is_wide = square * square > LOADED_MIN * fourth;
-        let share = if is_wide {
+        let fraction = if is_wide {
             1.0 / libm::sqrtf(square)
         } else {
             0.0
         };
         for c in 0..TAXELS {
-            self.pull[c] = load[c] * weights[c] * share;
+            self.pull[c] = load[c] * weights[c] * fraction;
         }
     }
 

@@ -68,7 +68,7 @@ impl Noise {
         if self.learned < NOISE_BLOCKS {
             self.learned += 1.0;
         }
-        let share = 1.0 / self.learned;
+        let fraction = 1.0 / self.learned;
         let mean = past.back(0);
         let before = if past.count > 1 { past.back(1) } else { mean };
         for c in 0..TAXELS {
@@ -78,9 +78,9 @@ impl Noise {
             let off = mean[c] - before[c];
             let slow_now = off * off * (BLOCK_FRAMES as f32 / 2.0);
             let quick = &mut self.quick_variance[c];
-            *quick += share * (greater(quick_now, ROUNDING_VARIANCE) - *quick);
+            *quick += fraction * (greater(quick_now, ROUNDING_VARIANCE) - *quick);
             let slow = &mut self.slow_variance[c];
-            *slow += share * (slow_now - *slow);
+            *slow += fraction * (slow_now - *slow);
             self.weights[c] = 1.0 / greater(*quick, *slow);
         }
     }

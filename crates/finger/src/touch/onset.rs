@@ -25,7 +25,7 @@ const BETWEEN_MEANS: Limit = limit(1.25, 18.0);
 const SHARP_START: (Limit, Limit) = (limit(90.0, 0.0), DEPARTED);
 const SHARP_END: (Limit, Limit) = (limit(600.0, 0.0), limit(10.0, 0.0));
 /// One frame counts at most three of these: a knock is no motion that goes on.
-const MOST: f32 = 3.0;
+const MAX: f32 = 3.0;
 /// A sum over frames that is so much less than at its most, or more than at its least, will not come
 /// back: 50 ms of noise. For the start of a motion one over means of four needs half as much.
 const PAST: Limit = limit(5.0, 20.0);
@@ -33,7 +33,7 @@ const PAST: Limit = limit(5.0, 20.0);
 pub const SEARCH_FRAMES: u32 = 160;
 /// Share of the way to a level that is a fall: the skin creeps by about a quarter of it until the
 /// fall is noticed.
-const MOST_OF_FALL: f32 = 0.75;
+const FALL_FRACTION: f32 = 0.75;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
 const START_FRAMES: (u32, u32) = (44, 16);
 /// Most frames that are searched for its end: 0.25 s.
@@ -87,10 +87,10 @@ struct Spoken {
 #[derive(Clone, Copy)]
 struct Extremes {
     sum: f32,
-    most: f32,
-    most_from: u32,
-    least: f32,
-    least_from: u32,
+    max: f32,
+    max_from: u32,
+    min: f32,
+    min_from: u32,
     /// See [`PAST`].
     past: f32,
 }
@@ -99,36 +99,36 @@ impl Extremes {
     const fn at(last: u32, past: f32) -> Self {
         Self {
             sum: 0.0,
-            most: 0.0,
-            most_from: last,
-            least: 0.0,
-            least_from: last,
+            max: 0.0,
+            max_from: last,
+            min: 0.0,
+            min_from: last,
             past,
         }
     }
 
     /// Whether what was looked for is far behind.
-    fn is_past(&self, most: bool) -> bool {
-        if most {
-            self.most - self.sum > self.past
+    fn is_past(&self, max: bool) -> bool {
+        if max {
+            self.max - self.sum > self.past
         } else {
-            self.sum - self.least > self.past
+            self.sum - self.min > self.past
         }
     }
 
     /// Adds what speaks for motion, a squared distance of which the noise alone makes as many as
     /// there are taxels.
     fn add(&mut self, apart: f32, between: f32, frame: u32) {
-        self.sum += if apart > MOST * between {
-            MOST * between
+        self.sum += if apart > MAX * between {
+            MAX * between
         } else {
             apart
         } - between;
-        if self.sum > self.most {
-            (self.most, self.most_from) = (self.sum, frame);
+        if self.sum > self.max {
+            (self.max, self.max_from) = (self.sum, frame);
         }
-        if self.sum < self.least {
-            (self.least, self.least_from) = (self.sum, frame);
+        if self.sum < self.min {
+            (self.min, self.min_from) = (self.sum, frame);
         }
     }
 }
@@ -136,13 +136,13 @@ impl Extremes {
 impl Frames<'_> {
     /// A frame without hum and drift, if it is there. [`Self::speak`] has this inlined: it is the
     /// dearest search.
-    pub fn values<'a>(&'a self, frame: u32, place: &'a mut Values) -> Option<&'a Values> {
-        self.condition.frame(self.ring, frame, place)
+    pub fn values<'a>(&'a self, frame: u32, buffer: &'a mut Values) -> Option<&'a Values> {
+        self.condition.frame(self.ring, frame, buffer)
     }
 
     fn is_off(&self, level: &Values, frame: u32) -> bool {
-        let mut place = [0.0; TAXELS];
-        let values = self.values(frame, &mut place);
+        let mut buffer = [0.0; TAXELS];
+        let values = self.values(frame, &mut buffer);
         values.is_some_and(|values| {
             distance(self.weights, values, level) > self.taxels.limit(DEPARTED)
         })
@@ -169,15 +169,15 @@ impl Frames<'_> {
         let (is_sharp, between_sharp) = (of(is_sharp), of(between_sharp));
         let (between, between_means) = (of(BETWEEN), of(BETWEEN_MEANS));
         let mut peak = 0.0;
-        let share = 1.0 / self.wander;
-        let mut place = [0.0; TAXELS];
+        let fraction = 1.0 / self.wander;
+        let mut buffer = [0.0; TAXELS];
         // Side by side they are read at once.
         let mut taxels: [[f32; 4]; TAXELS] =
             core::array::from_fn(|c| [level[c], self.weights[c], self.pull[c], 0.0]);
         for back in 0..frames {
             let frame = last.wrapping_sub(back * stride);
             let mut apart = Apart::NONE;
-            if let Some(values) = self.condition.frame(self.ring, frame, &mut place) {
+            if let Some(values) = self.condition.frame(self.ring, frame, &mut buffer) {
                 // By fours: a quarter of the instructions of one taxel were the loop's.
                 let fours = taxels.as_chunks_mut::<4>().0.iter_mut();
                 for (values, taxels) in values.as_chunks::<4>().0.iter().zip(fours) {
@@ -194,7 +194,7 @@ impl Frames<'_> {
                     .zip(creep)
                     .for_each(|([level, ..], creep)| *level -= creep);
             }
-            let square = apart.square() * share;
+            let square = apart.square() * fraction;
             peak = greater(peak, square);
             single.add(square, between, frame);
             sharp.add(square, between_sharp, frame);
@@ -204,7 +204,7 @@ impl Frames<'_> {
                     apart.add(core::mem::take(four), *weight, *pull);
                 }
                 mean.add(
-                    apart.square() * share * (1.0 / BLOCK_FRAMES as f32),
+                    apart.square() * fraction * (1.0 / BLOCK_FRAMES as f32),
                     between_means,
                     frame,
                 );
@@ -248,13 +248,13 @@ impl Frames<'_> {
             },
         );
         if let Some(sharp) = sharp {
-            return sharp.most_from;
+            return sharp.max_from;
         }
         // A mean may be off its level by its last frame alone.
-        let mean_from = mean.most_from.wrapping_add(BLOCK_FRAMES - 1);
-        match (single.most > 0.0, mean.most > 0.0) {
-            (true, false) => single.most_from,
-            (true, true) if reached(mean_from, single.most_from) => single.most_from,
+        let mean_from = mean.max_from.wrapping_add(BLOCK_FRAMES - 1);
+        match (single.max > 0.0, mean.max > 0.0) {
+            (true, false) => single.max_from,
+            (true, true) if reached(mean_from, single.max_from) => single.max_from,
             (_, true) => mean_from,
             (false, false) => since,
         }
@@ -278,11 +278,11 @@ impl Frames<'_> {
     /// The first of the frames up to `last` that have gone most of the way from one level to
     /// another along the load. What a skin creeps back after the load is less.
     pub fn fall(&self, from: &Values, to: &Values, last: u32) -> u32 {
-        let (most, mut place) = (MOST_OF_FALL * along(self.pull, from, to), [0.0; TAXELS]);
+        let (max, mut buffer) = (FALL_FRACTION * along(self.pull, from, to), [0.0; TAXELS]);
         for back in 0..=SEARCH_FRAMES {
             let frame = last.wrapping_sub(back);
-            let values = self.values(frame, &mut place);
-            if values.is_some_and(|values| along(self.pull, from, values) > most) {
+            let values = self.values(frame, &mut buffer);
+            if values.is_some_and(|values| along(self.pull, from, values) > max) {
                 return frame.wrapping_add(1);
             }
         }
@@ -308,23 +308,23 @@ impl Frames<'_> {
             },
         );
         if let Some(sharp) = sharp {
-            return sharp.least_from;
+            return sharp.min_from;
         }
-        let mean_from = mean.least_from.wrapping_sub(stride * (BLOCK_FRAMES - 1));
-        let later = mean_from.wrapping_sub(single.least_from);
+        let mean_from = mean.min_from.wrapping_sub(stride * (BLOCK_FRAMES - 1));
+        let later = mean_from.wrapping_sub(single.min_from);
         match later {
-            _ if reached(single.least_from, mean_from) => single.least_from,
+            _ if reached(single.min_from, mean_from) => single.min_from,
             // One mean more may be noise.
-            _ if later <= stride * BLOCK_FRAMES => single.least_from.wrapping_add(later / 2),
+            _ if later <= stride * BLOCK_FRAMES => single.min_from.wrapping_add(later / 2),
             _ => mean_from,
         }
     }
 
     /// The mean of the `frames` frames up to `last`.
     pub fn mean(&self, last: u32, frames: u32) -> Values {
-        let (mut sum, mut count, mut place) = ([0.0; TAXELS], 0.0, [0.0; TAXELS]);
+        let (mut sum, mut count, mut buffer) = ([0.0; TAXELS], 0.0, [0.0; TAXELS]);
         for frame in (0..frames).map(|back| last.wrapping_sub(back)) {
-            if let Some(values) = self.values(frame, &mut place) {
+            if let Some(values) = self.values(frame, &mut buffer) {
                 add(&mut sum, values);
                 count += 1.0;
             }

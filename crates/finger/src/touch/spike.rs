@@ -13,7 +13,7 @@ const PEAK_FRAMES: u32 = 5;
 const CLEAR: f32 = 4.0;
 /// It must also be higher by more than this share of the peak: otherwise a slide that has begun
 /// would look like the contact.
-const CLEAR_SHARE: f32 = 0.25;
+const CLEAR_FRACTION: f32 = 0.25;
 /// The spike may have begun this number of frames before the block that shows the first touch.
 const LOOK_BACK: u32 = 4;
 /// The load may have begun to rise this number of frames before that block: 133 ms.
@@ -83,7 +83,7 @@ impl Spike {
                 // higher by more than noise.
                 let late = u32::from(frame - self.frame[c]) > PEAK_FRAMES;
                 let clear = higher * higher * weights[c] > CLEAR * CLEAR
-                    && higher > CLEAR_SHARE * self.peak[c].abs();
+                    && higher > CLEAR_FRACTION * self.peak[c].abs();
                 if !late || clear {
                     (self.peak[c], self.frame[c]) = (off, frame);
                 }

@@ -49,9 +49,9 @@ pub fn length(values: &Values) -> f32 {
 }
 
 /// Moves a level by a share of its way to another one.
-pub fn approach(level: &mut Values, to: &Values, share: f32) {
+pub fn approach(level: &mut Values, to: &Values, fraction: f32) {
     for (level, to) in level.iter_mut().zip(to) {
-        *level += share * (to - *level);
+        *level += fraction * (to - *level);
     }
 }
 

@@ -99,15 +99,15 @@ pub enum Bounds {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// The least value.
-    pub least: f32,
+    pub min: f32,
     /// The greatest value.
-    pub greatest: f32,
+    pub max: f32,
 }
 
 impl Limits {
-    /// From `least` to `greatest`.
-    pub const fn new(least: f32, greatest: f32) -> Self {
-        Self { least, greatest }
+    /// From `min` to `max`.
+    pub const fn new(min: f32, max: f32) -> Self {
+        Self { min, max }
     }
 }
 
@@ -116,9 +116,7 @@ impl Bounds {
     pub fn limits(&self, settings: &Settings) -> Option<Limits> {
         match *self {
             Self::Any => None,
-            Self::Between(least, greatest) | Self::ZeroOr(least, greatest) => {
-                Some(Limits::new(least, greatest))
-            }
+            Self::Between(min, max) | Self::ZeroOr(min, max) => Some(Limits::new(min, max)),
             Self::By(limits) => Some(limits(settings)),
         }
     }
@@ -127,7 +125,7 @@ impl Bounds {
     pub(super) fn broken(&self, value: f32, settings: &Settings) -> Option<Limits> {
         let is_off = matches!(self, Self::ZeroOr(..)) && value == 0.0;
         let limits = self.limits(settings)?;
-        let is_within = value >= limits.least && value <= limits.greatest;
+        let is_within = value >= limits.min && value <= limits.max;
         (!is_off && !is_within).then_some(limits)
     }
 }

@@ -12,7 +12,7 @@ use ridgetone_proto::telemetry::{Estimate, Event, Health, Status};
 /// A frequency is wrong if its error is more than five of its standard deviations and more than
 /// half a percent.
 const SIGMAS: f64 = 5.0;
-const SHARE: f64 = 0.005;
+const TOLERANCE: f64 = 0.005;
 
 /// Beginning of the complaint that a fault was not reported.
 pub const NOT_REPORTED: &str = "not reported";
@@ -292,7 +292,7 @@ fn judge_estimate(plan: &Plan, estimate: &Estimate, truth: &Truth, judgement: &m
     let is_off = off_hz > SIGMAS * f64::from(estimate.sigma);
     // On an oscillator that is off by more than any sigma nothing is good.
     let is_never_good = plan.family == Family::Oscillator;
-    let is_wrong = is_never_good || is_off && off_hz > SHARE * truth.frequency_hz;
+    let is_wrong = is_never_good || is_off && off_hz > TOLERANCE * truth.frequency_hz;
     let counts = &mut judgement.counts;
     if estimate.status != Status::Good {
         counts.doubtful += u64::from(estimate.status == Status::Doubtful);

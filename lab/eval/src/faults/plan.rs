@@ -80,8 +80,8 @@ impl Plan {
                 lasts_s,
                 fault,
             });
-            let (least_s, most_s) = if mixed { MIXED_APART_S } else { APART_S };
-            at_s += lasts_s + draw.even(least_s, most_s);
+            let (min_s, max_s) = if mixed { MIXED_APART_S } else { APART_S };
+            at_s += lasts_s + draw.even(min_s, max_s);
         }
         Self {
             family,

@@ -2,7 +2,7 @@
 
 use super::campaign::Campaign;
 use super::row::{Delays, Place, Row};
-use crate::page::{self, Bar, Figures, None as Nothing, Table, Tables, fixed};
+use crate::page::{self, Figures, None as Nothing, Requirement, Table, Tables, fixed};
 use serde_json::Value;
 
 /// The topic's figures with the tables of a campaign in place of those of the same name: of the
@@ -26,7 +26,7 @@ pub fn with_campaign(
         );
         tables.insert("numbers".into(), numbers(campaign));
     }
-    figures.tables = with_bars(figures.tables);
+    figures.tables = with_requirements(figures.tables);
     figures
 }
 
@@ -44,7 +44,7 @@ const ZEROS: [(&str, Option<(&str, &str)>); 6] = [
 ];
 
 /// The tables with that of the bars.
-pub fn with_bars(mut tables: Tables) -> Tables {
+pub fn with_requirements(mut tables: Tables) -> Tables {
     let sums = |column: &str, unless: Option<(&str, &str)>| {
         let of_table = |table: &Table| {
             let find = |name: &str| table.columns.iter().position(|own| own == name);
@@ -60,11 +60,11 @@ pub fn with_bars(mut tables: Tables) -> Tables {
             .filter(|(name, _)| !["numbers", "bars"].contains(&name.as_str()));
         tables.map(|(_, table)| of_table(table)).sum::<u64>()
     };
-    let bars = ZEROS.map(|(column, unless)| {
+    let requirements = ZEROS.map(|(column, unless)| {
         let what = format!("{column}, with every scan plan and on the emulated chip");
-        Bar::at_most(&what, 0, sums(column, unless))
+        Requirement::at_most(&what, 0, sums(column, unless))
     });
-    tables.insert("bars".into(), page::bars(&bars));
+    tables.insert("bars".into(), page::requirements(&requirements));
     tables
 }
 

@@ -62,8 +62,8 @@ impl ContactDetector {
                 self.was_in_air = has_spike;
                 return true;
             }
-            Judged::Slide(course) => {
-                self.air = Air::Unknown(course);
+            Judged::Slide(moments) => {
+                self.air = Air::Unknown(moments);
                 (self.load, self.contact) = (0.0, first.wrapping_sub(SPIKE_FRAMES));
                 self.held.restart();
                 self.still_level = Some(self.idle.level);
