@@ -18,6 +18,8 @@ from windows import CHANNELS, RATE_HZ, RIDGES, SINE, TABLE_2, Tone, fits, finger
 WINDOWS_S = (0.2, 0.3, 0.4, 0.6, 1.0, 3.9)
 SHOWN_S = (0.2, 0.4, 1.0, 3.9)
 """Windows of the other methods, and of the instructions."""
+PERCENTS = (10, 1, 0.1, 0.01, 0.001)
+"""Ticks of the picture of errors."""
 WINDOWS = 60
 """Windows of each combination of speed and period of Table 2."""
 SEED = 50_000
@@ -399,11 +401,14 @@ def draw(found, folder=pages.RESULTS):
     figure, (axis,) = plots.panels()
     plots.ticks(axis, SHOWN_S, " s")
     axis.set_yscale("log")
-    axis.set_title("RMS error, % of the frequency, by length of window")
+    axis.set_yticks(PERCENTS, [f"{value:g} %" for value in PERCENTS])
+    axis.minorticks_off()
+    axis.set_title("RMS error of the frequency, by length of window")
     axis.set_xlabel("tone with three overtones, 16 channels, noise 20 dB below it")
     names = [("default", "Ridgetone"), ("harmonic NLS, BIC", "harmonic NLS"), ("curve_fit per channel", "curve_fit per channel"),
              ("honest FFT", "Hann, padded, parabola"), ("highest line of the FFT", "highest line of the FFT"), ("Oddo 2009, two channels", "Oddo 2009")]  # fmt: skip
-    for number, (name, shown) in enumerate(names):
+    # Ridgetone last, over the others.
+    for number, (name, shown) in reversed(list(enumerate(names))):
         errors = [found[f"three overtones/{s:g} s/{name}"].get("rms_percent", np.nan) for s in SHOWN_S]
         plots.curve(axis, SHOWN_S, errors, shown, number)
     bound = [found[f"three overtones/{s:g} s/honest FFT"]["crb_percent"] for s in SHOWN_S]
