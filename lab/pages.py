@@ -25,14 +25,14 @@ END = "<!-- end -->"
 
 
 def significant(value, digits):
-    """A number with so many significant digits; None where there is no number."""
+    """A number rounded to significant digits; None if it is not finite."""
     if value is None or not math.isfinite(value):
         return None
     return whole(float(f"{value:.{digits}g}"))
 
 
 def fixed(value, decimals):
-    """A number with so many decimals; None where there is no number."""
+    """A number rounded to decimals; None if it is not finite."""
     return None if value is None or not math.isfinite(value) else whole(round(float(value), decimals))
 
 

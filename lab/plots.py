@@ -29,7 +29,7 @@ plt.rcParams.update(
 
 
 def panels(count=1, width=9.4, height=4.2):
-    """A figure with so many panels below each other, with room for labels at the right. Gives figure and axes."""
+    """Make a figure with panels below each other and room for labels at the right. Returns figure and axes."""
     figure, axes = plt.subplots(count, 1, figsize=(width, height * count), squeeze=False)
     figure.subplots_adjust(left=0.08, right=0.74, top=1 - 0.35 / (height * count), bottom=0.5 / (height * count), hspace=0.35)
     return figure, list(axes[:, 0])

@@ -148,7 +148,7 @@ def overlap(a, b):
 
 
 def judged(case, rng):
-    """What `replay` reports of a touch, beside its truth."""
+    """What `replay` reports of a touch, next to its truth."""
     values, contact_s, slide, release_s = touch(case, rng)
     # One window a second: the detector is judged here, and `good` where nothing slides.
     settings = {"interferer_hz": 50.0 if case.mains else 0.0, "stride_s": 1.0}

@@ -284,7 +284,7 @@ mod app {
                     Wait.delay_us(50);
                     board::restart();
                 }
-                // A board's signal has no end.
+                // Signals of a board do not end.
                 Next::Leave => {}
             }
         }

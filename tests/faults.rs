@@ -52,7 +52,7 @@ fn estimates(events: &[Event]) -> Vec<&Estimate> {
     fits.collect()
 }
 
-/// Whether the window holds this device time. None if the time is up to two frames before the
+/// Whether the window holds this device time. `None` if the time is up to two frames before the
 /// window, or after it: then the estimate may be doubtful too, if the fault was before its report.
 fn holds(fit: &Estimate, t_us: u64) -> Option<bool> {
     let from_us = fit.t_us - (fit.window_s * 1e6) as u64;
@@ -301,7 +301,7 @@ fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
 
 /// A broken bridge is reported, is in the fault set of every estimate, and is left out; the other
 /// inputs stay as good. Another input that changes between rail and signal makes estimates
-/// doubtful, beside it too.
+/// doubtful, also next to the broken one.
 #[test]
 fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     let comes_and_goes = MIDDLE..MIDDLE + 3;

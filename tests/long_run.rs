@@ -309,7 +309,7 @@ fn touch_after_touch_for_three_hours_is_the_same() {
 fn touch_after_touch_for_thirty_days_is_the_same() {
     let played = play(30 * DAY_S);
     assert_steady(&played);
-    // No other test runs beside it: `--ignored` selects it alone.
+    // No other test runs next to it: `--ignored` selects it alone.
     let (from, to) = played.resident.expect("Linux reports memory");
     assert!(
         to.saturating_sub(from) < 1 << 20,

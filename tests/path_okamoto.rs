@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 
 /// Readings a second (section III-B).
 const RATE_HZ: f64 = 1000.0;
-/// Greatest speed of the hand, mm/s, and its cycles a second (section IV-A).
+/// Maximum speed of the hand, mm/s, and its cycles a second (section IV-A).
 const TOP_MM_S: f64 = 197.0;
 const HAND_HZ: f64 = 1.07;
 /// Five cycles of the hand (section IV-A), frames.
@@ -26,7 +26,7 @@ const FRAMES: usize = 4665;
 /// The paper's window, frames: the best of 16, 32, 64 and 128 ms by its own search.
 const WINDOW: usize = 32;
 const STRIDE: usize = 4;
-/// Fewest cycles along the path of a window that is judged.
+/// Minimum number of cycles along the path of a window that is judged.
 const CYCLES: f64 = 1.5;
 /// The paper's range of wavelengths, mm; those that its figure 9 gets right, and those that it does
 /// not.
@@ -213,7 +213,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
             |errors: &[Errors], of: fn(&Errors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
         assert!(max(&wrong, |e| e.fft) > 1.4 * max(&right, |e| e.fft));
         // Windows overlap: of the fewest some 60 are independent, and the ratio is known to 13 %. One
-        // channel of two cycles may have a curve beside it, and a sigma that says so.
+        // channel of two cycles may have a curve next to it, and a sigma that says so.
         assert!(
             channels == 1 || max(&wrong, |e| e.per_cycle) < 1.4 * max(&right, |e| e.per_cycle),
             "{right:?} {wrong:?}"
@@ -232,7 +232,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
 #[test]
 fn a_longer_window_is_better() {
     let (right, wrong) = table(16, 4 * WINDOW);
-    // Some 35 windows are independent: the root mean square is known to 12 %.
+    // Some 35 windows are independent: the RMS is known to 12 %.
     for e in right.iter().chain(&wrong) {
         assert!(
             e.fit < 0.0006 && e.found as f64 > 0.99 * e.windows as f64,

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 
 const FRAMES: usize = 241;
 
-/// Place in millimetres by the share of the window that is over.
+/// Place in millimetres by the fraction of the window that is over.
 type Shape = fn(f64) -> f64;
 
 /// Ways over a surface.
@@ -128,7 +128,7 @@ fn noise_on_a_path_is_no_tone() {
     }
 }
 
-/// An encoder gives places in grains, and between two grains the finger seems to stand still.
+/// An encoder's positions are quantized: between two counts the finger seems to stand still.
 #[test]
 fn the_grains_of_an_encoder_do_no_harm() {
     let exact = positions(|t| 30.0 * t * (0.5 + 0.5 * t));

@@ -6,7 +6,7 @@
 pub struct Pin(pub(crate) u8, pub(crate) u8);
 
 impl Pin {
-    /// A pin of port A, B or C, as `PC5`; none for other names.
+    /// A pin of port A, B or C, as `PC5`; `None` for other names.
     pub fn named(name: &str) -> Option<Self> {
         let (port, number) = name.strip_prefix('P')?.split_at_checked(1)?;
         let port = match port {
@@ -39,11 +39,11 @@ pub enum Board {
     BlackpillF411,
     /// The Black Pill without another chip.
     BlackpillF411Adc,
-    /// The Feather with an encoder and an actuator in place of the ADC: a stylus.
+    /// The Feather with an encoder and an actuator instead of the ADC: a stylus.
     StylusF405,
 }
 
-/// Where the ADS1258 is wired.
+/// Pins of the ADS1258.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AdcPins {
     pub sck: Pin,
@@ -67,7 +67,7 @@ pub(crate) struct StylusPins {
 pub(crate) struct Wiring {
     /// An ADS1258's.
     pub adc: Option<AdcPins>,
-    /// Where sensors are wired to the processor itself, input by input.
+    /// Pins of sensors at the processor's own ADC, input by input.
     pub inputs: &'static [Pin],
     /// A stylus's.
     pub stylus: Option<StylusPins>,
@@ -134,10 +134,10 @@ const BLACKPILL_INPUTS: [Pin; 8] = *NUCLEO_INPUTS
     .expect("they are the Nucleo's first");
 
 impl Board {
-    /// Those of a finger with an ADS1258.
+    /// Boards of a finger with an ADS1258.
     pub const ALL: [Self; 3] = [Self::FeatherF405, Self::NucleoF446re, Self::BlackpillF411];
 
-    /// Those of a finger without another chip.
+    /// Boards of a finger without another chip.
     pub const OWN_ADC: [Self; 3] = [
         Self::FeatherF405Adc,
         Self::NucleoF446reAdc,
@@ -161,7 +161,7 @@ impl Board {
         }
     }
 
-    /// Its name, and that of its image's folder.
+    /// Name, and that of its image's folder.
     pub const fn name(self) -> &'static str {
         match self {
             Self::FeatherF405 => "feather-f405",

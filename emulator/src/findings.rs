@@ -89,13 +89,13 @@ rules! {
 pub struct Finding {
     /// Which rule.
     pub rule: Rule,
-    /// What was seen.
+    /// Description of what was seen.
     pub detail: String,
     /// Address of the instruction after it.
     pub pc: u32,
     /// Virtual time of the first, nanoseconds since power-up.
     pub at_ns: u64,
-    /// How often.
+    /// Number of times.
     pub times: u64,
 }
 

@@ -25,7 +25,7 @@ pub(crate) struct Function {
     pub bytes: u32,
 }
 
-/// Why a file is no image.
+/// Why a file is not an image.
 #[derive(Debug)]
 pub struct ImageError(PathBuf, String);
 

@@ -1,6 +1,6 @@
 //! What a test may do to the processor from outside, to see how the firmware recovers.
 
-/// What goes wrong.
+/// Kind of the fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProcessorFault {
     /// The program counter jumps: to an address without memory it is a HardFault.
@@ -15,7 +15,7 @@ pub enum ProcessorFault {
     Unmask(u16),
     /// A debugger has put this value into DBGMCU_CR.
     Debugger(u32),
-    /// From the next reset on the external oscillator does not start.
+    /// The external oscillator does not start after the next reset.
     OscillatorDies,
     /// The external oscillator stops now, and does not start again. Without the clock security system
     /// a processor that runs from it stands still until the watchdog bites.

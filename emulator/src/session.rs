@@ -55,7 +55,7 @@ impl fmt::Display for Panicked {
 
 impl Error for Panicked {}
 
-/// What a session and its thread share.
+/// State that a session and its thread share.
 #[derive(Debug, Default)]
 struct Shared {
     stops: AtomicBool,
@@ -126,8 +126,8 @@ impl Session {
         let _ = self.jobs.send(Box::new(job));
     }
 
-    /// Bytes that the board has sent, at most `timeout` from now; empty if it sends none. None if the
-    /// board has ended: [`Self::end`] tells why.
+    /// Bytes that the board has sent, at most `timeout` from now; empty if it sends none. `None` if
+    /// the board has ended: [`Self::end`] tells why.
     pub fn receive(&self, timeout: Duration) -> Option<Vec<u8>> {
         match self.sent.recv_timeout(timeout) {
             Ok(bytes) => Some(bytes),

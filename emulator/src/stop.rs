@@ -6,7 +6,7 @@ use std::fmt;
 /// up.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// What it was.
+    /// The missing register or instruction.
     pub what: String,
     /// The address that was touched.
     pub address: u32,
@@ -43,7 +43,7 @@ pub(crate) enum Usage {
     Unaligned = 1 << 24,
 }
 
-/// What ends an instruction early.
+/// Reason why an instruction ends early.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Stop {
     /// No memory at this address.

@@ -30,7 +30,7 @@ fn scene(plan: &Plan) -> Sliding {
     }
 }
 
-/// What a plan did in one run.
+/// Results of a plan in one run.
 struct Did {
     last: Health,
     loads: Vec<f32>,

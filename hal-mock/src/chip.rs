@@ -41,7 +41,7 @@ pub struct Ads1258 {
     scene: Box<dyn Scene>,
     options: Options,
     clock: Clock,
-    /// End of the power-up; none before the first clock.
+    /// End of the power-up; `None` before the first clock.
     powered_ns: Option<u64>,
     registers: Registers,
     interface: Interface,

@@ -20,7 +20,7 @@ const IDLE_V: f64 = 2.5;
 /// Amplifier between a bridge and a pin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Amplifier {
-    /// A wire. The bridge has the board's 3.3 V, so its voltage is that share of one at 5 V.
+    /// A wire. The bridge has the board's 3.3 V, so its voltage is that fraction of one at 5 V.
     Bare,
     /// An amplifier of this gain, against half of the bridge's supply; its output rests at half of
     /// the board's.

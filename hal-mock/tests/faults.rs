@@ -160,7 +160,7 @@ fn a_bit_of_the_command_makes_another_command() {
         .iter()
         .position(|edge| edge.0 == begun_ns(&chip))
         .expect("an edge");
-    // The high byte of the code in place of the status: AIN9 is at 0.9 V, 1B80h codes of 256 at a
+    // The high byte of the code instead of the status: AIN9 is at 0.9 V, 1B80h codes of 256 at a
     // reference of 4.096 V.
     let code = (number as f64 * 0.1 / 4.096 * 7_864_320.0).round() as i32;
     assert_eq!(i32::from(edges[number].1), code >> 16);

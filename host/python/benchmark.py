@@ -1,4 +1,4 @@
-"""Prints how long a fit takes through Python, beside the command and beside the library alone."""
+"""Prints how long a fit takes through Python, next to the command and next to the library alone."""
 
 import os
 import subprocess

@@ -15,8 +15,8 @@ use std::f64::consts::TAU;
 /// Power of an empty bin, decibels: below the floor of 24 bits and 16 channels.
 const DB_MIN: f32 = -120.0;
 
-/// The neighbourhood of a line reaches five cycles a window to both sides: the estimator takes the
-/// noise there (`crates/tone/src/neighbours.rs`).
+/// The neighbourhood of a line reaches five cycles per window to both sides: the estimator takes
+/// the noise there (`crates/tone/src/neighbours.rs`).
 pub const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 
 /// Points of the shortest spectrum: with this many, its lines look smooth.
@@ -67,15 +67,15 @@ pub struct ResidualSpectrum {
 pub struct Curves {
     /// Device time of each frame, seconds.
     pub t_s: Vec<f64>,
-    /// Voltages of each taxel; none where they are missing or doubtful.
+    /// Voltages of each taxel; `None` where they are missing or doubtful.
     pub read_v: Vec<Vec<Option<f32>>>,
-    /// For each taxel its offset and the fundamental, volts; none if the fit left it out.
+    /// For each taxel its offset and the fundamental, volts; `None` if the fit left it out.
     pub tone_v: Vec<Option<Vec<f32>>>,
     /// The whole fit of each taxel: baseline, all harmonics, interferer.
     pub fit_v: Vec<Option<Vec<f32>>>,
     /// For each taxel of the fit its harmonics, the fundamental first.
     pub harmonics: Vec<Option<Vec<Harmonic>>>,
-    /// For each taxel of the fit the root mean square of the residual, volts.
+    /// For each taxel of the fit the RMS of the residual, volts.
     pub residual_v: Vec<Option<f32>>,
     pub residual_spectrum: Option<ResidualSpectrum>,
 }
@@ -302,8 +302,8 @@ fn nominal_hz(live: &Live) -> f32 {
         })
 }
 
-/// The channels of a window, whose lines count by the share of each channel's own power that they
-/// take.
+/// The channels of a window, whose lines count by the fraction of each channel's own power that
+/// they take.
 #[derive(Default)]
 struct Periodogram {
     channels: Vec<Shares>,
@@ -349,7 +349,7 @@ impl Periodogram {
         self.channels.first().map(|channel| channel.values.len())
     }
 
-    /// For each frequency, in cycles a window, the share of the channels' power in its line.
+    /// For each frequency, in cycles per window, the fraction of the channels' power in its line.
     fn powers(&self, frequencies: Frequencies) -> Vec<f64> {
         let mut mean = vec![0.0; frequencies.count];
         for Shares { squares, values } in &self.channels {

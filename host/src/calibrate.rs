@@ -25,7 +25,7 @@ const GRATINGS_FOR_A_PITCH: usize = 3;
 /// 30 mm of the simulated finger it is 0.98 to 1.03 of that (`host/tests/calibrate.rs`).
 const PITCH_SIGMA: f64 = 0.03;
 
-/// Greatest difference between the speed that is given and that of the tone, as a share: a grating
+/// Maximum difference between the speed that is given and that of the tone, as a share: a grating
 /// of another period, or a harmonic, is off by more.
 const SPEED_OFF_MAX: f64 = 0.03;
 
@@ -130,7 +130,7 @@ fn measure(
     let array = Array {
         pitch_mm,
         edge_phase_rad: 0.0,
-        // The lag itself is wanted.
+        // The lag itself is needed here.
         edge_phase_sigma_rad: 0.0,
         period_min_mm: 0.98 * near,
         period_max_mm: (PULLED_MAX * near).min(PITCHES_MAX * pitch_mm),

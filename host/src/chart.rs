@@ -291,7 +291,7 @@ pub struct Scale {
     pub label: String,
     pub is_log: bool,
     pub range: Option<(f64, f64)>,
-    /// Ticks by name in place of round numbers.
+    /// Ticks by name instead of round numbers.
     pub names: Vec<(f64, String)>,
 }
 

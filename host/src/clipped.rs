@@ -1,4 +1,4 @@
-//! Channels whose readings end at a limit, and angles that begin again.
+//! Clipped channels, and angles that wrap.
 
 /// Counted events differ by chance if they differ by less, in standard deviations.
 const BY_CHANCE: f64 = 3.0;
@@ -33,7 +33,7 @@ const PERIODS: [f64; 3] = [360.0, std::f64::consts::TAU, 400.0];
 /// Jumps that show that an angle begins again.
 const JUMPS_MIN: usize = 3;
 
-/// Period at which readings begin again, as angles do; none if they do not.
+/// Period at which readings begin again, as angles do; `None` if they do not.
 pub fn wraps_at(values: &[f64]) -> Option<f64> {
     let known: Vec<f64> = values
         .iter()

@@ -1,4 +1,4 @@
-//! What a file holds behind its compression and its text encoding: text, sound, or something that
+//! Content of a file behind its compression and its text encoding: text, sound, or something that
 //! is no recording.
 
 use anyhow::{Result, bail};

@@ -32,7 +32,7 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Decimals with which an uncertainty has two significant digits; none if it is no uncertainty.
+/// Decimals with which an uncertainty has two significant digits; `None` if it is no uncertainty.
 pub fn decimals(sigma: f64) -> Option<usize> {
     // The exponent after rounding: 0.0996 is 0.10.
     let power: i32 = format!("{sigma:.1e}").split_once('e')?.1.parse().ok()?;

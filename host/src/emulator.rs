@@ -44,9 +44,9 @@ const OPTION_BYTES: u32 = 0x0FFF_AAE1;
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
     pub firmware: &'a Firmware,
-    /// Whether to fill [`Outcome::conversions`].
+    /// True to fill [`Outcome::conversions`].
     pub keep_conversions: bool,
-    /// Whether to fill [`Outcome::serial`].
+    /// True to fill [`Outcome::serial`].
     pub keep_serial: bool,
     /// Settings of the firmware: [`run`] sends others than its own after the greeting.
     pub settings: Settings,

@@ -26,7 +26,7 @@ const COLUMNS: [&str; 14] = [
     "why",
 ];
 
-/// Where the fits go, and how many there were.
+/// Output of the fits, and their number.
 pub struct FitRows<'a> {
     form: Form<'a>,
     /// Rows that were written.

@@ -11,7 +11,7 @@ pub struct Frame {
     pub t_s: f64,
     /// Number of the frame since start-up, lost frames included.
     pub number: u32,
-    /// Voltage of each taxel; none where it is missing or doubtful.
+    /// Voltage of each taxel; `None` where it is missing or doubtful.
     pub volts: [Option<f32>; TAXELS],
 }
 

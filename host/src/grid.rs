@@ -13,7 +13,7 @@ const MISSING_MAX: f64 = 0.2;
 /// Fraction of the time above which a gap is a pause between two recordings.
 const PAUSE_SHARE: f64 = 0.5;
 
-/// Distance from a multiple of a given spacing, as a share of it, up to which stamps tell which
+/// Distance from a multiple of a given spacing, as a fraction of it, up to which stamps tell which
 /// rows of that spacing are missing.
 const ON_GRID: f64 = 0.2;
 

@@ -34,7 +34,7 @@ pub fn restore(terminal: DefaultTerminal) {
     }
 }
 
-/// Whether the terminal was closed, or the connection that it belongs to.
+/// True if the terminal was closed, or the connection that it belongs to.
 #[cfg(unix)]
 fn is_terminal_gone() -> bool {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};

@@ -35,7 +35,7 @@ macro_rules! note {
     };
 }
 
-/// Whether there is no progress to show: whoever calls this library has a screen of their own.
+/// True if there is no progress to show: whoever calls this library has a screen of their own.
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 
 /// Shows no progress from now on.

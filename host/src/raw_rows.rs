@@ -17,7 +17,7 @@ pub struct RawRows {
     alive: u16,
     vref_v: f32,
     frame: Option<Frame>,
-    /// Frames that lack a taxel.
+    /// Frames without a value of some taxel.
     pub left_out: u64,
 }
 

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Between frames stand marks: when the frames after it were received, `@`, nanoseconds since 1970
-//! as text, and a zero. A mark is no frame: as one it would end before its first stuffing byte
+//! as text, and a zero. A mark is not a frame: as one it would end before its first stuffing byte
 //! says.
 //!
 //! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and
@@ -94,7 +94,7 @@ impl Keep for Recording {
 
 impl Drop for Recording {
     fn drop(&mut self) {
-        // What has arrived of a frame; there is nobody left to tell if that fails.
+        // Writes what has arrived of a frame; nobody is left to see an error.
         let _ = self
             .out
             .write_all(&self.partial)

@@ -22,24 +22,24 @@ use unchanged::{State, UnchangedRows};
 #[derive(Clone)]
 pub struct Samples {
     name: String,
-    /// Where they are, if that is a file.
+    /// File that they come from, if any.
     path: Option<PathBuf>,
     open: OpenRows,
 }
 
 impl Samples {
-    /// Those of a file in any form that [`open`] knows. A pipe, or
+    /// Samples of a file in any form that [`open`] knows. A pipe, or
     /// standard input as `-`, which can be read only once, is read now.
     pub fn file(path: &Path) -> Result<Self> {
         Self::file_with(path, None)
     }
 
-    /// The same where somebody says which column of a table is the time.
+    /// As `open`, with the column of a table that is the time.
     pub fn file_with(path: &Path, time: Option<TimeColumn>) -> Result<Self> {
         Self::file_as(path, TableForm::timed(time))
     }
 
-    /// The same where somebody says how to read a table.
+    /// As `open`, with options on how to read a table.
     pub fn file_as(path: &Path, form: TableForm) -> Result<Self> {
         let is_standard_input = path == Path::new("-");
         let name = match is_standard_input {

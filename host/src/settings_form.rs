@@ -168,7 +168,7 @@ pub fn json(settings: &Settings) -> serde_json::Result<String> {
     serde_json::to_string(&All(settings))
 }
 
-/// Settings with those of a JSON object in place of theirs. Fails with a [`UsageError`]: an unknown
+/// Settings with those of a JSON object instead of theirs. Fails with a [`UsageError`]: an unknown
 /// name, a value of the wrong type, or one out of its bounds.
 pub fn with_json(settings: &Settings, given: &str) -> Result<Settings> {
     let refuse = |why: String| anyhow!(UsageError(why));
@@ -181,7 +181,7 @@ pub fn with_json(settings: &Settings, given: &str) -> Result<Settings> {
     over(settings, given).map_err(|error| refuse(format!("{error:#}")))
 }
 
-/// Settings with those of a table in place of theirs.
+/// Settings with those of a table instead of theirs.
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
     let mut settings = *settings;
     let mut given = read::leaves(given).map_err(|why| anyhow!(why))?;
@@ -199,7 +199,7 @@ fn over(settings: &Settings, given: Table) -> Result<Settings> {
     Ok(settings)
 }
 
-/// Puts a value in place of another one. Another plan brings its window and stride.
+/// Puts a value instead of another one. Another plan brings its window and stride.
 pub fn set(settings: &mut Settings, setting: &Setting, value: Value) {
     match value {
         Value::Plan(plan) if plan == settings.plan => {}

@@ -281,7 +281,7 @@ impl Column {
         )
     }
 
-    /// What its unit is taken for, where that is not millimetres.
+    /// Assumed unit, if not millimetres.
     pub fn guessed(&self) -> Option<String> {
         let (Named::Known(mm), None) = (self.named_mm(), self.mm_per_unit) else {
             return None;

@@ -41,7 +41,7 @@ pub fn map<T: Copy>(by_taxel: &[T; TAXELS]) -> [[T; SIDE]; SIDE] {
     PLACES.map(|row| row.map(|taxel| by_taxel[taxel]))
 }
 
-/// Levels of an image by taxel; none for a dead taxel.
+/// Levels of an image by taxel; `None` for a dead taxel.
 pub fn by_taxel(image: &Image) -> [Option<Pressed>; TAXELS] {
     std::array::from_fn(|taxel| {
         image
@@ -76,7 +76,7 @@ pub fn text(image: &Image, indent: &str) -> String {
         .concat()
 }
 
-/// The greatest standard error of an image, volts; none if all taxels are dead.
+/// The greatest standard error of an image, volts; `None` if all taxels are dead.
 pub fn greatest_sigma_v(image: &Image) -> Option<f32> {
     image
         .taxels

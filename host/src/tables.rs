@@ -42,7 +42,7 @@ pub fn is_time(name: &str) -> bool {
     time_column::named(name, false).is_some()
 }
 
-/// Seconds of the unit that the name of a time declares; none if it declares none. The error is a
+/// Seconds of the unit that the name of a time declares; `None` if it declares none. The error is a
 /// unit that is not known.
 pub fn declared_seconds(name: &str) -> Result<Option<f64>, String> {
     let known = time_column::named(name, false).map(|named| named.unit);

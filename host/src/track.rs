@@ -28,7 +28,7 @@ pub struct Point {
 }
 
 impl Point {
-    /// The result of a window; none if it could not be fitted, or was fitted by position.
+    /// The result of a window; `None` if it could not be fitted, or was fitted by position.
     pub fn of(window: &Window) -> Option<Self> {
         let fit = window.fit.as_ref().ok()?;
         let found = fit.tone.frequency();

@@ -161,7 +161,7 @@ impl UtcClock {
         }
     }
 
-    /// A moment of board time in UTC. None before the first packet with a time.
+    /// A moment of board time in UTC. `None` before the first packet with a time.
     pub fn utc(&self, t_s: f64) -> Option<Utc> {
         let zero_s = self.zero_ns? as f64 * 1e-9;
         // Far from all packets the nearest ones are used.
@@ -234,7 +234,7 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     };
     let slope = (edge[1].1 - edge[0].1) / (edge[1].0 - edge[0].0);
     let above = |(t_s, delay_s): &(f64, f64)| delay_s - edge[0].1 - slope * (t_s - edge[0].0);
-    // Not the root mean square: a computer that is busy for half a second delays a block or two by
+    // Not the RMS: a computer that is busy for half a second delays a block or two by
     // milliseconds, and these few would hide a slope that all others show.
     let mut heights_s: Vec<f64> = points.iter().map(above).collect();
     heights_s.sort_by(f64::total_cmp);

@@ -60,13 +60,13 @@ pub struct Options {
     pub run: Option<RunFile>,
 }
 
-/// A file to look back at.
+/// A file to show.
 #[derive(Clone, Debug)]
 pub struct RunFile {
     pub path: PathBuf,
-    /// Settings in place of its own.
+    /// Settings instead of its own.
     pub settings: Option<Settings>,
-    /// Nothing is played beside it: what cannot be opened ends the command.
+    /// Nothing is played next to it: what cannot be opened ends the command.
     pub is_alone: bool,
 }
 

@@ -26,7 +26,7 @@ pub struct Window {
     pub fit: Result<TableFit>,
 }
 
-/// Fits all windows that rows fill and gives them in their order; none where no row is. `progress`
+/// Fits all windows that rows fill, in their order, and skips those without a row. `progress`
 /// takes the rows that have been read.
 pub fn fit(
     rows: &mut dyn RowReader,

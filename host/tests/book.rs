@@ -169,7 +169,7 @@ fn commands() -> Vec<String> {
     commands
 }
 
-/// Whether a word of a command is this one, or gives an option it, as `left=touch.rec` does.
+/// True if a word of a command is this one, or gives an option it, as `left=touch.rec` does.
 fn is_of(word: &str, long: &str) -> bool {
     word.rsplit('=').next() == Some(long)
 }

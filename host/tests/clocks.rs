@@ -81,7 +81,7 @@ struct Stamp {
     kind: String,
     /// Time by the board's clock.
     t_s: f64,
-    /// Its time in the file, less what it is by the board's own pace.
+    /// Time in the file, less what it is by the board's own pace.
     off_s: f64,
     sigma_s: f64,
     /// By how much the board's clock is slow, parts per million, and the standard deviation of

@@ -1,4 +1,4 @@
-//! What the command line itself does: words that are nearly right, shells, the manual, and files
+//! The command line itself: words that are nearly right, shells, the manual, and files
 //! that are there already.
 
 mod common;

@@ -15,7 +15,7 @@ const FAST_CLOCK_HZ: u32 = 73_734_000;
 fn a_fit_too_slow_for_the_stride_costs_strides() {
     let elf = emulator::image::find().expect("an image");
     let mut options = Options::new(&elf);
-    // Strides of 24 frames in 21 ms in place of 0.1 s.
+    // Strides of 24 frames in 21 ms instead of 0.1 s.
     options.settings.stride_s = 0.1;
     let mut input = Input::default().open().expect("an input");
     input.options.clock_hz = FAST_CLOCK_HZ;

@@ -142,7 +142,7 @@ fn fingers_are_served_beside_one_that_is_not_there() {
             numbers.eq(0..frames.len() as u64),
             "every frame in its order"
         );
-        // The board's clock in UTC, beside when it really began.
+        // The board's clock in UTC, next to when it really began.
         let last = frames[frames.len() - 1];
         let off_s = last["utc_s"].as_f64().expect("a time")
             - last["t_s"].as_f64().expect("a time")

@@ -11,7 +11,7 @@ const C1: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../hal-mock/scenes/c1.tom
 /// What `calibrate` says of the simulated finger (`tests/calibrate.rs`), whose pitch and edge phase
 /// are the defaults.
 const CALIBRATED: [&str; 2] = ["--set", "array.edge_phase_sigma_rad=0.01"];
-/// The grating can move in one direction alone.
+/// The grating can move in one direction only.
 const FORWARD: &str = "array.may_go_backward=false";
 const BACKWARD: &str = "array.may_go_forward=false";
 

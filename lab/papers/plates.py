@@ -121,7 +121,7 @@ def components(steps, people):
 
 
 def intensities(steps):
-    """The package beside the equations, on a made surface."""
+    """The package next to the equations, on a made surface."""
     rough, smooth = recordings()
     known = rt.volts_per_um(smooth, RATE_HZ, **SURFACE)
     turns = 2 * np.pi * SURFACE["speed_mm_s"] / SURFACE["rsm_mm"] / RATE_HZ * np.arange(len(smooth))

@@ -122,7 +122,7 @@ impl<Usart: Line> SerialPort for SerialLine<Usart> {
     }
 }
 
-/// What the DMA has received. Counts of bytes wrap.
+/// Bytes that the DMA has received. Counts wrap.
 pub struct LineReceiver<Usart: Line> {
     stream: Usart::Stream,
     /// Ends of a half that the DMA has passed.

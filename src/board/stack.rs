@@ -3,7 +3,7 @@
 unsafe extern "C" {
     /// Lowest address of the stack, from `memory.x`.
     static _stack_end: u32;
-    /// Its highest, where it starts, from `memory.x`.
+    /// Highest, where it starts, from `memory.x`.
     static _stack_start: u32;
 }
 
@@ -30,7 +30,7 @@ pub fn word(at: usize) -> u32 {
     unsafe { (&raw const _stack_end).add(at).read_volatile() }
 }
 
-/// Whether all of what `place` points to lies in it.
+/// True if all of what `place` points to lies in it.
 pub fn holds<T>(place: *const T) -> bool {
     let (low, high) = bounds();
     (low..=high.saturating_sub(size_of::<T>())).contains(&(place as usize)) && place.is_aligned()

@@ -77,7 +77,7 @@ pub struct Converter {
     stream: Stream0<DMA2>,
     /// Channel of each input.
     channels: [u8; INPUTS],
-    /// What the registers were set to.
+    /// Values that were written to the registers.
     plan: OnboardPlan,
     /// Which of the scan's inputs is read next.
     at: u8,
@@ -146,7 +146,7 @@ impl Converter {
         stream.listen_transfer_complete();
     }
 
-    /// Whether every sample was fetched, and the next will be.
+    /// True if every sample was fetched, and the next will be.
     fn runs(&self) -> bool {
         let flags = self.stream.flags();
         self.stream.is_enabled()
@@ -155,7 +155,7 @@ impl Converter {
             && self.adc.sr().read().bits() & OVR == 0
     }
 
-    /// Whether the registers hold what was written.
+    /// True if the registers hold what was written.
     fn holds(&self) -> bool {
         let Self { adc, common, .. } = self;
         let found = [
@@ -295,13 +295,13 @@ impl converter::Converter for Converter {
     }
 
     fn min_period_us(&mut self) -> u32 {
-        // What has stopped makes none.
+        // A stopped converter makes no conversions.
         let running = self.plan.averaging().filter(|_| self.runs());
         running.map_or(u32::MAX, |averaging| averaging.share_us())
     }
 }
 
-/// The end of a frame, in place of an edge of DRDY.
+/// The end of a frame, instead of an edge of DRDY.
 pub struct Drdy;
 
 impl Drdy {

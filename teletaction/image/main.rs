@@ -199,7 +199,7 @@ mod app {
                     cortex_m::asm::delay(10_000);
                     board::restart();
                 }
-                // A board's signal has no end.
+                // Signals of a board do not end.
                 Next::Leave => {}
             }
         }

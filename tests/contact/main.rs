@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 /// Codes of one taxel at a time in seconds, without noise; channels differ by `sign` and `lag`.
 type Signal<'a> = &'a dyn Fn(f64, f64, f64) -> f64;
 
-/// What is found, without the images of holds.
+/// Events without the pressure maps of holds.
 fn changes(seconds: f64, noise: f64, signal: Signal<'_>) -> Vec<(&'static str, f64)> {
     let mut found = all_changes(seconds, noise, |_| Slide::DEFAULT, signal);
     found.retain(|(name, _)| *name != "image");

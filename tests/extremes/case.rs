@@ -4,7 +4,7 @@ use crate::reference::{Baseline, Likelihood};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Status, Table};
 use std::ops::Range;
 
-/// Greatest error of a fit, in standard deviations of f64.
+/// Maximum error of a fit, in standard deviations of f64.
 pub const OFF_MAX: f64 = 4.5;
 /// Bounds of one fit's sigma over that of f64, which knows the noise. The fit takes the noise from
 /// next to the lines, of which a window has few samples.
@@ -17,7 +17,7 @@ const SURE_MEAN: Range<f64> = 0.9..1.35;
 pub struct Case {
     pub values: Vec<[f32; 16]>,
     pub valid: Vec<u16>,
-    /// Most harmonics of the fit.
+    /// Maximum number of harmonics of the fit.
     pub harmonics: u8,
     /// Cycles per frame of a known interferer.
     pub interferer: Option<f32>,

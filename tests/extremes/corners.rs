@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 /// A share of a frequency of some last digits of f32 counts as much as the bound: no fit is closer
 /// than half of that digit.
 const LAST_DIGITS: f64 = 1e-6;
-/// Greatest error among thousands of corners, in standard deviations.
+/// Maximum error among thousands of corners, in standard deviations.
 const THOUSANDS_OFF_MAX: f64 = 6.0;
 /// Least channels and frames with which a tone must be found.
 const CLEAR: (usize, usize) = (4, 64);
@@ -148,8 +148,8 @@ fn f32_is_beside_f64_in_every_corner_of_a_recording() {
     check(12, LONGEST, seed(), OFF_MAX);
 }
 
-/// A refinement that begins beside a strong tone of two cycles takes curves for its misfit. It must
-/// not stop there.
+/// A refinement that begins next to a strong tone of two cycles takes curves for its misfit. It
+/// must not stop there.
 #[test]
 fn a_strong_tone_of_few_cycles_is_at_its_maximum() {
     for frames in [965, FRAMES_MAX.min(10_012)] {

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 const FREQUENCY: f64 = 0.0346;
 const FRAMES: usize = 241;
 
-/// Whether a frame is missing.
+/// True if a frame is missing.
 type Gone = fn(usize) -> bool;
 
 #[test]
@@ -95,7 +95,8 @@ fn assert_not_good_and_wrong(what: &str, fit: &Fit, off: f64) {
     assert!(is_right, "{what}: {fit:?}");
 }
 
-/// Two tones of a ratio of frequencies, the second of a share of the first's amplitude, in noise.
+/// Two tones of a ratio of frequencies, the second of a fraction of the first's amplitude, in
+/// noise.
 fn two_tones(ratio: f64, fraction: f64, noise_codes: f64, seed: u64) -> Fit {
     let mut noise = Noise::new(seed);
     let values = codes(FRAMES, |c, t| {
@@ -150,7 +151,7 @@ fn a_tone_that_starts_or_ends_inside_is_good_only_where_its_interval_holds() {
     assert!(100 * wrong.len() <= windows, "{wrong:#?} of {windows}");
 }
 
-/// A reference that jumps moves all channels at once, by a share of their level: a step has
+/// A reference that jumps moves all channels at once, by a fraction of their level: a step has
 /// overtones too, and is no tone.
 #[test]
 fn a_step_of_the_reference_is_no_tone() {
@@ -267,7 +268,7 @@ fn mains_missing_in_the_settings_are_the_tone() {
     add_mains(&mut case, 50.0 / 241.14);
     case.interferer = None;
     let fit = case.fit();
-    // The tone is what all channels share beside them, and is projected out: the reference, which
+    // The tone is what all channels share next to them, and is projected out: the reference, which
     // leaves it in, is less certain.
     assert_eq!(fit.status, Status::Good, "{fit:?}");
     assert_not_good_and_wrong("mains", &fit, off(&fit, 50.0 / 241.14));
@@ -297,7 +298,7 @@ fn mains_folded_onto_half_the_frame_rate() {
     }
 }
 
-/// A tone in its noise beside mains, cycles per frame.
+/// A tone in its noise next to mains, cycles per frame.
 fn beside_mains(frequency: f64, cycles_per_frame: f64, seed: u64) -> Case {
     let tone = Tone::new(frequency, FRAMES, 100.0, seed);
     let mut case = Case::new(tone.values());

@@ -86,7 +86,7 @@ fn good(seeds: u64, case: impl Fn(u64) -> Case) -> Vec<Fit> {
 /// Fewer windows have no mean that could be judged.
 const FEW: usize = 10;
 
-/// Whether a fit is far from the truth by its own sigma.
+/// True if a fit is far from the truth by its own sigma.
 fn is_off(fit: &Fit, truth: f64) -> bool {
     (f64::from(fit.frequency) - truth).abs() > 5.0 * f64::from(fit.sigma)
 }
@@ -115,7 +115,7 @@ fn a_drift_does_not_bias_the_tone() {
     assert_all_unbiased(&[5.2, 8.34, 20.5], &TIMES, &[0.5, 2.0, 5.0], 45);
 }
 
-/// A baseline is a polynomial: what it leaves of an exponential beside three cycles may be another
+/// A baseline is a polynomial: what it leaves of an exponential next to three cycles may be another
 /// line, and the answer is ambiguous.
 #[test]
 fn a_drift_does_not_bias_three_cycles() {
@@ -158,7 +158,7 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
 }
 
 /// From one cycle to two no drift turns the tone into another one: of the good answers at most one
-/// of a hundred is wrong. On a slope most are good from one and a half cycles on; beside an
+/// of a hundred is wrong. On a slope most are good from one and a half cycles on; next to an
 /// exponential few are, as a polynomial and so few cycles look alike.
 #[test]
 fn one_cycle_or_two_on_a_drift_are_right() {

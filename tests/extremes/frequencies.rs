@@ -89,8 +89,8 @@ fn the_shortest_window_and_the_longest() {
     let (shortest, longest) = (0.1, 3.9);
     assert!(accepts(shortest) && !accepts(0.99 * shortest));
     assert!(accepts(longest) && !accepts(1.01 * longest));
-    // The least share of good windows. One and a fifth cycles with room for four harmonics may be
-    // less of another tone, and fifteen unknowns leave little of 24 frames.
+    // The least fraction of good windows. One and a fifth cycles with room for four harmonics may
+    // be less of another tone, and fifteen unknowns leave little of 24 frames.
     for (window_s, cycles, carried, max, min) in [
         (shortest, 1.0, 1, 1, 0.0),
         (shortest, 1.3, 1, 4, 0.95),

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-/// What a channel holds besides its tone.
+/// Disturbances of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Baseline {
     /// A level and a slope.

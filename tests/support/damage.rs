@@ -12,7 +12,7 @@ use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-/// What a line did.
+/// Result of a line.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tried {
     /// Frames that arrived whole.
@@ -46,7 +46,7 @@ struct Sent {
     number: u16,
     /// Which event was sent last.
     at: Option<usize>,
-    /// Whether a frame arrived twice or too early: by their numbers that looks like a loss, or like
+    /// True if a frame arrived twice or too early: by their numbers that looks like a loss, or like
     /// a new start.
     shuffled: bool,
 }

@@ -84,7 +84,7 @@ impl Board {
         Self::StylusF405,
     ];
 
-    /// Its firmware, which depends on the interrupts of DRDY or the DMA, of the line, or of the
+    /// Firmware, which depends on the interrupts of DRDY or the DMA, of the line, or of the
     /// stylus's timer.
     pub const fn image(self) -> Image {
         let (name, interrupts): (_, &[_]) = match self {

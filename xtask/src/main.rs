@@ -51,7 +51,7 @@ enum Task {
         /// Where the picture goes, SVG.
         #[arg(long, default_value = "target/demo.svg")]
         svg: PathBuf,
-        /// Scene file in place of hal-mock/scenes/demo.toml.
+        /// Scene file instead of hal-mock/scenes/demo.toml.
         #[arg(long, value_name = "FILE")]
         scene: Option<PathBuf>,
     },
@@ -132,7 +132,7 @@ enum Task {
         /// Which.
         #[arg(long, value_enum, default_value = "feather-f405")]
         board: Board,
-        /// An image that is built already, in place of the board's: an ELF file of one of the real
+        /// An image that is built already, instead of the board's: an ELF file of one of the real
         /// boards.
         #[arg(long, value_name = "FILE", conflicts_with = "board")]
         image: Option<PathBuf>,

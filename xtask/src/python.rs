@@ -113,7 +113,7 @@ pub fn run_tests(python: &Path) -> Result<String> {
     output_of(&mut tests).context("tests of the Python package")
 }
 
-/// Copies a command that `cargo test` has built to beside the interpreter: other tests build it
+/// Copies a command that `cargo test` has built to next to the interpreter: other tests build it
 /// anew meanwhile.
 fn copied(python: &Path, command: &str) -> Result<PathBuf> {
     let name = format!("{command}{}", env::consts::EXE_SUFFIX);

@@ -39,7 +39,7 @@ pub enum Error<E> {
         wrote: u8,
         read: u8,
     },
-    /// ID4 of the ID register is not that of the chip: an ADS1158 (16 bit) in place of an ADS1258 or
+    /// ID4 of the ID register is not that of the chip: an ADS1158 (16 bit) instead of an ADS1258 or
     /// the other way round, or nothing that drives DOUT low.
     Id { read: u8 },
     /// The configuration cannot work. Nothing was written.

@@ -19,11 +19,11 @@ pub const CODES_PER_SUPPLY_VOLT: i32 = 786_432;
 /// Output of the temperature sensor at 25 C in uV (SBAS297G, temperature reading).
 pub const TEMP_AT_25_C_UV: f32 = 168_000.0;
 
-/// Its slope in uV per degree if only the chip changes its temperature (SBAS297G, temperature
+/// Slope in uV per degree if only the chip changes its temperature (SBAS297G, temperature
 /// reading).
 pub const TEMP_SLOPE_UV_PER_C: f32 = 394.0;
 
-/// Its slope in uV per degree if board and chip share one temperature (SBAS297G, temperature
+/// Slope in uV per degree if board and chip share one temperature (SBAS297G, temperature
 /// reading).
 pub const TEMP_SLOPE_BOARD_UV_PER_C: f32 = 563.0;
 

@@ -16,7 +16,7 @@ const TABLE: [(DataRate, f32, f32); 4] = [
 const AUTO_SCAN: Mux = Config::RESET.mux;
 const FIXED: Mux = Mux::Fixed { ainp: 0, ainn: 1 };
 
-/// Whether a rate is the table's entry: exactly, or rounded to whole samples per second as most
+/// True if a rate is the table's entry: exactly, or rounded to whole samples per second as most
 /// entries are.
 fn agrees(rate_hz: f32, entry: f32) -> bool {
     rate_hz == entry || rate_hz.round() == entry

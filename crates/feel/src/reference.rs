@@ -61,8 +61,8 @@ impl Reference {
 }
 
 impl SpectralLine {
-    /// Takes the amplitude at `cycles` cycles a window, and the noise bins of the window's amplitude
-    /// spectrum.
+    /// Takes the amplitude at `cycles` cycles per window, and the noise bins of the window's
+    /// amplitude spectrum.
     pub fn new(amplitude: f32, spectrum: &[f32], cycles: f32) -> Self {
         let (mut noise, mut count, mut leaked) = (0.0, 0.0, 0.0);
         for (bin, other) in spectrum.iter().enumerate().skip(1) {

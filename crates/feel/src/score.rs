@@ -23,7 +23,7 @@ pub const ROUGH: Score = Score {
 /// Intensities in the order of [`Receptor::ALL`](crate::Receptor::ALL), then M.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Indices {
-    /// Values; none where absent.
+    /// Values; `None` where absent.
     pub values: [Option<f32>; INDICES],
     /// Covariance of the values.
     pub covariance: [[f32; INDICES]; INDICES],
@@ -69,8 +69,8 @@ impl Score {
         (0..INDICES).find(|&i| self.coefficients[i] != 0.0 && indices.values[i].is_none())
     }
 
-    /// The score, with the standard deviation by the indices. None if an index that it depends on is
-    /// absent.
+    /// The score, with the standard deviation by the indices. `None` if an index that it depends on
+    /// is absent.
     pub fn of(&self, indices: &Indices) -> Option<Measured> {
         if self.missing(indices).is_some() {
             return None;

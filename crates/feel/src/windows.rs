@@ -61,7 +61,7 @@ impl Windows {
     }
 }
 
-/// Mean power of the noise bins of a line; none if the bin may hold noise alone.
+/// Mean power of the noise bins of a line; `None` if the bin may hold noise alone.
 pub(crate) fn noise_of_line(amplitudes: &[f32], bin: usize) -> Option<f32> {
     let amplitude = amplitudes.get(bin)?;
     let (mut power, mut count) = (0.0, 0.0);

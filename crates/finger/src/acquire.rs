@@ -47,7 +47,7 @@ const fn edge_ns(plan: &Plan) -> u32 {
 /// The queue to the detector.
 type Samples<'a> = Producer<'a, TimedConversion>;
 
-/// What the caller does with DRDY's interrupt.
+/// What the caller has to do with the interrupt of DRDY.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Drdy {
@@ -94,7 +94,7 @@ pub struct Acquisition<C> {
     put_off: u16,
     muted: bool,
     unseen: Unseen,
-    /// Whether the latest set-up worked.
+    /// True if the latest set-up worked.
     is_set_up: bool,
     /// Board time of the latest restart, and the pause before the next.
     restarted_us: u32,
@@ -170,7 +170,7 @@ impl<C: Converter> Acquisition<C> {
         is_due
     }
 
-    /// Whether the converter's own readings have a scan of their own.
+    /// True if the converter's own readings have a scan of their own.
     fn has_health_scan(&self) -> bool {
         self.plan.health == HealthReadings::BetweenTouches
     }

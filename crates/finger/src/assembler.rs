@@ -24,7 +24,7 @@ const JITTER_US: u32 = 50;
 /// NEW and no other flag: a conversion without a flaw.
 const FLAWLESS: u8 = Tag::NEW;
 
-/// What the assembler needs of a plan at every scan.
+/// Times of a plan that the assembler needs at every scan.
 #[derive(Clone, Copy, Debug)]
 struct Times {
     /// How far from its time a conversion may be, microseconds.
@@ -75,7 +75,7 @@ pub struct Flaws {
 /// or just this time stamp.
 #[derive(Clone, Copy, Debug)]
 struct OffTime {
-    /// By how much it was too late, microseconds.
+    /// Delay after the expected time, microseconds.
     late_us: i32,
     /// Conversions were missing before it.
     has_gap: bool,
@@ -107,7 +107,7 @@ pub struct Assembler {
     pub now_us: u64,
     /// The latest frame.
     pub frame: Frame,
-    /// Whether `frame` holds conversions and was not given yet.
+    /// True if `frame` holds conversions and was not given yet.
     is_open: bool,
     /// The latest codes of the internal readings: offset, supply, temperature, gain, reference.
     pub own: [Option<i32>; OWN],
@@ -483,7 +483,7 @@ const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
     (statuses, taxels)
 }
 
-/// Whether a code is at either end of the scale, where the chip clips (SBAS297G: 800000h and
+/// True if a code is at either end of the scale, where the chip clips (SBAS297G: 800000h and
 /// 7FFFFFh).
 const fn is_clipped(code: i32) -> bool {
     to_clip(code) > 0x7f_ffff

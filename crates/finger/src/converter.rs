@@ -82,9 +82,9 @@ impl Tag {
 /// One sample of one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
-    /// Its channel and flags.
+    /// Channel and flags of the sample.
     pub tag: Tag,
-    /// Its code, 24 bits; 780000h is the setting `vref_v`.
+    /// Code, 24 bits; 780000h is the setting `vref_v`.
     pub code: i32,
 }
 
@@ -94,7 +94,7 @@ pub struct Sample {
 /// [`Self::read`] returns `None`. [`Acquisition`](crate::Acquisition) then tries again, counts and
 /// reports.
 pub trait Converter {
-    /// Its name, for messages.
+    /// Name of the converter, for messages.
     const NAME: &'static str;
 
     /// The plan that it has unless another is set.
@@ -147,14 +147,14 @@ pub struct Facts {
     pub name: &'static str,
     /// The plan that it has unless another is set.
     pub plan: Plan,
-    /// Its reference unless another is set, volts.
+    /// Reference unless another is set, volts.
     pub vref_v: f32,
     /// [`Converter::check`].
     pub check: fn(&Plan) -> Result<(), PlanError>,
 }
 
 impl Facts {
-    /// Those of a converter that is wired as in the guide.
+    /// Facts of a converter that is wired as in the guide.
     pub const fn of<C: Converter>() -> Self {
         Self {
             name: C::NAME,
@@ -164,7 +164,7 @@ impl Facts {
         }
     }
 
-    /// These settings, with this converter's own plan and reference in place of a plan that it
+    /// These settings, with this converter's own plan and reference instead of a plan that it
     /// cannot run: nothing was stored, or for another converter.
     pub fn fitting(&self, settings: Settings) -> Settings {
         if (self.check)(&settings.plan).is_ok() {

@@ -23,7 +23,7 @@ use tracker::Tracker;
 /// The time of an edge may be ahead of the board's clock by so much, microseconds.
 const AHEAD_US: u32 = 1000;
 
-/// Where a [`Detector`] sends what it finds.
+/// Receiver of what a [`Detector`] finds.
 pub struct Outputs<'a> {
     /// Takes each event.
     pub emit: &'a mut dyn FnMut(Event),
@@ -38,9 +38,9 @@ pub struct Detector {
     /// The board's converter.
     converter: &'static Facts,
     /// The plan of the conversions; another one in `settings` comes with [`Self::begin`]. None while
-    /// conversions come of a plan that is not wanted any more.
+    /// conversions come of a plan that has been replaced.
     plan: Option<Plan>,
-    /// Whether the converter is to be reported with the next look, and how often it had changed at
+    /// True if the converter is to be reported with the next look, and how often it had changed at
     /// the latest report.
     is_converter_due: bool,
     converter_changes: u32,
@@ -56,12 +56,12 @@ pub struct Detector {
 }
 
 impl Detector {
-    /// A detector at rest. `settings` must have passed [`Settings::validate`].
+    /// An idle detector. `settings` must have passed [`Settings::validate`].
     pub const fn new(settings: Settings) -> Self {
         Self::wired(settings, Wiring::GUIDE)
     }
 
-    /// A detector at rest for a board's wiring.
+    /// An idle detector for a board's wiring.
     pub const fn wired(settings: Settings, wiring: Wiring) -> Self {
         Self::booted(settings, wiring, SettingsSource::Default, Boot::UNKNOWN)
     }
@@ -139,7 +139,7 @@ impl Detector {
         }
     }
 
-    /// Whether the finger is on something.
+    /// True if the finger is on something.
     pub const fn is_touched(&self) -> bool {
         self.tracker.contact.is_touched()
     }
@@ -164,7 +164,7 @@ impl Detector {
         self.assembler.buffer(conversion)
     }
 
-    /// Takes a plain frame of another converter, in place of conversions. The settings' plan is
+    /// Takes a plain frame of another converter, instead of conversions. The settings' plan is
     /// [`Plan::of_frames`]. Frames that are missing by their times count as lost.
     pub fn push_frame(
         &mut self,
@@ -193,7 +193,7 @@ impl Detector {
         self.push_whole(&frame, ring, diagnostics, outputs);
     }
 
-    /// Takes a frame that a board has reported raw, in place of its conversions: with the board's
+    /// Takes a frame that a board has reported raw, instead of its conversions: with the board's
     /// plan and reference in the settings, contact, slides and windows are the board's to the bit.
     pub fn push_raw(
         &mut self,
@@ -375,7 +375,7 @@ impl Detector {
     ) {
         self.close(ring, diagnostics, outputs.emit, outputs.due);
         let plan = self.settings.plan;
-        // Another may be wanted by now: it follows.
+        // Another plan may be requested by now: it follows.
         self.plan = (plan.mark() == mark).then_some(plan);
         if self.plan.is_none() {
             return;

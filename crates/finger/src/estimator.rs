@@ -18,18 +18,18 @@ use ridgetone_proto::telemetry::{
 };
 use ridgetone_tone::{Fit, FrameSource, OVERTONES, Overwritten, Values};
 
-/// A gap of this share of a window, or longer, may mislead the search for its tone. The spectrum of
-/// two pieces with a gap between them has side lines nearly as strong as the tone's. From 94,000
+/// A gap of this fraction of a window, or longer, may mislead the search for its tone. The spectrum
+/// of two pieces with a gap between them has side lines nearly as strong as the tone's. From 94,000
 /// windows of the named plans frames were taken out in a row: of those that were still good none
 /// was wrong with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Frames that are
 /// missing here and there do no harm: none was wrong with 40 % missing.
 const GAP_DIVISOR: u32 = 10;
-/// Least time from one whole estimate to the next between tracks, microseconds.
+/// Minimum time from one whole estimate to the next between tracks, microseconds.
 const ESTIMATES_US: u64 = (1e6 * TRACK_STRIDE_S) as u64;
 /// Frames that are looked at at a time.
 const READ_FRAMES: usize = 16;
 
-/// What became of a window.
+/// Result of a window.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "no allocation on the chip")]
 pub enum WindowFit {
@@ -105,7 +105,7 @@ impl Estimator {
             // A window that is half a frame short cannot grow any more.
             let window_s = frames as f32 / window.frame_rate_hz;
             if !is_accurate && window_s < self.settings.window_s - 0.5 / window.frame_rate_hz {
-                // In its place: a copy would lie on the stack beside it.
+                // Changed in place: a copy would need stack, too.
                 fitted = Ok(WindowFit::Growing);
             } else {
                 self.reported_end = end;
@@ -140,7 +140,7 @@ impl Estimator {
         source: &mut dyn FrameSource,
     ) -> Result<WindowFit, Overwritten> {
         let fitted = fit(&mut self.tracker, window, source, &self.settings);
-        // By reference: a copy would lie on the stack beside it.
+        // Passed by reference: a copy would need stack, too.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         let min = window.frames / GAP_DIVISOR;
         // Nearly always none are missing: then nothing is read again.

@@ -78,7 +78,7 @@ impl Tracker {
 impl Fitted {
     /// A taxel's phase as if a scan were read at once, turns.
     pub fn turns(&self, taxel: usize) -> f32 {
-        // Its slot is later in the scan.
+        // The channel's slot is later in the scan.
         let ahead = self.fit.frequency * self.per_slot * self.scan.slots_after_first(taxel) as f32;
         self.fit
             .channels
@@ -115,7 +115,7 @@ pub fn fit(
     })
 }
 
-/// The scene of what is declared, with at most so many harmonics, the fundamental included. With
+/// Scene of a declaration, with a maximum number of harmonics, the fundamental included. With
 /// nothing declared it is [`Scene::LEAN`].
 pub fn scene(declared: &Declared, harmonics: u8) -> Scene {
     Scene {

@@ -140,7 +140,7 @@ impl From<Raw> for Frame {
 pub struct PlainFrame<'a> {
     /// Device time, microseconds.
     pub t_us: u64,
-    /// The readings, volts or any other unit. One that is no number, or not within the setting
+    /// The readings, volts or any other unit. One that is not a number, or not within the setting
     /// `vref_v`, is left out; it is rounded to 24 bits of that range.
     pub readings: &'a [f32],
 }

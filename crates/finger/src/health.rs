@@ -11,7 +11,7 @@ use ridgetone_proto::telemetry::Health;
 
 /// The greeting is repeated after every tenth `health`, for a listener that connects later.
 const GREETING_HEALTHS: u8 = 10;
-/// The rate may be off by this share of it, 1 / 200: no crystal is.
+/// The rate may be off by this fraction of it, 1 / 200: no crystal is.
 const RATE_TOLERANCE: u64 = 200;
 /// Time from one check of the rate to the next, at least, seconds. The checks twice a second and
 /// those with each `health` make 141 frames at most by default. So a clock that is off by 1 % for
@@ -66,7 +66,7 @@ impl HealthReporter {
         self.rate_from = (number, t_us, u32::MAX);
     }
 
-    /// Whether `health` is due with the frame `latest`; then the next one is due a second later.
+    /// True if `health` is due with the frame `latest`; then the next one is due a second later.
     #[inline(always)]
     pub fn is_due(&mut self, latest: u32) -> bool {
         let is_due = reached(latest, self.due);
@@ -81,7 +81,7 @@ impl HealthReporter {
         is_due
     }
 
-    /// Whether the greeting is due with this `health`.
+    /// True if the greeting is due with this `health`.
     pub fn is_greeting_due(&mut self) -> bool {
         self.ungreeted = (self.ungreeted + 1) % GREETING_HEALTHS;
         self.ungreeted == 0
@@ -130,7 +130,7 @@ impl HealthReporter {
     }
 }
 
-/// What `health` reports at a device time, microseconds.
+/// Contents of `health` at a device time, microseconds.
 pub fn health(
     t_us: u64,
     assembler: &Assembler,

@@ -17,8 +17,8 @@ use heapless::Vec;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
 
-/// Most windows that are fitted after one conversion. A slide that is noticed late has several
-/// windows due at once.
+/// Maximum number of windows that are fitted after one conversion. A slide that is noticed late has
+/// several windows due at once.
 const WINDOWS_AT_ONCE: usize = 8;
 
 /// Each step calls the next one, so there is nothing to start.
@@ -33,7 +33,7 @@ impl Platform for OneCall {
     }
 }
 
-/// What a pipeline takes.
+/// Input of a pipeline.
 enum Next<'a> {
     Conversion(TimedConversion),
     Frame(PlainFrame<'a>),
@@ -52,12 +52,12 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// A pipeline at rest. `settings` must have passed [`Settings::validate`].
+    /// An idle pipeline. `settings` must have passed [`Settings::validate`].
     pub const fn new(settings: Settings) -> Self {
         Self::wired(settings, Wiring::GUIDE)
     }
 
-    /// A pipeline at rest for a board's wiring.
+    /// An idle pipeline for a board's wiring.
     pub const fn wired(settings: Settings, wiring: Wiring) -> Self {
         Self {
             detector: Detector::wired(settings, wiring),
@@ -82,14 +82,14 @@ impl Pipeline {
         self.step(Next::Conversion(conversion), emit);
     }
 
-    /// Takes a plain frame of another converter, in place of conversions, if the settings' plan is
+    /// Takes a plain frame of another converter, instead of conversions, if the settings' plan is
     /// [`Plan::of_frames`](ridgetone_proto::plan::Plan::of_frames); see the example of [this
     /// crate](crate). Readings of the chip's own health stay zero.
     pub fn push_frame(&mut self, frame: PlainFrame<'_>, emit: &mut dyn FnMut(Event)) {
         self.step(Next::Frame(frame), emit);
     }
 
-    /// Takes a frame that a board has reported raw, in place of its conversions: with the board's
+    /// Takes a frame that a board has reported raw, instead of its conversions: with the board's
     /// plan and reference in the settings, contact, slides and estimates are the board's to the bit.
     pub fn push_raw(&mut self, raw: &Raw, emit: &mut dyn FnMut(Event)) {
         self.step(Next::Raw(raw), emit);

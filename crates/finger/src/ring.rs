@@ -10,7 +10,7 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{RING_FRAMES, TAXELS};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 
-/// Whether frame `number` is frame `mark` or a later one. The numbers wrap, so the two must be less
+/// True if frame `number` is frame `mark` or a later one. The numbers wrap, so the two must be less
 /// than half their range apart: 103 days at 241 Hz, a day at 23.3 kHz.
 pub const fn reached(number: u32, mark: u32) -> bool {
     number.wrapping_sub(mark) as i32 >= 0
@@ -34,7 +34,7 @@ pub struct Ring {
     next: u32,
     /// Frames that are there.
     filled: u32,
-    /// Frames that there can be.
+    /// Capacity in frames.
     frames: u32,
     /// Frames of a row.
     in_row: u32,
@@ -127,7 +127,7 @@ impl Ring {
         self.filled = (self.filled + 1).min(self.frames + 1 - self.in_row);
     }
 
-    /// Writes a frame beside others.
+    /// Writes a frame into a row that it shares with others.
     fn pack(&mut self, values: &Values, valid: u16, t_us: u32) {
         let (row, place) = (
             (self.head / self.in_row.max(1)) as usize,
@@ -144,7 +144,7 @@ impl Ring {
             (*mask, *t) = (0, t_us);
         }
         let (mut rest, mut at) = (self.inputs, place as usize);
-        // What is left of the frame that was there.
+        // Clears the values of the frame that was there before.
         *mask &= ((1u32 << place) - 1) as u16;
         while rest != 0 {
             let taxel = rest.trailing_zeros() as usize % TAXELS;
@@ -179,7 +179,7 @@ impl Ring {
         (valid != 0).then_some((self.values.get(at as usize)?, valid))
     }
 
-    /// Copies a frame from beside others; gives its mask.
+    /// Copies a frame out of a row that it shares with others; gives its mask.
     fn unpack(&self, at: u32, to: &mut Values) -> u16 {
         let (row, mut place) = (
             (at / self.in_row.max(1)) as usize,
@@ -411,7 +411,7 @@ mod tests {
 
     /// Against the times at which the conversions ended, in f64: three of four are served late, by
     /// up to half a period of `single`, and the two crystals differ; or none is late, and the
-    /// chip's clock is off by as much as is no fault.
+    /// chip's clock is off by as much as is not a fault.
     #[test]
     fn late_times_do_not_change_the_time_between_two_frames() {
         for plan in [Plan::SINGLE, Plan::VIBRATION, Plan::HAND, Plan::PAPER] {

@@ -11,7 +11,7 @@ pub const SLOTS: u32 = Plan::PAPER.slots();
 /// The chip's internal readings.
 pub const OWN: usize = READINGS as usize;
 
-/// Most slots of a scan.
+/// Maximum number of slots of a scan.
 pub const SLOTS_MAX: usize = TAXELS + OWN;
 
 /// A conversion's period in the default scan at the nominal clock, nanoseconds.
@@ -39,7 +39,7 @@ pub(crate) struct Order {
 }
 
 impl Order {
-    /// That of a plan's scan.
+    /// Scan of a plan.
     pub const fn new(plan: &Plan, scanned: Scanned) -> Self {
         let mut own = 0;
         let mut at = 0;
@@ -157,7 +157,7 @@ impl Scan {
         }
     }
 
-    /// By how many slots a taxel is sampled later than the first.
+    /// Slots from the first taxel to this one.
     pub(crate) const fn slots_after_first(&self, taxel: usize) -> u32 {
         match self.sampling {
             Sampling::InTurn => {

@@ -30,7 +30,7 @@ const READING_S: f32 = 0.066;
 /// seconds.
 const READING_FAST_S: f32 = 0.3;
 
-/// Most frames of a window, whole slides included.
+/// Maximum number of frames of a window, whole slides included.
 pub const fn window_frames_max(plan: &Plan) -> u32 {
     if plan.frames_averaged() > 1 {
         plan.window_frames_max()
@@ -66,7 +66,7 @@ pub(crate) struct WindowScheduler {
     /// Frames of the ring that a whole slide may reach back.
     reach: u32,
     window_frames: u32,
-    /// Whether windows grow until they are accurate enough.
+    /// True if windows grow until they are accurate enough.
     growing: bool,
     stride_frames: u32,
     /// True if the stride is short enough for tracks: windows then end at the latest frame.
@@ -200,8 +200,8 @@ impl WindowScheduler {
         let late = until.wrapping_sub(self.next_end);
         let is_latest_alone = self.averaged > 1 || self.tracks;
         if is_latest_alone && reached(until, self.next_end) && late >= self.stride_frames {
-            // Windows or their strides are short beside the time in which a slide shows: of those that
-            // fall due at once the latest counts.
+            // Windows or their strides are short next to the time in which a slide shows: of those
+            // that fall due at once the latest counts.
             self.next_end = until.wrapping_sub(late % self.stride_frames.max(1));
         }
         while reached(until, self.next_end) {

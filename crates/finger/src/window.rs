@@ -18,7 +18,7 @@ pub struct Window {
     /// The code of every taxel that the frames' values are relative to: whole numbers, exact in
     /// f32.
     pub reference: Values,
-    /// What it covers.
+    /// Span of the window.
     pub span: Span,
     /// Number of the first frame of its slide.
     pub slide_first: u32,

@@ -4,7 +4,7 @@ use crate::converter::{Ads1258Plan, Facts};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 
-/// What a board's wiring adds to its settings.
+/// Properties of a board's wiring that its settings do not have.
 #[derive(Clone, Copy, Debug)]
 pub struct Wiring {
     /// The converter.

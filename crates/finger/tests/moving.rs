@@ -11,7 +11,7 @@ const CHANNELS: usize = 16;
 const RATE_HZ: f64 = 241.14;
 /// Standard deviation of a channel's noise, volts.
 const SIGMA_V: f64 = 30e-6;
-/// Amplitude of a tone of 20 dB over the noise, root mean square over the channels.
+/// Amplitude of a tone of 20 dB over the noise, RMS over the channels.
 const TONE_V: f64 = 14.142 * SIGMA_V;
 /// Time from no speed to the slide's, seconds.
 const RAMP_S: f64 = 0.02;
@@ -120,7 +120,7 @@ struct Lift {
 struct Touch {
     noise: Noise,
     slide: Option<Slide>,
-    /// The load changes by this share of it, to and fro at this frequency, hertz.
+    /// The load changes by this fraction of it, to and fro at this frequency, hertz.
     press: Option<(f64, f64)>,
     lift: Option<Lift>,
     end_s: f64,
@@ -221,7 +221,7 @@ fn run(touch: Touch, seed: u64) -> Reported {
     reported
 }
 
-/// Share of slides that are reported within 60 ms, and 50 and 95 % of the delays, seconds.
+/// Fraction of slides that are reported within 60 ms, and 50 and 95 % of the delays, seconds.
 fn delays(slides: u64, seed: u64) -> (f64, [f64; 2]) {
     let mut delays: Vec<f64> = (0..slides)
         .map(|n| {
@@ -243,7 +243,7 @@ fn delays(slides: u64, seed: u64) -> (f64, [f64; 2]) {
             );
             assert_eq!(reported.contacts, 1, "seed {}", seed + n);
             match reported.moving_s[..] {
-                // Neither before the slide nor more than once.
+                // Exactly once, and not before the slide.
                 [(begun_s, at_s)] if begun_s > start_s - 0.02 => at_s - start_s,
                 _ => f64::INFINITY,
             }

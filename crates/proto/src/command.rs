@@ -50,8 +50,8 @@ pub struct Request {
 }
 
 impl Request {
-    /// Decodes one stuffed frame without its zero, in place; none if it is damaged. It is compiled
-    /// in this crate, optimised for size, and not into its callers.
+    /// Decodes one stuffed frame without its zero, in place; `None` if it is damaged. It is
+    /// compiled in this crate, optimised for size, and not into its callers.
     pub fn decode(frame: &mut [u8]) -> Option<Self> {
         framing::decode(frame)
     }

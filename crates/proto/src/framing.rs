@@ -64,7 +64,7 @@ fn seal(plain: &mut [u8; PLAIN_MAX], length: usize, wire: &mut [u8]) -> Result<u
     Ok(used + 1)
 }
 
-/// Decodes one stuffed frame without its zero, in place; none if it is damaged.
+/// Decodes one stuffed frame without its zero, in place; `None` if it is damaged.
 pub fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
     let (message, rest) = postcard::take_from_bytes(unseal(frame)?).ok()?;
     rest.is_empty().then_some(message)

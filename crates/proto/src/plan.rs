@@ -79,7 +79,7 @@ impl Converters {
 pub struct Own {
     /// Which converter: one of [`Converters`].
     pub converter: u8,
-    /// Its settings, packed as it likes. No two plans of a converter for the same inputs and the
+    /// Settings, packed as it likes. No two plans of a converter for the same inputs and the
     /// same clock have the same lowest byte.
     pub bits: u16,
 }
@@ -118,7 +118,7 @@ pub struct Gives {
 pub struct PlanError {
     /// Name of the field that is outside its bounds, or of what follows from the fields.
     pub field: &'static str,
-    /// Its value.
+    /// Value of the field.
     pub value: f32,
     /// Minimum and maximum possible value.
     pub bounds: (f32, f32),

@@ -53,7 +53,7 @@ pub const WORD_BYTES: usize = 4;
 /// Number of pages.
 pub const PAGES: u32 = 2;
 
-/// A place that keeps settings.
+/// A store of settings.
 pub trait Store {
     /// The settings for a start, always valid, and where they come from.
     fn load(&mut self) -> (Settings, SettingsSource);
@@ -100,7 +100,7 @@ const NO_LIMIT: Age = Age {
 };
 
 impl Found {
-    /// Settings of the record. None if they cannot be understood, or are out of their bounds.
+    /// Settings of the record. `None` if they cannot be understood, or are out of their bounds.
     fn kept(&self) -> Option<Kept> {
         match self.content.get(BEFORE_SETTINGS - 1) {
             Some(&VERSION) => Kept::read(self.content.get(BEFORE_SETTINGS..)?),
@@ -293,7 +293,7 @@ impl<F: NorFlash> Store for FlashStore<F> {
     }
 }
 
-/// A record with its number and checksums. None if the settings do not fit.
+/// A record with its number and checksums. `None` if the settings do not fit.
 fn record(number: u32, settings: Option<&Settings>) -> Option<[u8; RECORD_BYTES]> {
     let mut content = [0; CONTENT_BYTES];
     content

@@ -18,7 +18,7 @@ use crate::statistics::Products;
 use crate::totals::{Totals, of_lines};
 use core::f32::consts::{FRAC_1_PI, PI};
 
-/// Most functions of a block: cosine and sine of each line.
+/// Maximum number of functions of a block: cosine and sine of each line.
 const FUNCTIONS: usize = 2 * HARMONICS_MAX;
 const ROWS: usize = rows(BLOCK_LINES, POINTS_MAX);
 
@@ -59,15 +59,15 @@ pub struct Blocks {
     most: usize,
 }
 
-/// What is passed over.
+/// Frames to pass over.
 pub struct Pass {
     /// The unit line's phase.
     pub course: Course,
-    /// The unit is this part of the course's phase: 1, or a half.
+    /// The unit is this part of the trajectory's phase: 1, or a half.
     pub scale: f32,
-    /// Lines whose products with the channels are wanted.
+    /// Lines for which products with the channels are needed.
     pub lines: Lines,
-    /// Highest multiple of the unit whose sums are wanted.
+    /// Highest multiple of the unit for which sums are needed.
     pub most: usize,
 }
 
@@ -93,7 +93,7 @@ impl Blocks {
         self.rows().as_flattened_mut()
     }
 
-    /// The same memory, in rows.
+    /// This memory in rows.
     pub fn rows(&mut self) -> &mut [Values] {
         &mut self.rows
     }
@@ -150,7 +150,7 @@ impl Blocks {
         self.ends[b % BLOCKS_MAX]
     }
 
-    /// Whether a place is in a block.
+    /// True if a place is in a block.
     fn is_in(&self, b: usize, u: f32) -> bool {
         u < self.end(b) && (b == 0 || u >= self.end(b - 1))
     }
@@ -226,7 +226,7 @@ impl Blocks {
         }
     }
 
-    /// How many blocks there are.
+    /// Number of blocks.
     pub fn count(&self) -> usize {
         self.count.min(BLOCKS_MAX)
     }
@@ -342,12 +342,12 @@ impl Blocks {
             .take(self.count())
     }
 
-    /// How many groups of four channels are used.
+    /// Number of groups of four channels in use.
     pub fn groups(&self) -> usize {
         self.groups
     }
 
-    /// Turns the unit line to another course.
+    /// Rotates the unit line to another phase trajectory.
     #[inline(never)]
     pub fn turn(&mut self, from: &Course, to: &Course) {
         for b in 0..self.count() {
@@ -449,7 +449,7 @@ impl Batch {
     /// channels are used.
     #[inline(never)]
     fn add_to(&mut self, rows: &mut [Values], groups: usize) {
-        // What earlier frames have left counts nothing.
+        // Remains of earlier frames do not count.
         self.weights[self.count.min(BATCH)..].fill([0.0; FUNCTIONS]);
         let [one, two, three, four] = self
             .values

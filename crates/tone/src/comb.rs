@@ -11,9 +11,9 @@ use crate::refine::{Known, Refinement, Steps};
 use crate::solve::{Power, Shape, Solution};
 use crate::work::Work;
 
-/// Most functions next to the lines of a comb.
+/// Maximum number of functions next to the lines of a comb.
 pub const NEIGHBOURS_COMB: usize = 4 * (BAND / 2) * HARMONICS_MAX;
-/// Fewest functions next to the lines that a covariance is taken from.
+/// Minimum number of functions next to the lines that a covariance is taken from.
 const NEIGHBOURS_MIN: usize = 4;
 
 /// A candidate after its refinement.
@@ -23,11 +23,11 @@ pub struct Comb {
     pub score: f32,
     /// Phase of the fundamental.
     pub course: Course,
-    /// Its lines, and the baseline.
+    /// Lines and baseline of the comb.
     pub shape: Shape,
     /// Phase of the unit that was tried, after its refinement.
     pub unit: Course,
-    /// Those of the lines that were tried that are there.
+    /// Lines that stand out of the local noise.
     pub kept: Lines,
     /// The likeliest comb of another frequency.
     pub rival: Rival,
@@ -36,14 +36,14 @@ pub struct Comb {
 /// A comb of another frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct Rival {
-    /// Its score, in the end less that of the likeliest.
+    /// Score, in the end relative to the likeliest.
     pub score: f32,
-    /// Cycles a window.
+    /// Cycles per window.
     pub cycles: f32,
 }
 
 impl Rival {
-    /// None.
+    /// Empty.
     pub const NONE: Self = Self {
         score: f32::NEG_INFINITY,
         cycles: 0.0,
@@ -51,8 +51,8 @@ impl Rival {
 }
 
 impl Refinement<'_> {
-    /// The comb at `course`, to which the blocks are turned, with a baseline of `degree`. The
-    /// blocks stay at the refined unit line.
+    /// The comb at the trajectory `course`, to which the blocks are rotated, with a baseline of
+    /// `degree`. The blocks stay at the refined unit line.
     #[inline(never)]
     pub fn comb(
         &self,
@@ -232,7 +232,7 @@ impl Refinement<'_> {
     fn likelihood(&self, solution: &Solution) -> f32 {
         let log_det = if self.may_share {
             let mut residuals = solution.residuals(self.all);
-            // What a channel has beside the others is not less than rounding either.
+            // The part of a channel that the others do not explain is at least its rounding.
             let least =
                 core::array::from_fn(|k| self.all.least[k].max(PIVOT_MIN * residuals[k][k]));
             Factor::new(&mut residuals, self.width).log_det_above(&least)

@@ -26,32 +26,32 @@ use core::f32::consts::PI;
 
 /// Logarithm of a thousand: odds against another frequency.
 const ODDS: f32 = 6.9;
-/// Fewer cycles are no period.
+/// Fewer cycles do not show a period.
 pub const CYCLES: f32 = 1.15;
-/// Fewest cycles of a period where all channels have one shape in time, or are no more than two: any
-/// bump looks like it.
+/// Minimum number of cycles of a period where all channels have one shape in time, or are no more
+/// than two: any bump looks like it.
 pub const CYCLES_ONE: f32 = 2.0;
 /// Phase beyond the fitted degrees, radians: past it a cycle may be lost.
 const FOLLOWED: f32 = 0.2;
-/// Power beside the line, as a share of the tone's, that is a second tone.
+/// Power of another line, as a fraction of the tone's, that counts as a second tone.
 const BESIDE: f32 = 0.125;
-/// How far an amplitude may go, root mean square, as a share of it.
+/// Maximum change of an amplitude, RMS, as a fraction of it.
 const FADING: f32 = 0.7;
 /// Largest relative sigma of a frequency.
 pub const SIGMA_MAX: f32 = 0.1;
 /// Sigma of a variance from few samples.
 const FEW_SAMPLES: f32 = 1.2;
 
-/// The mean frequency, in cycles a window.
+/// The mean frequency, in cycles per window.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mean {
     /// The mean.
     pub cycles: f32,
-    /// Its standard deviation.
+    /// Standard deviation.
     pub sigma: f32,
-    /// How the phase moves.
+    /// Phase modulation.
     pub phase: MeanPhase,
-    /// What the covariance of the movement is to be multiplied by.
+    /// Variance inflation of the phase modulation.
     pub scale: f32,
 }
 
@@ -77,7 +77,7 @@ pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mea
     }
 }
 
-/// By what the covariance of the movement is larger than the noise next to the lines says.
+/// Variance inflation: residual scatter relative to the line noise.
 struct Scale {
     factor: f32,
     /// Degrees of freedom.
@@ -135,7 +135,7 @@ impl Scale {
         let few = 1.0 + FEW_SAMPLES / freedom;
         let correlated = 1.0 - followed.noise.shrinkage;
         let width = tested.width as f32;
-        // What the movement's shapes take out of the noise that they are judged by.
+        // Part of the noise that the modulation's functions take out.
         let (mut all, mut each) = (0.0, 0.0);
         for power in &tested.powers {
             all += power.all * power.all;
@@ -154,7 +154,7 @@ impl Scale {
     }
 }
 
-/// How the frequency moves, by the coefficients of the phase.
+/// Frequency modulation from the coefficients of the phase.
 pub fn movement(
     followed: &Followed,
     covariance: &Square<MOVEMENT_MAX>,
@@ -201,9 +201,9 @@ pub fn movement(
 /// Another reading of a window.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading {
-    /// Cycles a window.
+    /// Cycles per window.
     pub cycles: f32,
-    /// Its power over that of the reported tone.
+    /// Power over that of the reported tone.
     pub share: f32,
 }
 
@@ -216,7 +216,7 @@ impl Reading {
 
 /// The figures that a status is set by.
 pub struct Figures<'v> {
-    /// Figures of the tests.
+    /// Results of the tests.
     pub tests: &'v Tests,
     /// The mean frequency.
     pub mean: &'v Mean,
@@ -228,18 +228,18 @@ pub struct Figures<'v> {
     pub strongest: usize,
     /// The strongest of the other lines.
     pub second: usize,
-    /// Cycles a window of the line with most power, if that is beyond half the frame rate: where
+    /// Cycles per window of the line with most power, if that is beyond half the frame rate: where
     /// frames see it may as well be a tone.
     pub image: Option<f32>,
-    /// Cycles a window of the strongest function next to a line.
+    /// Cycles per window of the strongest function next to a line.
     pub nearest: f32,
     /// Subharmonic of the tone that falls on the known interferer, cycles per window.
     pub hidden: Option<f32>,
-    /// Whether lines and baseline have more unknowns than the window has room for.
+    /// True if lines and baseline have more unknowns than the window has room for.
     pub is_crowded: bool,
     /// Number of lines.
     pub lines: usize,
-    /// How far frequencies reach.
+    /// Band of frequencies.
     pub reach: Reach,
 }
 
@@ -263,7 +263,7 @@ impl Figures<'_> {
         self.lines > 1 && self.tests.fundamental < Z_TEST
     }
 
-    /// The reading that makes a tone ambiguous; none if nothing does.
+    /// The reading that makes a tone ambiguous; `None` if nothing does.
     pub fn other_reading(&self) -> Option<Reading> {
         let (tests, cycles) = (self.tests, self.tests.cycles);
         let least = if tests.one_shape { CYCLES_ONE } else { CYCLES };

@@ -21,16 +21,16 @@ pub struct Samples {
     pub count: f32,
     /// Number of samples of equal weight that tell as much.
     pub effective: f32,
-    /// Whether channels may be correlated.
+    /// True if channels may be correlated.
     pub may_share: bool,
 }
 
-/// A shrunk covariance, beside its inverse.
+/// A shrunk covariance and its inverse.
 #[derive(Clone, Copy, Debug)]
 pub struct Covariance {
     /// Variances of the channels.
     pub variances: Values,
-    /// Share of the correlations that was taken away.
+    /// Shrinkage towards the diagonal.
     pub shrinkage: f32,
     /// Channels that tell as much and are not correlated.
     pub channels: f32,

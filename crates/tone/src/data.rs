@@ -15,16 +15,16 @@ use core::ops::Range;
 
 /// A frame, centred and scaled.
 pub struct Frame {
-    /// Its number in the window.
+    /// Number of the frame in the window.
     pub number: u32,
-    /// Its time or position, -1 to 1 over the window.
+    /// Time or position of the frame, -1 to 1 over the window.
     pub u: f32,
     /// Values by place in [`Statistics::order`].
     pub values: Values,
 }
 
 impl Frame {
-    /// Its point in a transform, whose points are `each` of `frames` that are evenly spaced.
+    /// Point in a transform, whose points are `each` of `frames` that are evenly spaced.
     pub fn point(&self, domain: &Domain, frames: u32, each: u32) -> usize {
         let number = match domain {
             Domain::Time { .. } => self.number,
@@ -45,7 +45,7 @@ struct Units {
 }
 
 impl Units {
-    /// Those of all groups of four.
+    /// Sums of all groups of four.
     fn of_groups(statistics: &Statistics) -> [Self; CHANNELS_MAX / 4] {
         let unused = Self {
             from: [statistics.order[0]; 4],
@@ -76,19 +76,19 @@ impl Units {
 
 /// The frames of a window.
 pub struct Data<'d, 's> {
-    /// Where they come from.
+    /// Source of the frames.
     pub span: &'d mut FrameSpan<'s>,
     /// Levels, slopes and scales.
     pub statistics: Statistics,
-    /// Where they are.
+    /// Position of the frames in the window.
     pub domain: Domain<'s>,
-    /// What is far off.
+    /// Outliers.
     pub impulses: &'d mut Impulses,
     /// Mains hum.
     pub hum: Option<Hum>,
-    /// What channels that are read late change.
+    /// Corrections for multiplexing delay.
     pub late: Option<Late>,
-    /// Whether frames were overwritten meanwhile.
+    /// True if frames were overwritten meanwhile.
     pub is_lost: bool,
 }
 
@@ -103,7 +103,7 @@ impl Data<'_, '_> {
         self.span.frames
     }
 
-    /// Cycles a window of half the frame rate.
+    /// Cycles per window of half the frame rate.
     pub fn cycles_max(&self) -> f32 {
         match self.domain {
             Domain::Time { .. } => 0.5 * self.count() as f32,
@@ -111,7 +111,7 @@ impl Data<'_, '_> {
         }
     }
 
-    /// How far frequencies reach.
+    /// Band of frequencies.
     pub fn reach(&self) -> Reach {
         Reach {
             most: self.cycles_max(),

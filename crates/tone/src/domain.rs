@@ -18,7 +18,7 @@ pub enum Domain<'a> {
         centre: f32,
         /// Half of its range.
         half: f32,
-        /// Its length with all turns over its range.
+        /// Length with all turns over its range.
         travel: f32,
     },
 }
@@ -37,7 +37,7 @@ impl<'a> Domain<'a> {
         }
     }
 
-    /// The domain of `frames` frames along a path. None if it does not move, or a position is not
+    /// The domain of `frames` frames along a path. `None` if it does not move, or a position is not
     /// finite.
     pub fn positions(position: &'a dyn Fn(u32) -> f32, frames: u32) -> Option<Self> {
         let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);

@@ -2,7 +2,7 @@
 
 use crate::limits::{CHANNELS_MAX, OVERTONES};
 
-/// How far a fit can be trusted.
+/// Status of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// A tone that the channels share; 1.96 sigma hold its mean frequency over the window, movement
@@ -22,7 +22,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Whether a fit of this status has a frequency.
+    /// True if a fit of this status has a frequency.
     pub const fn has_tone(self) -> bool {
         matches!(self, Self::Good | Self::Ambiguous | Self::Unsteady)
     }
@@ -44,10 +44,10 @@ pub struct ChannelFit {
     pub residual: f32,
 }
 
-/// How the frequency moves within the window. Zeros without a tone.
+/// Frequency modulation within the window; zeros without a tone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Movement {
-    /// How much the frequency differs from its mean, root mean square over the window, as a share
+    /// How much the frequency differs from its mean, RMS over the window, as a share
     /// of it (0.02 is 2 %).
     pub wander: f32,
     /// Standard deviation of `wander`.
@@ -59,12 +59,12 @@ pub struct Movement {
     pub chirp_sigma: f32,
 }
 
-/// Another reading of the window beside the one that is reported.
+/// Another reading of the window than the reported one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OtherTone {
     /// In the unit of [`Fit::frequency`].
     pub frequency: f32,
-    /// Its power over that of the reported tone.
+    /// Power over that of the reported tone.
     pub share: f32,
 }
 
@@ -81,18 +81,18 @@ pub struct Tests {
     pub other: f32,
     /// Deviate of the lines between the comb's.
     pub between: f32,
-    /// Deviate of the power beside the lines.
+    /// Normal deviate of the power outside the lines.
     pub beside: f32,
-    /// Power beside the lines over the tone's.
+    /// Power outside the lines over the tone's.
     pub beside_share: f32,
     /// Phase that is not followed, radians.
     pub unfollowed: f32,
-    /// How the amplitude goes, root mean square, as a share of it.
+    /// Change of the amplitude, RMS, as a fraction of it.
     pub fading: f32,
     /// Cycles in the window.
     pub cycles: f32,
-    /// Whether any bump may look like this: all channels have one shape in time, or there are at most
-    /// two of them.
+    /// True if any bump may look like this: all channels have one shape in time, or there are at
+    /// most two of them.
     pub one_shape: bool,
     /// Probability that the phase does not move.
     pub steady: f32,
@@ -115,7 +115,7 @@ pub struct Fit {
     pub frequency: f32,
     /// Standard deviation of the frequency, in the same unit.
     pub sigma: f32,
-    /// How the frequency moves.
+    /// Frequency modulation.
     pub movement: Movement,
     /// The competing reading, where the status is [`Status::Ambiguous`].
     pub other_tone: Option<OtherTone>,
@@ -135,7 +135,7 @@ pub struct Fit {
     pub with_tone: u16,
     /// One for each channel; zeros where it was not used.
     pub channels: [ChannelFit; CHANNELS_MAX],
-    /// Figures of the tests.
+    /// Results of the tests.
     pub tests: Tests,
 }
 

@@ -26,15 +26,15 @@ use crate::work::Work;
 
 /// Fits of a window whose impulses are replaced, the last included.
 const ATTEMPTS: usize = 3;
-/// Fits after each of which the lateness of channels is taken out anew.
+/// Fits after which the multiplexing delay is corrected again.
 const LATE_FITS: usize = 3;
 /// Parts of a peak's frequency that are tried, where there are as many harmonics.
 const DIVISORS: usize = 3;
-/// Fewest cycles of a candidate.
+/// Minimum number of cycles of a candidate.
 const CYCLES_MIN: f32 = 0.45;
 /// Candidates nearer than this, in cycles, are one.
 const CANDIDATES_APART: f32 = 0.1;
-/// A tone as near to hum goes with it, cycles a window.
+/// A tone this close to hum is subtracted with it, cycles per window.
 const HUM_CYCLES: f32 = 1.5;
 /// Below this many cycles a curved baseline is tried for every candidate.
 const CYCLES_CURVED: f32 = 5.0;
@@ -180,7 +180,7 @@ impl Data<'_, '_> {
         self.look(memory, scene, fit, None);
     }
 
-    /// Looks for a tone near an expected number of cycles a window alone, or anywhere.
+    /// Looks for a tone near an expected number of cycles per window alone, or anywhere.
     #[inline(never)]
     fn look(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit, expected: Option<f32>) {
         let (mut known, is_expected) = (expected, expected.is_some());
@@ -286,9 +286,9 @@ struct Window<'w, 'd, 's> {
     data: &'w mut Data<'d, 's>,
     scene: &'w Scene,
     all: &'w Products,
-    /// Whether the tone is looked for where it is expected alone.
+    /// True if the tone is looked for where it is expected alone.
     is_expected: bool,
-    /// Whether a tone is scored whatever its strongest line is.
+    /// True if a tone is scored whatever its strongest line is.
     is_scored: bool,
 }
 
@@ -307,8 +307,8 @@ impl<'w> Window<'w, '_, '_> {
         Some(best)
     }
 
-    /// The comb near a frequency, with the blocks at its unit. None if the likeliest one there has
-    /// another frequency.
+    /// The comb near a frequency, with the blocks at its unit. `None` if the likeliest one there
+    /// has another frequency.
     fn near(&mut self, memory: &mut Memory, cycles: f32) -> Option<Comb> {
         let Memory { blocks, work, .. } = memory;
         let refinement = self.refinement();
@@ -320,7 +320,7 @@ impl<'w> Window<'w, '_, '_> {
         is_near.then_some(comb)
     }
 
-    /// Degrees of the baseline that are tried beside a candidate, and how many.
+    /// Degrees of the baseline to try with a candidate, and their number.
     fn degrees(&self, cycles: f32) -> ([usize; 2], usize) {
         let most = self.scene.degree_max();
         let is_curved = cycles < CYCLES_CURVED && most > 1;
@@ -356,7 +356,7 @@ impl<'w> Window<'w, '_, '_> {
                 let (degrees, degrees_count) = self.degrees(cycles);
                 let degrees = degrees.get(..degrees_count).unwrap_or_default();
                 let most = degrees.last().copied().unwrap_or(1);
-                // A part of a peak's frequency needs a line beside the peak's own.
+                // A part of a peak's frequency needs a line next to the peak's own.
                 let least = if divisor > 1 { 2 } else { 1 };
                 if let Some(best) = &best
                     && refinement.bound(blocks, work, most, least) < best.score
@@ -716,13 +716,13 @@ impl<'w> Window<'w, '_, '_> {
     }
 }
 
-/// What a verdict was made of.
+/// Figures behind a verdict.
 struct Concluded {
     /// Score of the tone with its movement; minus infinity where it has none.
     score: f32,
     /// Number of the strongest line.
     strongest: usize,
-    /// Whether lines and baseline have more unknowns than the window has room for.
+    /// True if lines and baseline have more unknowns than the window has room for.
     is_crowded: bool,
 }
 
@@ -747,7 +747,7 @@ fn strongest(tested: &Tested) -> [usize; 2] {
     numbers
 }
 
-/// How far the amplitude goes, root mean square over the blocks.
+/// Change of the amplitude, RMS over the blocks.
 fn fading(followed: &Followed) -> f32 {
     const PLACES: usize = 32;
     let motion = followed.motion();
@@ -776,7 +776,7 @@ mod tests {
     extern crate std;
     use std::format;
 
-    /// Most bytes of a fitter on the chip.
+    /// Maximum number of bytes of a fitter on the chip.
     const BUDGET: usize = 23_000;
 
     #[test]

@@ -5,7 +5,7 @@ use crate::limits::CHANNELS_MAX;
 use crate::source::{FrameSource, Overwritten, Values};
 use core::ops::Range;
 
-/// Most frames that are read at a time: as long a source is locked.
+/// Maximum number of frames that are read at a time: as long a source is locked.
 pub const READ_FRAMES: usize = 16;
 
 /// Consecutive frames of a source, and what is known of them beforehand.
@@ -85,7 +85,7 @@ impl<'a> FrameSpan<'a> {
         })
     }
 
-    /// Where its frames are.
+    /// Positions of the frames.
     pub(crate) fn domain(&self) -> &Domain<'a> {
         &self.domain
     }

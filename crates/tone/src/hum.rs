@@ -14,9 +14,9 @@ use crate::solve::Shape;
 use crate::source::Values;
 use crate::work::Work;
 
-/// How far, as a share of it, its frequency may be from what was said.
+/// Maximum deviation of the frequency from the declared one, as a fraction of it.
 const OFF: f32 = 0.02;
-/// Cycles a window from where it is said to be in which it is looked for at least.
+/// Minimum half-width of the search around the declared frequency, cycles per window.
 const OFF_CYCLES: f32 = 0.75;
 /// Gauss-Newton steps.
 const STEPS: usize = 8;

@@ -1,4 +1,4 @@
-//! Impulses: single values far off what is beside them. Squares weigh one of twenty standard
+//! Impulses: single values far off what is next to them. Squares weigh one of twenty standard
 //! deviations as four hundred others, so where there are some they are replaced by the model and
 //! the window is fitted anew.
 //!
@@ -15,7 +15,7 @@ use crate::source::Values;
 
 /// Deviate of one value among some thousands.
 const Z_IMPULSE: f32 = 4.8;
-/// A step from a value to the one beside it has twice the noise: nearly the root of 2.
+/// A step from a value to the one next to it has twice the noise: nearly the root of 2.
 const STEP: f32 = 1.41;
 /// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
 const MEAN_MAGNITUDE: f32 = 0.797_884_6;
@@ -29,7 +29,7 @@ const SHARE_MAX: f32 = 0.1;
 struct Impulse {
     /// Sixteen times the frame's number, and the channel.
     place: u32,
-    /// What is subtracted.
+    /// Values that are subtracted.
     off: f32,
 }
 
@@ -40,7 +40,7 @@ pub struct Impulses {
     count: usize,
 }
 
-/// Those that are ahead on a way through the frames.
+/// Outliers that are ahead on a pass through the frames.
 pub struct Ahead<'i>(&'i [Impulse]);
 
 impl Ahead<'_> {
@@ -60,7 +60,7 @@ impl Ahead<'_> {
 }
 
 impl Impulses {
-    /// None; all zeros.
+    /// Empty; all zeros.
     pub const fn new() -> Self {
         Self {
             list: [Impulse { place: 0, off: 0.0 }; IMPULSES_MAX],
@@ -103,7 +103,7 @@ fn residuals(data: &mut Data, model: &Model, visit: &mut dyn FnMut(u32, &[Values
         numbers = [numbers[1], frame.number];
         count += 1;
         if count == 2 {
-            // The first frame has one beside it, twice.
+            // The first frame has one next to it, twice.
             visit(numbers[0], &[last[2], last[1], last[2]]);
         } else if count > 2 {
             visit(numbers[0], &last);

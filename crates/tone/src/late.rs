@@ -1,7 +1,7 @@
 //! Channels that are read one after the other, and behind a low-pass: along a path each is at a
 //! position of its own, and harmonics are ahead and weaker where the path is fast. At the mean speed
-//! that is a phase and an amplitude, and stays in them; what it is beside the mean is subtracted from
-//! the frames, by the waves that were fitted.
+//! that is a phase and an amplitude, and stays in them; what it is next to the mean is subtracted
+//! from the frames, by the waves that were fitted.
 
 use crate::data::{Data, Frame};
 use crate::domain::Domain;
@@ -50,7 +50,7 @@ impl Response {
 /// The waves of a tone in channels that are read late.
 #[derive(Clone, Debug)]
 pub struct Late {
-    /// Frames by which each channel is late, by place in the order of the channels.
+    /// Multiplexing delay of each channel, frames, in the order of the channels.
     frames: Values,
     /// From one frame to the next, in the mean.
     step: f32,
@@ -58,7 +58,7 @@ pub struct Late {
     last: u32,
     /// Time constant of the low-pass, frames.
     low_pass: f32,
-    /// Its mean response to each line, by order.
+    /// Mean response to each line, by order.
     mean: [Response; HARMONICS_MAX + 1],
     course: Course,
     lines: Lines,
@@ -118,7 +118,7 @@ impl Late {
         Response::at(PI * self.course.cycles * step * line as f32 * self.low_pass)
     }
 
-    /// By how much `u` goes on from frame to frame, about a frame.
+    /// Step of `u` from frame to frame, about a frame.
     fn step_at(&self, domain: &Domain, frame: u32) -> f32 {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(self.last));
         (domain.u(after) - domain.u(before)) / (after - before).max(1) as f32

@@ -26,9 +26,9 @@ use search::{Comb, Peak, Search};
 pub use solve::Solution;
 use verdict::{Line, Verdict};
 
-/// Most passes over the frames at a frequency.
+/// Maximum number of passes over the frames at a frequency.
 const PASSES: usize = 3;
-/// Most steps after a pass.
+/// Maximum number of steps after a pass.
 const STEPS: usize = 6;
 /// A step of less than this many standard deviations is the last.
 const STEP_LAST: f32 = 0.03;
@@ -40,7 +40,7 @@ const CYCLES_FEW: f32 = 3.0;
 const STARTS: [f32; 3] = [0.0, -0.5, 0.5];
 /// Farther than this from the frequency of the window before, in cycles, is another tone.
 const EXPECTED_NEAR: f32 = 0.45;
-/// Fewest cycles of a part of a peak's frequency.
+/// Minimum number of cycles of a part of a peak's frequency.
 const CYCLES_PART: f32 = 0.8;
 /// Deviate of a line that is kept: one of a thousand is above.
 const Z_KEPT: f32 = 3.1;
@@ -149,7 +149,7 @@ impl<'m> Lean<'m> {
         let harmonics = usize::from(scene.harmonics());
         let of_peak = self.solution.score(reference);
         let peak_comb = Comb::new(peak.cycles, harmonics, span.frames);
-        // A part needs a line beside the peak's own.
+        // A part needs a line next to the peak's own.
         let margin = reference.width as f32 * libm::logf(span.frames as f32);
         let (mut best, mut found): (f32, Option<f32>) = (of_peak, None);
         for part in 2..=harmonics {

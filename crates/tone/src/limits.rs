@@ -1,16 +1,16 @@
-//! How much the arrays of a fit hold.
+//! Capacities of a fit's arrays.
 
-/// Most channels of a frame.
+/// Maximum number of channels of a frame.
 pub const CHANNELS_MAX: usize = 16;
-/// Most harmonics, the fundamental included.
+/// Maximum number of harmonics, the fundamental included.
 pub const HARMONICS_MAX: usize = 5;
 /// Harmonics above the first whose ratios to it are reported.
 pub const OVERTONES: usize = 3;
 /// Highest degree of a curved baseline.
 pub const DEGREE_MAX: usize = 4;
-/// Most unknowns of a channel: the baseline's, and a cosine and a sine of each line.
+/// Maximum number of unknowns of a channel: the baseline's, and a cosine and a sine of each line.
 pub const UNKNOWNS_MAX: usize = DEGREE_MAX + 1 + 2 * HARMONICS_MAX;
-/// Most blocks of a window.
+/// Maximum number of blocks of a window.
 pub const BLOCKS_MAX: usize = 16;
 /// Lines of all blocks on the chip: a fifth harmonic takes fewer blocks.
 #[cfg(any(test, not(feature = "long-windows")))]
@@ -23,11 +23,11 @@ pub const BLOCK_LINES: usize = BLOCK_LINES_CHIP;
 pub const BLOCK_LINES: usize = BLOCKS_MAX * HARMONICS_MAX;
 /// Degrees of phase and amplitude that are tested beyond the fitted ones.
 pub const MOVES: usize = 4;
-/// Most degrees of the phase, and of the amplitude, that are fitted.
+/// Maximum number of degrees of the phase, and of the amplitude, that are fitted.
 pub const MOVES_MAX: usize = 10;
-/// Most degrees of either that a test looks at.
+/// Maximum number of degrees of either that a test looks at.
 pub const DEGREES_MAX: usize = MOVES_MAX + MOVES - 1;
-/// Most functions next to the lines.
+/// Maximum number of functions next to the lines.
 pub const NEIGHBOURS_MAX: usize = 64;
 /// Longest transform on the chip, points.
 pub const POINTS_CHIP: usize = 1024;
@@ -37,17 +37,17 @@ pub const POINTS_MAX: usize = POINTS_CHIP;
 /// Longest transform, points.
 #[cfg(feature = "long-windows")]
 pub const POINTS_MAX: usize = 32_768;
-/// Most frames of a window on the chip.
+/// Maximum number of frames of a window on the chip.
 pub const FRAMES_CHIP: usize = 1024;
-/// Most frames of a window.
+/// Maximum number of frames of a window.
 #[cfg(not(feature = "long-windows"))]
 pub const FRAMES_MAX: usize = FRAMES_CHIP;
-/// Most frames of a window.
+/// Maximum number of frames of a window.
 #[cfg(feature = "long-windows")]
 pub const FRAMES_MAX: usize = 65_536;
-/// Most single values that are replaced on the chip: one of eighty.
+/// Maximum number of single values that are replaced on the chip: one of eighty.
 pub const IMPULSES_CHIP: usize = 192;
-/// Most single values that are replaced.
+/// Maximum number of single values that are replaced.
 pub const IMPULSES_MAX: usize = IMPULSES_CHIP * (FRAMES_MAX / FRAMES_CHIP);
-/// Fewest frames that are fitted.
+/// Minimum number of frames that are fitted.
 pub const FRAMES_MIN: u32 = 24;

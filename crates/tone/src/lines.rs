@@ -18,7 +18,7 @@ impl Lines {
         Self(self.0 | 1 << (number & 15))
     }
 
-    /// Those of both.
+    /// Lines of either set.
     pub fn and(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
@@ -34,12 +34,12 @@ impl Lines {
         })
     }
 
-    /// How many there are.
+    /// Number of entries.
     pub fn count(self) -> usize {
         self.0.count_ones() as usize
     }
 
-    /// Whether a line is in it.
+    /// True if a line is in it.
     pub fn has(self, number: usize) -> bool {
         number < 16 && self.0 >> number & 1 == 1
     }

@@ -3,7 +3,7 @@
 /// A square matrix, of which the first `n` rows and columns are used.
 pub type Square<const N: usize> = [[f32; N]; N];
 
-/// A pivot below this share of its diagonal is rounding: the unknown is left out.
+/// A pivot below this fraction of its diagonal is rounding: the unknown is left out.
 pub const PIVOT_MIN: f32 = 2e-6;
 
 /// A lower factor L with L L' = A, in the lower triangle of a matrix. An unknown that the others

@@ -17,16 +17,16 @@ const STRENGTHS: usize = 20;
 /// Largest second degree of a walk, radians.
 const WALK_MAX: f32 = 8.0;
 
-/// What is known of a phase, by degree from 1 on.
+/// Estimate of a phase, by degree from 1 on.
 #[derive(Clone, Debug)]
 pub struct Evidence<'e> {
-    /// Its coefficients, radians.
+    /// Coefficients, radians.
     pub phase: [f32; DEGREES_MAX],
     /// Their covariance, but for its scale.
     pub covariance: &'e Square<MOVEMENT_MAX>,
-    /// What that covariance is to be multiplied by.
+    /// Variance inflation.
     pub scale: f32,
-    /// How many there are.
+    /// Number of entries.
     pub count: usize,
     /// Degrees of freedom of the noise.
     pub freedom: f32,
@@ -34,12 +34,12 @@ pub struct Evidence<'e> {
     pub steady: f32,
 }
 
-/// What the phase gains over the window, half of it, in radians.
+/// Half of the phase gained over the window, radians.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MeanPhase {
-    /// Its mean.
+    /// Mean.
     pub mean: f32,
-    /// Its variance, with what is not fitted.
+    /// Variance, with what is not fitted.
     pub variance: f32,
     /// Mean square of the phase that is not followed.
     pub unfollowed: f32,
@@ -129,7 +129,8 @@ fn ends(order: usize, n: usize) -> (usize, Row) {
     (k, entry(&ROWS, order - 1, k - 1).map(|x| x * share))
 }
 
-/// Whether a degree counts for the mean, by its place from the second on: odd degrees, and the ends.
+/// True if a degree counts for the mean, by its place from the second on: odd degrees, and the
+/// ends.
 fn counts(i: usize, n: usize) -> bool {
     i + 1 == n || i % 2 == 1
 }

@@ -1,4 +1,4 @@
-//! How phase and amplitude move, and the noise next to the lines: each is estimated beside the
+//! How phase and amplitude move, and the noise next to the lines: each is estimated next to the
 //! other, and degrees are added until none is missing.
 
 use crate::blocks::Blocks;
@@ -19,19 +19,19 @@ use core::ops::Range;
 
 /// Gauss-Newton steps of a turn.
 const STEPS: usize = 6;
-/// Most turns.
+/// Maximum number of turns.
 const TURNS: usize = 7;
-/// Fewest turns: the first has the noise beside a comb that was not at its optimum. With the second, a
-/// tone that starts or ends in the window is good and wrong a third as often.
+/// Minimum number of turns: the first has the noise next to a comb that was not at its optimum.
+/// With the second, a tone that starts or ends in the window is good and wrong a third as often.
 const TURNS_MIN: usize = 2;
 /// Turns after which the lines are chosen again.
 const LINES_AGAIN: [usize; 2] = [2, 4];
 /// Deviate of movement that is taken out of the noise: one of twenty. Leaving in what is there costs more
 /// than taking out what is not.
 const Z_TAKEN: f32 = 1.64;
-/// Fewest functions next to the lines that are enough beside all harmonics.
+/// Minimum number of noise bins with all harmonics in the model.
 const NEIGHBOURS_WHOLE: usize = 8;
-/// Fewest functions next to the lines that noise is known from.
+/// Minimum number of functions next to the lines that noise is known from.
 const NEIGHBOURS_MIN: usize = 3;
 /// Samples of noise that a degree needs.
 const SAMPLES_PER_DEGREE: usize = 4;
@@ -53,9 +53,9 @@ pub struct Followed {
     pub fitted: Degrees,
     /// Degrees that were looked at.
     pub degrees: Degrees,
-    /// Movement beside the course.
+    /// Phase modulation relative to the trajectory.
     pub moved: [f32; MOVEMENT_MAX],
-    /// How the fitted phase sees the mean frequency, by degree.
+    /// Weight of each degree of the phase in the mean frequency.
     pub seen: [f32; MOVEMENT_MAX],
     /// The noise next to the lines.
     pub noise: Covariance,
@@ -63,14 +63,15 @@ pub struct Followed {
     pub loudest: [f32; HARMONICS_MAX + 1],
     /// Weight of the neighbourhood of each line, by its place.
     pub weights: [f32; HARMONICS_MAX],
-    /// Number of functions next to the lines, and of those of equal weight that tell as much.
+    /// Effective number of noise bins next to the lines: of equal weight, with the same
+    /// information.
     pub count: f32,
     /// Number of equal weight.
     pub effective: f32,
-    /// Whether movement beside the fitted one is taken out of the noise: at first, and where it was
+    /// True if residual modulation is taken out of the noise: at first, and where it was
     /// significant.
     pub moves: bool,
-    /// What the movement takes out of the noise.
+    /// Part of the noise that the fitted modulation takes out.
     pub taken: f32,
 }
 
@@ -114,7 +115,7 @@ impl Followed {
         invert(&mut normal.matrix, n);
     }
 
-    /// The movement beside the course.
+    /// Phase modulation relative to the trajectory.
     pub fn motion(&self) -> Motion {
         let mut motion = Motion::NONE;
         let Degrees { phase, amplitude } = self.degrees;
@@ -129,7 +130,7 @@ impl Followed {
         motion
     }
 
-    /// Coefficients of the phase by degree from 1 on, beside the frequency of the course.
+    /// Coefficients of the phase by degree from 1 on, relative to the frequency of the trajectory.
     pub fn phase(&self) -> [f32; DEGREES_MAX] {
         let mut phase = self.motion().phase;
         let in_course = self.course.moved.iter().skip(1);
@@ -281,7 +282,7 @@ impl Refinement<'_> {
         }
     }
 
-    /// The noise next to the lines, and the movement beside the fitted one.
+    /// Noise next to the lines, and the residual modulation.
     #[inline(never)]
     fn noise(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) -> bool {
         let shape = followed.shape;
@@ -343,7 +344,8 @@ impl Refinement<'_> {
         true
     }
 
-    /// Collects the functions next to the lines, less the movement; the solution is solved.
+    /// Collects the noise bins next to the lines after subtracting the modulation; the solution
+    /// must be solved.
     #[inline(never)]
     fn collect_less_motion(&self, blocks: &mut Blocks, work: &mut Work, followed: &Followed) {
         let shape = work.solution.shape;

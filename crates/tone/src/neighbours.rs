@@ -1,4 +1,4 @@
-//! The noise next to the lines: functions a few cycles a window to either side of each line, less
+//! The noise next to the lines: functions a few cycles per window to either side of each line, less
 //! what the model explains of them, and their products with the residuals.
 //!
 //! They are whole cycles apart, so that they are all but orthogonal.
@@ -14,15 +14,15 @@ use crate::significance::{Sum, deviate};
 use crate::solve::{Rows, Shape};
 use crate::source::Values;
 
-/// Most cycles a window on either side of a line that count as next to it.
+/// Maximum distance of a noise bin from its line, cycles per window.
 pub const BAND: usize = 4;
-/// Next to a line, cycles a window.
+/// Minimum distance of a noise bin from its line, cycles per window.
 const NEAR_CYCLES: f32 = 1.5;
-/// Functions next to different lines are as far apart, cycles a window.
+/// Minimum distance between noise bins of different lines, cycles per window.
 pub const APART: f32 = 0.85;
-/// A function must have as much of its power beside the model.
+/// Minimum fraction of a function's power outside the model.
 const LEFT_MIN: f32 = 0.25;
-/// Least share of the power of a tested line beside the model.
+/// Minimum fraction of the power of a tested line outside the model.
 const LEFT_LINE: f32 = 0.16;
 
 /// A function next to a line.
@@ -30,9 +30,9 @@ const LEFT_LINE: f32 = 0.16;
 pub struct Member {
     /// The line's number.
     pub line: u8,
-    /// Cycles a window from that line.
+    /// Cycles per window from that line.
     offset: i8,
-    /// Its power over the noise, all channels together.
+    /// Power over the noise, all channels together.
     pub power: f32,
 }
 
@@ -54,27 +54,27 @@ impl Member {
     }
 }
 
-/// Where lines are, cycles a window.
+/// Frequencies of the lines, cycles per window.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     /// Numbers of the lines.
     pub lines: Lines,
     /// The unit line.
     pub cycles: f32,
-    /// How far frequencies reach.
+    /// Band of frequencies.
     pub reach: Reach,
-    /// How far from a line functions are next to it.
+    /// Half-width of the noise band around a line, cycles per window.
     pub band: usize,
 }
 
-/// A model beside which functions are, by the factor of its normal equations.
+/// A model to project out of functions, as the factor of its normal equations.
 #[derive(Clone, Copy, Debug)]
 pub struct Beside<'b> {
-    /// What is fitted.
+    /// The fitted model.
     pub shape: &'b Shape,
     /// Factor of the normal equations.
     pub factor: Factor<'b, UNKNOWNS_MAX>,
-    /// What of the channels it explains; None where the blocks have residuals.
+    /// The part of the channels that the model explains; `None` where the blocks have residuals.
     pub projections: Option<&'b Rows>,
 }
 
@@ -83,13 +83,13 @@ pub struct Beside<'b> {
 pub struct Neighbours {
     members: [Member; NEIGHBOURS_MAX],
     count: usize,
-    /// Where the lines are.
+    /// Frequencies of the lines.
     place: Place,
     /// Power of the functions nearest to the lines over the residuals' variances.
     pub nearest: f32,
 }
 
-/// Products of a wave's cosine and sine with those of a number of cycles a window: cosine with
+/// Products of a wave's cosine and sine with those of a number of cycles per window: cosine with
 /// cosine, sine with sine, sine with cosine, cosine with sine.
 type Turned = [f32; 4];
 
@@ -106,7 +106,7 @@ fn wave([cc, ss, sc, cs]: Turned, is_forwards: bool) -> Wave {
     }
 }
 
-/// Sums over the blocks of the waves that are turned by some cycles a window.
+/// Sums over the blocks of the waves that are turned by some cycles per window.
 struct Sums {
     /// Cosine and sine of those cycles in each block.
     turns: [Wave; crate::limits::BLOCKS_MAX],
@@ -204,8 +204,8 @@ impl<'l> TurnedLine<'l> {
         }
     }
 
-    /// Products of its cosine or its sine with the channels, of unit variance beside the model. None
-    /// if the model explains too much of it.
+    /// Products of the cosine or the sine with the channels, of unit variance after projecting out
+    /// the model. None if the model explains too much of it.
     fn values(&self, is_forwards: bool, is_sine: bool, least: f32) -> Option<Values> {
         let Beside {
             shape,
@@ -275,7 +275,7 @@ impl<'l> TurnedLine<'l> {
 }
 
 impl Neighbours {
-    /// None; all zeros.
+    /// Empty; all zeros.
     pub const fn new() -> Self {
         Self {
             members: [Member::NONE; NEIGHBOURS_MAX],
@@ -290,8 +290,8 @@ impl Neighbours {
         }
     }
 
-    /// Collects the functions next to lines beside a model, whose products with the residuals go
-    /// into rows of `memory`.
+    /// Collects the noise bins of lines after projecting out a model. Their products with the
+    /// residuals go into rows of `memory`.
     #[inline(never)]
     pub fn collect(&mut self, blocks: &Blocks, model: Beside, place: Place, memory: &mut [Values]) {
         let lines = place.lines;
@@ -343,18 +343,18 @@ impl Neighbours {
         (self.count, self.nearest) = (0, 0.0);
     }
 
-    /// How many there are.
+    /// Number of entries.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Where a function is seen, cycles a window.
+    /// Apparent frequency of a function, cycles per window.
     fn seen(&self, member: &Member) -> f32 {
         let cycles = f32::from(member.line) * self.place.cycles + f32::from(member.offset);
         self.place.reach.seen(cycles)
     }
 
-    /// Cycles a window from a function to the nearest line.
+    /// Cycles per window from a function to the nearest line.
     pub fn distance(&self, member: &Member) -> f32 {
         let (place, x) = (&self.place, self.seen(member));
         let lines = place.lines.iter();
@@ -363,7 +363,7 @@ impl Neighbours {
             .fold(f32::INFINITY, f32::min)
     }
 
-    /// Whether a function is as near to a line as a second tone may be.
+    /// True if a function is as near to a line as a second tone may be.
     pub fn is_near(&self, member: &Member) -> bool {
         self.distance(member) < NEAR_CYCLES
     }
@@ -405,7 +405,7 @@ impl Neighbours {
         }
     }
 
-    /// Cycles a window of the strongest function nearest to a line.
+    /// Cycles per window of the strongest function nearest to a line.
     pub fn strongest_near(&self) -> f32 {
         let near = self.members().iter().filter(|member| self.is_near(member));
         let strongest = near.max_by(|a, b| a.power.total_cmp(&b.power));
@@ -463,8 +463,8 @@ impl Neighbours {
     }
 }
 
-/// Cosine and sine of a line, of unit variance beside a model: their products with the channels. None
-/// if the model explains too much of them.
+/// Cosine and sine of a line, of unit variance after projecting out a model: their products with
+/// the channels. None if the model explains too much of them.
 pub fn line(blocks: &Blocks, model: Beside, number: usize) -> Option<[Values; 2]> {
     let sums = Sums::new(blocks, 0, number + model.shape.lines.most());
     let line = TurnedLine::new(blocks, model, &sums, number);

@@ -1,5 +1,5 @@
 //! Normal equations of how phase and amplitude move: Legendre polynomials times the tone's
-//! derivatives, beside the model, over all channels.
+//! derivatives, after projecting out the model, over all channels.
 
 use crate::blocks::Blocks;
 use crate::legendre::{fill_legendre, legendre_after};
@@ -12,11 +12,11 @@ use crate::solve::{Shape, Solution};
 use crate::source::Values;
 use crate::totals::{LINE_FUNCTIONS, LIST_MAX, OfLines, OfModel, by_wave, fold, list_len, unfold};
 
-/// Most unknowns of a movement.
+/// Maximum number of unknowns of a movement.
 pub const MOVEMENT_MAX: usize = 2 * DEGREES_MAX;
 const _: () = assert!(DEGREES_MAX * LIST_MAX <= NEIGHBOURS_MAX * CHANNELS_MAX);
 
-/// How many degrees of phase and amplitude.
+/// Degrees of phase and amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Degrees {
     /// Degrees of the phase, from the first on.
@@ -32,7 +32,7 @@ impl Degrees {
         amplitude: 0,
     };
 
-    /// What memory has room for.
+    /// Capacity of the memory.
     fn bounded(self) -> Self {
         Self {
             phase: self.phase.min(DEGREES_MAX),
@@ -46,7 +46,7 @@ impl Degrees {
     }
 }
 
-/// Most degrees of the phase, or of the amplitude, that the blocks can tell apart.
+/// Maximum number of degrees of the phase, or of the amplitude, that the blocks can tell apart.
 pub fn degrees_max(blocks: &Blocks) -> usize {
     DEGREES_MAX.min(blocks.count().saturating_sub(2))
 }
@@ -58,7 +58,7 @@ pub struct Normal {
     pub matrix: Square<MOVEMENT_MAX>,
     /// Right side.
     pub right: [f32; MOVEMENT_MAX],
-    /// What is asked for.
+    /// Requested degrees.
     pub degrees: Degrees,
 }
 
@@ -138,7 +138,7 @@ impl Weighted {
     }
 }
 
-/// What information is between.
+/// Coefficients that an entry of the information couples.
 #[derive(Clone, Copy)]
 enum Kind {
     Phases,
@@ -157,7 +157,7 @@ fn turn_rows<const N: usize>(rows: &mut [[f32; N]; LINE_FUNCTIONS], lines: Lines
 }
 
 impl Normal {
-    /// No equations; all zeros.
+    /// Without equations; all zeros.
     pub const NONE: Self = Self {
         matrix: [[0.0; MOVEMENT_MAX]; MOVEMENT_MAX],
         right: [0.0; MOVEMENT_MAX],
@@ -167,7 +167,8 @@ impl Normal {
         },
     };
 
-    /// Makes the equations of a movement beside a solution, with memory for a list of each degree.
+    /// Makes the equations of a modulation on top of a solution, with memory for a list of each
+    /// degree.
     #[inline(never)]
     pub fn make(
         &mut self,
@@ -264,7 +265,7 @@ impl Normal {
         }
     }
 
-    /// The right side, and a list of the totals of each polynomial.
+    /// Collects the right-hand side, and a list of the totals of each polynomial.
     #[inline(never)]
     fn gather(
         &mut self,

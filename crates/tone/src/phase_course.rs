@@ -1,4 +1,4 @@
-//! How the tone's phase goes over the window: a steady part and Legendre polynomials.
+//! Phase trajectory of the tone over the window: a steady part and Legendre polynomials.
 
 use crate::legendre::legendre_after;
 use crate::limits::MOVES_MAX;
@@ -26,7 +26,7 @@ impl Course {
         }
     }
 
-    /// What moves, in radians.
+    /// Modulation of the phase, radians.
     pub fn movement(&self, u: f32) -> f32 {
         if self.degrees < 2 {
             return 0.0;

@@ -1,14 +1,14 @@
 //! Which frequencies frames tell apart.
 
-/// Least distance of a line from zero and from half the frame rate, cycles a window.
+/// Minimum distance of a line from zero and from half the frame rate, cycles per window.
 const CLEAR_CYCLES: f32 = 0.5;
 
-/// How far frequencies reach, in cycles a window.
+/// Band of frequencies, cycles per window.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach {
     /// Half the frame rate.
     pub most: f32,
-    /// Whether frames are evenly spaced: a line above half their rate is seen as one below.
+    /// True if frames are evenly spaced: a line above half their rate is seen as one below.
     pub folds: bool,
 }
 
@@ -19,7 +19,7 @@ impl Reach {
         folds: false,
     };
 
-    /// Where a line is seen.
+    /// Apparent frequency of a line.
     pub fn seen(&self, cycles: f32) -> f32 {
         if self.folds {
             (cycles - 2.0 * self.most * libm::roundf(0.5 * cycles / self.most)).abs()
@@ -28,7 +28,7 @@ impl Reach {
         }
     }
 
-    /// Whether a line is seen clear of zero and of half the frame rate.
+    /// True if a line is seen clear of zero and of half the frame rate.
     pub fn is_clear(&self, cycles: f32) -> bool {
         let seen = self.seen(cycles);
         seen > CLEAR_CYCLES && seen < self.most - CLEAR_CYCLES

@@ -14,14 +14,14 @@ use crate::solve::Shape;
 use crate::statistics::Products;
 use crate::work::Work;
 
-/// Most steps of a comb at a time.
+/// Maximum number of steps of a comb at a time.
 const STEPS: usize = 2;
-/// Added to the information, as a share of it.
+/// Added to the information, as a fraction of it.
 const DAMPING: f32 = 1e-6;
-/// Fewest cycles of the unit line.
+/// Minimum number of cycles of the unit line.
 const CYCLES_MIN: f32 = 0.4;
 
-/// What the steps need beside the blocks.
+/// Input of the steps besides the blocks.
 pub struct Refinement<'r> {
     /// Products of all channels.
     pub all: &'r Products,
@@ -29,30 +29,30 @@ pub struct Refinement<'r> {
     pub width: usize,
     /// Frames that count.
     pub frames: f32,
-    /// Most harmonics.
+    /// Maximum number of harmonics.
     pub harmonics: usize,
-    /// Whether channels may share noise.
+    /// True if channels may share noise.
     pub may_share: bool,
-    /// Whether noise is the same at all frequencies.
+    /// True if noise is the same at all frequencies.
     pub is_white: bool,
-    /// How far frequencies reach.
+    /// Band of frequencies.
     pub reach: Reach,
-    /// Cycles a window that the fundamental may have.
+    /// Cycles per window that the fundamental may have.
     pub band: Band,
 }
 
-/// What is refined.
+/// Model that is refined.
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
     /// Lines and baseline.
     pub shape: Shape,
-    /// Most steps.
+    /// Maximum number of steps.
     pub most: usize,
     /// Degrees of the phase.
     pub degrees: usize,
     /// A step of less than this many sigmas is the last.
     pub last: f32,
-    /// What the channels' noise is known from.
+    /// Source of the channels' noise.
     pub noise: Known,
 }
 
@@ -69,10 +69,10 @@ impl Steps {
     }
 }
 
-/// What the channels' noise is known from.
+/// Source of the channels' noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Known {
-    /// The residuals beside the lines, at the first step.
+    /// Residuals without the lines, at the first step.
     Residuals,
     /// An inverse covariance that is there already.
     Weights,
@@ -95,7 +95,7 @@ impl Refinement<'_> {
         })
     }
 
-    /// Steps of `course`, to which the blocks are turned.
+    /// Steps of the trajectory `course`, to which the blocks are rotated.
     #[inline(never)]
     pub fn refine(&self, blocks: &mut Blocks, course: &mut Course, steps: Steps, work: &mut Work) {
         let n = steps.degrees.min(MOVES_MAX);
@@ -137,8 +137,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// Weighs the channels by the inverse covariance of what is left beside the projections, of so many
-    /// samples.
+    /// Weighs the channels by the inverse covariance of the residuals after the projections, of a
+    /// number of samples.
     #[inline(never)]
     pub fn weigh(&self, work: &mut Work, count: f32) -> Covariance {
         work.weights = work.solution.residuals(self.all);

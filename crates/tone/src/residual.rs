@@ -1,4 +1,4 @@
-//! What a solution, and the movement that is fitted beside it, leave of the frames.
+//! Residuals of the frames after a solution and its modulation.
 
 use crate::data::Frame;
 use crate::legendre::{baselines, legendre_after};
@@ -11,7 +11,7 @@ use crate::solve::Solution;
 use crate::source::Values;
 use core::ops::Range;
 
-/// How phase and amplitude go beside the fitted course: coefficients by degree, from 1 on.
+/// Residual phase and amplitude modulation: coefficients by degree, from 1 on.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     /// Radians of the unit line.
@@ -23,7 +23,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// None.
+    /// Empty.
     pub const NONE: Self = Self {
         phase: [0.0; DEGREES_MAX],
         amplitude: [0.0; DEGREES_MAX],
@@ -64,9 +64,9 @@ impl Motion {
 /// A model of the frames.
 #[derive(Clone, Debug)]
 pub struct Model<'m> {
-    /// What was fitted, solved.
+    /// The solved fit.
     pub solution: &'m Solution,
-    /// What moves beside it.
+    /// Modulation next to it.
     pub motion: Option<Motion>,
     /// Phase of the fundamental.
     pub course: Course,
@@ -100,7 +100,7 @@ impl Model<'_> {
         functions
     }
 
-    /// What is left of some channels of a frame.
+    /// Residuals of some channels of a frame.
     pub fn residual(&self, frame: &Frame, channels: Range<usize>) -> Values {
         let (functions, mut values) = (self.functions(frame.u), frame.values);
         let groups = channels.start / 4..channels.end.div_ceil(4);

@@ -1,8 +1,8 @@
-//! What may be in a window. What a scene does not declare costs nothing.
+//! Contents that a window may have. What a scene does not declare costs nothing.
 
 use crate::limits::{DEGREE_MAX, HARMONICS_MAX};
 
-/// How a channel's level may go over the window.
+/// Model of a channel's level over the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Baseline {
     /// A level and a slope.
@@ -20,16 +20,16 @@ pub enum Noise {
     Any,
 }
 
-/// How the channels' noise is related.
+/// Correlation of the noise between channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
     /// Each channel has its own.
     Independent,
-    /// What disturbs one may disturb others.
+    /// Noise may be correlated between channels.
     MayShare,
 }
 
-/// How the speed goes over the window.
+/// Model of the speed over the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Speed {
     /// Most likely it does not change: white noise pays 3 % of sigma.
@@ -38,27 +38,27 @@ pub enum Speed {
     MayMove,
 }
 
-/// What may be in a window.
+/// Contents that a window may have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scene {
-    /// Most harmonics, the fundamental included: 1 to 5.
+    /// Maximum number of harmonics, the fundamental included: 1 to 5.
     pub harmonics: u8,
-    /// How levels go.
+    /// Model of the levels.
     pub baseline: Baseline,
     /// The noise of a channel.
     pub noise: Noise,
-    /// How the channels' noise is related.
+    /// Correlation of the noise between channels.
     pub channels: Channels,
-    /// How the speed goes.
+    /// Model of the speed.
     pub speed: Speed,
-    /// Whether single values may be far off.
+    /// True if single values may be far off.
     pub impulses: bool,
-    /// Least and most frequency of a fundamental, in the unit of [`crate::Fit::frequency`]; zeros
-    /// where nothing is known.
+    /// Minimum and maximum frequency of a fundamental, in the unit of [`crate::Fit::frequency`];
+    /// zeros where nothing is known.
     pub band: Band,
 }
 
-/// Least and most frequency of a fundamental.
+/// Minimum and maximum frequency of a fundamental.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Band {
     /// The least.
@@ -76,7 +76,7 @@ impl Band {
         }
     }
 
-    /// Whether it holds a frequency.
+    /// True if it holds a frequency.
     pub(crate) fn has(&self, frequency: f32) -> bool {
         frequency >= self.least && (self.most <= 0.0 || frequency <= self.most)
     }
@@ -97,7 +97,7 @@ impl Scene {
         },
     };
 
-    /// The least: one harmonic in white noise beside a slope.
+    /// The minimum: one harmonic in white noise with a slope.
     pub const LEAN: Self = Self {
         harmonics: 1,
         baseline: Baseline::Slope,
@@ -119,7 +119,7 @@ impl Scene {
         }
     }
 
-    /// Most harmonics that the fit has room for.
+    /// Maximum number of harmonics that the fit has room for.
     pub(crate) fn harmonics(&self) -> u8 {
         self.harmonics.clamp(1, HARMONICS_MAX as u8)
     }
@@ -140,12 +140,12 @@ impl Scene {
         }
     }
 
-    /// Whether the noise of all frequencies is that next to the lines.
+    /// True if the noise of all frequencies is that next to the lines.
     pub(crate) fn is_white(&self) -> bool {
         self.noise == Noise::White
     }
 
-    /// Whether noise is to be compared over channels.
+    /// True if noise is to be compared over channels.
     pub(crate) fn may_share(&self) -> bool {
         self.channels == Channels::MayShare
     }

@@ -16,12 +16,12 @@ use core::ops::Range;
 
 /// Peaks that are tried.
 pub const PEAKS: usize = 2;
-/// Most frames of a window, and most channels, that are all transformed.
+/// Maximum number of frames of a window, and most channels, that are all transformed.
 const FRAMES_FEW: u32 = 128;
 const CHANNELS_FEW: usize = 8;
-/// Fewest cycles of a peak.
+/// Minimum number of cycles of a peak.
 const CYCLES_PEAK: f32 = 0.5;
-/// Noise is taken for at least this share of a channel's variance: beside less, a faint overtone
+/// Noise is taken for at least this fraction of a channel's variance: beside less, a faint overtone
 /// would stand out as far as the tone.
 const CLEAR: f32 = 1e-4;
 /// Least of what a line leaves of a determinant.
@@ -34,7 +34,7 @@ struct Peak {
     height: f32,
 }
 
-/// Peaks to try, cycles a window, the likeliest first and zeros where there are none; `all` are
+/// Peaks to try, cycles per window, the likeliest first and zeros where there are none; `all` are
 /// the products of the channels.
 #[inline(never)]
 pub fn candidates(
@@ -67,8 +67,8 @@ pub fn candidates(
     found.map(|peak| peak.cycles)
 }
 
-/// The most likely line between two numbers of cycles a window, if its likelihood is worth the price
-/// of its unknowns by the Bayesian criterion.
+/// The most likely line between two numbers of cycles per window, if its likelihood is worth the
+/// price of its unknowns by the Bayesian criterion.
 pub fn strongest(
     data: &mut Data,
     sums: Sums,

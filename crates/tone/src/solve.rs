@@ -9,7 +9,8 @@ use crate::neighbours::Beside;
 use crate::source::Values;
 use crate::statistics::Products;
 
-/// The two factors of a line in each channel, of unit variance beside all other unknowns.
+/// The two factors of a line in each channel, of unit variance after projecting out all other
+/// unknowns.
 pub type LineFactors = [Values; 2];
 
 /// What is fitted: lines, and the degree of the baseline.
@@ -36,13 +37,13 @@ impl Shape {
 /// Rows of the unknowns, in groups of four.
 pub type Rows = [Values; UNKNOWNS_MAX.next_multiple_of(4)];
 
-/// Least share of a function that those before it leave: less is what turned blocks err by.
+/// Minimum fraction of a function that those before it leave: less is what turned blocks err by.
 const LEFT_MIN: f32 = 1e-3;
 
 /// A solution of all channels.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// What was fitted.
+    /// The fitted lines.
     pub shape: Shape,
     /// Factor of the normal equations.
     lower: Square<UNKNOWNS_MAX>,
@@ -90,7 +91,7 @@ impl Solution {
         Factor::of(&self.lower, self.shape.unknowns())
     }
 
-    /// The model, for functions beside it, with the projections.
+    /// The model to project out of functions, with the projections.
     pub fn beside(&self) -> Beside<'_> {
         Beside {
             shape: &self.shape,
@@ -139,7 +140,8 @@ impl Solution {
         inverse
     }
 
-    /// The factors of the lines, each orthonormal beside all other unknowns, once solved.
+    /// The factors of the lines, each orthonormal after projecting out all other unknowns, once
+    /// solved.
     #[inline(never)]
     pub fn line_factors(&self) -> [LineFactors; HARMONICS_MAX] {
         let inverse = self.inverse();
@@ -174,14 +176,14 @@ impl Solution {
 pub struct Power {
     /// Both factors together.
     pub all: f32,
-    /// What the factors have beside a single shape in time.
+    /// Part of the factors that is not a single shape in time.
     pub second: f32,
     /// Sum of the squared eigenvalues.
     pub squares: f32,
 }
 
 impl Power {
-    /// By the inverse of the noise's covariance.
+    /// Weighted by the inverse of the noise's covariance.
     pub fn new(factors: &LineFactors, weights: &Square<CHANNELS_MAX>) -> Self {
         let [a, b, c] = [
             form(&factors[0], weights, &factors[0]),

@@ -1,4 +1,4 @@
-//! Where frames come from.
+//! Sources of frames.
 
 use crate::limits::CHANNELS_MAX;
 
@@ -44,7 +44,7 @@ pub struct Frames<'a> {
 }
 
 impl<'a> Frames<'a> {
-    /// Frames of `channels` values each. None if `channels` is not 1 to [`CHANNELS_MAX`]; values
+    /// Frames of `channels` values each. `None` if `channels` is not 1 to [`CHANNELS_MAX`]; values
     /// behind the last whole frame are ignored.
     pub const fn new(values: &'a [f32], channels: usize) -> Option<Self> {
         if channels == 0 || channels > CHANNELS_MAX {
@@ -54,7 +54,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// How many frames there are.
+    /// Number of frames.
     pub const fn count(&self) -> u32 {
         // A source of no channels cannot be made.
         match self.values.len().checked_div(self.channels) {

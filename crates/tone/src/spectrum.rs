@@ -11,9 +11,9 @@ use core::ops::Range;
 const POINTS_MIN: usize = 128;
 /// Points of a transform for each piece, where it may be as long.
 const OVERSAMPLING: usize = 2;
-/// A cosine or a sine that level and slope explain all but this share of is no line.
+/// A cosine or a sine that level and slope explain all but this fraction of is no line.
 const LEFT_MIN: f32 = 2e-3;
-/// Above this many cycles a window level and slope are orthogonal to lines.
+/// Above this many cycles per window level and slope are orthogonal to lines.
 const CYCLES_FAR: f32 = 12.0;
 
 /// Memory of a spectrum's sums.
@@ -79,7 +79,7 @@ impl<'m> Spectrum<'m> {
         })
     }
 
-    /// How many channels are transformed at a time.
+    /// Channels that are transformed at a time.
     pub fn channels(&self) -> usize {
         (self.transforms.len() / self.points).clamp(1, CHANNELS_MAX)
     }
@@ -147,12 +147,12 @@ impl<'m> Spectrum<'m> {
         self.cos.len()
     }
 
-    /// Cycles a window of a bin.
+    /// Cycles per window of a bin.
     pub fn cycles(&self, bin: f32) -> f32 {
         bin * self.count / self.points.get() as f32
     }
 
-    /// Bin of a number of cycles a window.
+    /// Bin of a number of cycles per window.
     pub fn bin(&self, cycles: f32) -> f32 {
         cycles / self.cycles(1.0)
     }
@@ -169,7 +169,7 @@ impl<'m> Spectrum<'m> {
         2.0 / self.frames * entry(self.sin, bin)
     }
 
-    /// Power of a bin, all channels with their weights, beside level and slope.
+    /// Power of a bin over all weighted channels, after projecting out level and slope.
     pub fn power(&self, bin: usize) -> f32 {
         entry(self.cos, bin)
     }
@@ -179,8 +179,8 @@ impl<'m> Spectrum<'m> {
         self.bins() - 1
     }
 
-    /// Squares of the products with orthonormal cosine and sine beside level and slope, and their
-    /// cross product; zeros where there is no line.
+    /// Squares of the products with orthonormal cosine and sine after projecting out level and
+    /// slope, and their cross product; zeros where there is no line.
     pub fn line(&self, bin: usize) -> [f32; 3] {
         let [cos, sin, both] = [&*self.cos, &*self.sin, &*self.both].map(|sums| entry(sums, bin));
         let Some(Geometry { c, s, even, odd }) = self.geometry(bin) else {
@@ -193,7 +193,7 @@ impl<'m> Spectrum<'m> {
         ]
     }
 
-    /// What level and slope leave of a bin's cosine and sine; none where there is no line.
+    /// A bin's cosine and sine after projecting out level and slope; `None` where there is no line.
     fn geometry(&self, bin: usize) -> Option<Geometry> {
         let (n, x) = (self.frames, self.cycles(bin as f32));
         if x > CYCLES_FAR {
@@ -227,13 +227,13 @@ fn entry<T: Copy + Default>(list: &[T], at: usize) -> T {
     list.get(at).copied().unwrap_or_default()
 }
 
-/// How a bin's cosine and sine lie about the window's centre.
+/// A bin's cosine and sine about the window's centre.
 struct Geometry {
     /// Cosine of the phase at the centre.
     c: f32,
     /// Sine of that phase.
     s: f32,
-    /// Square sum of the cosine about the centre beside level and slope.
+    /// Energy of the centred cosine after projecting out level and slope.
     even: f32,
     /// Square sum of the sine.
     odd: f32,

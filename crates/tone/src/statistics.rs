@@ -7,7 +7,7 @@ use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
 use crate::source::{Overwritten, Values};
 
-/// A channel that is at its highest or lowest value in more than this share of the frames is
+/// A channel that is at its highest or lowest value in more than this fraction of the frames is
 /// clipped.
 const CLIPPED_SHARE: f32 = 0.25;
 /// Where a line leaves less of a channel's square, sums do not tell what it leaves.
@@ -169,7 +169,7 @@ impl Statistics {
             if scale > rounding && scale.is_finite() {
                 let place = width.min(k);
                 self.order[place] = self.order[k];
-                // What rounding of large sums has left.
+                // Rounding error of large sums.
                 self.level[place] = self.level[k] + self.scale[k] * levels[k] / n;
                 self.slope[place] = self.slope[k];
                 self.scale[place] = scale;
@@ -236,11 +236,11 @@ pub struct Products {
     pub matrix: Square<CHANNELS_MAX>,
     /// Sums of squares, while frames are added.
     squares: Values,
-    /// Least square sums of residuals: rounding, of the values and of sums.
+    /// Minimum square sums of residuals: rounding, of the values and of sums.
     pub least: Values,
     /// Frames that count.
     pub count: f32,
-    /// Whether there are any between channels.
+    /// True if there are any between channels.
     pub may_share: bool,
     /// A frame that waits for a second one.
     pending: Option<Values>,

@@ -22,16 +22,16 @@ use crate::work::Work;
 pub const Z_LINE: f32 = 4.3;
 /// Deviate of the larger one of two lines: one of a thousand.
 pub const Z_BETWEEN: f32 = 3.3;
-/// Power of another line, as a share of the tone's, that does not matter.
+/// Power of another line, as a fraction of the tone's, that does not matter.
 const OTHER: f32 = 1e-2;
 /// Another line is as far from those of the comb.
 const CLEAR_CYCLES: f32 = 0.9;
 /// Distance of the middle of another line's neighbourhood, and how far it goes to either side.
 const BESIDE_CYCLES: f32 = 2.5;
 const BESIDE_WIDTH: f32 = 1.6;
-/// Fewest places that a neighbourhood is known from.
+/// Minimum number of places that a neighbourhood is known from.
 const PLACES_MIN: usize = 4;
-/// Fewest places on each side of a line that its neighbourhood is known from.
+/// Minimum number of places on each side of a line that its neighbourhood is known from.
 const SIDE_MIN: usize = 3;
 /// Cycles from which on a channel's own line is looked for: below, levels and slopes have it.
 const CYCLES_OWN: f32 = 1.0;
@@ -41,19 +41,19 @@ const BETWEEN: [usize; 2] = [1, 3];
 /// Another line.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Other {
-    /// Its deviate.
+    /// Normal deviate of the line.
     pub deviate: f32,
-    /// Cycles a window.
+    /// Cycles per window.
     pub cycles: f32,
-    /// Its power over the tone's.
+    /// Power over the tone's.
     pub share: f32,
     /// Deviate of a line of a channel that does not have the tone.
     pub own: f32,
-    /// Cycles a window of that line.
+    /// Cycles per window of that line.
     pub own_cycles: f32,
 }
 
-/// Where the noise next to lines goes, and its inverse covariance.
+/// Output for the noise next to the lines, and its inverse covariance.
 pub struct Noise<'n> {
     /// Functions next to lines.
     pub neighbours: &'n mut Neighbours,
@@ -65,7 +65,7 @@ pub struct Noise<'n> {
     pub all: &'n Products,
 }
 
-/// What the tests look at.
+/// Input of the tests.
 pub struct Tested<'t> {
     /// The tone.
     pub followed: &'t Followed,
@@ -81,9 +81,9 @@ pub struct Tested<'t> {
     pub loudest: usize,
     /// Channels in which the tone is significant alone.
     pub with_tone: u16,
-    /// What is fitted.
+    /// The fitted model.
     pub shape: Shape,
-    /// How far frequencies reach.
+    /// Band of frequencies.
     pub reach: Reach,
     /// Number of channels.
     pub width: usize,
@@ -171,7 +171,7 @@ impl<'t> Tested<'t> {
         }
         let channels = followed.noise.channels;
         if neighbours.count() == 0 {
-            // White noise is known from all frames.
+            // For white noise, all frames count.
             (own.sum, own.count) = (followed.count, followed.count);
         }
         tests.fundamental = if own.count > 3.0 {
@@ -268,7 +268,7 @@ impl<'t> Tested<'t> {
         }
         for i in 1..places.last {
             let share = spectrum.plain(i) / self.plain;
-            // What is stronger than the tone is no overtone that was not fitted.
+            // A line stronger than the tone cannot be an overtone that was left out.
             if share <= OTHER || share < 1.0 && places.is_multiple(i) {
                 continue;
             }
@@ -370,15 +370,15 @@ impl<'t> Tested<'t> {
 struct Places {
     lines: Lines,
     cycles: f32,
-    /// Half the pieces' rate, cycles a window.
+    /// Half the pieces' rate, cycles per window.
     most: f32,
-    /// Cycles a window from one to the next.
+    /// Cycles per window from one to the next.
     step: f32,
     last: usize,
 }
 
 impl Places {
-    /// Cycles a window.
+    /// Cycles per window.
     fn at(&self, i: usize) -> f32 {
         i as f32 * self.step
     }
@@ -409,7 +409,7 @@ impl Places {
         )
     }
 
-    /// Whether it is clear of the lines of the comb.
+    /// True if it is clear of the lines of the comb.
     fn is_clear(&self, i: usize) -> bool {
         let x = self.at(i);
         let far = |line: usize| {
@@ -420,7 +420,7 @@ impl Places {
         self.lines.iter().all(far)
     }
 
-    /// Whether it is at a multiple of the fundamental.
+    /// True if it is at a multiple of the fundamental.
     fn is_multiple(&self, i: usize) -> bool {
         let x = self.at(i);
         let nearest = libm::roundf(x / self.cycles).max(1.0);

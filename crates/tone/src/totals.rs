@@ -16,7 +16,7 @@ pub type OfLines = Square<LINE_FUNCTIONS>;
 /// A row for each function of the lines, a column for each unknown.
 pub type OfModel = [[f32; UNKNOWNS_MAX]; LINE_FUNCTIONS];
 
-/// Most numbers of a list.
+/// Maximum number of numbers of a list.
 pub const LIST_MAX: usize = 2 * (2 * HARMONICS_MAX + 1) + (DEGREE_MAX + 1) * LINE_FUNCTIONS;
 
 /// Sums over all blocks.

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 const CHANNELS: usize = 16;
 const WINDOWS: u64 = 100;
 
-/// A tone, and its frames beside white noise.
+/// A tone, and its frames next to white noise.
 struct Window {
     cycles: f64,
     values: Vec<f32>,
@@ -81,7 +81,8 @@ fn answers_are_good_and_right_and_their_intervals_hold() {
     assert!((0.93..0.98).contains(&share), "{share}");
 }
 
-/// Two and a half cycles with four harmonics, beside little noise: the error is that of the noise alone.
+/// Two and a half cycles with four harmonics, next to little noise: the error is that of the noise
+/// alone.
 #[test]
 fn few_cycles_in_little_noise_have_no_bias() {
     let (mut sum, mut squares) = (0.0, 0.0);

@@ -1,5 +1,5 @@
 //! Windows with very little noise: what the model cannot describe is rounding, of the values and of
-//! sums, which is no line.
+//! sums, which is not a line.
 
 mod common;
 

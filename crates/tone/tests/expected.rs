@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 const CHANNELS: usize = 16;
 const FRAMES: usize = 241;
 
-/// Lines at these cycles a window, of amplitude 1, 23 dB above white noise.
+/// Lines at these cycles per window, of amplitude 1, 23 dB above white noise.
 fn window(lines: &[f64], seed: u64) -> Vec<f32> {
     let mut normal = normal(seed);
     let mut values = Vec::new();

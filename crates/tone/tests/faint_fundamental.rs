@@ -1,4 +1,4 @@
-//! A fundamental that is faint beside its second harmonic. If all other harmonics are even, only
+//! A fundamental that is faint next to its second harmonic. If all other harmonics are even, only
 //! the line at half the frequency shows it.
 
 mod common;
@@ -20,7 +20,7 @@ fn noise(factor: f64, seed: u64) -> impl FnMut(usize) -> f64 {
 }
 
 /// Fits harmonics 1, 2 and 4 of these shares of the second, the fundamental with so many cycles in
-/// the window, with phases of their own in each channel, beside noise.
+/// the window, with phases of their own in each channel, next to noise.
 fn fit(
     frames: usize,
     cycles: f64,
@@ -74,7 +74,7 @@ fn white(seed: u64) -> Box<dyn FnMut(usize) -> f64> {
 /// Over all channels a line's power is a chi-square of 32 degrees, of which noise has less than 68
 /// in 4,999 of 5,000 windows. Its share of the second harmonic adds frames (share x SECOND)^2 / 2
 /// for each channel: over all 246 in 96 frames, 347 in 241 and 1,354 in 940. As the noise there may
-/// have half as much density again as about the tone, a share of 0.03 in 96 frames, 138, is not
+/// have half as much density again as about the tone, a fraction of 0.03 in 96 frames, 138, is not
 /// always enough.
 #[test]
 fn a_faint_fundamental_leaves_no_good_answer_of_twice_its_frequency() {

@@ -1,5 +1,5 @@
 //! Few channels and few cycles: a part of a cycle with overtones looks like one and a half cycles
-//! beside a curved baseline.
+//! next to a curved baseline.
 
 mod common;
 

@@ -54,7 +54,7 @@ fn error_over_bound(places: &[f64], cycles: f64, fit: impl Fn(&[f32]) -> (Status
     ((1..=20).map(square).sum::<f64>() / 20.0).sqrt()
 }
 
-/// Twenty errors have a root mean square within 0.6 and 1.4 of their standard deviation but for one
+/// Twenty errors have a RMS within 0.6 and 1.4 of their standard deviation but for one
 /// time in a hundred.
 const NEAR_THE_BOUND: std::ops::Range<f64> = 0.6..1.4;
 

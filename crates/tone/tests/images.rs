@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
 
-/// A window, its lines in cycles a window.
+/// A window, its lines in cycles per window.
 struct Window {
     frames: usize,
     cycles: f64,
@@ -95,7 +95,7 @@ const HARMONICS: [[f64; 4]; 3] = [
     [1.0, 0.5, 0.33, 0.25],
 ];
 
-/// From 8 to 118 cycles a window of 240 frames, most of whose overtones are above half the frame
+/// From 8 to 118 cycles per window of 240 frames, most of whose overtones are above half the frame
 /// rate. A comb of a lower frequency that passes through their images is no reading of it. Bar: one
 /// of a hundred is wrong and good, and as many have no frequency.
 #[test]
@@ -152,7 +152,7 @@ fn a_tone_is_not_taken_for_the_image_of_an_overtone() {
 
 /// They are lines of the tone, with five harmonics too, and a comb of a lower frequency through
 /// their images is no reading of it. Bar: one of a hundred is wrong and good, two thirds are good
-/// beside hardly any noise and five sixths beside some.
+/// next to hardly any noise and five sixths next to some.
 #[test]
 fn overtones_above_half_the_frame_rate_are_the_tones_own() {
     for harmonics in HARMONICS {

@@ -15,7 +15,7 @@ fn later(channel: usize) -> f64 {
     (channel as f64 - 7.5) / 16.0
 }
 
-/// What a window has beside its wave.
+/// What a window has next to its wave.
 #[derive(Clone, Copy, Default)]
 struct Recipe {
     /// Added to the levels where the path goes back.
@@ -99,7 +99,7 @@ fn channels_that_are_late_do_not_bend_the_wavelength() {
 }
 
 /// A path that turns is as good as another, and where its ways differ in level no good answer is
-/// wrong: a step of the level is no tone.
+/// wrong: a step of the level is not a tone.
 #[test]
 fn ways_that_differ_are_not_good_and_wrong() {
     let turning = |frame: f64| 0.1 * (frame - frame * frame / 320.0);
@@ -129,7 +129,7 @@ fn ways_that_differ_are_not_good_and_wrong() {
 }
 
 /// A stage that stalls on its way and slips back by 1 % of it, as recordings of real ones have it,
-/// beside overtones that are not fitted: nothing turns with it.
+/// next to overtones that are not fitted: nothing turns with it.
 #[test]
 fn a_stage_that_slips_back_on_its_way_is_steady() {
     let slips = |frame: f64| 0.08 * (frame - 14.0 * ((frame - 120.0) / 11.0).tanh());

@@ -125,7 +125,7 @@ impl Case {
         }
     }
 
-    /// The fit in cycles a window.
+    /// The fit in cycles per window.
     fn fit(&self, window: &Window, fitter: &mut Fitter, expected: Option<f32>) -> Fit {
         let mut frames = Frames::new(&window.values, self.channels).expect("1 to 16 channels");
         let span = FrameSpan::new(&mut frames, 0, self.frames as u32);
@@ -362,7 +362,7 @@ fn a_tracked_tone_has_the_same_answer() {
     }
 }
 
-/// Rescaling all values is no news.
+/// Rescaling all values changes nothing.
 #[test]
 fn a_scale_changes_no_status() {
     let mut fitter = Box::new(Fitter::new());

@@ -27,7 +27,7 @@ fn fit(cycles: f64, hum: f64, seed: u64) -> Fit {
     })
 }
 
-/// Folded onto zero it is a level; there is no line to look for, and none to take out.
+/// Aliased onto zero, hum is a level: there is no line to look for or to subtract.
 #[test]
 fn hum_that_folds_onto_zero_or_half_the_frame_rate_takes_nothing_of_the_tone() {
     for hum in [1.0, 0.5] {

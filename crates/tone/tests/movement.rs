@@ -11,8 +11,8 @@ const CHANNELS: usize = 16;
 /// Standard deviations that an error may have.
 const SURE: f64 = 4.0;
 
-/// The fit of a tone of `cycles` cycles a window with a phase beside it, cycles, of u from -1 to 1;
-/// 30 dB of white noise.
+/// The fit of a tone of `cycles` cycles per window with a phase next to it, cycles, of u from -1 to
+/// 1; 30 dB of white noise.
 fn fit(cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
     fit_in(0.022, cycles, phase)
 }
@@ -36,7 +36,7 @@ fn place(n: usize) -> f64 {
     (2.0 * n as f64 + 1.0) / FRAMES as f64 - 1.0
 }
 
-/// The mean of the frequency's deviation, cycles a window, and its standard deviation over the
+/// The mean of the frequency's deviation, cycles per window, and its standard deviation over the
 /// window.
 fn moves(slope: &dyn Fn(f64) -> f64) -> (f64, f64) {
     let deviations: Vec<f64> = (0..FRAMES).map(|n| 2.0 * slope(place(n))).collect();
@@ -75,7 +75,8 @@ fn a_slow_wander_is_found_within_a_fifth_and_its_mean_holds() {
 }
 
 /// The speed wanders at all frequencies, with the power of 1 / (1 + (f / corner)^2). Corners are
-/// half cycles a window. `wander` is what is followed; what is not counts in the sigma of the mean.
+/// half cycles per window. `wander` is what is followed; what is not counts in the sigma of the
+/// mean.
 #[test]
 fn the_mean_counts_a_wander_that_is_not_seen() {
     let (mut holds, mut seen) = (0, 0.0);
@@ -138,7 +139,7 @@ fn a_chirp_is_found_with_its_sign() {
     }
 }
 
-/// A movement belongs to what `good` promises: the interval holds the mean frequency beside much
+/// A movement belongs to what `good` promises: the interval holds the mean frequency next to much
 /// less noise than movement.
 #[test]
 fn beside_little_noise_what_moves_is_good_and_its_mean_holds() {

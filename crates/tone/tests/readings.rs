@@ -36,7 +36,7 @@ fn as_f32(values: &[f64]) -> Vec<f32> {
     values.iter().map(|value| *value as f32).collect()
 }
 
-/// A fit of all channels in cycles a window.
+/// A fit of all channels in cycles per window.
 fn fit(values: &[f64], step: f32) -> Fit {
     let frames = (values.len() / CHANNELS_MAX) as f32;
     fit_scene(&as_f32(values), CHANNELS_MAX, &Scene::DEFAULT, |span| {
@@ -44,7 +44,7 @@ fn fit(values: &[f64], step: f32) -> Fit {
     })
 }
 
-/// Lines next to a tone that dies away are no harmonics of a third of its frequency.
+/// Lines next to a decaying tone are not harmonics of a third of its frequency.
 #[test]
 fn a_tone_that_decays_is_not_reported_at_a_fraction_of_its_frequency() {
     const FRAMES: usize = 200;
@@ -76,7 +76,7 @@ fn a_tone_that_decays_is_not_reported_at_a_fraction_of_its_frequency() {
     assert!(right >= 24, "{right} of 30");
 }
 
-/// A tone that goes as hum leaves its second harmonic, whose frequency is no good answer.
+/// A tone that is subtracted as hum leaves its second harmonic, whose frequency is a wrong answer.
 #[test]
 fn a_tone_next_to_mains_is_not_good_at_twice_its_frequency() {
     for (tone_hz, is_hidden) in [

@@ -5,7 +5,7 @@ mod common;
 use ridgetone_tone::{CHANNELS_MAX, Fit, Status};
 use std::f64::consts::TAU;
 
-/// Share of its frequency by which a tone that is named may be off.
+/// Fraction of its frequency by which a tone that is named may be off.
 const NEAR: f64 = 0.05;
 
 /// Fits two tones, cycles in the window, 20 dB above the noise, with phases of their own in each

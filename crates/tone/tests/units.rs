@@ -175,7 +175,7 @@ fn impulses_change_little() {
     }
 }
 
-/// A step is no impulse, however far off it is.
+/// A step is not an impulse, however large it is.
 #[test]
 fn what_is_no_impulse_is_left() {
     let mut stepped = noisy(FREQUENCY_HZ, 400, 1, 0.0);

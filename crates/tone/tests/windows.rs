@@ -264,7 +264,7 @@ fn impulses_are_replaced() {
     }
 }
 
-/// Where a band is given, what is outside of it is no fundamental.
+/// If a band is given, a line outside of it is not a fundamental.
 #[test]
 fn a_tone_is_looked_for_in_the_band_alone() {
     let mut even = Even(11);

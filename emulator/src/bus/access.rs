@@ -187,7 +187,7 @@ impl Bus {
         done.ok_or_else(|| self.unmodelled("a register", address))
     }
 
-    /// What an access to the flash has done.
+    /// Result of an access to the flash.
     pub fn apply(&mut self, effect: Effect) {
         self.time.cycles += effect.stall_ns * self.time.hz() / 1_000_000_000;
         self.flash_changed |= effect.has_erased;

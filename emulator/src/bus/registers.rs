@@ -75,7 +75,7 @@ impl Bus {
         }
     }
 
-    /// Reads a peripheral's register; none if it is not modelled.
+    /// Reads a peripheral's register; `None` if it is not modelled.
     pub fn register(&mut self, address: u32) -> Option<u32> {
         let (base, offset) = self.locate(address);
         let (now, ratio, line) = (self.time.cycles, self.timer_ratio(), self.line_base());
@@ -121,7 +121,7 @@ impl Bus {
         }
     }
 
-    /// Writes a peripheral's register; none if it is not modelled.
+    /// Writes a peripheral's register; `None` if it is not modelled.
     pub fn set_register(&mut self, address: u32, value: u32) -> Option<()> {
         let (base, offset) = self.locate(address);
         let (now, ratio, line) = (self.time.cycles, self.timer_ratio(), self.line_base());
@@ -222,7 +222,7 @@ impl Bus {
         Some(())
     }
 
-    /// Resets peripherals by their bits in RCC's registers; none if one is not modelled.
+    /// Resets peripherals by their bits in RCC's registers; `None` if one is not modelled.
     fn reset_peripherals(&mut self, bus: usize, bits: u32) -> Option<()> {
         let line = self.line_base();
         let known = [

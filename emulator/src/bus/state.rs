@@ -56,13 +56,13 @@ pub(crate) struct Bus {
     pub adc: Adc,
     /// CLKIO is wired to [`Wiring::clock`].
     pub clkio_is_wired: bool,
-    /// What the pin puts out, hertz, as far as the rules have seen it.
+    /// Output frequency of the pin, hertz, as far as the rules have seen it.
     pub clock_output_hz: u32,
     pub own_adc: OwnAdc,
     pub dma: Stream,
     /// Fetches what arrives on the serial line.
     pub line_dma: Stream,
-    /// What the own converter's pins are wired to.
+    /// Wiring of the own converter's pins.
     pub sensors: Stm32Adc,
     /// The first sample of them, nanoseconds since power-up.
     pub scene_zero_ns: Option<u64>,

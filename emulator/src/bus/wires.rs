@@ -194,7 +194,7 @@ impl Bus {
         }
     }
 
-    /// What TIM10 puts out on its pin, in its clocks.
+    /// Output of TIM10 on its pin, in clocks of the timer.
     fn clock_output(&self) -> Option<Wave> {
         let Pin(_, pin) = self.wiring.clock;
         let has_function = self.port(self.wiring.clock).function(pin) == Some(AF_TIM10);

@@ -205,7 +205,7 @@ fn plain_immediate(a: u16, b: u16, pc: u32) -> Op {
     }
 }
 
-/// Offset and index of a load or store with 12 or 8 bits of offset; none if the offset is a
+/// Offset and index of a load or store with 12 or 8 bits of offset; `None` if the offset is a
 /// register.
 fn offset(a: u16, b: u16) -> Option<(i16, Index)> {
     if a & 0x80 != 0 {

@@ -37,7 +37,7 @@ fn transfer(a: u16, b: u16, is_double: bool) -> Op {
     let n = (a & 15) as u8;
     let (before, up, back, is_load) = (a & 0x100 != 0, a & 0x80 != 0, a & 0x20 != 0, a & 0x10 != 0);
     if !before && !up {
-        // Bit 6 of these is no part of a register's number.
+        // Bit 6 of these is not part of a register's number.
         let (t, t2) = ((b >> 12) as u8, n);
         let t2 = if a & 0x40 == 0 {
             return Op::Undefined;

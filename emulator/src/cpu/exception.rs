@@ -19,7 +19,7 @@ const EXTENDED: u32 = 0x68;
 const ALIGNED: u32 = 1 << 9;
 
 impl Cpu {
-    /// What masks exceptions.
+    /// Masks of exceptions.
     pub fn masks(&self) -> Masks {
         Masks {
             primask: self.primask,

@@ -80,7 +80,7 @@ pub enum Float1 {
     Sqrt,
 }
 
-/// In place of a register's number: the constant zero.
+/// Instead of a register's number: the constant zero.
 pub const FLOAT_ZERO: u8 = 32;
 
 /// The register number at this place of a half word.

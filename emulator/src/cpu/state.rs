@@ -38,7 +38,7 @@ pub(crate) struct Cpu {
     pub is_asleep: bool,
     /// Instructions executed.
     pub instructions: u64,
-    /// What is decoded, by half words from the start of the flash, with the size in bytes.
+    /// Decoded instructions by half words from the start of the flash, with the size in bytes.
     pub cache: Vec<(Op, u8)>,
 }
 
@@ -68,7 +68,7 @@ impl Cpu {
         }
     }
 
-    /// Whether a condition holds.
+    /// True if a condition holds.
     pub fn holds(&self, condition: u8) -> bool {
         let base = match condition >> 1 {
             0 => self.z,

@@ -62,7 +62,7 @@ impl Cpu {
         Ok(decoded)
     }
 
-    /// Whether the instruction runs, by the IT block that it is in.
+    /// True if the instruction runs, by the IT block that it is in.
     fn advance_it(&mut self, op: Op) -> bool {
         if matches!(op, Op::It(..)) {
             return true;

@@ -228,7 +228,7 @@ impl Emulator {
         &self.bus.encoder.reads_ns
     }
 
-    /// What the converter's pin has done.
+    /// Voltages of the converter's pin so far.
     pub fn outputs(&self) -> &[Output] {
         &self.bus.dac.outputs
     }
@@ -296,7 +296,7 @@ impl Emulator {
         self.bus.dac.outputs.clear();
     }
 
-    /// Level that the firmware drives a pin to; none if the pin is no output.
+    /// Level that the firmware drives a pin to; `None` if the pin is no output.
     pub fn pin(&self, pin: Pin) -> Option<bool> {
         self.bus.port(pin).driven(pin.number())
     }

@@ -1,4 +1,4 @@
-//! What a run can wait for.
+//! Events that a run can wait for.
 
 use super::run::Emulator;
 use crate::board::Pin;

@@ -8,7 +8,7 @@ use crate::image::Image;
 /// Counts of one function, without those of the functions that it calls.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FunctionCounts {
-    /// Its name, demangled. Where the linker has merged functions it is one of theirs.
+    /// Name, demangled. Where the linker has merged functions it is one of theirs.
     pub name: String,
     /// Instructions that ran.
     pub instructions: u64,

@@ -16,7 +16,7 @@ use hal_mock::{Constant, Scene, Stm32Adc};
 /// A reset that has happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reset {
-    /// Its cause.
+    /// Cause of the reset.
     pub cause: ResetCause,
     /// When, nanoseconds since power-up.
     pub at_ns: u64,
@@ -54,7 +54,7 @@ impl Emulator {
         let wiring = board.wiring();
         let mut adc = start.adc;
         if start.clkio_is_wired {
-            // None yet.
+            // No clock on CLKIO yet.
             adc.clock_hz = 0;
         }
         let (chip, sensors): (Box<dyn Scene>, Box<dyn Scene>) = if wiring.inputs.is_empty() {

@@ -1,4 +1,4 @@
-//! How a run begins.
+//! Start of a run.
 
 use hal_mock::{Amplifier, Options};
 

@@ -5,7 +5,7 @@ const EN1: u32 = 1;
 const BOFF1: u32 = 1 << 1;
 const TEN1: u32 = 1 << 2;
 
-/// What the pin does from a moment on.
+/// Output of the pin from a time on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Output {
     /// When, nanoseconds since power-up.

@@ -122,7 +122,7 @@ impl Stream {
         *self = Self::of(self.source);
     }
 
-    /// Its interrupt's number (RM0090, table 61).
+    /// Interrupt's number (RM0090, table 61).
     pub const fn irq(&self) -> u16 {
         match self.source.number {
             0 => 56,
@@ -152,7 +152,7 @@ impl Stream {
         enabled.into_iter().any(is_up)
     }
 
-    /// Transfers until the next that raises an interrupt; none if none will.
+    /// Transfers until the next that raises an interrupt; `None` if none will.
     pub fn transfers_to_event(&self) -> Option<u64> {
         let half = self.count / 2;
         let to_half = (self.cr & HTIE != 0 && self.left > half).then(|| self.left - half);
@@ -336,5 +336,5 @@ impl Stream {
     }
 }
 
-/// A broken rule, if one is.
+/// A broken rule, if any.
 pub type Broken = Option<(Rule, String)>;

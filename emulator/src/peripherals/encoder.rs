@@ -48,12 +48,12 @@ impl Encoder {
         };
     }
 
-    /// Whether it runs.
+    /// True if it runs.
     pub fn is_on(&self) -> bool {
         self.cr1 & CEN != 0
     }
 
-    /// Whether edges reach the counter.
+    /// True if edges reach the counter.
     fn counts(&self) -> bool {
         self.is_on() && self.smcr == BOTH_CHANNELS && self.ccmr1 & 0x0303 == INPUTS
     }

@@ -16,7 +16,7 @@ impl Exti {
         self.pending |= self.falling & 1 << line;
     }
 
-    /// Whether a line's interrupt is requested.
+    /// True if a line's interrupt is requested.
     pub fn is_requested(&self, line: u8) -> bool {
         self.pending & self.mask & 1 << line != 0
     }

@@ -36,7 +36,7 @@ pub struct Flash {
     optcr: u32,
 }
 
-/// What an access has done.
+/// Result of an access.
 #[derive(Default)]
 pub struct Effect {
     pub stall_ns: u64,

@@ -45,7 +45,7 @@ impl Gpio {
         self.moder >> (2 * pin) & 3
     }
 
-    /// The level that an output drives; none for other pins.
+    /// The level that an output drives; `None` for other pins.
     pub fn driven(&self, pin: u8) -> Option<bool> {
         (self.mode(pin) == 1).then(|| self.odr >> pin & 1 != 0)
     }

@@ -14,7 +14,7 @@ pub struct Iwdg {
     /// When PR and RLR have arrived, nanoseconds.
     updated_ns: [u64; 2],
     fed_ns: u64,
-    /// How often it was fed.
+    /// Number of times that it was fed.
     pub feeds: u64,
 }
 

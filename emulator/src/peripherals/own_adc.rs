@@ -95,7 +95,7 @@ impl OwnAdc {
         SAMPLING[(register >> (3 * place) & 7) as usize]
     }
 
-    /// When so many conversions from now on are ready, cycles; none if there are not so many.
+    /// When so many conversions from now on are ready, cycles; `None` if there are not so many.
     pub fn ready_after(&self, conversions: u64, tick: u64) -> Option<u64> {
         let (mut place, mut at) = self.converts?;
         for left in (0..conversions).rev() {

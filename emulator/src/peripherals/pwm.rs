@@ -27,7 +27,7 @@ impl Default for Pwm {
     }
 }
 
-/// What the channel puts out, in clocks of the timer.
+/// Output of the channel, in clocks of the timer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wave {
     pub period: u32,

@@ -62,11 +62,11 @@ pub struct Rcc {
     pub hsi_hz: u64,
     /// HSE does not run, and never starts.
     pub hse_is_dead: bool,
-    /// From the next reset on HSE does not start.
+    /// HSE does not start after the next reset.
     pub hse_dies: bool,
 }
 
-/// What a write has changed.
+/// Effect of a write.
 #[derive(Default)]
 pub struct Changed {
     pub clocks: bool,
@@ -107,7 +107,7 @@ impl Rcc {
         };
     }
 
-    /// Whether a peripheral's clock is on.
+    /// True if a peripheral's clock is on.
     pub fn is_on(&self, bus: usize, bit: u32) -> bool {
         self.enabled[bus] >> bit & 1 != 0
     }
@@ -136,7 +136,7 @@ impl Rcc {
         is_on
     }
 
-    /// Whether the clock security system's flag requests the NMI.
+    /// True if the clock security system's flag requests the NMI.
     pub fn requests_nmi(&self) -> bool {
         self.has_failed
     }

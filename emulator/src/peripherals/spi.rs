@@ -43,12 +43,12 @@ impl Spi {
         };
     }
 
-    /// Whether it is on.
+    /// True if it is on.
     pub fn is_on(&self) -> bool {
         self.cr1 & SPE != 0
     }
 
-    /// Whether it is a master in mode 0 that sends bytes, most significant bit first, both ways.
+    /// True if it is a master in mode 0 that sends bytes, most significant bit first, both ways.
     pub fn fits_adc(&self) -> bool {
         self.cr1 & (CPHA | CPOL | MSTR | LSBFIRST | 0xFC00) == MSTR
     }
@@ -58,7 +58,7 @@ impl Spi {
         2 << (self.cr1 >> 3 & 7)
     }
 
-    /// Whether a byte is under way.
+    /// True if a byte is under way.
     pub fn is_busy(&self) -> bool {
         self.shifting.is_some() || self.waiting.is_some()
     }

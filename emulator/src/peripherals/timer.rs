@@ -43,7 +43,7 @@ impl Timer {
         *self = Self::new(self.top);
     }
 
-    /// Whether it runs with a reload register that nobody has written.
+    /// True if it runs with a reload register that nobody has written.
     pub fn runs_unset(&self) -> bool {
         self.cr1 & CEN != 0 && !self.is_arr_written
     }
@@ -69,7 +69,7 @@ impl Timer {
         }
     }
 
-    /// Whether each wrap triggers something else.
+    /// True if each wrap triggers something else.
     pub fn triggers(&self) -> bool {
         self.cr2 == MMS_UPDATE
     }

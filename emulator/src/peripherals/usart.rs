@@ -191,7 +191,7 @@ impl Usart {
             | flag(self.is_complete, TC)
     }
 
-    /// Whether its interrupt is requested: TXE, TC, IDLE, or RXNE and ORE, as CR1 enables them.
+    /// True if its interrupt is requested: TXE, TC, IDLE, or RXNE and ORE, as CR1 enables them.
     pub fn is_requested(&self) -> bool {
         let status = self.status();
         let enabled = self.cr[0] & (TXE | TC | RXNE | IDLE);

@@ -1,9 +1,9 @@
-//! Its registers.
+//! Registers of the system control space.
 
 use super::state::{FIRST_IRQ, Scs, numbers};
 
 impl Scs {
-    /// Reads a word of the control space; none if it is not modelled.
+    /// Reads a word of the control space; `None` if it is not modelled.
     pub fn read(&self, address: u32) -> Option<u32> {
         let word = |bits: u128, from: u32| (bits >> FIRST_IRQ >> ((address - from) * 8)) as u32;
         Some(match address {
@@ -46,7 +46,8 @@ impl Scs {
         }))
     }
 
-    /// Writes to the control space, a word or a byte of the priorities; none if it is not modelled.
+    /// Writes to the control space, a word or a byte of the priorities; `None` if it is not
+    /// modelled.
     pub fn write(&mut self, address: u32, bytes: u32, value: u32) -> Option<()> {
         let bits = |from: u32| u128::from(value) << FIRST_IRQ << ((address - from) * 8);
         match address {

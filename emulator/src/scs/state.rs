@@ -10,7 +10,7 @@ pub(crate) const HARD_FAULT: u16 = 3;
 /// (RM0090, table 61).
 const EXCEPTIONS: usize = 113;
 
-/// What masks exceptions.
+/// Masks of exceptions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Masks {
     pub primask: bool,
@@ -21,7 +21,7 @@ pub(crate) struct Masks {
 /// Counts of one interrupt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Served {
-    /// How often it ran.
+    /// Number of times that it ran.
     pub times: u64,
     /// Longest wait from pending to its first instruction, cycles.
     pub longest_wait_cycles: u64,
@@ -41,7 +41,7 @@ pub struct Served {
     pub served_before: u64,
 }
 
-/// Its state.
+/// State of the system control space.
 pub(crate) struct Scs {
     /// Bit n: exception n.
     pub enabled: u128,
@@ -143,7 +143,7 @@ impl Scs {
         self.vtor
     }
 
-    /// Whether code may use the floating-point unit.
+    /// True if code may use the floating-point unit.
     pub fn has_float(&self) -> bool {
         self.cpacr >> 20 & 15 == 15
     }
@@ -249,7 +249,7 @@ impl Scs {
         }
     }
 
-    /// Whether a fault of priority -1 can be taken; if not, the processor locks up.
+    /// True if a fault of priority -1 can be taken; if not, the processor locks up.
     pub fn can_take_hard_fault(&self, masks: Masks) -> bool {
         self.running() > -1 && !masks.faultmask
     }
@@ -275,7 +275,7 @@ impl Scs {
         (self.priority_of(best) < limit).then_some(best)
     }
 
-    /// Whether WFI ends: PRIMASK does not count (DDI 0403E, B1.5.19).
+    /// True if WFI ends: PRIMASK does not count (DDI 0403E, B1.5.19).
     pub fn wakes(&self, masks: Masks) -> bool {
         self.next(Masks {
             primask: false,

@@ -40,7 +40,7 @@ pub enum Fault {
     Reference { volts: f64 },
     /// Another error of the clock in parts per million; positive is fast.
     Clock { error_ppm: f64 },
-    /// AIN`input` is held at a voltage in place of that of the scene.
+    /// AIN`input` is held at a voltage instead of that of the scene.
     Input { input: u8, volts: f64 },
 }
 
@@ -84,7 +84,7 @@ impl Faults {
         sum
     }
 
-    /// The byte that arrives in place of `dout`.
+    /// The byte that arrives instead of `dout`.
     pub(crate) fn on_dout(&self, dout: u8) -> u8 {
         self.dout_stuck
             .map_or(dout, |high| if high { 0xFF } else { 0x00 })

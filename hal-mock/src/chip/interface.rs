@@ -98,7 +98,8 @@ impl Ads1258 {
     fn answer(&mut self, din: u8) -> u8 {
         let (dout, next) = match self.interface.state {
             State::FrameStart => match din >> 5 {
-                // C[2:0] = 000 and 111 are no command: a direct read, whose data come at once.
+                // C[2:0] = 000 and 111 are not a command but a direct read, whose data come at
+                // once.
                 0b000 | 0b111 => {
                     self.result_read_begins();
                     let at = if self.registers.bit(STAT) { 0 } else { 1 };

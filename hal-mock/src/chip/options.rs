@@ -70,7 +70,7 @@ pub struct Options {
     /// Clock cycles by which the first result after sleep (IDLMOD = 1) is later. Not in the
     /// sources; default 0.
     pub sleep_wake_cycles: u64,
-    /// Whether the interface's time-out counts from the frame's start though SCLK runs, as some
+    /// True if the interface's time-out counts from the frame's start though SCLK runs, as some
     /// have met it (TI's forum, 1213439), or from the byte before; not specified. Default no.
     pub timeout_from_frame_start: bool,
     /// Faults to inject while it runs, by scene time. Default none.

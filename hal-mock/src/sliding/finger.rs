@@ -72,7 +72,7 @@ pub struct Finger {
     pub sensitivity: f64,
     /// Sensitivity to normal strain relative to that for shear, >= 0. Default 0.5: plausible.
     pub normal_share: f64,
-    /// Greatest relative deviation of a sensitivity from the others', 0 to 0.99. Default 0.15:
+    /// Maximum relative deviation of a sensitivity from the others', 0 to 0.99. Default 0.15:
     /// plausible.
     pub spread: f64,
     /// Supply of the quarter bridges in V, > 0. Default 5 (paper, section 2.3).
@@ -80,7 +80,7 @@ pub struct Finger {
     /// Completing resistor in ohm, > 0. Default 820 (paper, section 2.3), as are the piezoresistors
     /// on the average.
     pub resistor_ohm: f64,
-    /// Greatest deviation of a piezoresistor from that, relative, 0 to 0.99. Default 0.02:
+    /// Maximum deviation of a piezoresistor from that, relative, 0 to 0.99. Default 0.02:
     /// plausible.
     pub resistance_spread: f64,
     /// Capacitor next to it in uF, > 0. Default 1 (paper, section 2.3): a pole near 390 Hz.

@@ -17,7 +17,7 @@ pub struct Stimulator {
     pub ripple_percent: f64,
     /// Frequency of the ripple in hertz, > 0. Default 5.
     pub ripple_hz: f64,
-    /// Greatest time by which the slide begins early or late, in seconds, 0 to `hold_before_s`.
+    /// Maximum time by which the slide begins early or late, in seconds, 0 to `hold_before_s`.
     /// Default 0.
     pub onset_jitter_s: f64,
 }
@@ -48,7 +48,7 @@ impl Default for Stimulator {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Hand {
-    /// Greatest speed in mm/s, > 0. Default 197.
+    /// Maximum speed in mm/s, > 0. Default 197.
     pub peak_mm_s: f64,
     /// Swings to and fro a second, in hertz, > 0. Default 1.07.
     pub swing_hz: f64,

@@ -1,6 +1,6 @@
 //! The ranges of a scene's parameters.
 
-/// Greatest size of any parameter, and the reciprocal of the least of one that is positive: no
+/// Maximum size of any parameter, and the reciprocal of the least of one that is positive: no
 /// thing or motion has such a one in its own unit, and products of a few of them are still numbers.
 const MAX: f64 = 1e6;
 

@@ -218,7 +218,7 @@ impl Samples {
     }
 }
 
-/// Seconds of a unit of time, by its name; none if it is not known.
+/// Seconds of a unit of time, by its name; `None` if it is not known.
 #[pyfunction]
 pub fn time_unit(unit: &str) -> Option<f64> {
     tables::per_second(unit).map(f64::recip)
@@ -230,7 +230,7 @@ pub fn is_time(name: &str) -> bool {
     tables::is_time(name)
 }
 
-/// Seconds of the unit that the name of a time declares; none if it declares none. A unit that is
+/// Seconds of the unit that the name of a time declares; `None` if it declares none. A unit that is
 /// not known is refused.
 #[pyfunction]
 pub fn declared_unit(name: &str) -> PyResult<Option<f64>> {

@@ -63,7 +63,7 @@ impl Board {
         py.detach(open).map_err(raised)
     }
 
-    /// The next event within `most_s` seconds: its kind and its text. None if nothing came.
+    /// The next event within `most_s` seconds: its kind and its text. `None` if nothing came.
     fn next(&self, py: Python<'_>, most_s: f64) -> PyResult<Option<(&'static str, String)>> {
         let most = Duration::try_from_secs_f64(most_s).unwrap_or_default();
         py.detach(|| self.heard(most)).map_err(raised)

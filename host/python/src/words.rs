@@ -38,7 +38,7 @@ const ARGUMENTS: [(&str, &str, Value); 25] = [
     ("--emulated", "source=\"emulated\"", Value::Text),
 ];
 
-/// A message with arguments in place of options. Commands to type stay as they are.
+/// A message with arguments instead of options. Commands to type stay as they are.
 pub fn of_python(message: &str) -> String {
     let part = |part: &str| match part.starts_with("ridgetone ") {
         true => part.to_owned(),

@@ -330,7 +330,7 @@ pub fn settings(file: Option<PathBuf>, changes: &str) -> PyResult<String> {
         .map_err(raised)
 }
 
-/// The messages of a recording but its raw frames, a JSON object each. None of a table.
+/// The messages of a recording but its raw frames, a JSON object each. `None` of a table.
 #[pyfunction]
 pub fn messages(py: Python<'_>, path: PathBuf) -> PyResult<Option<Vec<String>>> {
     py.detach(|| events_of(&path)).map_err(raised)

@@ -1,4 +1,4 @@
-"""The command beside the package, and recordings of every kind."""
+"""The command next to the package, and recordings of every kind."""
 
 import json
 import os

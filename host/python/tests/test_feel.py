@@ -1,4 +1,4 @@
-"""Firing of mechanoreceptors: the paper's numbers, closed forms, and uncertainties beside the scatter of many runs."""
+"""Firing of mechanoreceptors: the paper's numbers, closed forms, and uncertainties next to the scatter of many runs."""
 
 import json
 import subprocess

@@ -12,7 +12,7 @@ from jsonschema import Draft202012Validator
 
 SCHEMAS = json.loads((ROOT / "host/src/events/schema.json").read_text())
 
-# What it says of a setting that is refused is beside the described fields.
+# The description of a refused setting is not among the fields.
 OPEN = {"reply"}
 
 

@@ -1,4 +1,4 @@
-"""Frames of the simulated finger beside the command's, and what is told of them beside the frames themselves."""
+"""Frames of the simulated finger next to the command's, and what is told of them next to the frames themselves."""
 
 import tomllib
 from collections.abc import Callable
@@ -91,7 +91,7 @@ def test_random_channels_have_the_amplitudes_that_are_told() -> None:
 
 
 def test_the_converters_noise_is_the_data_sheets() -> None:
-    # SBAS297G: 4.5 uV rms at the scan's data rate, beside a finger without noise.
+    # SBAS297G: 4.5 uV rms at the scan's data rate, next to a finger without noise.
     scene = {"finger": {"noise_uv": 0.0}, "idle_s": 5.0}
     by = [rt.simulate(scene, converter=converter) for converter in (True, False)]
     idle = [one.values[one.time_s < 4.9] for one in by]

@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 pub struct Plan {
     /// Time to watch for losses, seconds of the board's clock.
     pub length_s: f64,
-    /// Whether to store settings, restart the board, and restore them.
+    /// True to store settings, restart the board, and restore them.
     pub stores: bool,
     /// Connection of the analog inputs.
     pub inputs: Inputs,

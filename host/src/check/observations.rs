@@ -70,7 +70,7 @@ pub struct Watched {
     pub has_restarted: bool,
 }
 
-/// The default plan was in force in place of the board's own.
+/// The default plan was in force instead of the board's own.
 #[derive(Clone, Debug)]
 pub struct Lent {
     /// The board's own plan.

@@ -151,7 +151,7 @@ impl Feed {
         Ok(())
     }
 
-    /// When the packet that [`next`](Self::next) gave last was received; none of a recording that
+    /// When the packet that [`next`](Self::next) gave last was received; `None` of a recording that
     /// does not say it.
     pub fn receipt(&self) -> Option<Receipt> {
         self.receipt

@@ -33,7 +33,7 @@ pub struct Following {
     requester: Requester,
     /// Whether raw frames come, or why not.
     pub raw: RawFrames,
-    /// The board's answer to [`Self::set`]; none before it has come.
+    /// The board's answer to [`Self::set`]; `None` before it has come.
     pub settings_reply: Option<SettingsReply>,
     /// Answers so far.
     answers: u32,

@@ -23,7 +23,7 @@ pub trait Source {
     /// Waits for the next event, at most for `most`. Nobody calls it after [`FeedEvent::Over`].
     fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>>;
 
-    /// When the latest data were received; none of a recording that does not say it.
+    /// When the latest data were received; `None` of a recording that does not say it.
     fn receipt(&self) -> Option<Receipt> {
         Some(Receipt::now(self.byte_s()))
     }

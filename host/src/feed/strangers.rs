@@ -37,7 +37,7 @@ impl Strangers {
         }
     }
 
-    /// What the bytes are most likely, and what to do; none before there are enough of them.
+    /// What the bytes are most likely, and what to do; `None` before there are enough of them.
     pub fn what(&self) -> Option<String> {
         let Self {
             bytes, printable, ..

@@ -74,7 +74,7 @@ impl Fitted {
     }
 }
 
-/// Where the rows are along the axis of the fit.
+/// Position of the rows along the axis of the fit.
 fn positions_of_rows(
     part: &Part,
     grid: &Grid,
@@ -149,7 +149,7 @@ fn add_fit(strip: &mut Strip, close: &RangeInclusive<f64>, fit: &TableFit) {
     strip.explained = (all > 0.0).then(|| (1.0 - squares / all).clamp(0.0, 1.0));
 }
 
-/// Greatest distance between two values; 1 if all are alike.
+/// Maximum distance between two values; 1 if all are alike.
 fn span(points: &Points) -> f64 {
     let values = || points.iter().map(|(_, value)| *value);
     let span = values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min);

@@ -29,7 +29,7 @@ struct Series<'a> {
     variance: f64,
 }
 
-/// The panel; none if there is nothing to analyse.
+/// The panel; `None` if there is nothing to analyse.
 pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
     let half_rate = 0.5 * fitted.density;
     let tone = fit.tone.frequency().map(|found| found.value);

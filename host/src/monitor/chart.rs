@@ -11,11 +11,11 @@ use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 use ridgetone_proto::telemetry::Status;
 
-/// Minimum height of the chart, as a share of the frequency: magnified further, a millionth would
-/// look like noise.
+/// Minimum height of the chart, as a fraction of the frequency: magnified further, a millionth
+/// would look like noise.
 const LEAST_SHARE: f64 = 1e-4;
 
-/// Margin above and below, as a share of the height.
+/// Margin above and below, as a fraction of the height.
 const MARGIN: f64 = 0.1;
 
 /// Dots of a bar of uncertainty: more than the chart has rows of dots.

@@ -1,4 +1,4 @@
-//! What the screen shows, and the keys that change it.
+//! State of the screen, and the keys that change it.
 
 use crate::feed::RawFrames;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};

@@ -7,7 +7,7 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether existing files may be replaced, as `--force` says.
+/// True if existing files may be replaced, as `--force` says.
 static IS_FORCED: AtomicBool = AtomicBool::new(false);
 
 /// Existing files may be replaced from now on.

@@ -21,7 +21,7 @@ pub struct Message {
     pub json: String,
     /// Time of the event, nanoseconds since 1970.
     pub time_ns: u64,
-    /// Number on its topic; none for a message to one sink alone.
+    /// Number on its topic; `None` for a message to one sink alone.
     pub index: Option<u64>,
     /// True if the message is valid until the next one of its topic and type: a greeting with the
     /// settings, a texture, a health.

@@ -205,7 +205,7 @@ impl Mqtt {
                     flight.borrow_mut().write(packet)
                 }
                 Ok(Ok(_)) => {}
-                // Its text has those of its sources in it.
+                // The error's text includes its sources.
                 Ok(Err(error)) => return Error::msg(error.to_string()),
                 Err(_) => return Error::msg("the broker does not answer"),
             }

@@ -66,7 +66,7 @@ pub fn json(topic: Topic) -> Value {
     })
 }
 
-/// A schema without `null` next to another type. None of a list of lists, which viewers refuse to
+/// A schema without `null` next to another type. `None` of a list of lists, which viewers refuse to
 /// read.
 fn of_one_type(schema: &Value) -> Option<Value> {
     let mut one = schema.clone();

@@ -6,7 +6,7 @@ use ridgetone_proto::settings::{Kind, Setting, Settings, TABLE, Value as Found};
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
-/// Puts what is given in place of what is there, table by table.
+/// Puts what is given instead of what is there, table by table.
 pub fn merge(all: &mut Table, given: Table) {
     for (name, value) in given {
         match (all.get_mut(&name), value) {

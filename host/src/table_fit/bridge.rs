@@ -6,7 +6,7 @@ const REACH: usize = 5;
 /// Maximum number of readings in a row that are bridged: of more the noise would be many times that
 /// of a real one.
 const RUN_MAX: f64 = 3.0;
-/// A channel with a larger share of missing readings is left as it is.
+/// A channel with a larger fraction of missing readings is left as it is.
 const SHARE_MAX: f64 = 0.5;
 /// Cycles a frame up to which a cubic follows a tone: it is off by 6 % of the amplitude there, and
 /// by two thirds of it at twice that.

@@ -9,7 +9,7 @@ use ridgetone_tone::{
     Delays, Fit, Fitter, FrameSpan, HARMONICS_MAX, OtherTone, Scene, Status, Table,
 };
 
-/// Blank cells are bridged where less than this share of the rows has all readings.
+/// Blank cells are bridged where less than this fraction of the rows has all readings.
 const WHOLE_SHARE_MIN: f64 = 0.95;
 
 /// Other readings of an ambiguous tone are below this fraction of it, or above its inverse.

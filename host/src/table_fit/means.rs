@@ -18,7 +18,7 @@ impl Scaled {
     /// One frame for each `slots`, about the same centre.
     pub fn thinned(&self, slots: usize) -> Self {
         let count = self.values.len() / slots;
-        // Twice the place of the first frame, so that it is whole.
+        // Twice the position of the first frame, which is a whole number.
         let first_twice = (self.values.len() - 1) - (count - 1) * slots;
         let half = ZEROS * slots;
         let weights: Vec<f64> = (0..=2 * half + 1)

@@ -95,7 +95,7 @@ fn tone(found: &TableFit) -> (f64, f64) {
 
 /// Shares of files.
 struct Shares {
-    /// Those that are good.
+    /// Good estimates.
     good: f64,
     /// Good ones whose interval of 1.96 sigma holds the truth.
     held: f64,

@@ -28,7 +28,7 @@ pub enum Kind {
 pub struct Numbers {
     /// Columns are separated by commas, so that an unquoted cell has none.
     pub is_comma_separator: bool,
-    /// What has stood before decimals so far.
+    /// Decimal separators so far.
     decimals: Cell<Option<u8>>,
 }
 
@@ -40,7 +40,7 @@ impl Numbers {
         }
     }
 
-    /// The number in a cell, NaN where it is missing; none where it is no number.
+    /// The number in a cell, NaN where it is missing; `None` where it is not a number.
     #[inline]
     pub fn number(&self, cell: &str) -> Option<f64> {
         let value = match cell.parse::<f64>() {

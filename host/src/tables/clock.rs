@@ -38,7 +38,7 @@ pub struct RowClock {
 }
 
 impl RowClock {
-    /// A clock for rows with stamps that begin with `head`, in seconds. None of fewer than two.
+    /// A clock for rows with stamps that begin with `head`, in seconds. `None` of fewer than two.
     pub fn new(head: &[f64]) -> Option<Self> {
         let apart = APART.min(head.len().saturating_sub(1));
         let mut spans: Vec<f64> = head

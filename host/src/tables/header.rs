@@ -107,7 +107,7 @@ fn fitting(line: &HeadLine, width: usize) -> Option<Vec<String>> {
     (names.len() == width && line.count(Kind::Text) > 0).then_some(names)
 }
 
-/// Whether a line under the names gives units, or repeats one word: in brackets, of a time, or with
+/// True if a line under the names gives units, or repeats one word: in brackets, of a time, or with
 /// numbers.
 fn is_units(line: &HeadLine) -> bool {
     let mut cells = line.cells.iter().filter(|cell| !cell.is_empty());

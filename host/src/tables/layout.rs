@@ -42,9 +42,9 @@ pub struct Layout {
     pub ends: LineEnds,
     /// Lines in front of `byte`.
     pub lines_before: u64,
-    /// Where the header is; none if there is none.
+    /// Where the header is; `None` if there is none.
     pub header_line: Option<u64>,
-    /// The column that is the time and its unit, none if nothing says it.
+    /// The column that is the time and its unit, `None` if nothing says it.
     pub time: Option<(usize, Option<Unit>)>,
     /// The column that looks most like a time among those that are none, and the units in which
     /// that is plausible, the best first.

@@ -77,7 +77,7 @@ impl Look {
         self.is_whole && self.is_steady && self.step == 1.0
     }
 
-    /// Whether it may be days since 1900, as spreadsheets count them, or since the year 0, as
+    /// True if it may be days since 1900, as spreadsheets count them, or since the year 0, as
     /// MATLAB does: rows that would come at a very high rate in seconds.
     pub fn may_be_days(&self) -> bool {
         let is_date = (20_000.0..80_000.0).contains(&self.first)
@@ -88,7 +88,7 @@ impl Look {
     /// Units in a second of a number that counts from 1970.
     pub fn epoch(&self) -> Option<f64> {
         let is_now = |per_second: &f64| EPOCH_S.contains(&(self.first / per_second));
-        // A number of seconds might be one of microseconds since a board's start.
+        // A number that looks like seconds since 1970 may be microseconds since a board's start.
         [1e3, 1e6, 1e9].into_iter().find(is_now)
     }
 }

@@ -28,7 +28,7 @@ const MISSING: [&str; 5] = ["nan", "null", "none", "inf", "ovf"];
 #[derive(Clone, Debug, PartialEq)]
 pub struct Form {
     has_stamp: bool,
-    /// Names of the numbers, with their units in brackets; none if no text names them.
+    /// Names of the numbers, with their units in brackets; `None` if no text names them.
     names: Option<Vec<String>>,
     count: usize,
     /// The line above the first one in this form, if it names the columns.

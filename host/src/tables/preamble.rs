@@ -75,7 +75,7 @@ pub struct Stated {
     pub line: String,
 }
 
-/// The rate that lines state; none if they state none, or several that differ.
+/// Rate that the lines state; `None` if they state none, or several different ones.
 pub fn stated(text: &str) -> Option<Stated> {
     let mut found: Option<Stated> = None;
     for line in text.lines() {

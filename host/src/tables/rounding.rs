@@ -10,7 +10,7 @@ const DECIMALS_MAX: i32 = 6;
 pub struct Spacing {
     /// Standard deviation of the spacing, seconds.
     pub sigma_s: f64,
-    /// Whether some even spacing puts every row within the rounding of its stamp.
+    /// True if some even spacing puts every row within the rounding of its stamp.
     pub is_even: bool,
 }
 
@@ -121,7 +121,7 @@ fn corners(time_s: &[f64], places: &[usize]) -> Vec<Stamp> {
     below
 }
 
-/// Step of the stamps' last decimal, seconds; none if they have too many decimals to be rounded.
+/// Step of the stamps' last decimal, seconds; `None` if they have too many decimals to be rounded.
 fn resolution_s(time_s: &[f64]) -> Option<f64> {
     let is_multiple = |decimals: &i32| {
         let steps = 10f64.powi(*decimals);

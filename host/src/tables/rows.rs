@@ -354,7 +354,7 @@ impl<'a> Rows<'a> {
                 while count + next == self.ahead.len() && reads(self, next)? {
                     next = shared(self, count);
                 }
-                // The one after it may be the last, and cut off.
+                // The next line may be the last one, and cut off.
                 if self.ahead.len() > count + next {
                     next
                 } else {
@@ -399,7 +399,7 @@ impl<'a> Rows<'a> {
         Ok(f64::NAN)
     }
 
-    /// At the end: a file of which most lines are no rows has another layout.
+    /// Refuses a file most of whose lines are not rows: its layout is another one.
     fn check_skipped(&mut self) -> Result<(), FileError> {
         if self.skipped >= self.rows
             && let Some(error) = self.first_skipped.take()

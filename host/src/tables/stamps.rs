@@ -49,7 +49,7 @@ impl Stamps {
         }
     }
 
-    /// Seconds of the next row's stamp; none if the cell holds no time.
+    /// Seconds of the next row's stamp; `None` if the cell holds no time.
     pub fn seconds(&mut self, cell: &str, numbers: &Numbers) -> Option<f64> {
         let (read, per_second) = match self.unit {
             Unit::PerSecond(per_second) => {

@@ -30,7 +30,7 @@ const TIME_WORDS: [&str; 18] = [
 /// Units that a time may be given in.
 pub const UNITS: &str = "s, ms, us, ns, min, h or d";
 
-/// Names that are a time as a whole, and also something else: a minimum, a height.
+/// Names of a time that may also mean something else: a minimum, a height.
 const TIME_NAMES_IF_STEADY: [&str; 9] = [
     "min", "minutes", "h", "hr", "hours", "d", "days", "s", "sec",
 ];
@@ -55,7 +55,7 @@ const TIME_NAMES: [(&str, Option<f64>); 11] = [
 pub enum TimeColumn {
     /// There is no time column.
     Nothing,
-    /// The one of this name, with how many of its units are a second; none if its name or its
+    /// The one of this name, with how many of its units are a second; `None` if its name or its
     /// numbers have to say.
     Named(String, Option<f64>),
 }

@@ -9,7 +9,7 @@ use hal_mock::printable;
 use serde::Serialize;
 use std::sync::Arc;
 
-/// What the paths of `view` are served from.
+/// State behind the paths of `view`.
 #[derive(Clone)]
 pub struct App {
     pub hub: Arc<Hub>,

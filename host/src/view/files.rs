@@ -14,7 +14,7 @@ macro_rules! js {
 /// A file of a page: name, type, content.
 pub type File = (&'static str, &'static str, &'static str);
 
-/// What all pages look like.
+/// Style sheet of all pages.
 pub const STYLE: File = (
     "/view.css",
     "text/css; charset=utf-8",

@@ -57,7 +57,7 @@ struct Inner {
     live: Live,
     /// Why there are no raw frames, if there is a reason.
     no_raw: Option<String>,
-    /// Whether there is a board that takes settings.
+    /// True if there is a board that takes settings.
     can_set: bool,
     /// Settings that a page has sent, for [`Hub::wanted`].
     wanted: Option<Settings>,
@@ -78,7 +78,7 @@ struct Inner {
     sent_restarts: u32,
     spectrum: Option<Spectrum>,
     spectrum_made: Option<Instant>,
-    /// Whether raw frames arrived after the spectrum was made.
+    /// True if raw frames arrived after the spectrum was made.
     spectrum_is_old: bool,
     curves: Option<Curves>,
     /// Device time of the estimate that the curves show.
@@ -218,7 +218,7 @@ impl Hub {
         self.lock().wanted.take()
     }
 
-    /// Takes a board that a page has connected, in place of what was followed.
+    /// Takes a board that a page has connected, instead of what was followed.
     pub fn connect(&self, board: Feed) {
         self.lock().board = Some(board);
     }
@@ -256,7 +256,7 @@ impl Hub {
             .recorder(path, &inner.live.now.source, inner.live.hello())
     }
 
-    /// Whether a page or a program looks, or something is recorded.
+    /// True if a page or a program looks, or something is recorded.
     pub fn is_watched(&self) -> bool {
         let inner = self.lock();
         let looked = inner.looked.is_some_and(|looked| looked.elapsed() < LOOKED);
@@ -293,7 +293,7 @@ pub fn state_of(live: Live) -> Result<String> {
     .state(0)
 }
 
-/// What an analysis of the latest frames has changed.
+/// Changes by an analysis of the latest frames.
 #[derive(Clone, Copy)]
 struct Analysed {
     has_new_spectrum: bool,

@@ -27,10 +27,10 @@ pub struct Common<'a> {
     pub update: u64,
     pub status: String,
     pub no_raw: Option<&'a str>,
-    /// What helps against the latest estimate's status, and what is remarkable about it.
+    /// Advice on the latest estimate's status, and remarks on it.
     pub remarks: Vec<String>,
     pub can_set: bool,
-    /// What became of the latest settings that a page sent.
+    /// Outcome of the latest settings that a page sent.
     pub settings_reply: Option<&'a SettingsReply>,
     /// Length of the recording that is being made, seconds.
     pub recording_s: Option<f64>,

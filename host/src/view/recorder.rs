@@ -28,7 +28,7 @@ pub struct Latest {
 impl Latest {
     pub fn push(&mut self, packet: &Packet, receipt: Option<Receipt>) {
         if self.starts.take(&packet.event) {
-            // Its clock begins at zero.
+            // The recording's clock begins at zero.
             self.packets.clear();
         }
         while self.packets.len() >= LATEST_MAX
@@ -91,7 +91,7 @@ impl Recorder {
         format!("{source}-{from_s:.1}s-{until_s:.1}s.rec")
     }
 
-    /// Whether there is anything on it.
+    /// True if there is anything on it.
     pub fn is_empty(&self) -> bool {
         self.file.is_none()
     }

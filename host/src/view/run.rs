@@ -21,22 +21,22 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// What to do with a run without a slide.
+/// Advice on a run without a slide.
 const BY_HAND: &str = "select a part of the recording";
 
-/// Greatest size in memory of a run that a page opens, bytes: 3.5 hours of raw frames.
+/// Maximum size in memory of a run that a page opens, bytes: 3.5 hours of raw frames.
 const MAX_BYTES: usize = 256 << 20;
 
-/// How a file becomes a run.
+/// Conversion of a file into a run.
 #[derive(Clone, Debug)]
 pub struct How {
-    /// Settings in place of those of its board.
+    /// Settings instead of those of its board.
     pub settings: Option<Settings>,
     /// Rows per second of a table that does not state its times.
     pub rate_hz: Option<f64>,
-    /// Whether it was recorded here, so that its file goes with the command.
+    /// True if it was recorded here, so that its file goes with the command.
     pub is_recorded: bool,
-    /// Greatest size in memory, bytes.
+    /// Maximum size in memory, bytes.
     pub max_bytes: usize,
 }
 
@@ -75,7 +75,7 @@ pub struct Run {
     /// A remark if frames were left out.
     remark: Option<String>,
     starts: Starts,
-    /// Greatest size in memory.
+    /// Maximum size in memory.
     max_bytes: usize,
 }
 
@@ -109,7 +109,7 @@ struct Fitted<'a> {
     fit: fit_report::Fit<'a>,
     /// Names and values, as `fit` prints them.
     lines: Vec<(&'static str, String)>,
-    /// What was guessed of how the file is written.
+    /// Guesses about the file's format.
     remark: Option<&'a str>,
 }
 
@@ -135,7 +135,7 @@ impl Run {
         Ok(run)
     }
 
-    /// An error with the name that people know, instead of the path.
+    /// Replaces the path in an error by the name that the user knows.
     fn with_name(&self, error: &Error) -> Error {
         let text = format!("{error:#}").replace(&self.path.display().to_string(), &self.name);
         match text.starts_with(&self.name) {
@@ -260,7 +260,7 @@ impl Run {
 
     fn take(&mut self, packet: Packet) {
         if self.starts.take(&packet.event) {
-            // Its clock begins at zero again.
+            // The run's clock begins at zero again.
             self.packets.clear();
             self.frames.clear();
             self.remark =

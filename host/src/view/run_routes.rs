@@ -66,7 +66,7 @@ impl Range {
 const STEPS: usize = 1000;
 const STEPS_MAX: usize = 8000;
 
-/// Runs work that takes long beside the thread that serves the pages.
+/// Runs work that takes long next to the thread that serves the pages.
 async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
     tokio::task::spawn_blocking(work)
         .await

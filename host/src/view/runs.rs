@@ -55,7 +55,7 @@ pub struct Numbered {
     pub note: String,
     /// Recorded here, and nobody has saved it yet.
     pub is_unsaved: bool,
-    /// Whether its file is outside the command's folder, where another program may change it.
+    /// True if its file is outside the command's folder, where another program may change it.
     pub can_reload: bool,
     #[serde(flatten)]
     pub summary: Summary,
@@ -111,7 +111,7 @@ impl Runs {
         Ok(numbered)
     }
 
-    /// Runs the library over a run's frames again, with some settings in place of its own.
+    /// Runs the library over a run's frames again, with some settings instead of its own.
     pub fn again(&self, id: u64, json: &str) -> Result<Numbered> {
         let run = self.get(id)?;
         let settings = settings_form::with_json(&run.settings(), json)?;

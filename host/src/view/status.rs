@@ -5,7 +5,8 @@ use crate::listen::SILENT;
 use crate::live::{Connection, Live, Phase};
 use std::time::Duration;
 
-/// The status in a sentence. `age` is the time since the latest packet; none before the first one.
+/// The status in a sentence. `age` is the time since the latest packet; `None` before the first
+/// one.
 pub fn status(live: &Live, age: Option<Duration>) -> String {
     match (&live.now.connection, age) {
         (Connection::Disconnected { why }, _) => {

@@ -133,7 +133,7 @@ fn gratings_under_a_hands_speed_are_those_of_the_pc_bit_for_bit() {
         let windows = on_chip
             .iter()
             .filter(|one| one.span == Span::Window && one.status == Status::Good)
-            // Where the hand starts and stops its speed is another.
+            // The hand's speed differs where it starts and stops.
             .filter(|one| one.movement.wander < 0.05)
             .collect::<Vec<_>>();
         // The first and the last of short windows may hold it too: two cycles do not show it.

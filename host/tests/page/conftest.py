@@ -147,7 +147,7 @@ def saved(page: Page, what: str, how: str = "csv") -> tuple[str, bytes]:
 
 
 def numbers(page: Page, what: str) -> list[list[float]]:
-    """The rows of a panel's table; NaN for what is no number."""
+    """The rows of a panel's table; NaN for what is not a number."""
     rows = list(csv.reader(io.StringIO(saved(page, what)[1].decode())))[1:]
 
     def number(cell: str) -> float:

@@ -102,7 +102,7 @@ def test_the_cursor_reads_every_plot_and_two_clicks_show_a_difference(view: Star
     bin_ = min(bins, key=lambda row: abs(row[0] - at))
     assert abs(bin_[0] / at - 1) < 0.02 and min(abs(value - db) for value in bin_[1:]) < 0.6
     assert re.search(r"residual: .* mV$", point(page, "fit", 0.5, 0.9, False)[0])
-    # By keys alone.
+    # With the keyboard only.
     page.focus("#fit .plot")
     for _ in range(2):
         page.keyboard.press("Enter")

@@ -107,7 +107,7 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
         .copied()
         .fold(f32::NEG_INFINITY, f32::max);
     assert!((-3.0..=0.0).contains(&peak), "{peak}");
-    // The reported tone and its harmonics are marked, and the noise beside it is far below.
+    // The reported tone and its harmonics are marked, and the noise next to it is far below.
     assert_eq!(found.lines.len(), usize::from(estimate.harmonics));
     for (line, k) in found.lines.iter().zip(1..) {
         assert!((line.frequency_hz / f64::from(estimate.frequency) - f64::from(k)).abs() < 1e-6);

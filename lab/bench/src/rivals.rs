@@ -14,7 +14,7 @@ const LOWEST: f32 = 1.0 / 241.14;
 /// CRB of one channel at 40 dB and 241 frames.
 const ENOUGH: f32 = 3e-6;
 
-/// Cosine and sine of an angle that grows evenly: a rotation a step in place of two functions.
+/// Cosine and sine of an angle that grows evenly: a rotation a step instead of two functions.
 struct Rotation {
     now: (f32, f32),
     step: (f32, f32),
@@ -111,7 +111,8 @@ pub fn ieee1057(frames: &[Values], scratch: &mut Scratch) -> Option<f32> {
     (weights > 0.0).then(|| sum / weights)
 }
 
-/// One channel: its frequency, and the square of its amplitude. None if it leads away from the guess.
+/// One channel: its frequency, and the square of its amplitude. `None` if it leads away from the
+/// guess.
 fn fit(points: &[f32], guess: f32) -> Option<(f32, f32)> {
     let middle = 0.5 * (points.len() as f32 - 1.0);
     let (mut frequency, mut cosine, mut sine) = (guess, 0.0, 0.0);

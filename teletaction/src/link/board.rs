@@ -31,8 +31,8 @@ pub enum Line {
 /// State and counts of the board, in a report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Doing {
-    /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; none while nothing is
-    /// heard of it.
+    /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; `None` while nothing
+    /// is heard of it.
     pub state: Option<State>,
     /// Samples that were late, since the board's start.
     pub deadlines_missed: u32,
@@ -53,7 +53,7 @@ pub struct BoardEnd {
     run: u32,
     number: u32,
     due: VecDeque<Message>,
-    /// Counts of the latest position, and the total since the first one, which does not wrap.
+    /// Latest position in counts; `travelled` is the total since the first one and does not wrap.
     counts: Option<i32>,
     travelled: i64,
     /// When the finger's end was heard, and the board; none: it is silent.
@@ -111,7 +111,7 @@ impl BoardEnd {
         self.doing.state == Some(State::Vibrating)
     }
 
-    /// Latest position of the hand, millimetres from where it was first; none before.
+    /// Latest position of the hand, millimetres from where it was first; `None` before.
     pub fn position_mm(&self) -> Option<f64> {
         self.counts.map(|_| self.travelled as f64 * self.count_mm)
     }

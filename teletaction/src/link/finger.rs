@@ -20,7 +20,7 @@ const MORE_PRECISE: f64 = 0.7;
 pub enum PeriodBy {
     /// The finger's own report: a known speed, or the lags between its channels.
     Finger,
-    /// The path of the hand.
+    /// Path of the hand.
     Path,
 }
 

@@ -53,7 +53,7 @@ const REMEMBERED: usize = 1024;
 pub struct Receiver {
     pub counts: Counts,
     run: u32,
-    /// The number that is expected; none before the first message of a run, whatever its number.
+    /// The number that is expected; `None` before the first message of a run, whatever its number.
     next: Option<u32>,
     /// Which of the latest numbers have come, by their remainder.
     seen: Vec<Option<u32>>,

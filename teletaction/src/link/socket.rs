@@ -1,4 +1,4 @@
-//! One end elsewhere: messages in UDP datagrams, one each.
+//! The other end on another computer: one message per UDP datagram.
 
 use anyhow::{Context, Result};
 use std::io::ErrorKind;

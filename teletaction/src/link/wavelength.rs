@@ -71,8 +71,8 @@ impl HandPath {
         Some((self.at(from_s + SPEED_S)?.mm - self.at(from_s)?.mm) / SPEED_S)
     }
 
-    /// Length of the path between two times; none if part of it is not known, or if the hand turns
-    /// in between: frequency and length would then belong to different motions.
+    /// Length of the path between two times; `None` if part of it is not known, or if the hand
+    /// turns in between: frequency and length would then belong to different motions.
     pub fn length(&self, from_s: f64, to_s: f64) -> Option<Length> {
         let (from, to) = (self.at(from_s)?, self.at(to_s)?);
         let way = (to.mm - from.mm).signum();

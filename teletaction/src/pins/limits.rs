@@ -68,7 +68,7 @@ impl Limits {
     }
 }
 
-/// The pins of a display, within its limits whatever is wanted.
+/// The pins of a display, within its limits whatever is target.
 ///
 /// After every call each force is a whole number of levels from 0 to the maximum, and no more than
 /// the slew away from the last.
@@ -95,8 +95,8 @@ impl Pins {
         &self.forces_n
     }
 
-    /// Lets `dt_s` seconds pass, 0 to 1000, then moves towards the wanted forces if an update is
-    /// due. Gives the number of pins whose wanted force is beyond the limits; none if no update
+    /// Lets `dt_s` seconds pass, 0 to 1000, then moves towards the target forces if an update is
+    /// due. Gives the number of pins whose target force is beyond the limits; none if no update
     /// was due. On an error the pins stay as they are.
     pub fn advance(&mut self, dt_s: f32, target_n: &[f64]) -> Result<Option<usize>, Error> {
         assert_eq!(target_n.len(), self.forces_n.len());
@@ -142,7 +142,7 @@ impl Pins {
     }
 }
 
-/// Force after an update towards the wanted one, newtons: in whole levels, within the slew limit.
+/// Force after an update towards the target one, newtons: in whole levels, within the slew limit.
 fn moved(limits: &Limits, from_n: f32, target_n: f32) -> f32 {
     let (level_n, steps) = (limits.level_n(), limits.steps());
     let from = (from_n / level_n).round() as u16;

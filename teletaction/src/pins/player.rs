@@ -66,7 +66,7 @@ pub struct Update {
     pub forces_n: Vec<f32>,
     /// Force of a level, newtons.
     pub level_n: f32,
-    /// Pins whose wanted force is beyond the display's limits.
+    /// Pins whose target force is beyond the display's limits.
     pub limited: usize,
     pub is_optimal: bool,
     /// Bit k: taxel k counts.

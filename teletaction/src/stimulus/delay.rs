@@ -1,4 +1,4 @@
-//! A network's delay, to feel what it does.
+//! Simulates a network's delay, to feel its effect.
 
 use super::error::{Error, within};
 

@@ -30,7 +30,7 @@ impl<const N: usize> Default for Path<N> {
 
 impl<const N: usize> Path<N> {
     /// Takes a position in millimetres at a time in seconds. Gives whether it was taken: not a position
-    /// that is no number, nor one that is not later than the one before.
+    /// that is not a number, nor one that is not later than the one before.
     pub fn push(&mut self, t_s: f64, position_mm: f64) -> bool {
         let last = self.last();
         if !(t_s.is_finite()

@@ -1,4 +1,4 @@
-//! A texture as a small message, in place of the vibration that it makes.
+//! A texture as a small message, instead of the vibration that it makes.
 
 use super::error::{Error, within};
 use serde::{Deserialize, Serialize};

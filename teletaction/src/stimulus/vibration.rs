@@ -107,7 +107,7 @@ impl<const N: usize> Vibration<N> {
         self.stimulus.down();
     }
 
-    /// The hand has moved. What comes too late, or is no number, is left out.
+    /// The hand has moved. What comes too late, or is not a number, is left out.
     pub fn moved(&mut self, t_s: f64, position_mm: f64) -> bool {
         self.path.push(t_s, position_mm)
     }

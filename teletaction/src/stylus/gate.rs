@@ -33,7 +33,7 @@ pub struct Gate {
     /// Samples left of both.
     still_left: u32,
     silence_left: u32,
-    /// Counts at the last movement; none before the first sample.
+    /// Counts at the last movement; `None` before the first sample.
     anchor: Option<i32>,
     has_texture: bool,
     is_enabled: bool,
@@ -118,7 +118,7 @@ mod tests {
         assert_eq!(gate.state(), State::Disabled);
         gate.enable(true);
         gate.step(10);
-        // To and fro on an edge is no movement.
+        // Counts to and fro on an edge are not a movement.
         for n in 0..100 {
             assert_eq!(gate.state(), State::Vibrating, "{n}");
             gate.step(10 + n % 2);

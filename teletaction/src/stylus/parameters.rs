@@ -56,7 +56,7 @@ impl Parameters {
         Stimulus::new(self.actuator, encoder, self.law).map_err(refusal)
     }
 
-    /// Latency with the converter's own, seconds.
+    /// Latency including the converter's, seconds.
     pub fn whole_latency_s(&self) -> f32 {
         CONVERTER_SAMPLES / SAMPLE_HZ as f32 + self.latency_s
     }

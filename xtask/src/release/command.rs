@@ -19,7 +19,7 @@ const EMBEDDED: [Board; 2] = [Board::FeatherF405, Board::NucleoF446re];
 pub enum Made {
     /// The command for the system in `name`.
     File { name: String, path: PathBuf },
-    /// What cannot be made here, and why.
+    /// Package that cannot be made here, and the reason.
     Missing(String),
 }
 

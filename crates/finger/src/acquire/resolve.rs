@@ -66,7 +66,7 @@ pub fn resolve(
     }
 }
 
-/// Whether two reads have the same data, whatever NEW is.
+/// True if two reads have the same data, whatever NEW is.
 fn is_same(one: Sample, other: Sample) -> bool {
     one.code == other.code && (one.tag.0 ^ other.tag.0) & !Tag::NEW == 0
 }

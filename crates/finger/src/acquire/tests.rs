@@ -30,7 +30,7 @@ struct Wire {
 struct Trouble {
     /// From the next transaction on: nanoseconds before each.
     waits_ns: Vec<u64>,
-    /// What DOUT is stuck at.
+    /// Level at which DOUT is stuck.
     stuck: Option<u8>,
 }
 
@@ -448,7 +448,7 @@ fn a_dead_bus_gives_no_conversion_and_is_tried_again_until_it_lives() {
         bench.trouble.borrow_mut().stuck = Some(stuck);
         assert_eq!(bench.next(), Drdy::Watch);
         bench.watch();
-        // It cannot be set up, so it is not started either.
+        // A converter that cannot be set up is not started.
         assert_eq!(
             bench.board.wait_for_drdy().and(bench.board.wait_for_drdy()),
             None
@@ -515,7 +515,7 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
         assert_eq!(bench.registers(), expected);
     }
     assert_eq!((bench.faults(), bench.overruns()), (0, 0));
-    // Where the queue is full the mark waits, and so do its conversions.
+    // As long as the queue is full, the mark and its conversions wait.
     bench.pass(70);
     bench.change(Plan::HAND);
     let _ = bench.follow();

@@ -23,7 +23,7 @@ pub struct Unseen {
 }
 
 impl Unseen {
-    /// None, in a scan with this period of a conversion, nanoseconds.
+    /// Starts with no missed conversions; `conversion_ns` is the nominal period.
     pub const fn new(conversion_ns: u32) -> Self {
         let gap_us = divide(conversion_ns as u64 * 228, 100_000).0 as u32;
         Self {

@@ -30,13 +30,13 @@ const PAUSE_MAX_US: u32 = 4_000_000;
 const WELL_US: u32 = 1_000_000;
 
 impl<C: Converter> Acquisition<C> {
-    /// Whether no conversion is likely soon, so that [`Self::watch`] need not wait for one. The
+    /// True if no conversion is likely soon, so that [`Self::watch`] need not wait for one. The
     /// best time for it is right after a conversion: the next edge is furthest away.
     pub fn is_quiet(&self, now_us: u32) -> bool {
         self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
     }
 
-    /// Whether another scan can begin now and lose no conversion: the next one is far off, or none
+    /// True if another scan can begin now and lose no conversion: the next one is far off, or none
     /// is likely soon. An edge's time is that of a conversion's end, but not soon after an
     /// unexpected edge: a conversion may have ended while that one was served. No scan begins while
     /// DRDY is muted: the next conversion of this scan shows how many were lost. After 4,000

@@ -1,4 +1,4 @@
-//! By how much the conversions of a scan of one slot are late.
+//! Delay of the conversions of a scan with one slot.
 //!
 //! Their ids are all the same, so only time shows a loss. A conversion that is read late hides a
 //! loss behind it: the time to the next one is too short. But a conversion is late by less than the

@@ -21,7 +21,7 @@ const FIXED_TICKS: u64 = 128;
 /// a plan allows (SBAS297G), microseconds.
 const POWER_UP_US: u32 = 20_000;
 
-/// What a board feeds into CLKIO.
+/// Clock that a board feeds into CLKIO.
 pub trait ChipClock {
     /// Makes a clock of `hz` from now on, or none if it cannot make this one. True if the clock
     /// stood still before.

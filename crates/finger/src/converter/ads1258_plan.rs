@@ -6,10 +6,10 @@ use ridgetone_proto::plan::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Least clock of the chip, hertz: with a slower one 190 ns, which the boards give CS to settle, are
-/// less than 2.5 of its periods (SBAS297G, SPI timing), and half of it is soon below SCLK.
+/// Minimum clock of the chip, hertz: with a slower one 190 ns, which the boards give CS to settle,
+/// are less than 2.5 of its periods (SBAS297G, SPI timing), and half of it is soon below SCLK.
 const CLOCK_MIN_HZ: f32 = 13_200_000.0;
-/// Most clock of the chip, hertz (SBAS297G).
+/// Maximum clock of the chip, hertz (SBAS297G).
 const CLOCK_MAX_HZ: f32 = 16_000_000.0;
 
 /// Which inputs the chip converts, and how. The fields are those of the chip's registers
@@ -115,7 +115,7 @@ impl Ads1258Plan {
         })
     }
 
-    /// The chip's configuration. Standby in place of sleep makes the first conversion after START
+    /// The chip's configuration. Standby instead of sleep makes the first conversion after START
     /// come at once.
     pub const fn config(&self) -> Config {
         let internal = match self.health {

@@ -51,7 +51,8 @@ impl OnboardPlan {
         }
     }
 
-    /// How its scans become frames. None if no whole number of halves of the buffer is a frame.
+    /// Averaging of its scans into frames. `None` if no whole number of halves of the buffer is a
+    /// frame.
     pub const fn averaging(&self) -> Option<Averaging> {
         Averaging::new(self.inputs.count_ones(), self.scans as u32, self.clock_mhz)
     }

@@ -15,14 +15,15 @@ use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32};
 /// place of 93, so that less of the noise cancels.
 pub const SAMPLE_TICKS: u32 = 56 + 12;
 
-/// Most inputs: a processor of 64 pins has no more beside a serial line.
+/// Maximum number of inputs: a processor of 64 pins has no more next to a serial line.
 pub const INPUTS: usize = 14;
 /// Samples of a half of the buffer: three scans of fourteen inputs. RAM has no room for more beside
 /// the ring.
 pub const HALF: usize = 42;
 /// The buffer that the converter fills.
 pub type Buffer = [AtomicU16; 2 * HALF];
-/// Most scans of a frame: their number is the lowest byte of what a plan says to the converter.
+/// Maximum number of scans of a frame: their number is the lowest byte of what a plan says to the
+/// converter.
 pub const SCANS_MAX: u8 = u8::MAX;
 /// Shortest half, microseconds: it is added up while the other one fills, and interrupts of a higher
 /// priority and of the same one take up to 60 us.
@@ -31,10 +32,10 @@ const HALF_MIN_US: u32 = 90;
 const STEP: u32 = 0x78_0000 / 4096;
 /// Bits by which 32 bits hold a step, so that it can be divided by the samples of a frame.
 const SHIFT: u32 = STEP.leading_zeros();
-/// Greatest reading.
+/// Maximum reading.
 const READING_MAX: u32 = 4095;
 
-/// How scans become frames.
+/// Averaging of scans into frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Averaging {
     /// Inputs of a scan.
@@ -48,7 +49,7 @@ pub struct Averaging {
 }
 
 impl Averaging {
-    /// Frames of so many scans. None if no half of the buffer fits.
+    /// Frames of so many scans. `None` if no half of the buffer fits.
     pub const fn new(channels: u32, scans: u32, clock_mhz: u8) -> Option<Self> {
         if clock_mhz == 0
             || channels == 0
@@ -250,9 +251,9 @@ impl Oversampler {
     /// Makes the codes of a frame that ends with this half.
     ///
     /// The k-th input is sampled by k samples later than the first in each scan. Its values at the
-    /// times of the first lie that share of a scan earlier: between neighbours in a straight line.
-    /// In the sum over a frame all neighbours cancel but the last sample and the one before the
-    /// first.
+    /// times of the first lie that fraction of a scan earlier: between neighbours in a straight
+    /// line. In the sum over a frame all neighbours cancel but the last sample and the one before
+    /// the first.
     fn finish(&self, averaging: &Averaging, half: &[AtomicU16], is_whole: bool) {
         let channels = usize::from(averaging.channels);
         let scans = u32::from(averaging.scans);

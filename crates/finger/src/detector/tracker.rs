@@ -28,7 +28,7 @@ pub struct Tracker {
     pub raw_frames: u32,
     /// Nothing is reported but raw frames.
     is_stopped: bool,
-    /// Whether there has been a complete frame.
+    /// True if there has been a complete frame.
     has_begun: bool,
     /// The latest values of good conversions.
     values: Values,
@@ -210,7 +210,7 @@ impl Tracker {
     }
 }
 
-/// A detector at rest.
+/// An idle detector.
 const fn contact(settings: &Settings) -> ContactDetector {
     let mut contact = ContactDetector::new(settings.slide, &settings.plan);
     contact.set_mains(settings.interferer_hz);

@@ -9,7 +9,7 @@ use ridgetone_proto::settings::FRAME_RATE_HZ;
 /// Within this time, microseconds, an input that stays at its rail is seen there again: 2.2 scans.
 const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
 
-/// What the tasks count. Every task may write without a lock.
+/// Counters of the tasks. Every task may write without a lock.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
     /// Conversions lost before the queue or at it, except whole scans that were never read.
@@ -28,7 +28,7 @@ pub struct Diagnostics {
     pub requests_damaged: Counter,
     /// Bytes of requests that arrived before the ones before them were read, and were lost; at least.
     pub bytes_overrun: Counter,
-    /// How the converter answered its latest set-up.
+    /// Result of the converter's latest set-up.
     pub(crate) converter: Found,
     /// Bits of the processor load, an f32 from 0 to 1.
     pub(crate) load_bits: AtomicU32,
@@ -63,7 +63,7 @@ impl Diagnostics {
         }
     }
 
-    /// Share of time that the processor was busy, 0 to 1; zero where nothing measures it.
+    /// Fraction of time that the processor was busy, 0 to 1; zero where nothing measures it.
     pub fn load(&self) -> f32 {
         f32::from_bits(self.load_bits.load(Relaxed))
     }
@@ -92,7 +92,7 @@ impl Diagnostics {
         self.faults.add(FaultKind::Overload, inputs, board_us);
     }
 
-    /// Whether an input has reached a rail or left one between two device times, their low 32 bits,
+    /// True if an input has reached a rail or left one between two device times, their low 32 bits,
     /// microseconds. An input that is always there, such as a broken bridge's, does neither.
     pub fn rails_change(&self, from_us: u32, to_us: u32) -> bool {
         let is_since = |since_us| self.faults.since(since_us).has(FaultKind::Overload);

@@ -11,8 +11,9 @@ use ridgetone_proto::fault::{Fault, FaultKind, FaultSet, KINDS};
 
 /// An episode is over when its kind was not seen for so long, microseconds.
 const OVER_US: u32 = 1_000_000;
-/// Most messages in [`MESSAGES_US`], microseconds. The next interval reports what exceeds that. If
-/// all kinds begin and end every [`OVER_US`], as often as they can, they make 26 messages a second.
+/// Maximum number of messages in [`MESSAGES_US`], microseconds. The next interval reports what
+/// exceeds that. If all kinds begin and end every [`OVER_US`], as often as they can, they make 26
+/// messages a second.
 const MESSAGES_MAX: u8 = 4;
 const MESSAGES_US: u32 = 125_000;
 /// While an episode lasts, its end is looked for in every sixteenth frame.
@@ -24,13 +25,14 @@ const SILENT_NS: u32 = BLOCK_FRAMES * FRAME_NS as u32;
 
 /// A clock may be off by 2 % unseen, which is one conversion in 50.
 const CLOCK_DIVISOR: u32 = 50;
-/// Most conversions by which a gap is longer, where its number of whole scans is uncertain.
+/// Maximum number of conversions by which a gap is longer, where its number of whole scans is
+/// uncertain.
 const UNSURE_CONVERSIONS: u32 = 10_000;
 
 /// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to
 /// 5.25 V).
 const SUPPLY: RangeInclusive<i32> = codes(4.75, 5.25);
-/// The reference may be off what is set by this share of it.
+/// The reference may be off what is set by this fraction of it.
 const REFERENCE_TOLERANCE: f32 = 0.02;
 
 /// A range of volts as the chip reads its supply and its reference, codes.
@@ -44,21 +46,21 @@ pub struct FaultEpisodes {
     reference: RangeInclusive<i32>,
     /// Kinds whose episode lasts.
     lasting: FaultSet,
-    /// Those of them whose beginning was reported.
+    /// Faults whose beginning was reported.
     reported: FaultSet,
     /// Device time at which each began, microseconds.
     from_us: [u64; KINDS],
     /// Device time since which messages are counted, low 32 bits, and their number.
     since_us: u32,
     messages: u8,
-    /// Whether an episode lasts, so that its end is to be looked for at frame `check_at`; at first
+    /// True if an episode lasts, so that its end is to be looked for at frame `check_at`; at first
     /// too.
     is_active: bool,
     check_at: u32,
 }
 
 impl FaultEpisodes {
-    /// None. `vref_v` is the reference that is set, volts.
+    /// No faults yet. `vref_v` is the reference voltage in the settings.
     pub const fn new(vref_v: f32) -> Self {
         Self {
             reference: reference_codes(vref_v),

@@ -1,4 +1,4 @@
-//! How the converter answered its latest set-up.
+//! Result of the converter's latest set-up.
 
 use crate::converter::REGISTERS;
 use crate::faults::log::Counter;
@@ -38,7 +38,7 @@ impl Found {
         self.changes.add(has_changed.into());
     }
 
-    /// Whether the converter holds what was written to it.
+    /// True if the converter holds what was written to it.
     pub fn answers(&self) -> bool {
         self.answers.load(Relaxed)
     }
@@ -48,7 +48,7 @@ impl Found {
         self.registers.each_ref().map(|byte| byte.load(Relaxed))
     }
 
-    /// How often what was found has changed.
+    /// Number of changes of the result.
     pub fn changes(&self) -> u32 {
         self.changes.get()
     }

@@ -103,12 +103,12 @@ impl FaultLog {
         FaultSet::of_bits(self.standing.load(Relaxed))
     }
 
-    /// How often each kind was seen, by [`FaultKind::ALL`].
+    /// Number of times that each kind was seen, by [`FaultKind::ALL`].
     pub fn counts(&self) -> [u32; KINDS] {
         self.kinds.each_ref().map(|seen| seen.count.get())
     }
 
-    /// How often one kind was seen.
+    /// Number of times that one kind was seen.
     pub fn count(&self, kind: FaultKind) -> u32 {
         self.kinds
             .get(kind as usize)
@@ -130,7 +130,7 @@ impl FaultLog {
             .map_or(0, |seen| seen.first_us.load(Relaxed))
     }
 
-    /// Whether a fault was seen since the latest [`Self::take_fresh`].
+    /// True if a fault was seen since the latest [`Self::take_fresh`].
     #[inline(always)]
     pub fn has_fresh(&self) -> bool {
         self.fresh.load(Relaxed) != 0
@@ -157,7 +157,7 @@ impl FaultLog {
         seen.fold(self.standing(), FaultSet::with)
     }
 
-    /// Whether a board time is before a device time, its low 32 bits, microseconds; they are less
+    /// True if a board time is before a device time, its low 32 bits, microseconds; they are less
     /// than half an hour apart.
     pub fn is_before(&self, board_us: u32, device_us: u32) -> bool {
         let since_us = self.zero_us.load(Relaxed).wrapping_add(device_us);

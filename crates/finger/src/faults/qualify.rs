@@ -7,7 +7,7 @@ use crate::window::Window;
 use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::telemetry::{Estimate, Status, Travel};
 
-/// The window's frame rate may be off the nominal one by this share of it: no crystal is.
+/// The window's frame rate may be off the nominal one by this fraction of it: no crystal is.
 const RATE_TOLERANCE: f32 = 0.005;
 
 /// Margin before the window, frames.

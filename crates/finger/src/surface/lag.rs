@@ -1,4 +1,4 @@
-//! By how much the tone in one column of units lags behind that in the other.
+//! Lag of the tone between the two columns of units.
 //!
 //! The units stand in two columns, one pitch apart along the motion. Piezoresistors that respond
 //! alike (the same one of every unit) see the same wave in both columns, earlier or later: the

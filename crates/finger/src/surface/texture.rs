@@ -18,7 +18,7 @@ struct Measured {
 /// The latest texture that was reported.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TextureReporter {
-    /// First frame of its touch; none if the next texture is reported anyway.
+    /// First frame of its touch; `None` if the next texture is reported anyway.
     touch_first: Option<u32>,
     /// Period and power, each with its standard deviation.
     latest: [Measured; 2],

@@ -48,12 +48,12 @@ fn calibrated(lag: Lag, array: &Array) -> Lag {
 struct Answers {
     forward: u32,
     backward: u32,
-    /// Turns of the last one.
+    /// Lag of the last answer, turns.
     late: f32,
 }
 
 impl Answers {
-    /// Those within the possible periods, and `margin` turns beyond them.
+    /// Answers within the possible periods, and `margin` turns beyond.
     fn new(array: &Array, lag_turns: f32, margin: f32) -> Self {
         let min = turns(array, array.period_max_mm) - margin;
         let max = turns(array, array.period_min_mm) + margin;
@@ -263,7 +263,7 @@ mod tests {
             assert!(off > 0.03 * period_mm && off < 2.0 * sigma, "{travel:?}");
             assert!(travel.is_known());
         }
-        // Nothing that the constants say decides between 3.6 mm one way and 4.2 mm the other.
+        // The constants do not decide between 3.6 mm one way and 4.2 mm the other.
         let lag = lag_of(3.9, Direction::Forward);
         let travel = by_phases(Some(lag), &array, TONE_HZ);
         assert_eq!(travel.direction, Direction::Unknown, "{travel:?}");

@@ -9,10 +9,10 @@ use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::store::{NotStored, Saved, Store};
 use ridgetone_proto::telemetry::Event;
 
-/// What a decision depends on.
+/// State that a decision depends on.
 #[derive(Clone, Copy, Debug)]
 pub struct At {
-    /// Whether the finger is on something.
+    /// True if the finger is on something.
     pub is_touched: bool,
     /// The board's converter.
     pub converter: &'static Facts,

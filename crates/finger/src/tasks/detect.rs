@@ -10,7 +10,7 @@ use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::{Consumer, Producer};
 use ridgetone_proto::telemetry::{Event, Span};
 
-/// What the task owns.
+/// State that only this task uses.
 pub struct Detect<'a> {
     samples: Consumer<'a, TimedConversion>,
     windows: Producer<'a, Window>,
@@ -95,7 +95,7 @@ impl<'a> Detect<'a> {
     }
 }
 
-/// What comes next in the queue.
+/// Next entry of the queue.
 #[derive(Clone, Copy, PartialEq)]
 enum Next {
     /// A scan's worth of conversions, in the detector's buffer.

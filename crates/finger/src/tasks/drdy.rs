@@ -10,8 +10,8 @@ use heapless::spsc::Producer;
 
 /// DRDY's pin and its interrupt.
 pub trait DrdyPin {
-    /// Clears the interrupt. None if DRDY has not fallen since the latest call, else whether it is
-    /// low: there is data to read.
+    /// Clears the interrupt. `None` if DRDY has not fallen since the latest call, else whether it
+    /// is low: there is data to read.
     fn acknowledge(&mut self) -> Option<bool>;
 
     /// Board time of the edge whose data was read after [`Self::acknowledge`], microseconds,
@@ -25,7 +25,7 @@ pub trait DrdyPin {
     fn unmute(&mut self);
 }
 
-/// What the task owns.
+/// State that only this task uses.
 pub struct Drdy<'a, C, PIN> {
     /// The chip.
     pub acquisition: Acquisition<C>,

@@ -17,7 +17,7 @@ use ridgetone_proto::telemetry::{Estimate, Span};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
-/// What the task owns.
+/// State that only this task uses.
 pub struct Fit<'a, S> {
     /// The fit.
     pub estimator: &'a mut Estimator,
@@ -43,7 +43,7 @@ impl<S: Store> Fit<'_, S> {
             requests,
         } = self;
         loop {
-            // By reference, as the estimate: a copy would lie on the stack beside it.
+            // Passed by reference, as the estimate is: a copy would need stack, too.
             while let Some(window) = &windows.dequeue() {
                 // A later one is due: this one would only make that late, too.
                 if window.span == Span::Window
@@ -95,7 +95,7 @@ pub fn fit<P: Platform>(
     source: &mut dyn FrameSource,
     shared: &Shared<P>,
 ) -> Result<WindowFit, Overwritten> {
-    // Qualified where it is: a copy would lie on the stack beside it.
+    // Qualified in place: a copy would need stack, too.
     let mut outcome = estimator.run(window, source);
     shared.liveness.fits_done.bump();
     match &mut outcome {

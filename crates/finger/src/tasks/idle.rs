@@ -15,7 +15,7 @@ pub const PAINT: u32 = 0xcccc_cccc;
 /// of a second.
 const STEP_WORDS: usize = 8;
 
-/// What the board does next.
+/// Next action of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Next {
@@ -38,13 +38,13 @@ pub struct Slept {
 
 /// The stack as the meter reads it.
 pub struct Stack<F> {
-    /// Its size, in words.
+    /// Size, in words.
     pub words: usize,
     /// Reads a word by its number from the far end.
     pub word: F,
 }
 
-/// What the task owns.
+/// State that only this task uses.
 #[derive(Debug, Default)]
 pub struct Idle {
     load: LoadMeter,

@@ -51,17 +51,18 @@ pub enum Received {
 
 /// The receiving side of the line's hardware. It starts the task `report` when half its buffer is full.
 pub trait Receiver {
-    /// What has arrived, if something has.
+    /// Bytes that have arrived, if any.
     fn receive(&mut self) -> Option<Received>;
 }
 
 /// The sending side of the line's hardware, with an interrupt for each byte, and one after the last
 /// byte that has arrived.
 pub trait SerialPort {
-    /// Whether the receiver has become idle since the last call: bytes have arrived, and now none does.
+    /// True if the receiver has become idle since the last call: bytes have arrived, and now none
+    /// does.
     fn has_paused(&mut self) -> bool;
 
-    /// Whether [`Self::send`] can take a byte. False while the interrupt of the byte before it is
+    /// True if [`Self::send`] can take a byte. False while the interrupt of the byte before it is
     /// still to come.
     fn is_ready(&self) -> bool;
 
@@ -72,7 +73,7 @@ pub trait SerialPort {
     fn stop_transmitting(&mut self);
 }
 
-/// What the task owns.
+/// State that only this task uses.
 pub struct SerialLine<'a, PORT> {
     /// The hardware.
     pub port: PORT,
@@ -177,7 +178,7 @@ mod tests {
             let mut held = Held(held.into_iter());
             receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let is_whole = inbox.take().is_some();
-            // What waited behind the request.
+            // Bytes that waited behind the request.
             receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let overrun = shared.diagnostics.bytes_overrun.get();
             assert_eq!((is_whole, shared.platform.0.get(), overrun), expected);

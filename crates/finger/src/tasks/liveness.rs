@@ -39,7 +39,7 @@ impl Progress {
     }
 }
 
-/// What the tasks have done.
+/// Progress of the tasks.
 #[derive(Debug, Default)]
 pub struct Liveness {
     /// Runs of `drdy`.
@@ -83,7 +83,7 @@ impl WatchdogPolicy {
         }
     }
 
-    /// Whether to feed the watchdog now.
+    /// True if the watchdog is to be fed now.
     pub fn feeds(&mut self, liveness: &Liveness) -> bool {
         let now = Self {
             acquired: liveness.acquired.get(),

@@ -14,7 +14,7 @@ pub struct Mail<'a, I, O> {
     pub outbox: &'a mut O,
 }
 
-/// What a new event has cost.
+/// Outcome of posting an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Posted {
     /// Nothing.
@@ -101,7 +101,7 @@ impl<E: Events> Outbox<E> {
         self.events.front()?.headline()
     }
 
-    /// Whether nothing waits.
+    /// True if nothing waits.
     pub fn is_empty(&self) -> bool {
         self.events.is_empty() && self.frames.is_empty()
     }

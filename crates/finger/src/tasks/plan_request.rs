@@ -31,7 +31,7 @@ impl PlanRequest {
         }
     }
 
-    /// Number of the latest request; none while it is being written.
+    /// Number of the latest request; `None` while it is being written.
     #[inline(always)]
     pub fn number(&self) -> Option<u32> {
         let number = self.number.load(Ordering::Acquire);

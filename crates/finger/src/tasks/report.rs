@@ -7,7 +7,7 @@ use heapless::spsc::Producer;
 use ridgetone_proto::telemetry::{Events, WIRE_MAX};
 use rtic_core::Mutex;
 
-/// What the task owns.
+/// State that only this task uses.
 pub struct Report<'a> {
     bytes: Producer<'a, u8>,
     wire: [u8; WIRE_MAX],

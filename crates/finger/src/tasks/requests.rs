@@ -14,7 +14,7 @@ use ridgetone_proto::store::Store;
 use ridgetone_proto::telemetry::Event;
 use rtic_core::Mutex;
 
-/// What a request may change.
+/// State that a request may change.
 pub struct Targets<'a, D> {
     /// Takes new settings of the fit.
     pub estimator: &'a mut Estimator,
@@ -41,7 +41,7 @@ impl<S: Store> Requests<S> {
         }
     }
 
-    /// What keeps the settings.
+    /// Storage of the settings.
     pub fn into_store(self) -> S {
         self.store
     }

@@ -39,7 +39,7 @@ pub enum Task {
     Fit,
 }
 
-/// What runs the tasks: RTIC on a board, virtual time in a simulation.
+/// Platform of the tasks: RTIC on a board, virtual time in a simulation.
 pub trait Platform: Sized {
     /// Makes a task run: at once if it has a higher priority than the caller.
     fn pend(shared: &Shared<Self>, task: Task);
@@ -47,7 +47,7 @@ pub trait Platform: Sized {
     /// Board time, microseconds, wrapping.
     fn now_us(&self) -> u32;
 
-    /// Whether the signal is over. The signal of a real board never is.
+    /// True if the signal is over. The signal of a real board never is.
     fn has_ended(&self) -> bool {
         false
     }
@@ -56,10 +56,10 @@ pub trait Platform: Sized {
     fn log(&self, _: Headline) {}
 }
 
-/// What the tasks share without a lock.
+/// State that the tasks share without a lock.
 #[derive(Debug)]
 pub struct Shared<P> {
-    /// What runs the tasks.
+    /// Platform of the tasks.
     pub platform: P,
     /// Counters and faults.
     pub diagnostics: Diagnostics,
@@ -75,7 +75,7 @@ pub struct Shared<P> {
     pub(super) plan: PlanRequest,
     /// `drdy` reads the chip's own readings, if the plan's scan has none.
     pub(super) health: AtomicBool,
-    /// The finger is on something.
+    /// The finger touches something.
     pub(super) touched: AtomicBool,
     /// The signal is over, and the last window is in its queue.
     pub(super) finished: AtomicBool,
@@ -131,7 +131,7 @@ impl<P> Shared<P> {
         self.restarting.store(true, Relaxed);
     }
 
-    /// Whether a request has made the board reset as soon as the line is silent.
+    /// True if a request has made the board reset as soon as the line is silent.
     pub fn is_restarting(&self) -> bool {
         self.restarting.load(Relaxed)
     }

@@ -8,7 +8,7 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 use ridgetone_tone::Values;
 
-/// Where the means are in the ring. Means are numbered, as frames are.
+/// Position of the means in the ring. Means are numbered, as frames are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
     /// Frames of a mean.
@@ -27,7 +27,7 @@ impl Grid {
     }
 }
 
-/// The means of the frames in the ring.
+/// Means of frames in the ring.
 #[derive(Clone, Copy, Debug)]
 pub struct Averages<'a> {
     ring: &'a Ring,
@@ -35,7 +35,7 @@ pub struct Averages<'a> {
 }
 
 impl<'a> Averages<'a> {
-    /// By a grid.
+    /// Evenly spaced means.
     pub const fn new(ring: &'a Ring, grid: Grid) -> Self {
         Self { ring, grid }
     }
@@ -107,7 +107,7 @@ impl Averager {
             ([0.0; TAXELS], [0.0; TAXELS], 0, false);
     }
 
-    /// Where the means are.
+    /// Position of the means in the ring.
     pub const fn grid(&self) -> Grid {
         self.grid
     }
@@ -151,7 +151,7 @@ impl Averager {
             let mut rest = inputs;
             while rest != 0 {
                 let c = rest.trailing_zeros() as usize % TAXELS;
-                // By the latest mean, since the squares of large numbers would be rounded.
+                // Relative to the latest mean, since squares of large numbers would be rounded.
                 let off = values[c] - self.mean[c];
                 self.sums[c] += off;
                 self.squares[c] += off * off;

@@ -3,19 +3,20 @@
 /// Frames of a block: 16.6 ms at 241 Hz.
 pub const BLOCK_FRAMES: u32 = 4;
 
-/// What one block of frames shows.
+/// Result of one block of frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
     /// It differs within itself or from the block before: something moves right now.
     pub now: bool,
-    /// That, or it differs from the course of the last
+    /// As `quick`, or the block differs from the trend of the last
     /// [`SHORT_BLOCKS`](super::motion::SHORT_BLOCKS).
     pub quick: bool,
-    /// It differs from the course of the last [`LONG_BLOCKS`](super::motion::LONG_BLOCKS).
+    /// The block differs from the trend of the last [`LONG_BLOCKS`](super::motion::LONG_BLOCKS).
     pub slow: bool,
-    /// The latest blocks differ among each other, if only on the average.
+    /// The latest blocks differ from each other on average, by less than one block would show.
     pub faint: bool,
-    /// It differs from the course of the last [`LONGEST_BLOCKS`](super::motion::LONGEST_BLOCKS).
+    /// The block differs from the trend of the last
+    /// [`LONGEST_BLOCKS`](super::motion::LONGEST_BLOCKS).
     pub longest: bool,
     /// True if a `quick` change cannot be explained by the load alone: the finger moves along the
     /// surface. Computed only if [`seeks_across`](super::motion::Motion::seeks_across) is set.
@@ -23,12 +24,12 @@ pub struct Block {
 }
 
 impl Block {
-    /// Whether it shows any change.
+    /// True if it shows any change.
     pub const fn moves(&self) -> bool {
         self.moves_lately() || self.longest
     }
 
-    /// Whether it shows one within the last [`LONG_BLOCKS`](super::motion::LONG_BLOCKS).
+    /// True if it shows one within the last [`LONG_BLOCKS`](super::motion::LONG_BLOCKS).
     pub const fn moves_lately(&self) -> bool {
         self.quick || self.slow || self.faint
     }

@@ -1,4 +1,4 @@
-//! What the contact detector reports.
+//! Reports of the contact detector.
 
 use crate::touch::averages::Grid;
 use crate::touch::held::HeldLevel;
@@ -15,7 +15,7 @@ pub enum Change<'a> {
         onset: u32,
         /// Taxel with the greatest deviation.
         taxel: u8,
-        /// That deviation from the idle level, codes.
+        /// Deviation of that channel from the idle level, codes.
         height: f32,
     },
     /// A hold is over that was long enough for an image.

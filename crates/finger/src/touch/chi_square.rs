@@ -79,7 +79,7 @@ pub const fn limit(for_each: f32, margin_of_16: f32) -> Limit {
     }
 }
 
-/// How many taxels there are.
+/// Number of taxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Taxels {
     pub count: f32,

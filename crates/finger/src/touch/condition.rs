@@ -8,11 +8,11 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Values, phase};
 
-/// Least gain of the notch at rest, before it is scaled to one. Hum within 10 Hz of a multiple of
+/// Minimum gain of the notch at rest, before it is scaled to one. Hum within 10 Hz of a multiple of
 /// the frame rate has less: the scale would raise the noise.
 const GAIN_MIN: f32 = 0.07;
 
-/// What is known of hum and drift.
+/// Estimates of hum and drift.
 #[derive(Clone, Debug)]
 pub struct Condition {
     /// Weights of a frame and of its neighbours in a filter that is zero at the hum's frequency and
@@ -48,7 +48,7 @@ impl Condition {
         }
     }
 
-    /// Whether frames are means of the scan's.
+    /// True if frames are means of the scan's.
     pub const fn is_averaged(&self) -> bool {
         self.is_averaged
     }
@@ -71,7 +71,7 @@ impl Condition {
             (interferer_hz > 0.0 && gain > GAIN_MIN).then_some((-twice_cos / gain, 1.0 / gain));
     }
 
-    /// Whether a drift is known.
+    /// True if a drift is known.
     pub const fn drifts(&self) -> bool {
         self.rate.is_some()
     }
@@ -168,7 +168,7 @@ impl Condition {
         values
     }
 
-    /// Whether frames are what they are in the ring.
+    /// True if neither hum nor drift is subtracted.
     pub const fn is_plain(&self) -> bool {
         self.is_plain
     }

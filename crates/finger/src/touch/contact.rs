@@ -36,7 +36,7 @@ const LOAD_BLOCKS: u32 = 8;
 /// Latest blocks that are no part of the level before a motion: a slow one may have begun in them.
 /// 133 ms.
 const STILL_BACK: usize = 8;
-/// Blocks after which the direction that is no motion is measured anew in a slide: 133 ms.
+/// Blocks after which the direction that is not a motion is measured anew in a slide: 133 ms.
 const AIM_BLOCKS: u32 = 8;
 /// Standard deviations by which the load falls in the latest frame of a finger that may be leaving.
 const LIFTS: f32 = 3.0;
@@ -82,12 +82,12 @@ pub struct ContactDetector {
 pub struct Observed<'a> {
     /// Values of the taxels.
     pub values: &'a Values,
-    /// Squares of the frames about the mean; none for a single frame.
+    /// Squares of the frames about the mean; `None` for a single frame.
     pub squares: Option<&'a Values>,
 }
 
 impl ContactDetector {
-    /// At rest, before the first frame.
+    /// The idle state, before the first frame.
     pub const fn new(slide: Slide, plan: &Plan) -> Self {
         Self {
             slide,
@@ -118,7 +118,7 @@ impl ContactDetector {
         matches!(self.slide.rule, SlideRule::Found)
     }
 
-    /// Whether the finger is on something.
+    /// True if the finger is on something.
     pub const fn is_touched(&self) -> bool {
         !matches!(self.phase, Phase::Learning(_) | Phase::Idle)
     }
@@ -285,7 +285,7 @@ impl ContactDetector {
                 let passed = number.wrapping_sub(since);
                 let is_due =
                     passed >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS;
-                // By the protocol every touch begins with a contact.
+                // With the protocol every touch begins with a contact.
                 if is_due
                     && (self.was_in_air
                         || !self.finds_slides()
@@ -301,7 +301,7 @@ impl ContactDetector {
                     self.load = self.motion.distance(&self.held.level, &self.idle.level);
                 }
                 let off = self.motion.distance(mean, &self.idle.level);
-                // What changes along the load alone is not quick: the oldest block counts too.
+                // A change along the load alone is slow, so the oldest block counts too.
                 let back = BACK_AT_IDLE * self.load;
                 let is_back = |blocks: usize| {
                     self.motion
@@ -357,7 +357,7 @@ impl ContactDetector {
         report: &mut dyn FnMut(Change),
     ) -> bool {
         let moves = block.moves();
-        // Where the air is not known only a motion shows a release.
+        // As long as the level in the air is unknown, only a motion shows a release.
         if moves && (self.finds_slides() || !self.air.is_known()) {
             self.note_still_level();
             let mut moving = Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1));
@@ -541,7 +541,7 @@ impl ContactDetector {
         });
     }
 
-    /// What is along the way from idle to this level is no motion.
+    /// A change along the line from idle to this level is not a motion.
     fn aim(&mut self, level: &Values) {
         self.motion
             .ignore(Some(difference(level, &self.idle.level)));

@@ -11,14 +11,15 @@ use ridgetone_tone::Values;
 /// Latest blocks that are no part of the level: that in which a motion is noticed, and the one
 /// before it, which may hold the first of it.
 pub const HELD_BACK: usize = 2;
-/// Fewest blocks that are worth an image: 0.1 s.
+/// Minimum number of blocks that are worth an image: 0.1 s.
 const BLOCKS_MIN: u32 = 6;
-/// A level is back at idle within this share of the way to the held one, squared: about a third.
+/// A level is back at idle within this fraction of the way to the held one, squared: about a third.
 pub const BACK_AT_IDLE: f32 = 0.1;
-/// A level is a load beyond this share of the way, squared: a half. Less is a skin on its way back.
+/// A level is a load beyond this fraction of the way, squared: a half. Less is a skin on its way
+/// back.
 pub const IS_LOAD: f32 = 0.25;
 
-/// What is held.
+/// Level of the hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldLevel {
     /// Mean of the blocks, codes. Before the first block, where the taxels are still.
@@ -72,7 +73,7 @@ impl HeldLevel {
         self.blocks * BLOCK_FRAMES
     }
 
-    /// Whether it is long enough for an image.
+    /// True if it is long enough for an image.
     pub const fn is_long_enough(&self) -> bool {
         self.blocks >= BLOCKS_MIN
     }

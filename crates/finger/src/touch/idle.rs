@@ -20,7 +20,7 @@ const BENT: Limit = limit(1.0, 45.0);
 const BLOCKS: (f32, f32) = (16.0, 64.0);
 /// The square of a slope, over its variance, that is a drift and no chance: 100 for 16 taxels.
 const DRIFTS: Limit = limit(1.0, 84.0);
-/// Blocks of a straight course that show a drift: a skin that creeps back bends before.
+/// Blocks of a straight trend that show a drift: a skin that creeps back bends before.
 const DRIFT_BLOCKS: f32 = 24.0;
 
 /// A level is that of the middle of a block, and a slope is known at its end: 1.5 of 4 frames
@@ -33,7 +33,7 @@ const AHEAD: f32 = 0.5 - 0.5 / BLOCK_FRAMES as f32;
 pub struct Idle {
     /// Level of the latest block, codes, the drift that is known left out.
     pub level: Values,
-    /// Its rise in a block, the drift that is known included.
+    /// Rise in a block, the drift that is known included.
     pub slope: Values,
     blocks: f32,
     /// Squared distance of a block from the line, of late.

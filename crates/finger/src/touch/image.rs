@@ -9,7 +9,7 @@ use ridgetone_proto::telemetry::{Image, Pressed};
 /// rounding makes of any (1/12), which is the least that the detector takes for noise.
 const DEAD_VARIANCE: f32 = 1.1 / 12.0;
 
-/// Whether a taxel has neither changed since the touch began nor any noise, by its codes above the
+/// True if a taxel has neither changed since the touch began nor any noise, by its codes above the
 /// level before, and by the variance of its frames.
 fn is_dead(pressed: f32, variance: f32) -> bool {
     pressed.abs() < 1.0 && variance < DEAD_VARIANCE

@@ -19,15 +19,16 @@ const EARLY_FRAMES: u32 = 8;
 const LATE_FRAMES: (u32, u32) = (24, 48);
 /// Frames that are looked at, about: more would take too long.
 const LOOKED_AT: u32 = 40;
-/// Share of the later distance, squared, that a contact has at once. A tone above 10 Hz has it too.
+/// Fraction of the later distance, squared, that a contact has at once. A tone above 10 Hz has it
+/// too.
 const AT_ONCE: f32 = 0.5;
 /// A level this far from the mean of a motion, squared, over the motion's mean square, is none of
 /// its levels. A sine has at most 2.
 const BESIDE_MOTION: f32 = 4.0;
-/// Share of a slow motion's mean square that is not along one direction: a gentle contact presses
-/// all taxels alike, and a slide takes each by its own phase.
+/// Fraction of a slow motion's mean square that is not along one direction: a gentle contact
+/// presses all taxels alike, and a slide takes each by its own phase.
 const BENT: f32 = 0.2;
-/// Share of a motion's mean square that its first half has too.
+/// Fraction of a motion's mean square that its first half has too.
 const GOES_ON: f32 = 0.1;
 /// The highest of a contact's frames, squared, over the later ones, that is a spike: only a contact
 /// has one.
@@ -68,7 +69,7 @@ impl Moments {
         self.squares / greater(self.frames, 1.0) - taxels
     }
 
-    /// Whether a level is none of those of the motion.
+    /// True if a level is none of those of the motion.
     fn is_beside(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
         self.frames > 0.0
             && distance(weights, level, &self.mean)
@@ -76,7 +77,7 @@ impl Moments {
     }
 }
 
-/// What is known of the level in the air.
+/// Level in the air, as far as it is known.
 #[derive(Clone, Debug)]
 pub enum Air {
     /// It is the idle level. Before the latest touch it was this one: the skin creeps back to it.
@@ -97,13 +98,13 @@ impl Air {
         }
     }
 
-    /// Whether the finger has left the levels of its slides.
+    /// True if the finger has left the levels of its slides.
     pub fn is_left(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
         matches!(self, Self::Unknown(moments) if moments.is_beside(level, weights, taxels))
     }
 }
 
-/// What a change from the first level is.
+/// Verdict on a change from the first level.
 #[derive(Clone, Debug)]
 pub enum Judged {
     /// A contact; with a spike it is sure that the finger was in the air before.

@@ -31,9 +31,9 @@ pub const LONGEST_BLOCKS: u32 = 8 * EIGHTS as u32 + 7;
 const WEAK: Limit = limit(8.0, 360.0);
 /// Blocks after which little is left of one in the averages of the quick comparisons: 116 ms.
 pub const FAINT_BLOCKS: u32 = 7;
-/// Share of the latest block in these averages.
+/// Fraction of the latest block in these averages.
 const FAINT_FRACTION: f32 = 0.2;
-/// Weight of the comparison with the block before, beside that within a block: they have the same
+/// Weight of the comparison with the block before, next to that within a block: they have the same
 /// standard deviation then. Together they find a tone of 35 to 50 Hz that is as weak as the noise;
 /// alone neither does.
 const BESIDE: f32 = 5.0;
@@ -56,8 +56,8 @@ const FAINT_OVER_TYPICAL: f32 = 1.3;
 /// those of an average of them, which has a third of theirs.
 const SWINGING: f32 = 8.0;
 const SWINGING_FAINT: f32 = 1.5;
-/// Share of the greatest long comparison below which a later one is the creep of the skin after the
-/// motion, which bends by 3 % of it.
+/// Fraction of the greatest long comparison below which a later one is the creep of the skin after
+/// the motion, which bends by 3 % of it.
 const CREEP_FRACTION: f32 = 1e-3;
 /// Square across the direction of the load over that along it, at most, where a finger only presses
 /// more or less: the taxels' levels grow with powers of the load between 0.7 and 1.3.
@@ -76,7 +76,8 @@ const LEARN_EVERY: u32 = 8;
 struct Comparison {
     value: f32,
     average: f32,
-    /// Limits of the value and of the average in white noise, and as multiples of what is typical.
+    /// Limits of the value and of the average in white noise, and as multiples of the typical
+    /// value.
     white: [f32; 2],
     over_typical: [f32; 2],
     /// Value in still blocks, and the number of blocks it was learned from, at most [`NOISE_BLOCKS`].
@@ -140,7 +141,7 @@ impl Comparison {
 /// Noise of the taxels and the recent past.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// How many taxels there are.
+    /// Number of taxels.
     pub taxels: Taxels,
     noise: Noise,
     past: Past,
@@ -167,7 +168,7 @@ pub struct Motion {
     /// something. Noise alone makes them a chi-square with a degree of freedom for each frame but one
     /// of a mean, of each taxel.
     swung: f32,
-    /// Whether blocks are to say if they show a motion across the direction of the load.
+    /// True if blocks are to say if they show a motion across the direction of the load.
     pub seeks_across: bool,
     /// Changes from frame to frame, and from the block before, whose average is of both.
     within: Comparison,
@@ -186,7 +187,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// At rest, before the first frame.
+    /// The idle state, before the first frame.
     pub const fn new(plan: &Plan) -> Self {
         let taxels = Taxels::new(plan.channels());
         let freedom = (BLOCK_FRAMES * (plan.frames_averaged() - 1)) as f32 * plan.channels() as f32;
@@ -382,7 +383,7 @@ impl Motion {
     }
 
     /// How far the mean of the latest four blocks, and two before it at a distance of [`LONG`], are
-    /// off a straight course.
+    /// off a straight line.
     #[inline]
     fn long_bend(&self) -> f32 {
         const FAR: usize = LONG / 2;
@@ -408,7 +409,7 @@ impl Motion {
         bend.square() * (1.0 / 64.0)
     }
 
-    /// Whether the motion since the last restart is so weak that the long comparison may miss parts
+    /// True if the motion since the last restart is so weak that the long comparison may miss parts
     /// of it.
     pub fn is_weak(&self) -> bool {
         self.greatest_bend < self.taxels.limit(WEAK)
@@ -420,7 +421,7 @@ impl Motion {
             self.unfit -= 1;
             return;
         }
-        // What is known well needs only one block of eight.
+        // A level that is well known needs only one block of eight.
         self.until_learning = if self.until_learning > 0 {
             self.until_learning - 1
         } else {
@@ -520,7 +521,7 @@ impl Motion {
         )
     }
 
-    /// What a product with a difference gives its length along the direction that is ignored.
+    /// Factor from a product with a difference to its length along the ignored direction.
     pub const fn pull(&self) -> &Values {
         &self.pull
     }

@@ -10,15 +10,15 @@ use ridgetone_tone::Values;
 pub const KNOWN_BLOCKS: f32 = 8.0;
 /// Blocks over which the noise is averaged: 0.5 s, and of 4 s one of eight once it is known.
 pub const NOISE_BLOCKS: f32 = 32.0;
-/// Least variance of a frame, squared codes: that of rounding to whole codes. Less is luck.
+/// Minimum variance of a frame, squared codes: that of rounding to whole codes. Less is luck.
 const ROUNDING_VARIANCE: f32 = 1.0 / 12.0;
 
-/// What is known of the noise.
+/// Estimate of the noise.
 #[derive(Clone, Debug)]
 pub struct Noise {
     /// One over the variance of each taxel's frames, which is the greater of the two below.
     pub weights: Values,
-    /// By the differences from frame to frame: right for white noise.
+    /// From the differences between frames: right for white noise.
     quick_variance: Values,
     /// By the differences from block to block: larger where neighbouring frames share their noise,
     /// as those of a recording that was interpolated do.

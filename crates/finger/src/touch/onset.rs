@@ -24,19 +24,19 @@ const BETWEEN_MEANS: Limit = limit(1.25, 18.0);
 /// for its frames. What is less after a strong motion may be the curve of a skin's creep.
 const SHARP_START: (Limit, Limit) = (limit(90.0, 0.0), DEPARTED);
 const SHARP_END: (Limit, Limit) = (limit(600.0, 0.0), limit(10.0, 0.0));
-/// One frame counts at most three of these: a knock is no motion that goes on.
+/// One frame counts at most three of these: a knock is not a motion that goes on.
 const MAX: f32 = 3.0;
 /// A sum over frames that is so much less than at its most, or more than at its least, will not come
 /// back: 50 ms of noise. For the start of a motion one over means of four needs half as much.
 const PAST: Limit = limit(5.0, 20.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
-/// Share of the way to a level that is a fall: the skin creeps by about a quarter of it until the
-/// fall is noticed.
+/// Fraction of the way to a level that is a fall: the skin creeps by about a quarter of it until
+/// the fall is noticed.
 const FALL_FRACTION: f32 = 0.75;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
 const START_FRAMES: (u32, u32) = (44, 16);
-/// Most frames that are searched for its end: 0.25 s.
+/// Maximum number of frames that are searched for its end: 0.25 s.
 pub const END_FRAMES: u32 = 60;
 /// Frames of a hold between a slide and the release that show its level: 33 ms.
 const PLATEAU_FRAMES: u32 = 8;
@@ -47,7 +47,7 @@ const LIFTING_FRAMES: u32 = 4;
 #[derive(Clone, Copy, Debug)]
 pub struct Frames<'a> {
     pub ring: Averages<'a>,
-    /// How many taxels there are.
+    /// Number of taxels.
     pub taxels: Taxels,
     pub condition: &'a Condition,
     /// One over the variance of each taxel's frames.
@@ -58,11 +58,11 @@ pub struct Frames<'a> {
     pub pull: &'a Values,
 }
 
-/// Where the taxels are while nothing moves.
+/// Level of the taxels while nothing moves.
 #[derive(Clone, Copy)]
 pub struct StillLevel<'a> {
     pub level: &'a Values,
-    /// What the level rises by in a frame, as the skin creeps.
+    /// Creep of the skin: rise of the level per frame.
     pub creep: Option<&'a Values>,
 }
 
@@ -71,7 +71,7 @@ struct Search {
     last: u32,
     frames: u32,
     stride: u32,
-    /// Whether the limits are those of a motion's start, or of its end.
+    /// True if the limits are those of a motion's start, or of its end.
     for_start: bool,
 }
 
@@ -107,7 +107,7 @@ impl Extremes {
         }
     }
 
-    /// Whether what was looked for is far behind.
+    /// True if what was looked for is far behind.
     fn is_past(&self, max: bool) -> bool {
         if max {
             self.max - self.sum > self.past
@@ -178,7 +178,7 @@ impl Frames<'_> {
             let frame = last.wrapping_sub(back * stride);
             let mut apart = Apart::NONE;
             if let Some(values) = self.condition.frame(self.ring, frame, &mut buffer) {
-                // By fours: a quarter of the instructions of one taxel were the loop's.
+                // Four at a time: the loop took a quarter of the instructions of one taxel.
                 let fours = taxels.as_chunks_mut::<4>().0.iter_mut();
                 for (values, taxels) in values.as_chunks::<4>().0.iter().zip(fours) {
                     for (value, [level, weight, pull, four]) in values.iter().zip(taxels) {

@@ -9,7 +9,7 @@ use ridgetone_tone::Values;
 const HISTORY: usize = 8;
 /// Pairs of blocks that are remembered: 0.27 s. A power of two too.
 const PAIRS: usize = 8;
-/// Most blocks that [`Past::mean_of_four`] can leave out.
+/// Maximum number of blocks that [`Past::mean_of_four`] can leave out.
 pub const FURTHEST: usize = 2 * PAIRS - 4;
 /// Pairs in a sum of eight blocks.
 const PAIRS_OF_EIGHT: usize = 4;
@@ -28,7 +28,7 @@ pub struct Past {
     eights: [Values; EIGHTS],
     latest_pair: usize,
     latest_eight: usize,
-    /// Whether the latest block ended a pair, and whether it ended eight blocks.
+    /// True if the latest block ended a pair, and whether it ended eight blocks.
     pub pair_is_new: bool,
     pub eight_is_new: bool,
     /// Place of the latest.

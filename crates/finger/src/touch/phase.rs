@@ -2,7 +2,7 @@
 
 use crate::touch::slide::{Moving, Sliding};
 
-/// Where a touch is.
+/// Phase of a touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
     /// Blocks that have taught the idle level.
@@ -26,7 +26,7 @@ pub enum Phase {
     Always(Sliding),
 }
 
-/// What ended when the levels became still.
+/// Phase that ended when the levels became still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ended {
     Spike,

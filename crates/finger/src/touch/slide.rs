@@ -23,7 +23,7 @@ const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;
 const SLOW_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONG_BLOCKS;
 /// Blocks with any changes, those of the longest comparison too, after which it is one.
 const LONGEST_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONGEST_BLOCKS;
-/// Blocks after which four times what is typical, in an average with a share of 0.2 for each, is
+/// Blocks after which four times what is typical, in an average with a fraction of 0.2 for each, is
 /// less than 1.3 times: 4 to 1 + 3 x 0.8^n.
 const FADED_BLOCKS: u32 = 11;
 /// Blocks from the one in which a slide is last known to have moved to the mean of four that shows
@@ -32,7 +32,7 @@ const SOON_BLOCKS: u32 = 2;
 /// Frames by which a slide may end before it is taken for sure to have moved: what is left of it in
 /// an average shows too.
 const UNSURE_FRAMES: u32 = 40;
-/// Least distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
+/// Minimum distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
 const CREEP_BLOCKS: u32 = 4;
 /// Their squared distance, in units of its noise, that is a creep: 61 for 16 taxels, as in
 /// [`crate::touch::motion`].
@@ -58,7 +58,7 @@ pub struct Moving {
     any: u32,
     /// Blocks with a change in any comparison, the longest one included.
     longest: u32,
-    /// Its first sign across the direction of the load.
+    /// First frame with a change across the direction of the load.
     pub sign: Sign,
 }
 
@@ -106,17 +106,17 @@ impl Moving {
         }
     }
 
-    /// Whether it may be a skin that creeps: only the longest comparison shows it.
+    /// True if it may be a skin that creeps: only the longest comparison shows it.
     pub const fn is_creep(&self) -> bool {
         self.any == 0
     }
 
-    /// Whether only slow comparisons show that it lasts.
+    /// True if only slow comparisons show that it lasts.
     pub const fn is_slow(&self) -> bool {
         self.quick < SLIDE_BLOCKS && self.faint < FAINT_SLIDE_BLOCKS
     }
 
-    /// Whether it has lasted long enough.
+    /// True if it has lasted long enough.
     pub const fn is_slide(&self) -> bool {
         !self.is_slow() || self.any >= SLOW_SLIDE_BLOCKS || self.longest >= LONGEST_SLIDE_BLOCKS
     }
@@ -125,7 +125,7 @@ impl Moving {
 /// A slide that lasts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sliding {
-    /// Its first frame.
+    /// First frame of the slide.
     pub start: u32,
     /// Only slow comparisons show that it lasts.
     pub is_slow: bool,
@@ -146,7 +146,7 @@ impl Sliding {
 /// Until when something has moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moved {
-    /// It moved until this frame at least.
+    /// The slide lasted at least until this frame.
     pub until: u32,
     /// Only the longest comparison shows it, which says little of when.
     pub is_loose: bool,

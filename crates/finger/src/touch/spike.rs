@@ -11,7 +11,7 @@ const PEAK_FRAMES: u32 = 5;
 /// A higher frame that comes later replaces the peak only if it is higher by more than this number
 /// of standard deviations.
 const CLEAR: f32 = 4.0;
-/// It must also be higher by more than this share of the peak: otherwise a slide that has begun
+/// It must also be higher by more than this fraction of the peak: otherwise a slide that has begun
 /// would look like the contact.
 const CLEAR_FRACTION: f32 = 0.25;
 /// The spike may have begun this number of frames before the block that shows the first touch.
@@ -33,11 +33,11 @@ pub const TAP: Limit = limit(900.0, 0.0);
 /// The highest deviation of every taxel so far.
 #[derive(Clone, Debug)]
 pub struct Spike {
-    /// That deviation from the idle level, codes.
+    /// Deviation of that channel from the idle level, codes.
     peak: Values,
     /// The frame of that deviation, counted from `first`.
     frame: [u8; TAXELS],
-    /// Number of the first frame that was looked at.
+    /// Number of the first frame that was examined.
     first: u32,
     /// Frame in which the load begins to rise.
     pub onset: u32,

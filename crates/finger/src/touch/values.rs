@@ -38,7 +38,7 @@ pub fn multiply(values: &mut Values, by: &Values) {
         .for_each(|(value, by)| *value *= by);
 }
 
-/// Values less others.
+/// Difference of values.
 pub fn difference(values: &Values, less: &Values) -> Values {
     core::array::from_fn(|c| values[c] - less[c])
 }
@@ -48,7 +48,7 @@ pub fn length(values: &Values) -> f32 {
     libm::sqrtf(along(values, &[0.0; TAXELS], values))
 }
 
-/// Moves a level by a share of its way to another one.
+/// Moves a level by a fraction of its way to another one.
 pub fn approach(level: &mut Values, to: &Values, fraction: f32) {
     for (level, to) in level.iter_mut().zip(to) {
         *level += fraction * (to - *level);

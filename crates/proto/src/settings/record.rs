@@ -24,7 +24,7 @@ pub enum Kept {
 }
 
 impl Kept {
-    /// Reads a list of pairs. None if it is damaged, or if the settings contradict each other.
+    /// Reads a list of pairs. `None` if it is damaged, or if the settings contradict each other.
     pub fn read(mut list: &[u8]) -> Option<Self> {
         let mut settings = Settings::DEFAULT;
         let (mut known, mut skipped) = (0, 0);
@@ -47,7 +47,7 @@ impl Kept {
         })
     }
 
-    /// Writes all settings, or none for the defaults, into zeros. None if they do not fit.
+    /// Writes all settings, or none for the defaults, into zeros. `None` if they do not fit.
     pub fn write(settings: Option<&Settings>, to: &mut [u8]) -> Option<()> {
         let mut pairs = Writer { free: to };
         settings

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 /// A setting as a PC sees it. Firmware never refers to it, so that no description is linked there.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
-    /// What the setting is in a stored record, for ever.
+    /// Id of the setting in stored records; never changes.
     pub id: u8,
     /// Path, such as `window_s` or `array.pitch_mm`.
     pub name: &'static str,
@@ -33,12 +33,12 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// What it is.
+    /// Meaning of the setting.
     pub fn sentence(&self) -> &'static str {
         self.description.trim()
     }
 
-    /// Its default.
+    /// Default value.
     pub fn default(&self) -> Value {
         (self.get)(&Settings::DEFAULT)
     }
@@ -112,7 +112,7 @@ impl Limits {
 }
 
 impl Bounds {
-    /// The limits beside these other settings; none if every value is allowed.
+    /// The limits next to these other settings; `None` if every value is allowed.
     pub fn limits(&self, settings: &Settings) -> Option<Limits> {
         match *self {
             Self::Any => None,
@@ -135,7 +135,7 @@ pub trait Field: Copy + Serialize + DeserializeOwned {
     /// Value as a PC sees it.
     const KIND: Kind;
 
-    /// What its bounds are for.
+    /// Reason for the bounds.
     fn number(self) -> f32;
 
     /// It, for a PC.

@@ -20,7 +20,7 @@ pub struct Estimate {
     /// Mean of the common frequency over the window, hertz; zero without a tone
     /// ([`Status::has_tone`]).
     pub frequency: f32,
-    /// Its standard deviation, movement included, hertz; zero without a tone.
+    /// Standard deviation, movement included, hertz; zero without a tone.
     pub sigma: f32,
     /// Movement of the frequency within the window.
     pub movement: Movement,
@@ -84,12 +84,12 @@ pub struct Movement {
     /// RMS deviation of the frequency from its mean over the window, as a fraction of it (0.02 is
     /// 2 %).
     pub wander: f32,
-    /// Its standard deviation.
+    /// Standard deviation.
     pub wander_sigma: f32,
     /// Change of the frequency, in the unit of the frequency squared: hertz per second, or cycles
     /// per millimetre per millimetre.
     pub chirp: f32,
-    /// Its standard deviation, in the same unit.
+    /// Standard deviation, in the same unit.
     pub chirp_sigma: f32,
 }
 
@@ -142,7 +142,7 @@ pub struct Travel {
     pub spatial_period_sigma_mm: f32,
     /// Speed over the surface, millimetres per second, not negative.
     pub speed_mm_s: f32,
-    /// Its standard deviation, millimetres per second; zero where the settings give the speed.
+    /// Standard deviation, millimetres per second; zero where the settings give the speed.
     pub speed_sigma_mm_s: f32,
 }
 

@@ -55,7 +55,7 @@ pub struct Hello {
     pub frame_rate_hz: f32,
     /// Settings in force.
     pub settings: Settings,
-    /// Where they come from.
+    /// Source of the frames.
     pub source: SettingsSource,
     /// Why the board started.
     pub boot: Boot,
@@ -85,7 +85,7 @@ pub struct Contact {
 pub struct Slide {
     /// Device time of its start, microseconds.
     pub start_us: u64,
-    /// Device time of its end, microseconds; none while it lasts.
+    /// Device time of its end, microseconds; `None` while it lasts.
     pub end_us: Option<u64>,
     /// From the start, or once the slide is over from its end, until the event left the detector,
     /// microseconds.

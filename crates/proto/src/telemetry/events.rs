@@ -32,7 +32,7 @@ pub trait Events: DeserializeOwned {
     /// Raw frames, which wait behind all other events and may be dropped.
     type Bulk: Copy + Into<Self>;
 
-    /// The version that a greeting names; none for other events.
+    /// The version that a greeting names; `None` for other events.
     fn greeting(&self) -> Option<u8>;
 
     /// The event, if it is a [`Self::Bulk`].

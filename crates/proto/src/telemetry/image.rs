@@ -15,7 +15,7 @@ pub enum Hold {
     AfterSlide,
 }
 
-/// What a hold does to one taxel.
+/// Effect of a hold on one taxel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 pub struct Pressed {
@@ -23,7 +23,7 @@ pub struct Pressed {
     pub taxel: u8,
     /// Mean over the hold less the level before the touch, volts.
     pub level_v: f32,
-    /// Its standard deviation by the noise of the taxel in the hold and before the touch, volts.
+    /// Standard deviation by the noise of the taxel in the hold and before the touch, volts.
     pub sigma_v: f32,
 }
 

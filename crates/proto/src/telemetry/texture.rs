@@ -1,4 +1,4 @@
-//! A texture: what is under the finger, in place of how it shakes the sensors.
+//! A texture: what is under the finger, instead of how it shakes the sensors.
 
 use crate::plan::Plan;
 use serde::{Deserialize, Serialize};

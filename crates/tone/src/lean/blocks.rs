@@ -7,17 +7,18 @@ use crate::limits::CHANNELS_MAX;
 use crate::phase::{cos_sin, from_turns};
 use crate::source::{Overwritten, Values};
 
-/// Most blocks of a window.
+/// Maximum number of blocks of a window.
 pub const BLOCKS: usize = 16;
-/// Most blocks of a window with several lines or few frames: 1 / 64 of the information is lost.
+/// Maximum number of blocks of a window with several lines or few frames: 1 / 64 of the information
+/// is lost.
 pub const BLOCKS_FEWER: usize = 8;
 /// Frames below which a window has fewer blocks.
 const FRAMES_FEW: usize = 128;
-/// Most lines.
+/// Maximum number of lines.
 pub const LINES: usize = 4;
 /// Multiples of the phase whose sums are kept: products of two lines.
 pub const WAVES: usize = 2 * LINES;
-/// Fewest frames of a block.
+/// Minimum number of frames of a block.
 const FRAMES_OF_BLOCK: usize = 3;
 /// Fraction of sigma by which turned blocks may be off before the frames are read again.
 const NEAR: f32 = 0.3;
@@ -76,7 +77,7 @@ pub struct Blocks<'m> {
     pub powers: [f32; 3],
     /// Sums of the values, of the values times `u`, and of their squares.
     pub sums: [Values; 3],
-    /// Cycles a window of the line.
+    /// Cycles per window of the line.
     pub cycles: f32,
     run: Run,
 }
@@ -84,11 +85,11 @@ pub struct Blocks<'m> {
 /// A pass over the frames.
 #[derive(Clone, Copy, Debug)]
 pub struct Pass {
-    /// Cycles a window of the first line.
+    /// Cycles per window of the first line.
     pub cycles: f32,
     /// Number of lines.
     pub lines: usize,
-    /// Most blocks.
+    /// Maximum number of blocks.
     pub blocks: usize,
 }
 
@@ -135,7 +136,7 @@ impl<'m> Blocks<'m> {
         NEAR * sigma * blocks * (blocks * parts).min(residual)
     }
 
-    /// Most blocks for so many frames and lines.
+    /// Maximum number of blocks for so many frames and lines.
     pub fn most(frames: u32, lines: usize) -> usize {
         if lines > 1 || frames < FRAMES_FEW as u32 {
             BLOCKS_FEWER
@@ -200,7 +201,7 @@ impl<'m> Blocks<'m> {
 struct Sums<'b> {
     block: &'b mut Block,
     rows: &'b mut [Values],
-    /// Those of the window.
+    /// Blocks of the window.
     total: &'b mut [Values; 3],
     /// Values less the reference, where there are several lines.
     kept: &'b mut [Values],
@@ -218,7 +219,7 @@ struct Run {
     /// Phase of the line from one frame to the next, and at the window's centre.
     step: u32,
     centre: u32,
-    /// The same step as cosine and sine.
+    /// This step as cosine and sine.
     turn: Wave,
     /// From one frame to the next.
     u_step: f32,

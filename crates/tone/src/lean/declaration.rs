@@ -184,7 +184,7 @@ fn residuals(block: &Block, rows: &[Values], model: &Model, rest: [&mut Values; 
     let [x, y] = turned.turns[tested - 1];
     let along = turned.with_u[tested - 1];
     let [c, s] = turned.waves[tested];
-    // What the functions have of the level, the cosine and the sine.
+    // Projections of the functions on the level, the cosine and the sine.
     let mut seen = [[0.0; 3]; 2 + 2 * LINES];
     seen[0] = [n, c, s];
     seen[1] = [u * n + block.d, along[0], along[1]];
@@ -245,7 +245,7 @@ fn part_power(blocks: &Blocks, residuals: &[[Values; 2]], weights: &Values, dist
 /// Deviate of the mean square of the correlations between channels, by residuals.
 #[inline(never)]
 fn correlation(residuals: &[Values], solution: &Solution, freedom: f32) -> f32 {
-    // Rounding is no noise of its own.
+    // Rounding does not count as noise.
     let mut inverse = [0.0; CHANNELS_MAX];
     for (c, inverse) in inverse.iter_mut().enumerate() {
         if solution.weights[c] > 0.0 {

@@ -6,14 +6,14 @@ use crate::limits::CHANNELS_MAX;
 use crate::significance::square_root;
 use crate::source::{Overwritten, Values};
 
-/// Most frames that are looked at.
+/// Maximum number of frames that are looked at.
 const FRAMES: usize = 32;
-/// Fewest of them that tell a level and a slope.
+/// Minimum number of these frames for a level and a slope.
 const FRAMES_FEWEST: usize = 8;
-/// Least variance of a channel over its mean square: rounding.
+/// Minimum variance of a channel over its mean square: rounding.
 const ROUNDING: f32 = 1e-12;
 
-/// What values are taken against, by channel.
+/// Reference of each channel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reference {
     /// Mask of the channels that a frame must have.

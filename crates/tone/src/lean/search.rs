@@ -19,7 +19,7 @@ use core::f32::consts::PI;
 const POINTS_MIN: usize = 128;
 /// Channels of a mixture.
 const MIXED: usize = CHANNELS_MAX / 2;
-/// Most mixtures of each half of the channels.
+/// Maximum number of mixtures of each half of the channels.
 const MIXTURES: usize = 4;
 /// Frames above which one mixture may be enough.
 const FRAMES_LONG: usize = 512;
@@ -31,16 +31,16 @@ const Z_SECOND: f32 = 4.3;
 const Z_LINE: f32 = 2.3;
 /// Powers above this many times their mean are lines rather than noise.
 const NOISE_MAX: f32 = 2.0;
-/// By how much the mean of noise is above the mean of what is below that, times the mixtures.
+/// Ratio of the mean of the noise to the mean of what is below that mean, times the mixtures.
 const NOISE_ABOVE: f32 = 0.45;
-/// Fewest cycles of a peak.
+/// Minimum number of cycles of a peak.
 const CYCLES_MIN: f32 = 0.7;
 /// Half of the main lobe of a Hann window, and some more, cycles.
 const LOBE: f32 = 2.6;
-/// Fewest cycles of a second peak: a level that is not straight is found by the blocks.
+/// Minimum number of cycles of a second peak: a level that is not straight is found by the blocks.
 const SECOND_CYCLES_MIN: f32 = 2.0;
 
-/// Summed power of some mixtures of channels.
+/// Sum of the power spectra of several mixtures of channels.
 pub struct Search<'m> {
     /// A signal that is transformed.
     points: &'m mut [Values],
@@ -59,14 +59,14 @@ struct Grid {
     each: usize,
     /// Points that frames fill.
     pieces: usize,
-    /// Cycles a window from one bin to the next.
+    /// Distance between bins, cycles per window.
     step: f32,
 }
 
-/// Where the tone may be.
+/// A candidate frequency.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Peak {
-    /// Cycles a window.
+    /// Cycles per window.
     pub cycles: f32,
     /// False if the frequency is that of the window before.
     pub is_searched: bool,
@@ -85,7 +85,8 @@ impl Peak {
 /// Lines at the multiples of a frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct Comb {
-    /// Where frames see the lines, from the first on: those above half the frame rate are aliases.
+    /// Apparent frequencies of the lines, from the first on: those above half the frame rate are
+    /// aliases.
     at: [f32; LINES],
     lines: usize,
 }
@@ -124,7 +125,7 @@ impl Comb {
 /// Another tone of the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Second {
-    /// Cycles a window.
+    /// Cycles per window.
     pub cycles: f32,
     /// Power over that of the reported tone.
     pub power: f32,
@@ -229,7 +230,7 @@ impl<'m> Search<'m> {
         self.points
     }
 
-    /// The highest peak in a band of cycles a window.
+    /// The highest peak in a band of cycles per window.
     #[inline(never)]
     pub fn peak(
         &mut self,
@@ -335,7 +336,7 @@ impl<'m> Search<'m> {
         best.0
     }
 
-    /// Where the line of a highest bin is.
+    /// Refines the frequency of a line from its highest bin.
     fn peak_at(&self, bin: usize) -> Peak {
         let step = self.grid.step;
         let (before, after) = (self.at(bin.saturating_sub(1)), self.at(bin + 1));

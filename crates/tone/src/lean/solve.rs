@@ -2,8 +2,8 @@
 //!
 //! Each channel has a level, a slope, and a cosine and a sine of each line. The derivative by the
 //! frequency is a combination of more functions, the cosines and the sines times `u`, taken as
-//! constant in a block: what they have beside the first ones gives the step of all channels at once
-//! (variable projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
+//! constant in a block: what they have next to the first ones gives the step of all channels at
+//! once (variable projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 
 use super::blocks::{BLOCKS, Block, Blocks, LINES, WAVES, Wave, times};
 use super::reference::Reference;
@@ -13,11 +13,11 @@ use crate::significance::square_root;
 use crate::source::Values;
 use core::f32::consts::{FRAC_1_PI, PI};
 
-/// Most functions of a channel: level, slope, cosine and sine of each line.
+/// Maximum number of functions of a channel: level, slope, cosine and sine of each line.
 const FUNCTIONS: usize = 2 + 2 * LINES;
 /// The same with those of the derivative.
 const ALL: usize = FUNCTIONS + 2 * LINES;
-/// Least share of a function's square that the ones before it leave.
+/// Minimum fraction of a function's square that the earlier ones leave.
 const LEFT: f32 = 1e-4;
 /// Rounding of what a fit leaves of a channel's sum of squares, as a fraction of that sum.
 const ROUNDING: f32 = 6e-7;
@@ -33,7 +33,7 @@ pub struct Solution {
     pub turn_sigma: f32,
     /// Score of the turn, in units of the information.
     step: f32,
-    /// By how much the step lowers the residuals' squares, in units of the noise.
+    /// Decrease of the residuals' squares by the step, in units of the noise.
     gain: f32,
     /// Numbers of the lines.
     orders: [usize; LINES],
@@ -60,7 +60,7 @@ pub struct Solution {
 /// A block's sums at a turned phase: of the multiples from 0 on, and of the lines times `u`.
 #[derive(Clone, Copy, Debug)]
 pub struct Turned {
-    /// Cosine and sine by which each line is turned, from 1 on.
+    /// Rotation of each line, cosine and sine, from 1 on.
     pub turns: [Wave; LINES],
     pub waves: Waves,
     pub with_u: [Wave; LINES],
@@ -454,12 +454,12 @@ impl Solution {
         self.turn += self.step();
     }
 
-    /// Turn in cycles a window.
+    /// Turn in cycles per window.
     pub fn cycles(&self) -> f32 {
         self.turn * FRAC_1_PI
     }
 
-    /// Standard deviation of the frequency, cycles a window.
+    /// Standard deviation of the frequency, cycles per window.
     pub fn sigma(&self) -> f32 {
         self.turn_sigma * FRAC_1_PI
     }
@@ -499,7 +499,7 @@ impl Solution {
     }
 }
 
-/// Products of four channels with cosine and sine of a line, and the same times `u`.
+/// Products of four channels with cosine and sine of a line, and with these times `u`.
 #[inline(never)]
 fn products_of(
     turns: &[Wave; BLOCKS],

@@ -19,12 +19,12 @@ const Z_CHANNEL: f32 = 3.1;
 /// Lines of one shape in all channels leave less than this many standard deviations beside it.
 const Z_SHAPE: f32 = 4.0;
 
-/// Least fraction of the information that is not noise.
+/// Minimum fraction of the information that is not noise.
 const FAINT_MIN: f32 = 0.3;
 
 /// Figures that a status is set by.
 pub struct Verdict<'v> {
-    /// Cycles a window.
+    /// Cycles per window.
     pub cycles: f32,
     pub reference: &'v Reference,
     pub solution: &'v Solution,

@@ -50,7 +50,7 @@ pub fn fit_scene(
         .expect("its frames are there")
 }
 
-/// The fit of frames of some channels, whose frequency is in cycles a window, with what else is
+/// The fit of frames of some channels, whose frequency is in cycles per window, with what else is
 /// known of them.
 pub fn fit_with(
     values: &[f32],
@@ -63,7 +63,7 @@ pub fn fit_with(
     })
 }
 
-/// The fit of frames of some channels, whose frequency is in cycles a window.
+/// The fit of frames of some channels, whose frequency is in cycles per window.
 pub fn fit(values: &[f32], channels: usize) -> Fit {
     fit_with(values, channels, |span| span)
 }

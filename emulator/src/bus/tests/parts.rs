@@ -175,7 +175,7 @@ fn an_interrupt_whose_cause_is_gone() {
         scs.set_line(10, false);
     };
     assert_eq!(take(flickers), (vec![10], 0));
-    // Software's own.
+    // Pends an exception by software.
     let by_software = |scs: &mut crate::scs::Scs| {
         scs.write(0xE000_E200, 4, 1 << 10).expect("ISPR");
     };

@@ -17,7 +17,7 @@ use crate::image::Image;
 use crate::processor_fault::ProcessorFault;
 use hal_mock::Constant;
 
-/// What a case does.
+/// Action of a case.
 type Act = fn(&mut Bench);
 
 /// A case: its name, the rules that it must break, and those that it has broken.

@@ -31,7 +31,7 @@ pub struct Bench {
     pub is_worn: bool,
     /// Settings that were sent since the start.
     pub in_force: Option<Settings>,
-    /// What happens to the chip behind its set-up.
+    /// Faults of the chip after its set-up.
     pub on_start: fn(&mut Ads1258),
     /// Changes each packet before it is sent.
     pub altered: Box<dyn FnMut(&mut Packet) + Send>,

@@ -55,7 +55,7 @@ fn cases() -> Vec<Case> {
             1001 => bytes[3] ^= 8,
             _ => {}
         });
-        // In place of the fifth `health` the board greets as after a start.
+        // Instead of the fifth `health` the board greets as after a start.
         "losses Fail" "1 restarts of the board" => |bench| {
             let (mut greeting, mut healths) = (None, 0);
             bench.altered = Box::new(move |packet| match &packet.event {

@@ -50,8 +50,8 @@ impl Counts {
     }
 
     /// Names and values of what is not zero and must be. `excess` must be where the number of lost
-    /// conversions is known. `false_alarm_rate` is the share of windows of a steady tone to which
-    /// the estimator may give another status than `good`.
+    /// conversions is known. `false_alarm_rate` is the fraction of windows of a steady tone to
+    /// which the estimator may give another status than `good`.
     pub fn failures(&self, loss_is_known: bool, false_alarm_rate: f64) -> Vec<String> {
         let excess = if loss_is_known { self.excess } else { 0 };
         let must_be_zero = [

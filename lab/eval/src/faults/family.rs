@@ -130,7 +130,7 @@ impl Family {
         self.facts().2
     }
 
-    /// Whether it changes bits of what is read: of the record itself, or where in it the code is.
+    /// True if it changes bits of what is read: of the record itself, or where in it the code is.
     pub const fn alters(self) -> bool {
         matches!(
             self,

@@ -37,7 +37,7 @@ const SUPPLY_BIT_V: f64 = 4.3;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fate {
-    /// From its start to the report, seconds of device time; none if there was no report.
+    /// From its start to the report, seconds of device time; `None` if there was no report.
     pub detected_s: Option<f64>,
     /// There was no report, and nothing that the firmware reads was other than without it but
     /// codes.
@@ -193,7 +193,7 @@ fn episodes(ran: &Ran) -> Vec<Episode> {
     episodes
 }
 
-/// The fate of an injection; none if it did not act.
+/// The fate of an injection; `None` if it did not act.
 fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<Fate> {
     let Injected {
         begun_ns: Some(begun_ns),

@@ -12,7 +12,8 @@ use ridgetone_proto::settings::{Settings, TRACK_STRIDE_S};
 /// Scene time of the first injection, seconds, at the least: the chip runs and the idle level is
 /// known.
 const FIRST_S: f64 = 0.35;
-/// From the last one to the scene's end, seconds, at the least: its episode is over and reported.
+/// Minimum time from the last injection to the scene's end, seconds: its episode is over and
+/// reported.
 const LAST_S: f64 = 0.5;
 /// A chip is set up again within this time of a fault's end, seconds; each run lasts so long after
 /// the last one.
@@ -142,7 +143,7 @@ fn converted(fault: Fault, scan: &Scan) -> Fault {
     }
 }
 
-/// The scan's window as a share of [`WINDOW_S`].
+/// The scan's window as a fraction of [`WINDOW_S`].
 fn window_share(scan: &Scan) -> f64 {
     f64::from(scan.window_max_s().min(WINDOW_S) / WINDOW_S)
 }

@@ -83,7 +83,7 @@ pub struct Row {
     pub name: String,
     pub fault: String,
     pub place: Place,
-    /// Touches; none where the line or the store is tested alone.
+    /// Touches; `None` where the line or the store is tested alone.
     pub runs: usize,
     pub injected: usize,
     /// Injections followed by a report of the right kind; `None` if there is nothing to report.

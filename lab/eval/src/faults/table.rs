@@ -5,7 +5,7 @@ use super::row::{Delays, Place, Row};
 use crate::page::{self, Figures, None as Nothing, Requirement, Table, Tables, fixed};
 use serde_json::Value;
 
-/// The topic's figures with the tables of a campaign in place of those of the same name: of the
+/// The topic's figures with the tables of a campaign instead of those of the same name: of the
 /// default scan on the PC and on the emulated chip, or of another scan plan.
 pub fn with_campaign(
     mut figures: Figures<Nothing>,

@@ -11,12 +11,12 @@ use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS};
 use crate::touch::values::greater;
 use ridgetone_tone::Values;
 
-/// Share of the touch's first load that falls at once in a release: a skin that has crept since the
-/// contact stays behind.
+/// Fraction of the touch's first load that falls at once in a release: a skin that has crept since
+/// the contact stays behind.
 const FALLEN: f32 = 0.55;
 
 impl ContactDetector {
-    /// Whether a level, which is `off` from idle, is in the air after a spike, which may be many
+    /// True if a level, which is `off` from idle, is in the air after a spike, which may be many
     /// times as high as the hold: only what is next to idle is. Of a finger that is shaken all the
     /// time a longer mean shows where it is.
     pub(super) fn is_back_from_spike(&self, off: f32) -> bool {
@@ -36,7 +36,7 @@ impl ContactDetector {
         )
     }
 
-    /// Whether what has changed since the block that ends with frame `since` is a contact. Else it
+    /// True if what has changed since the block that ends with frame `since` is a contact. Else it
     /// is a slide of a finger that was on something before, or it is unclear as yet.
     pub(super) fn is_contact(&mut self, since: u32, number: u32, ring: Averages) -> bool {
         let is_still =
@@ -75,13 +75,13 @@ impl ContactDetector {
         false
     }
 
-    /// Whether a finger whose idle level is not known has left the levels of its slide.
+    /// True if a finger whose idle level is not known has left the levels of its slide.
     pub(super) fn has_left(&self, level: &Values) -> bool {
         self.air
             .is_left(level, self.motion.weights(), self.motion.taxels.count)
     }
 
-    /// Whether the load fell in the motion that has just passed, wherever the idle level may be by
+    /// True if the load fell in the motion that has just passed, wherever the idle level may be by
     /// now: it may have drifted, and a skin creeps back to it.
     pub(super) fn has_fallen(&self) -> bool {
         let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else {
@@ -90,7 +90,7 @@ impl ContactDetector {
         let fall = FALLEN * self.motion.in_noise(self.first_load);
         let is_down =
             |level: &Values| self.has_left(level) || self.motion.along(level, before) > fall;
-        // What changes along the load alone is not quick: the oldest block counts too.
+        // A change along the load alone is slow, so the oldest block counts too.
         let past = self.motion.past();
         is_down(past.back(STILL_BLOCKS as usize - 1)) && is_down(past.back(0))
     }
