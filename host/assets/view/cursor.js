@@ -1,7 +1,7 @@
 // The value under a plot's cursor, and the difference between two points that were marked.
 import { withSigma } from "./format.js";
 
-// A step of the keys up or down, as a share of the height.
+// A step of the keys up or down, as a fraction of the height.
 const STEP = 0.05;
 
 const signed = (text) => text.replace("-", "−");

@@ -2,7 +2,7 @@
 import { Plot, colour, dots, line, robust } from "./plot.js";
 import { round125 } from "./format.js";
 
-// Share of the height for the residual, at the bottom.
+// Fraction of the height for the residual, at the bottom.
 const RESIDUAL = 0.28;
 
 export class Fit extends Plot {

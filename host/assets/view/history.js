@@ -5,9 +5,9 @@ import { Plot, Steady, colour, dots, line, withoutWild } from "./plot.js";
 const ESTIMATES_S = 0.05;
 // Windows more than this many strides apart have a pause between them.
 const GAP = 2.5;
-// Least height, as a share of the frequency: magnified further, a millionth would look like noise.
+// Least height, as a fraction of the frequency: magnified further, a millionth would look like noise.
 const LEAST_SHARE = 1e-4;
-// Share of the estimates at each end that may lie beyond the axis.
+// Fraction of the estimates at each end that may lie beyond the axis.
 const WILD = 0.08;
 
 // Half the height of the band around an estimate: what is hardly known must not flatten the others.

@@ -4,7 +4,7 @@ import { Cursor } from "./cursor.js";
 
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
-// Share of the axis that new data may leave unused before it shrinks: a live axis must not tremble.
+// Fraction of the axis that new data may leave unused before it shrinks: a live axis must not tremble.
 const SLACK = 0.4;
 // A point this near to the cursor is read, pixels.
 const NEAR = 30;
@@ -16,7 +16,7 @@ const FAR = 8;
 const STEP = 0.2;
 const ZOOM = 0.6;
 
-// The value that a share of the values lies below.
+// The value that a fraction of the values lies below.
 export function quantile(sorted, share) {
   return sorted[Math.min(sorted.length - 1, Math.max(0, Math.round(share * (sorted.length - 1))))];
 }

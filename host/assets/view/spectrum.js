@@ -28,7 +28,7 @@ export class Spectrum extends Plot {
     const shown = { lines: [], residual: null, isLog: false, floor: -70 };
     const toX = (hz) => (shown.isLog ? Math.log10(hz) : hz);
     super(card, onZoom, {
-      x: "frequency, Hz", y: "share of power, dB", units: ["Hz", "dB"], real: (x) => (shown.isLog ? 10 ** x : x),
+      x: "frequency, Hz", y: "fraction of power, dB", units: ["Hz", "dB"], real: (x) => (shown.isLog ? 10 ** x : x),
       series: [
         line(() => colour("accent"), { name: "power" }), line(() => colour("unit1"), { width: 1, name: "residual" }),
         line(() => colour("other"), { dash: [5, 4], name: "other run" }),

@@ -3,12 +3,12 @@ import { Plot, colour, line, robust } from "./plot.js";
 import { round125 } from "./format.js";
 
 const TAXELS = 16;
-// Rank, as a share of the ranges, of the one that sets the rows' distance: of sixteen the three widest may reach into their
+// Rank, as a fraction of the ranges, of the one that sets the rows' distance: of sixteen the three widest may reach into their
 // neighbours' rows.
 const SWING = 0.75;
 // Frames more than this many usual steps apart have a gap between them.
 const GAP = 1.5;
-// The distance shrinks only when the rows would fit into this share of it.
+// The distance shrinks only when the rows would fit into this fraction of it.
 const SLACK = 0.6;
 
 // Places in front of which frames are missing.

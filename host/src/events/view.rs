@@ -295,7 +295,7 @@ pub struct Estimate {
     pub chirp_hz_per_s: Option<f32>,
     /// Standard deviation of the chirp.
     pub chirp_sigma_hz_per_s: Option<f32>,
-    /// Frequency of a second tone that is significant beside the first.
+    /// Frequency of a second tone that is significant next to the first.
     pub other_tone_hz: Option<f32>,
     /// Power of the second tone over that of the first.
     pub other_tone_fraction: Option<f32>,
@@ -438,7 +438,7 @@ pub struct Health {
     pub stack_bytes: u32,
     /// True frame rate by the board's clock; 0 until measured.
     pub frame_rate_hz: f32,
-    /// Share of time that the processor was busy, 0 to 1; 0 where nothing measures it.
+    /// Fraction of time that the processor was busy, 0 to 1; 0 where nothing measures it.
     pub load: f32,
     /// The ADC's supply by its own reading.
     pub supply_v: f32,

@@ -103,7 +103,7 @@ pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
         title: "Spectrum, mean of the channels".into(),
         x: scale(format!("{unit}{half}"), (0.0, max)),
         y: scale(
-            "share of a channel's power in a line, dB".into(),
+            "fraction of a channel's power in a line, dB".into(),
             (bottom.max(DB_MIN), top),
         ),
         curves,

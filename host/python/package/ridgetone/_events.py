@@ -143,7 +143,7 @@ class Estimate(Event):
     chirp_sigma_hz_per_s: float | None
     """Standard deviation of the chirp [Hz/s]."""
     other_tone_hz: float | None
-    """Frequency of a second tone that is significant beside the first [Hz]."""
+    """Frequency of a second tone that is significant next to the first [Hz]."""
     other_tone_fraction: float | None
     """Power of the second tone over that of the first."""
     interferer_hz: float | None
@@ -316,7 +316,7 @@ class Health(Event):
     frame_rate_hz: float
     """True frame rate by the board's clock; 0 until measured [Hz]."""
     load: float
-    """Share of time that the processor was busy, 0 to 1; 0 where nothing measures it."""
+    """Fraction of time that the processor was busy, 0 to 1; 0 where nothing measures it."""
     supply_v: float
     """The ADC's supply by its own reading [V]."""
     reference_v: float
