@@ -73,6 +73,11 @@ impl Flash {
         (self.acr & 7).into()
     }
 
+    /// PRFTEN.
+    pub const fn prefetches(&self) -> bool {
+        self.acr & 1 << 8 != 0
+    }
+
     /// Where a sector begins, and its size (RM0090, table 5; RM0390, table 4).
     fn sector(number: u32) -> (usize, usize) {
         match number {
