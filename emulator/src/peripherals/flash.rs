@@ -16,6 +16,8 @@ const LOCK: u32 = 1 << 31;
 /// PGPERR: the width is not that of PSIZE; PGSERR: the sequence is wrong.
 const PGPERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
+/// WRPERR, PGAERR, PGPERR and PGSERR.
+const ERRORS: u32 = 0xF0;
 
 pub struct Flash {
     /// The memory.
@@ -61,6 +63,11 @@ impl Flash {
             erase_remains,
             optcr,
         }
+    }
+
+    /// Sets or clears all error flags.
+    pub fn set_errors(&mut self, are_set: bool) {
+        self.sr = if are_set { ERRORS } else { 0 };
     }
 
     /// As after a reset; what is stored stays.
