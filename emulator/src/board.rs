@@ -85,6 +85,8 @@ pub(crate) struct Wiring {
     pub ccm_bytes: usize,
     /// RCC has DCKCFGR.
     pub has_dckcfgr: bool,
+    /// PWR_CR has ADCDC1, and SYSCFG_PMC ADC1DC2 (crate `stm32f4` 0.16).
+    pub has_adc_accuracy: bool,
     /// Highest clocks of the processor, APB1 and APB2, hertz (DS8626, DS10693 and DS10314, general
     /// operating conditions).
     pub limits_hz: [u64; 3],
@@ -198,6 +200,7 @@ impl Board {
                 flash_bytes: 1 << 20,
                 ccm_bytes: 64 << 10,
                 has_dckcfgr: false,
+                has_adc_accuracy: false,
                 limits_hz: [168_000_000, 42_000_000, 84_000_000],
                 pwr_cr: 0x4000,
                 id_code: 0x1007_6413,
@@ -241,6 +244,7 @@ impl Board {
                 flash_bytes: 512 << 10,
                 ccm_bytes: 0,
                 has_dckcfgr: true,
+                has_adc_accuracy: true,
                 limits_hz: [180_000_000, 45_000_000, 90_000_000],
                 pwr_cr: 0xC000,
                 id_code: 0x1000_6421,

@@ -49,6 +49,9 @@ rules! {
     AdcSequence,
     /// The own ADC settles before it converts: tSTAB (DS8626 and DS10693, ADC characteristics).
     AdcSettling,
+    /// ADCDC1 of PWR_CR is set with the flash's prefetch off, ADCxDC2 of SYSCFG_PMC with the own ADC's clock at
+    /// 30 MHz or more, and never both (AN4073; RM0390, PWR_CR and SYSCFG_PMC).
+    AdcAccuracy,
     /// No sample of the own ADC is lost.
     AdcOverrun,
     /// A stream of the DMA is configured while it is off (RM0090, 9.5.5 to 9.5.10).

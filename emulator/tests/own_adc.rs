@@ -37,6 +37,9 @@ fn the_demo_is_good_without_another_chip() {
             (true, sequence),
             "{board:?}: {state:?}"
         );
+        // The STM32F405 has no such bit.
+        let has_bit = board != Board::FeatherF405Adc;
+        assert_eq!(run.emulator.has_quiet_adc(), has_bit, "{board:?}");
         run.run_s(5.5);
         run.assert_rules();
         assert!(

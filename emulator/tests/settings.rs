@@ -75,6 +75,24 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
     }
 }
 
+/// Error flags that are set at power-up are no failure of the first write.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn settings_are_kept_though_the_flash_has_old_error_flags() {
+    for board in BOARDS {
+        let start = Start {
+            flash_has_errors: true,
+            ..Start::default()
+        };
+        let mut run = Run::new(board, Constant::default(), start);
+        run.run_to(1.0, hello);
+        assert_eq!(run.command(1, keep(1)), Outcome::Done, "{board:?}");
+        let found = after_power(&mut run);
+        assert_eq!(found, (settings(1), SettingsSource::Stored), "{board:?}");
+        run.assert_rules();
+    }
+}
+
 /// Records of a sector of 128 KiB.
 const RECORDS: u16 = (128 * 1024 / RECORD_BYTES) as u16;
 

@@ -7,9 +7,8 @@
 use super::chip_clock::TimerClock;
 use super::chosen::{Cs, DrdyPin, Reset, Start};
 use super::{CLOCKS, pin};
-use ads1258::Ads1258;
-use core::convert::Infallible;
-use embedded_hal::digital::{ErrorType, OutputPin};
+use ads1258::{Ads1258, SettledCs};
+use embedded_hal::delay::DelayNs;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use ridgetone_finger::Wiring;
 use ridgetone_finger::converter::{Facts, WiredAds1258};
@@ -28,15 +27,8 @@ pub const POWER_UP_US: u32 = 200_000;
 /// SPI clock, hertz: at most half the chip's clock.
 const SPI_HZ: u32 = CLOCKS.spi1_hz(15_728_640 / 2);
 
-/// Reads of SPI_SR until the bus is not busy: the last bit's second half lasts 16 cycles or fewer.
-const BUSY_READS: u32 = 100;
-
-/// Processor cycles of half an SCLK period. BSY clears so much before the last bit ends (measured by
-/// others on the STM32F429 and F446), and the chip takes a written register at that end.
-const HALF_BIT_CYCLES: u32 = CLOCKS.sysclk_mhz * 1_000_000 / SPI_HZ / 2;
-
-/// Processor cycles to let CS settle: 190 ns are over 2.5 tCLK and 2 tCLK from 13.2 MHz on.
-const CS_SETTLE_CYCLES: u32 = CLOCKS.cycles(190);
+/// Slowest clock of the chip that the CS times are enough for, hertz.
+const CHIP_MIN_HZ: u32 = 13_200_000;
 
 /// The ADS1258 on SPI1, with START, RESET and a timer for its clock.
 pub type Converter = WiredAds1258<Spi, Start<Output>, Reset<Output>, TimerClock>;
@@ -45,31 +37,15 @@ pub const WIRING: Wiring = Wiring {
     converter: &Facts::of::<Converter>(),
 };
 
-type Spi = ExclusiveDevice<spi::Spi<SPI1>, SettledCs, NoDelay>;
+type Spi = ExclusiveDevice<spi::Spi<SPI1>, SettledCs<Cs<Output>, Cycles>, NoDelay>;
 
-/// CS that gives the chip its set-up time after each edge.
-pub struct SettledCs(Cs<Output>);
+/// Waits by the processor's clock, for up to 20 ms.
+pub struct Cycles;
 
-impl ErrorType for SettledCs {
-    type Error = Infallible;
-}
-
-impl OutputPin for SettledCs {
-    fn set_low(&mut self) -> Result<(), Infallible> {
-        self.0.set_low();
-        cortex_m::asm::delay(CS_SETTLE_CYCLES);
-        Ok(())
-    }
-
-    fn set_high(&mut self) -> Result<(), Infallible> {
-        // The last byte is received half a clock before it ends, and the HAL (0.23) waits no
-        // longer. SAFETY: reading the status has no side effect before the next read of data.
-        let is_busy = || unsafe { (*SPI1::ptr()).sr().read().bsy().bit_is_set() };
-        let _ = (0..BUSY_READS).any(|_| !is_busy());
-        cortex_m::asm::delay(HALF_BIT_CYCLES);
-        self.0.set_high();
-        cortex_m::asm::delay(CS_SETTLE_CYCLES);
-        Ok(())
+impl DelayNs for Cycles {
+    #[inline]
+    fn delay_ns(&mut self, ns: u32) {
+        cortex_m::asm::delay(CLOCKS.cycles(ns));
     }
 }
 
@@ -152,8 +128,9 @@ fn bus(spi1: SPI1, rcc: &mut Rcc) -> Spi {
         SPI_HZ.Hz(),
         rcc,
     );
+    let cs = SettledCs::new(cs, Cycles, CHIP_MIN_HZ, SPI_HZ);
     // CS never fails.
-    match ExclusiveDevice::new_no_delay(bus, SettledCs(cs)) {
+    match ExclusiveDevice::new_no_delay(bus, cs) {
         Ok(spi) => spi,
         Err(never) => match never {},
     }

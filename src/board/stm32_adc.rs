@@ -22,7 +22,7 @@ use stm32f4xx_hal::dma::traits::{DmaFlagExt, Stream};
 use stm32f4xx_hal::dma::{DmaChannel, DmaDataSize, DmaDirection, Stream0, StreamsTuple};
 use stm32f4xx_hal::gpio::{Analog, Pin};
 use stm32f4xx_hal::hal_02::adc::Channel;
-use stm32f4xx_hal::pac::{ADC_COMMON, ADC1, DMA2, Interrupt, NVIC};
+use stm32f4xx_hal::pac::{ADC_COMMON, ADC1, DMA2, FLASH, Interrupt, NVIC};
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 use stm32f4xx_hal::{ClearFlags, ReadFlags, interrupt};
 
@@ -90,6 +90,7 @@ impl Converter {
 
     /// Switches the clocks on. The converter stays off.
     pub fn new(adc: ADC1, common: ADC_COMMON, dma: DMA2, rcc: &mut Rcc) -> Self {
+        quieten(rcc);
         ADC1::enable(rcc);
         let StreamsTuple(stream, ..) = StreamsTuple::new(dma, rcc);
         Self {
@@ -171,6 +172,25 @@ impl Converter {
         ];
         let ([smpr1, smpr2], [sqr1, sqr2, sqr3]) = (sample_times(), self.sequence());
         found == [CR1, CR2 | ADON, smpr1, smpr2, sqr1, sqr2, sqr3, CCR]
+    }
+}
+
+/// Lowers the noise of the flash in the samples: prefetch off, and ADCDC1, which needs it off and a supply
+/// from 2.7 V on (AN4073, option 1; RM0390, PWR_CR). Option 2, ADC1DC2, is for a converter's clock from 30 MHz
+/// on, and excludes ADCDC1 (RM0390, SYSCFG_PMC). The STM32F405 has neither bit (crate `stm32f4` 0.16).
+#[cfg_attr(
+    feature = "feather-f405-adc",
+    expect(unused_variables, reason = "PWR's clock")
+)]
+fn quieten(rcc: &mut Rcc) {
+    // SAFETY: no task runs yet, and the other bits stay.
+    unsafe { (*FLASH::ptr()).acr().modify(|_, w| w.prften().clear_bit()) };
+    #[cfg(not(feature = "feather-f405-adc"))]
+    {
+        use stm32f4xx_hal::pac::PWR;
+        PWR::enable(rcc);
+        // SAFETY: the same.
+        unsafe { (*PWR::ptr()).cr().modify(|_, w| w.adcdc1().set_bit()) };
     }
 }
 

@@ -127,6 +127,9 @@ enum Task {
     Lint,
     /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,
+    /// Builds the examples of `ads1258` for real boards, in `crates/ads1258/boards`, where their crates can be
+    /// fetched.
+    DriverBoards,
     /// Flashes a board through a debug probe, with probe-rs, and shows its log.
     Flash {
         /// Which.
@@ -154,6 +157,7 @@ fn main() -> ExitCode {
         Task::Package { publish } => package::check(publish),
         Task::Lint => lint::run(),
         Task::LintFirmware => images::lint(),
+        Task::DriverBoards => tasks::driver_boards(),
         Task::Events => tasks::generate("events"),
         Task::Worklet => tasks::worklet(),
         Task::Settings => tasks::generate("settings_form"),

@@ -1,9 +1,12 @@
 //! Tasks that run another program of this workspace, with the images that it needs.
 
 use crate::images::{self, Board};
-use crate::tools::{announce, cargo, clean, create, find, read, root, run, target_dir, write};
+use crate::toolchain::Toolchain;
+use crate::tools::{
+    announce, cargo, clean, create, find, output_of, read, root, run, target_dir, write,
+};
 use crate::{inspect, toolchain};
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, ensure};
 use std::path::Path;
 use std::process::Command;
 use std::{fs, thread};
@@ -177,4 +180,28 @@ pub fn check_systems() -> Result<()> {
         run(&mut check).with_context(|| format!("the command does not build for {target}"))?;
     }
     Ok(())
+}
+
+/// Builds the driver's examples for boards. They are a workspace of their own, whose crates nothing else
+/// needs: where they or a compiler for them cannot be fetched, this says so and succeeds.
+pub fn driver_boards() -> Result<()> {
+    let folder = root().join("crates/ads1258/boards");
+    let mut fetch = cargo("fetch --locked", []);
+    let ready = output_of(fetch.current_dir(&folder)).and_then(|_| Toolchain::find_or_install());
+    let toolchain = match ready {
+        Ok(toolchain) => toolchain,
+        Err(error) => {
+            let error = format!("{error:#}");
+            ensure!(
+                !error.contains("--locked"),
+                "its Cargo.lock is old: {error}"
+            );
+            println!("not built: {}: {error}", folder.display());
+            return Ok(());
+        }
+    };
+    announce(format_args!("building {}", folder.display()));
+    let mut build = toolchain.cargo("build");
+    build.args(["--quiet", "--release", "--locked"]);
+    run(build.current_dir(&folder)).context("an example of ads1258 for a board does not build")
 }

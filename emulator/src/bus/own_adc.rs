@@ -6,6 +6,9 @@ use crate::board::Pin;
 use crate::findings::Rule;
 use crate::peripherals::own_adc::{Converted, Now};
 
+/// Lowest clock of the converter with ADCxDC2, hertz (RM0390, SYSCFG_PMC).
+const OPTION_2_MIN_HZ: u64 = 30_000_000;
+
 /// Pins by channel: PA0 to PA7, PB0 and PB1, PC0 to PC5 (DS8626, table 7; DS10693, table 10).
 const fn pin_of(channel: u8) -> Pin {
     match channel {
@@ -66,6 +69,24 @@ impl Bus {
         let zero_ns = *self.scene_zero_ns.get_or_insert(at_ns);
         let t_s = at_ns.saturating_sub(zero_ns) as f64 * 1e-9;
         self.sensors.sample(input as u8, t_s)
+    }
+
+    /// The rules for the bits that lower the converter's noise; none if the chip does not have them.
+    pub fn check_accuracy(&mut self) -> Option<()> {
+        let (option_1, option_2) = (self.pwr.has_adcdc1(), self.syscfg.has_adc_dc2());
+        if (option_1 || option_2) && !self.wiring.has_adc_accuracy {
+            return None;
+        }
+        let adc_hz = self.clocks.pclk[1] / self.own_adc.divider();
+        if option_1 && option_2 {
+            self.broke(Rule::AdcAccuracy, "ADCDC1 and ADCxDC2 are both set");
+        } else if option_1 && self.flash.prefetches() {
+            self.broke(Rule::AdcAccuracy, "ADCDC1 with the prefetch on");
+        } else if option_2 && self.own_adc.is_converting() && adc_hz < OPTION_2_MIN_HZ {
+            let detail = format!("ADCxDC2 with the converter at {adc_hz} Hz");
+            self.broke(Rule::AdcAccuracy, detail);
+        }
+        Some(())
     }
 
     /// The rules for the pins, as the conversions start: each is a sensor's, and analogue (RM0090,

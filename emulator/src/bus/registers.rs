@@ -162,10 +162,10 @@ impl Bus {
             }
             IWDG => self.iwdg.write(offset, value, self.time.ns())?,
             PWR => {
-                self.pwr.write(offset, value)?;
-                if self.rcc.is_pll_on() {
-                    self.broke(Rule::PllOff, "VOS is written while PLLON");
+                if self.pwr.write(offset, value)? && self.rcc.is_pll_on() {
+                    self.broke(Rule::PllOff, "VOS is changed while PLLON");
                 }
+                self.check_accuracy()?;
             }
             ADC1 => {
                 let was_converting = self.own_adc.is_converting();
@@ -173,6 +173,7 @@ impl Bus {
                 self.note(broken);
                 if !was_converting && self.own_adc.is_converting() {
                     self.check_inputs();
+                    self.check_accuracy()?;
                 }
             }
             DMA1 => {
@@ -191,7 +192,10 @@ impl Bus {
                     self.check_spi();
                 }
             }
-            SYSCFG => self.syscfg.write(offset, value)?,
+            SYSCFG => {
+                self.syscfg.write(offset, value)?;
+                self.check_accuracy()?;
+            }
             EXTI => self.exti.write(offset, value)?,
             GPIOA..=GPIOC => {
                 self.gpio[((base - GPIOA) / 0x400) as usize].write(offset, value)?;
@@ -210,6 +214,7 @@ impl Bus {
             FLASH => {
                 let effect = self.flash.write(offset, value)?;
                 self.apply(effect);
+                self.check_accuracy()?;
             }
             _ if base == line => {
                 self.usart.write(offset, value)?;

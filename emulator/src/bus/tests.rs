@@ -29,6 +29,7 @@ const USART3: u32 = 0x4000_4800;
 const TIM2: u32 = 0x4000_0000;
 const TIM10: u32 = 0x4001_4400;
 const PWR_CR: u32 = 0x4000_7000;
+const SYSCFG_PMC: u32 = 0x4001_3804;
 const IWDG: u32 = 0x4000_3000;
 const MODER: u32 = 0x00;
 const OSPEEDR: u32 = 0x08;

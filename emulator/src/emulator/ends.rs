@@ -248,6 +248,11 @@ impl Emulator {
         self.bus.dbgmcu.read(DBGMCU_CR)
     }
 
+    /// True if ADCDC1 is set and the flash's prefetch is off: the less noisy own ADC (AN4073, option 1).
+    pub fn has_quiet_adc(&self) -> bool {
+        self.bus.pwr.has_adcdc1() && !self.bus.flash.prefetches()
+    }
+
     /// The core's registers R0 to R15; R15 is the address of the next instruction.
     pub fn registers(&self) -> [u32; 16] {
         let mut registers = [0; 16];

@@ -75,6 +75,7 @@ impl Emulator {
         bus.rcc.hsi_hz = hsi_hz(start.hsi_ppm);
         bus.change_clocks();
         bus.spi.bsy_is_early = start.bsy_is_early;
+        bus.flash.set_errors(start.flash_has_errors);
         bus.clkio_is_wired = start.clkio_is_wired;
         let mut cpu = Cpu::new(wiring.flash_bytes);
         let failed = |stop| match stop {

@@ -23,6 +23,8 @@ pub struct Start {
     pub clkio_is_wired: bool,
     /// SPI's BSY clears half a bit before the last byte ends.
     pub bsy_is_early: bool,
+    /// Error flags are set in FLASH_SR at power-up, as others have found them.
+    pub flash_has_errors: bool,
     /// FLASH_OPTCR. By default as the chip is delivered: brown-out reset is off (RM0090, 3.9.10).
     pub option_bytes: u32,
 }
@@ -41,6 +43,7 @@ impl Default for Start {
             after_rom_loader: false,
             clkio_is_wired: false,
             bsy_is_early: false,
+            flash_has_errors: false,
             option_bytes: 0x0FFF_AAED,
         }
     }

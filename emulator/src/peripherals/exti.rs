@@ -52,6 +52,8 @@ impl Exti {
 pub struct Syscfg {
     /// MEMRMP: what lies at address 0.
     pub memrmp: u32,
+    /// PMC: ADCxDC2 alone.
+    pmc: u32,
     exticr: [u32; 4],
     cmpcr: u32,
 }
@@ -62,9 +64,15 @@ impl Syscfg {
         (self.exticr[usize::from(line / 4)] >> (4 * (line % 4)) & 15) as u8
     }
 
+    /// True if one of ADCxDC2, which lower the noise of the own ADC, is set.
+    pub const fn has_adc_dc2(&self) -> bool {
+        self.pmc != 0
+    }
+
     pub fn read(&self, offset: u32) -> Option<u32> {
         Some(match offset {
             0x00 => self.memrmp,
+            0x04 => self.pmc,
             0x08..=0x14 => self.exticr[(offset as usize - 8) / 4],
             0x20 => self.cmpcr,
             _ => return None,
@@ -74,6 +82,7 @@ impl Syscfg {
     pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         match offset {
             0x00 => self.memrmp = value & 3,
+            0x04 if value & !(7 << 16) == 0 => self.pmc = value,
             0x08..=0x14 => self.exticr[(offset as usize - 8) / 4] = value & 0xFFFF,
             _ => return None,
         }

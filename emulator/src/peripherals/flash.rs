@@ -16,6 +16,8 @@ const LOCK: u32 = 1 << 31;
 /// PGPERR: the width is not that of PSIZE; PGSERR: the sequence is wrong.
 const PGPERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
+/// WRPERR, PGAERR, PGPERR and PGSERR.
+const ERRORS: u32 = 0xF0;
 
 pub struct Flash {
     /// The memory.
@@ -63,6 +65,11 @@ impl Flash {
         }
     }
 
+    /// Sets or clears all error flags.
+    pub fn set_errors(&mut self, are_set: bool) {
+        self.sr = if are_set { ERRORS } else { 0 };
+    }
+
     /// As after a reset; what is stored stays.
     pub fn reset(&mut self) {
         (self.acr, self.sr, self.cr, self.keys_seen) = (0, 0, LOCK, 0);
@@ -71,6 +78,11 @@ impl Flash {
     /// Wait states.
     pub fn latency(&self) -> u64 {
         (self.acr & 7).into()
+    }
+
+    /// PRFTEN.
+    pub const fn prefetches(&self) -> bool {
+        self.acr & 1 << 8 != 0
     }
 
     /// Where a sector begins, and its size (RM0090, table 5; RM0390, table 4).

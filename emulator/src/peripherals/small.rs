@@ -1,5 +1,8 @@
 //! Peripherals of few registers: PWR and DBGMCU.
 
+const VOS: u32 = 0xC000;
+const ADCDC1: u32 = 1 << 13;
+
 /// Power control (RM0090, 5.4): the supply is always there.
 pub struct Pwr {
     cr: u32,
@@ -14,7 +17,7 @@ impl Pwr {
     /// Fastest clock of the processor that VOS allows, hertz: scale 2 of the STM32F401 and F411 ends
     /// at 84 MHz (RM0383, 5.4.1); the other chips here do without.
     pub const fn limit_hz(&self) -> u64 {
-        if self.cr & 0xC000 == 0x8000 {
+        if self.cr & VOS == 0x8000 {
             84_000_000
         } else {
             u64::MAX
@@ -30,10 +33,15 @@ impl Pwr {
         }
     }
 
-    pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
-        // VOS only.
-        let fits = offset == 0 && value & !0xC000 == 0;
-        fits.then(|| self.cr = value)
+    /// ADCDC1, which lowers the noise of the own ADC.
+    pub const fn has_adcdc1(&self) -> bool {
+        self.cr & ADCDC1 != 0
+    }
+
+    /// Tells if VOS is another then.
+    pub fn write(&mut self, offset: u32, value: u32) -> Option<bool> {
+        let fits = offset == 0 && value & !(VOS | ADCDC1) == 0;
+        fits.then(|| (core::mem::replace(&mut self.cr, value) ^ value) & VOS != 0)
     }
 }
 

@@ -36,6 +36,13 @@ pub(super) const OVERRUN: u32 = 1 << 5;
 /// is off.
 pub(super) fn bench() -> Bench {
     let mut bench = Bench::of(Board::FeatherF405Adc);
+    bench.clocks();
+    configure(&mut bench);
+    bench
+}
+
+/// As above on any board, with the clocks of the processor as they are.
+pub(super) fn configure(bench: &mut Bench) {
     let mut volts = [0.0; 16];
     (volts[0], volts[1]) = (2.5 + 1.0 - 1.65, 2.5 + 2.0 - 1.65);
     let scene = Constant {
@@ -43,7 +50,6 @@ pub(super) fn bench() -> Bench {
         ..Constant::default()
     };
     bench.0.sensors = Stm32Adc::new(Box::new(scene), Amplifier::Gain(1.0), 1);
-    bench.clocks();
     bench
         .set(AHB1ENR, 7 | 1 << 22)
         .set(APB2ENR, 1 << 8)
@@ -55,7 +61,6 @@ pub(super) fn bench() -> Bench {
         .set(SQR1, 1 << 20)
         .set(SQR3, 4 | 5 << 5);
     bench.set(PAR, DR).set(M0AR, BUFFER).set(NDTR, 8);
-    bench
 }
 
 /// As above, and it converts.

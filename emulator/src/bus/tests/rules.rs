@@ -7,8 +7,9 @@ use super::own_adc::{
 };
 use super::parts::clock;
 use super::{
-    AFRL, APB1ENR, BSRR, Bench, FLASH_ACR, FLASH_CR, FLASH_KEYR, FREE, GPIOA, GPIOB, GPIOC, IWDG,
-    MODER, OSPEEDR, PWR_CR, RCC_CFGR, RCC_CR, RCC_PLLCFGR, SPI_ON, SPI1, TIM2, USART3,
+    AFRL, APB1ENR, APB2ENR, BSRR, Bench, FLASH_ACR, FLASH_CR, FLASH_KEYR, FREE, GPIOA, GPIOB,
+    GPIOC, IWDG, MODER, OSPEEDR, PWR_CR, RCC_CFGR, RCC_CR, RCC_PLLCFGR, SPI_ON, SPI1, SYSCFG_PMC,
+    TIM2, USART3,
 };
 use crate::board::Board;
 use crate::emulator::{Emulator, Start};
@@ -121,7 +122,7 @@ fn clocks(table: &mut Table) {
     let mut bench = Bench::ready();
     bench.set(APB1ENR, 1 << 28);
     table.breaks(PllOff, "VOS while PLLON", bench, |bench| {
-        bench.set(PWR_CR, 0x4000);
+        bench.set(PWR_CR, 0);
     });
     for (period, high, is_broken) in [
         (11, 5, false),
@@ -332,6 +333,7 @@ fn converter(table: &mut Table) {
             bench.wait_us(10).set(CR2, 0).set(register, value);
         });
     }
+    accuracy(table);
     table.breaks(AdcOverrun, "the stream stops", converting(), |bench| {
         bench.wait_us(5).set(STREAM, TO_MEMORY).wait_us(10);
         assert_eq!(bench.get(SR) & OVERRUN, OVERRUN);
@@ -348,6 +350,60 @@ fn converter(table: &mut Table) {
             .set(CR2, START & !(1 << 9))
             .wait_us(40);
     });
+}
+
+/// The bits that lower the converter's noise, of a Nucleo that runs at 16 MHz.
+fn accuracy(table: &mut Table) {
+    const PRFTEN: u32 = 1 << 8;
+    const ADCDC1: u32 = 0xC000 | 1 << 13;
+    const ADC1DC2: u32 = 1 << 16;
+    type Writes = &'static [(u32, u32)];
+    let rows: [(&str, bool, Writes); 8] = [
+        ("ADCDC1", false, &[(PWR_CR, ADCDC1)]),
+        (
+            "prefetch off before it",
+            false,
+            &[(FLASH_ACR, PRFTEN), (FLASH_ACR, 0), (PWR_CR, ADCDC1)],
+        ),
+        (
+            "prefetch on",
+            true,
+            &[(FLASH_ACR, PRFTEN), (PWR_CR, ADCDC1)],
+        ),
+        (
+            "prefetch on after it",
+            true,
+            &[(PWR_CR, ADCDC1), (FLASH_ACR, PRFTEN)],
+        ),
+        (
+            "both options",
+            true,
+            &[(PWR_CR, ADCDC1), (SYSCFG_PMC, ADC1DC2)],
+        ),
+        ("ADC1DC2, not converting", false, &[(SYSCFG_PMC, ADC1DC2)]),
+        (
+            "ADC1DC2 at 4 MHz",
+            true,
+            &[(SYSCFG_PMC, ADC1DC2), (CR2, START)],
+        ),
+        ("neither", false, &[(CR2, START)]),
+    ];
+    for (what, is_broken, writes) in rows {
+        let mut bench = Bench::of(Board::NucleoF446reAdc);
+        own_adc::configure(&mut bench);
+        bench.set(APB1ENR, 1 << 28).set(APB2ENR, 1 << 8 | 1 << 14);
+        bench.set(STREAM, TO_MEMORY | EN).set(CR2, ON).wait_us(4);
+        for (register, value) in writes {
+            bench.set(*register, *value);
+        }
+        table.row(AdcAccuracy, is_broken, what, bench);
+    }
+    let mut other = Bench::of(Board::FeatherF405Adc);
+    other.set(APB1ENR, 1 << 28);
+    assert!(
+        other.0.write(PWR_CR, 4, ADCDC1).is_err(),
+        "the STM32F405 has no ADCDC1"
+    );
 }
 
 fn stream(table: &mut Table) {
