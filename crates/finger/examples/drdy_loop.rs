@@ -52,6 +52,8 @@ fn fit(
                     estimate.status, estimate.frequency, estimate.sigma
                 );
                 estimates.push(estimate);
+                // For the next window; if frames are gone by now, that one is searched.
+                let _ = estimator.search(&window, &mut LockedRing(ring));
             }
             Ok(WindowFit::Growing) => {}
             Err(Overwritten) => diagnostics.overruns.add(1),

@@ -134,6 +134,24 @@ impl Estimator {
         }
     }
 
+    /// Searches the window of the latest [`Self::run`] for another tone, if that is due: call it when
+    /// the estimate is reported, which is then no later for the search. The next window is expected to
+    /// have what is found. A search that is left out, as that of a window that grows, is made up for
+    /// in the next window.
+    ///
+    /// # Errors
+    /// If frames were overwritten.
+    pub fn search(
+        &mut self,
+        window: &Window,
+        source: &mut dyn FrameSource,
+    ) -> Result<(), Overwritten> {
+        if self.settings.accuracy > 0.0 {
+            return Ok(());
+        }
+        self.tracker.search(window, source, &self.settings)
+    }
+
     fn fit(
         &mut self,
         window: &Window,

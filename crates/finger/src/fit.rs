@@ -23,19 +23,18 @@ pub struct Fitted {
     pub scan: Scan,
 }
 
-/// Windows between full searches while tracking a tone.
+/// Windows between full searches while tracking a tone, each answered before it is searched.
 const SEARCH_EVERY: u8 = 4;
 
 /// The fitter, and the tone of the latest window: the next one of its slide is expected to have it.
 #[derive(Debug)]
 pub struct Tracker {
-    /// The fitter.
-    pub fitter: Fitter,
+    fitter: Fitter,
     /// First frame of the slide.
     slide_first: u32,
     /// Frequency in cycles per frame; 0 where no good one is known.
     frequency: f32,
-    /// Windows since the latest search.
+    /// Windows since the latest search, that one included.
     windows: u8,
 }
 
@@ -56,22 +55,70 @@ impl Tracker {
         }
     }
 
-    /// The frequency that a window is expected to have.
-    fn expected(&self, window: &Window) -> Option<f32> {
+    /// Whether the good tone of the latest window may be that of another one.
+    fn is_known(&self, window: &Window) -> bool {
         let is_next = window.span == Span::Window && window.slide_first == self.slide_first;
-        (is_next && self.frequency > 0.0 && self.windows < SEARCH_EVERY).then_some(self.frequency)
+        is_next && self.frequency > 0.0
     }
 
-    /// Keeps the frequency of a window for the next one.
-    fn keep(&mut self, window: &Window, fit: &Fit) {
-        let is_expected = self.expected(window).is_some();
-        self.windows = if is_expected { self.windows + 1 } else { 1 };
+    /// The frequency that a window is expected to have: none if a search that was due was left out.
+    fn expected(&self, window: &Window) -> Option<f32> {
+        (self.is_known(window) && self.windows <= SEARCH_EVERY).then_some(self.frequency)
+    }
+
+    /// Keeps the frequency of a window, which was expected or searched for, for the next one.
+    fn keep(&mut self, window: &Window, fit: &Fit, was_expected: bool) {
+        // No more than one beyond `SEARCH_EVERY`: then none is expected.
+        self.windows = if was_expected { self.windows + 1 } else { 1 };
         self.slide_first = window.slide_first;
         self.frequency = if fit.status == Status::Good {
             fit.frequency
         } else {
             0.0
         };
+    }
+
+    /// True if the tone was only tracked for so long that the latest window is to be searched, too.
+    fn is_search_due(&self, window: &Window) -> bool {
+        self.windows > SEARCH_EVERY && self.is_known(window)
+    }
+
+    // A frame of its own would lie under a fit, the deepest of the stack.
+    #[inline(always)]
+    fn fit(
+        &mut self,
+        window: &Window,
+        source: &mut dyn FrameSource,
+        settings: &Settings,
+        expected: Option<f32>,
+    ) -> Result<Fit, Overwritten> {
+        let scene = &scene(&settings.scene, settings.harmonics);
+        // Frames hold codes.
+        let mut span = FrameSpan::new(source, window.first, window.frames).with_quantization(1.0);
+        if settings.interferer_hz > 0.0 {
+            span = span.with_interferer(settings.interferer_hz / window.frame_rate_hz);
+        }
+        if let Some(frequency) = expected {
+            span = span.expecting(frequency);
+        }
+        let fit = self.fitter.fit(&mut span, scene)?;
+        self.keep(window, &fit, expected.is_some());
+        Ok(fit)
+    }
+
+    /// Searches a window whose tone was tracked, and reported, if that is due: the next window is
+    /// expected to have what is found.
+    #[inline(never)]
+    pub fn search(
+        &mut self,
+        window: &Window,
+        source: &mut dyn FrameSource,
+        settings: &Settings,
+    ) -> Result<(), Overwritten> {
+        if self.is_search_due(window) {
+            self.fit(window, source, settings, None)?;
+        }
+        Ok(())
     }
 }
 
@@ -95,17 +142,8 @@ pub fn fit(
     source: &mut dyn FrameSource,
     settings: &Settings,
 ) -> Result<Fitted, Overwritten> {
-    let scene = &scene(&settings.scene, settings.harmonics);
-    // Frames hold codes.
-    let mut span = FrameSpan::new(source, window.first, window.frames).with_quantization(1.0);
-    if settings.interferer_hz > 0.0 {
-        span = span.with_interferer(settings.interferer_hz / window.frame_rate_hz);
-    }
-    if let Some(frequency) = tracker.expected(window) {
-        span = span.expecting(frequency);
-    }
-    let fit = tracker.fitter.fit(&mut span, scene)?;
-    tracker.keep(window, &fit);
+    let expected = tracker.expected(window);
+    let fit = tracker.fit(window, source, settings, expected)?;
     let scan = Scan::new(&window.plan);
     Ok(Fitted {
         fit,
@@ -224,34 +262,57 @@ mod tests {
     }
 
     #[test]
-    fn a_good_tone_is_expected_in_three_windows_of_its_slide_and_then_searched_for() {
+    fn a_good_tone_is_expected_in_its_slide_and_every_fourth_window_is_searched_after_its_answer() {
         let window = Window::new(Plan::PAPER, 241);
         let mut fit = Fit::without_tone(Status::TooShort, 241);
         (fit.status, fit.frequency) = (Status::Good, 0.04);
         let mut tracker = Tracker::new();
+        // Whether the tone was expected, and whether the window is searched afterwards.
         let mut next = |window: &Window, fit: &Fit| {
-            let expected = tracker.expected(window);
-            tracker.keep(window, fit);
-            expected.is_some()
+            let was_expected = tracker.expected(window).is_some();
+            tracker.keep(window, fit, was_expected);
+            let is_due = tracker.is_search_due(window);
+            if is_due {
+                tracker.keep(window, fit, false);
+            }
+            (was_expected, is_due)
         };
-        let expected: [bool; 9] = core::array::from_fn(|_| next(&window, &fit));
-        let cycle = [false, true, true, true];
-        assert_eq!(expected[..4], cycle);
-        assert_eq!(expected[4..8], cycle);
+        let seen: [_; 9] = core::array::from_fn(|_| next(&window, &fit));
+        assert_eq!(
+            seen.map(|(expected, _)| expected),
+            [false, true, true, true, true, true, true, true, true]
+        );
+        assert_eq!(
+            seen.map(|(_, due)| due),
+            [false, false, false, false, true, false, false, false, true]
+        );
         // Neither in another slide, nor in a whole one.
         let other = Window {
             slide_first: 500,
             ..window
         };
-        assert!(!next(&other, &fit) && next(&other, &fit));
+        assert!(!next(&other, &fit).0 && next(&other, &fit).0);
         let whole = Window {
             span: Span::Slide,
             ..other
         };
-        assert!(!next(&whole, &fit));
+        assert!(!next(&whole, &fit).0);
         // A window that is not good leaves nothing to expect.
-        assert!(!next(&window, &fit));
+        assert!(!next(&window, &fit).0);
         fit.status = Status::Ambiguous;
-        assert!(next(&window, &fit) && !next(&window, &fit));
+        assert!(next(&window, &fit).0 && !next(&window, &fit).0);
+    }
+    #[test]
+    fn a_window_is_searched_at_once_if_the_search_before_it_was_left_out() {
+        let window = Window::new(Plan::PAPER, 241);
+        let mut fit = Fit::without_tone(Status::TooShort, 241);
+        (fit.status, fit.frequency) = (Status::Good, 0.04);
+        let mut tracker = Tracker::new();
+        let seen: [_; 6] = core::array::from_fn(|_| {
+            let was_expected = tracker.expected(&window).is_some();
+            tracker.keep(&window, &fit, was_expected);
+            was_expected
+        });
+        assert_eq!(seen, [false, true, true, true, true, false]);
     }
 }

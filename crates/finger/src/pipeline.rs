@@ -131,6 +131,7 @@ impl Pipeline {
         for window in &windows {
             if let Ok(WindowFit::Done(estimate)) = fit(window, estimator, &mut &*ring, shared) {
                 estimator.report(&estimate, window, emit);
+                let _ = estimator.search(window, &mut &*ring);
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::lines::Lines;
 use crate::phase::{self, cos_sin, from_turns};
 use crate::phase_course::Course;
 use crate::residual::Model;
-use crate::rows::add_rows;
+use crate::rows::add_all;
 use crate::solve::Shape;
 use crate::source::Values;
 use crate::statistics::Products;
@@ -120,9 +120,16 @@ impl Blocks {
             moments[0] += 1.0;
             moments[1] += from_middle;
             moments[2] += from_middle * from_middle;
-            for (k, value) in frame.values.iter().enumerate() {
-                sums[0][k] += value;
-                sums[1][k] += from_middle * value;
+            let [levels, slopes] = sums.each_mut().map(|sums| sums.as_chunks_mut::<4>().0);
+            let groups = levels.iter_mut().zip(slopes);
+            for ((levels, slopes), values) in groups
+                .zip(frame.values.as_chunks::<4>().0)
+                .take(self.groups)
+            {
+                for k in 0..4 {
+                    levels[k] += values[k];
+                    slopes[k] += from_middle * values[k];
+                }
             }
         });
         self.add_levels(b, &sums, &moments);
@@ -386,31 +393,38 @@ impl Blocks {
             .fold(0.0, f32::max)
     }
 
-    /// Adds a part of a function of one or two lines to the channels' products in a block, and to
-    /// those with baselines up to a degree: `change` has the coefficients of their cosines and sines.
-    pub fn add(&mut self, b: usize, lines: Lines, change: &[Values; 4], degree: usize) {
+    /// Adds what the lines of a shape, by their coefficients, gain in a block where phase and amplitude
+    /// are `moved`: to the channels' products with lines and with the shape's baselines.
+    pub fn add(&mut self, b: usize, shape: &Shape, coefficients: &[Values], moved: [f32; 2]) {
+        let [phase, amplitude] = moved;
+        // Coefficients are those of the lines; what moves are the products.
+        let gain = |line: usize, [cos, sin]: Wave| {
+            let turn = phase * line as f32;
+            [amplitude * cos - turn * sin, amplitude * sin + turn * cos]
+        };
+        let lines = || shape.lines.iter().enumerate().take(HARMONICS_MAX);
         for one in self.lines.iter() {
-            let mut factors = [[[0.0; 2]; 2]; 2];
-            for (j, line) in lines.iter().enumerate().take(2) {
+            let mut factors = [[0.0; FUNCTIONS]; 2];
+            for (j, line) in lines() {
                 for (row, product) in factors.iter_mut().zip(self.of_lines(b, one, line)) {
-                    row[j] = product;
+                    row.as_chunks_mut::<2>().0[j] = gain(line, product);
                 }
             }
             let place = self.place(b, one);
             let sums = &mut self.rows.as_chunks_mut::<2>().0[place];
             for (sums, factors) in sums.iter_mut().zip(&factors) {
-                add_rows(sums, 0..self.groups, change, factors);
+                add_all(sums, self.groups, coefficients, factors);
             }
         }
-        let mut factors = [[[0.0; 2]; 2]; DEGREE_MAX + 1];
-        for (j, line) in lines.iter().enumerate().take(2) {
+        let mut factors = [[0.0; FUNCTIONS]; DEGREE_MAX + 1];
+        for (j, line) in lines() {
             for (row, product) in factors.iter_mut().zip(self.with_baselines(b, line)) {
-                row[j] = product;
+                row.as_chunks_mut::<2>().0[j] = gain(line, product);
             }
         }
         let levels = self.levels.iter_mut().zip(&factors);
-        for (level, factors) in levels.take(degree + 1) {
-            add_rows(level, 0..self.groups, change, factors);
+        for (level, factors) in levels.take(shape.degree + 1) {
+            add_all(level, self.groups, coefficients, factors);
         }
     }
 

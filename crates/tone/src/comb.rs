@@ -175,19 +175,15 @@ impl Refinement<'_> {
         best
     }
 
-    /// A bound of the scores of all combs at the blocks' course with a baseline of up to `degree`: what
-    /// all lines explain, at the price of the fewest.
-    pub fn bound(&self, blocks: &Blocks, work: &mut Work, degree: usize, fewest: usize) -> f32 {
+    /// A bound of the scores of all combs at the blocks' course with a baseline of up to `degree`, of
+    /// as many unknowns as `least` and more: what all lines explain, at the price of the least.
+    pub fn bound(&self, blocks: &Blocks, work: &mut Work, degree: usize, least: &Shape) -> f32 {
         let all = Shape {
             lines: blocks.lines(),
             degree,
         };
-        let least = Shape {
-            lines: Lines::up_to(fewest),
-            degree: 1,
-        };
         work.solution.project(blocks, all);
-        self.likelihood(&work.solution) - self.price(&least)
+        self.likelihood(&work.solution) - self.price(least)
     }
 
     /// Weighs the channels by the noise next to the lines of the projected solution.

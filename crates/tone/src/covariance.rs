@@ -111,18 +111,22 @@ impl Samples {
     }
 }
 
-/// The product x' W y.
+/// The product x' W y; channels that are not used have zeros.
 pub fn form(x: &Values, weights: &Square<CHANNELS_MAX>, y: &Values) -> f32 {
-    let rows = x.iter().zip(weights);
+    let rows = x.iter().zip(weights).filter(|(x, _)| **x != 0.0);
     rows.map(|(x, row)| x * row.iter().zip(y).map(|(w, y)| w * y).sum::<f32>())
         .sum()
 }
 
-/// The product x' W x of symmetric weights, by groups of four up to the diagonal.
+/// The product x' W x of symmetric weights, by groups of four up to the diagonal; channels that are not
+/// used have zeros.
 pub fn power(x: &Values, weights: &Square<CHANNELS_MAX>) -> f32 {
     let groups = x.as_chunks::<4>().0;
     let mut power = 0.0;
     for (k, (own, row)) in x.iter().zip(weights).enumerate() {
+        if *own == 0.0 {
+            continue;
+        }
         let mut products = row
             .as_chunks::<4>()
             .0
@@ -149,10 +153,14 @@ pub fn add_products(products: &mut [Values], [one, other]: [&Values; 2]) {
     }
 }
 
-/// Adds the products of the channels of a sample, `weight` times, on and below the diagonal.
+/// Adds the products of the channels of a sample, `weight` times, on and below the diagonal; channels
+/// that are not used have zeros.
 pub fn add_product(products: &mut Square<CHANNELS_MAX>, weight: f32, values: &Values) {
     for (k, row) in products.iter_mut().enumerate() {
         let own = weight * values[k];
+        if own == 0.0 {
+            continue;
+        }
         let groups = values.as_chunks::<4>().0;
         let rows = row.as_chunks_mut::<4>().0.iter_mut();
         for (sums, values) in rows.zip(groups).take(k / 4 + 1) {

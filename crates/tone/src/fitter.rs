@@ -18,6 +18,7 @@ use crate::phase_course::Course;
 use crate::refine::{Refinement, Steps};
 use crate::scene::Scene;
 use crate::search::{PEAKS, candidates};
+use crate::solve::Shape;
 use crate::source::Overwritten;
 use crate::spectrum::Sums;
 use crate::statistics::{Products, Statistics};
@@ -357,9 +358,13 @@ impl<'w> Window<'w, '_, '_> {
                 let degrees = degrees.get(..degrees_count).unwrap_or_default();
                 let most = degrees.last().copied().unwrap_or(1);
                 // A part of a peak's frequency needs a line next to the peak's own.
-                let least = if divisor > 1 { 2 } else { 1 };
+                let fewest = if divisor > 1 { 2 } else { 1 };
+                let least = Shape {
+                    lines: Lines::up_to(fewest),
+                    degree: 1,
+                };
                 if let Some(best) = &best
-                    && refinement.bound(blocks, work, most, least) < best.score
+                    && refinement.bound(blocks, work, most, &least) < best.score
                 {
                     continue;
                 }
@@ -421,11 +426,21 @@ impl<'w> Window<'w, '_, '_> {
         let (mut at, degree) = (best.course, best.shape.degree);
         best.score = f32::NEG_INFINITY;
         work.restore_weights();
-        let others = (1..=self.scene.degree_max()).filter(|other| *other != degree);
+        let most = self.scene.degree_max();
+        let others = (1..=most).filter(|other| *other != degree);
+        let mut are_bounded = false;
         for other in core::iter::once(degree).chain(others) {
             let mut steps = Steps::of_comb(best.shape);
             steps.shape.degree = other;
             if other != degree {
+                // The first of the others is the least. Below, lines may be left out beside a baseline.
+                if !are_bounded
+                    && cycles >= CYCLES_CURVED
+                    && refinement.bound(blocks, work, most, &steps.shape) <= best.score
+                {
+                    break;
+                }
+                are_bounded = true;
                 work.solution.project(blocks, steps.shape);
                 if refinement.score(&work.solution) <= best.score {
                     continue;

@@ -145,9 +145,12 @@ pub fn replace(data: &mut Data, solution: &Solution, course: &Course, memory: &m
         let (mut magnitudes, mut most) = ([Sum::default(); CHANNELS_MAX], [0.0; CHANNELS_MAX]);
         data.visit_beside(Some(&model), |frame| {
             for (k, value) in frame.values.iter().enumerate().take(width) {
-                most[k] = f32::max(most[k], value.abs());
-                if value.abs() < limits[k] {
-                    magnitudes[k].add(value.abs());
+                let magnitude = value.abs();
+                if magnitude > most[k] {
+                    most[k] = magnitude;
+                }
+                if magnitude < limits[k] {
+                    magnitudes[k].add(magnitude);
                 }
             }
         });

@@ -145,12 +145,7 @@ impl Followed {
         let motion = self.motion();
         for b in 0..blocks.count() {
             let moved = motion.at(blocks.middle(b)).map(|x| sign * x);
-            let mut lines = solution.shape.lines.iter();
-            for pair in 0..solution.shape.lines.count().div_ceil(2) {
-                let both = lines.by_ref().take(2).fold(Lines::NONE, Lines::with);
-                let change = Motion::change(solution, both, pair, moved);
-                blocks.add(b, both, &change, solution.shape.degree);
-            }
+            blocks.add(b, &solution.shape, solution.lines(), moved);
         }
     }
 

@@ -248,7 +248,7 @@ impl<'l> TurnedLine<'l> {
         }
         let scale = 1.0 / libm::sqrtf(left);
         let mut values = [0.0; CHANNELS_MAX];
-        for k in 0..CHANNELS_MAX {
+        for k in 0..(4 * self.blocks.groups()).min(CHANNELS_MAX) {
             let [cc, ss, sc, cs] = self.values.each_ref().map(|values| values[k]);
             values[k] = scale * wave([cc, ss, sc, cs], is_forwards)[usize::from(is_sine)];
         }

@@ -88,23 +88,25 @@ impl Weighted {
             phases: [0.0; BLOCKS_MAX],
             amplitudes: [0.0; BLOCKS_MAX],
         };
-        let unknowns = solution.shape.unknowns();
+        let (unknowns, groups) = (solution.shape.unknowns(), blocks.groups());
         let pairs = solution.lines().as_chunks::<2>().0;
         let fitted = weighted.fitted.as_chunks_mut::<2>().0.iter_mut();
         for ((line, pair), fitted) in solution.shape.lines.iter().zip(pairs).zip(fitted) {
             for (r, (coefficients, fitted)) in pair.iter().zip(fitted).enumerate() {
-                let own: Values = core::array::from_fn(|k| dot(&weights[k], coefficients));
+                let mut own = [0.0; CHANNELS_MAX];
+                let rows = own.iter_mut().zip(weights).take(4 * groups);
+                rows.for_each(|(own, row)| *own = dot(row, coefficients, groups));
                 for (product, row) in fitted.iter_mut().zip(&solution.rows).take(unknowns) {
-                    *product = dot(row, &own);
+                    *product = dot(row, &own, groups);
                 }
                 let number = if r == 0 { -(line as f32) } else { line as f32 };
                 let sums = weighted.phases.iter_mut().zip(&mut weighted.amplitudes);
                 for (b, (phase, amplitude)) in sums.enumerate().take(blocks.count()) {
                     let [cos, sin] = blocks.line(b, line);
                     let (own_line, other) = if r == 0 { (cos, sin) } else { (sin, cos) };
-                    *phase += number * dot(other, &own);
+                    *phase += number * dot(other, &own, groups);
                     if has_amplitude {
-                        *amplitude += dot(own_line, &own);
+                        *amplitude += dot(own_line, &own, groups);
                     }
                 }
             }
@@ -356,6 +358,14 @@ fn product(one: &[f32], other: &[f32]) -> f32 {
     one.iter().zip(other).map(|(x, y)| x * y).sum()
 }
 
-fn dot(one: &Values, other: &Values) -> f32 {
-    one.iter().zip(other).map(|(x, y)| x * y).sum()
+/// Product of the first groups of four channels.
+#[inline(always)]
+fn dot(one: &Values, other: &Values, groups: usize) -> f32 {
+    let pairs = one.iter().zip(other).map(|(x, y)| x * y);
+    // All together need no loop.
+    if groups == CHANNELS_MAX / 4 {
+        pairs.sum()
+    } else {
+        pairs.take(4 * groups).sum()
+    }
 }

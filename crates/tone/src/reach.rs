@@ -21,8 +21,11 @@ impl Reach {
 
     /// Apparent frequency of a line.
     pub fn seen(&self, cycles: f32) -> f32 {
-        if self.folds {
+        // Nothing is folded below half the frame rate.
+        if self.folds && cycles.abs() >= self.most {
             (cycles - 2.0 * self.most * libm::roundf(0.5 * cycles / self.most)).abs()
+        } else if self.folds {
+            cycles.abs()
         } else {
             cycles
         }

@@ -2,9 +2,8 @@
 
 use crate::data::Frame;
 use crate::legendre::{baselines, legendre_after};
-use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
-use crate::lines::Lines;
-use crate::phase::first_powers;
+use crate::limits::{DEGREES_MAX, UNKNOWNS_MAX};
+use crate::phase;
 use crate::phase_course::Course;
 use crate::rows::add_rows;
 use crate::solve::Solution;
@@ -42,23 +41,6 @@ impl Motion {
         }
         [phase, amplitude]
     }
-
-    /// Coefficients of what is added to two lines of a solution, by the place of the pair, where phase
-    /// and amplitude are `moved`; zeros of a second one that is not there.
-    pub fn change(solution: &Solution, lines: Lines, pair: usize, moved: [f32; 2]) -> [Values; 4] {
-        let [phase, amplitude] = moved;
-        let mut change = [[0.0; CHANNELS_MAX]; 4];
-        let pairs = solution.lines().as_chunks::<2>().0.iter().skip(2 * pair);
-        let changes = change.as_chunks_mut::<2>().0.iter_mut();
-        for ([of_cos, of_sin], ([cos, sin], line)) in changes.zip(pairs.zip(lines.iter())) {
-            let turn = phase * line as f32;
-            for k in 0..CHANNELS_MAX {
-                of_cos[k] = amplitude * cos[k] + turn * sin[k];
-                of_sin[k] = amplitude * sin[k] - turn * cos[k];
-            }
-        }
-        change
-    }
 }
 
 /// A model of the frames.
@@ -79,9 +61,8 @@ impl Model<'_> {
     /// Values of the functions at `u`.
     pub fn functions(&self, u: f32) -> Functions {
         let shape = &self.solution.shape;
-        let powers: [_; HARMONICS_MAX + 1] =
-            first_powers(self.course.at(u, 1.0), shape.lines.most());
-        let [phase, amplitude] = self.motion.as_ref().map_or([0.0; 2], |motion| motion.at(u));
+        let mut multiples = phase::powers(self.course.at(u, 1.0));
+        let moved = self.motion.as_ref().map(|motion| motion.at(u));
         let mut functions = [[0.0; 4]; UNKNOWNS_MAX.div_ceil(4)];
         let (levels, lines) = functions
             .as_flattened_mut()
@@ -89,13 +70,20 @@ impl Model<'_> {
         let values = levels.iter_mut().zip(baselines(u));
         values.for_each(|(place, [value, _])| *place = value);
         let pairs = lines.as_chunks_mut::<2>().0.iter_mut();
+        let mut next = 0;
         for (pair, line) in pairs.zip(shape.lines.iter()) {
-            let [cos, sin] = powers[line.min(HARMONICS_MAX)];
-            let turn = phase * line as f32;
-            *pair = [
-                cos + amplitude * cos - turn * sin,
-                sin + amplitude * sin + turn * cos,
-            ];
+            let [cos, sin] = multiples.nth(line - next).unwrap_or_default();
+            next = line + 1;
+            *pair = match moved {
+                Some([phase, amplitude]) => {
+                    let turn = phase * line as f32;
+                    [
+                        cos + amplitude * cos - turn * sin,
+                        sin + amplitude * sin + turn * cos,
+                    ]
+                }
+                None => [cos, sin],
+            };
         }
         functions
     }

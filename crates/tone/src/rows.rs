@@ -23,3 +23,22 @@ pub fn add_rows(
         }
     }
 }
+
+/// Adds rows, each with its factor, in the first groups of four channels.
+pub fn add_all(sums: &mut Values, groups: usize, rows: &[Values], factors: &[f32]) {
+    let sums = sums.as_chunks_mut::<4>().0.iter_mut().enumerate();
+    for (g, sums) in sums.take(groups) {
+        // A group's sums stay in registers.
+        let [mut a, mut b, mut c, mut d] = *sums;
+        for (row, factor) in rows.iter().zip(factors) {
+            let Some(row) = row.as_chunks::<4>().0.get(g) else {
+                break;
+            };
+            a += factor * row[0];
+            b += factor * row[1];
+            c += factor * row[2];
+            d += factor * row[3];
+        }
+        *sums = [a, b, c, d];
+    }
+}

@@ -169,6 +169,11 @@ impl<'m> Spectrum<'m> {
         2.0 / self.frames * entry(self.sin, bin)
     }
 
+    /// Power of the strongest bin without weights.
+    pub fn strongest_plain(&self) -> f32 {
+        2.0 / self.frames * self.sin.iter().copied().fold(0.0, f32::max)
+    }
+
     /// Power of a bin over all weighted channels, after projecting out level and slope.
     pub fn power(&self, bin: usize) -> f32 {
         entry(self.cos, bin)

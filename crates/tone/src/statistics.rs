@@ -51,14 +51,18 @@ impl Sums {
         self.sum += value;
         self.sum_u += u * value;
         self.squares += value * value;
-        if value > self.most {
-            (self.most, self.at_most) = (value, 0);
+        if value >= self.most {
+            if value > self.most {
+                (self.most, self.at_most) = (value, 0);
+            }
+            self.at_most += 1;
         }
-        if value < self.least {
-            (self.least, self.at_least) = (value, 0);
+        if value <= self.least {
+            if value < self.least {
+                (self.least, self.at_least) = (value, 0);
+            }
+            self.at_least += 1;
         }
-        self.at_most += u32::from(value == self.most);
-        self.at_least += u32::from(value == self.least);
     }
 
     fn is_clipped(&self, frames: u32) -> bool {
@@ -251,8 +255,12 @@ impl Products {
     #[inline]
     pub fn add(&mut self, values: &Values, width: usize) {
         self.count += 1.0;
-        for (square, value) in self.squares.iter_mut().zip(values) {
-            *square += value * value;
+        let groups = self.squares.as_chunks_mut::<4>().0.iter_mut();
+        let groups = groups.zip(values.as_chunks::<4>().0);
+        for (squares, values) in groups.take(width.div_ceil(4)) {
+            for k in 0..4 {
+                squares[k] += values[k] * values[k];
+            }
         }
         if self.may_share {
             match self.pending.take() {

@@ -24,6 +24,9 @@ pub const Z_LINE: f32 = 4.3;
 pub const Z_BETWEEN: f32 = 3.3;
 /// Power of another line, as a fraction of the tone's, that does not matter.
 const OTHER: f32 = 1e-2;
+/// Most of the squares of a row of values that a line can have: its cosine and sine are not quite
+/// orthogonal in a few cycles.
+const OF_SQUARES: f32 = 1.22;
 /// Another line is as far from those of the comb.
 const CLEAR_CYCLES: f32 = 0.9;
 /// Distance of the middle of another line's neighbourhood, and how far it goes to either side.
@@ -220,13 +223,6 @@ impl<'t> Tested<'t> {
         transforms: &mut [f32],
     ) -> Other {
         let followed = self.followed;
-        // No line has more power than all that is left.
-        let all: f32 = followed.variances.iter().take(self.width).sum();
-        let is_weak = data.statistics.frames as f32 * all < OTHER * self.plain;
-        let every = ((1u32 << self.width) - 1) as u16;
-        if is_weak && self.with_tone == every {
-            return Other::default();
-        }
         let (domain, each, frames) = (data.domain, data.frames_each(), data.count());
         let half = data.cycles_max() / each as f32;
         let Some(mut spectrum) = Spectrum::new(data, each, sums, transforms) else {
@@ -240,8 +236,17 @@ impl<'t> Tested<'t> {
             last: (spectrum.bin(half - 0.5) as usize).min(spectrum.last()),
         };
         let mut found = Other::default();
+        let every = ((1u32 << self.width) - 1) as u16;
         let weights = followed.variances.map(|variance| 1.0 / variance);
         for first in (0..self.width).step_by(spectrum.channels()) {
+            // No line of the other channels has more power than all that is left of them.
+            let variances = followed.variances.iter().take(self.width);
+            let left: f32 = variances.skip(first).sum();
+            let most = OF_SQUARES * data.statistics.frames as f32 * left;
+            let all_with_tone = (every & !self.with_tone) >> first == 0;
+            if all_with_tone && spectrum.strongest_plain() + most < OTHER * self.plain {
+                break;
+            }
             let channels = first..(first + spectrum.channels()).min(self.width);
             spectrum.clear(channels.len());
             data.visit_channels(channels.clone(), &mut |frame| {

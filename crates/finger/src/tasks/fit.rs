@@ -59,6 +59,8 @@ impl<S: Store> Fit<'_, S> {
                 };
                 if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, shared) {
                     report(outbox, estimate, window, estimator, shared);
+                    // What is overwritten meanwhile is searched in the next window.
+                    let _ = estimator.search(window, source);
                 }
             }
             let targets = Targets {
