@@ -7,7 +7,7 @@ use ridgetone_proto::settings::{Declared, Settings};
 use ridgetone_proto::telemetry::Span;
 use ridgetone_tone::{
     Band, Baseline, Channels, Fit, Fitter, FrameSource, FrameSpan, Noise, Overwritten, Scene,
-    Speed, Status,
+    Speed, Status, Tracked,
 };
 
 /// The fit of a window.
@@ -33,6 +33,8 @@ pub struct Tracker {
     pub fitter: Fitter,
     /// First frame of the slide.
     slide_first: u32,
+    /// Frame behind the window, or behind the latest one that the tone was followed to.
+    end: u32,
     /// Frequency in cycles per frame; 0 where no good one is known.
     frequency: f32,
     /// Windows since the latest search.
@@ -51,6 +53,7 @@ impl Tracker {
         Self {
             fitter: Fitter::new(),
             slide_first: 0,
+            end: 0,
             frequency: 0.0,
             windows: 0,
         }
@@ -67,11 +70,25 @@ impl Tracker {
         let is_expected = self.expected(window).is_some();
         self.windows = if is_expected { self.windows + 1 } else { 1 };
         self.slide_first = window.slide_first;
+        self.end = window.first.wrapping_add(window.frames);
         self.frequency = if fit.status == Status::Good {
             fit.frequency
         } else {
             0.0
         };
+    }
+
+    /// Follows the tone of the latest fit to the end of a later window of its slide: the window's
+    /// frequency, in cycles per frame. None if the window has to be fitted.
+    pub fn follow(&mut self, window: &Window, source: &mut dyn FrameSource) -> Option<Tracked> {
+        let first = self.end;
+        let frames = window.first.wrapping_add(window.frames).wrapping_sub(first);
+        if window.slide_first != self.slide_first || !(1..=window.frames).contains(&frames) {
+            return None;
+        }
+        self.end = first.wrapping_add(frames);
+        let span = &mut FrameSpan::new(source, first, frames);
+        self.fitter.follow(span).ok().flatten()
     }
 }
 
