@@ -93,6 +93,8 @@ fn report<P: Platform>(
 
 /// Follows the tone of the latest fit to the end of a window; the track is qualified as an estimate
 /// is. None if the window has to be fitted.
+// Inlined, its stack would lie under a fit, which reaches deepest.
+#[inline(never)]
 pub fn follow<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,
