@@ -1,7 +1,7 @@
 """Measure eight choices of window, stride and scene on the image that gets flashed: the first table and the picture of
 docs/results/trade.md.
 
-    python lab/choices.py            builds the command and the Feather's image, and emulates three touches a choice
+    python lab/choices.py            builds the command and the Feather's image, and emulates twelve touches a choice
     python lab/choices.py --short    a touch a choice, against the requirements alone
     python lab/pages.py              fills the page from the first one's JSON
 
@@ -20,14 +20,13 @@ import numpy as np
 import boards
 import campaign
 import judge
-import loop
 import methods
 import pages
 from latency import Touch, quantile
 from trade import CLOCK_HZ, DECLARED, instructions
 from windows import NINETY_FIVE, RATE_HZ, frames
 
-TOUCHES = 3
+TOUCHES = 12
 """Touches of a choice, each with a tone of its own."""
 SEED = 70_000
 TONES_HZ = (15, 21)
@@ -107,7 +106,7 @@ def cell(touches):
     off = np.concatenate([one["off"] for one in touches])
     ages = [age for one in touches for age in one["ages"]]
     return {
-        "windows": sum(one["windows"] for one in touches), "good": len(off),
+        "touches": len(touches), "windows": sum(one["windows"] for one in touches), "good": len(off),
         "covered": int(sum(one["covered"].sum() for one in touches)), "wrong": int((np.abs(off) > judge.WRONG).sum()),
         "lost": sum(one["lost"] for one in touches),
         "rms_percent": float(f"{100 * np.sqrt(np.mean(off**2)):.3g}"),
@@ -168,16 +167,13 @@ def tables(found):
             pages.fixed(found["ram"]["statics_kib"] + one["stack_bytes"] / 1024, 0), one["bytes_per_s"], NOT_IN_THE_SCENE[kind],
         ])  # fmt: skip
     head = "choice|RMS error, %|coverage, %|unanswered, %|age, ms|95 % within, ms|answers a second|load, %|RAM, KiB|bytes a second|the scene must not contain"
-    return {"choices": pages.table(head, rows), "loop": loop.table(found, lambda window_s: instructions(DECLARED[-1][0], window_s, tracked=True))}
+    return {"choices": pages.table(head, rows)}
 
 
 def values(found):
     """Values that stand in sentences."""
-    every, between = (found[f"loop/{loop.name(*one)}"] for one in (loop.TRIED[1], loop.TRIED[4]))
-    fit = instructions(DECLARED[-1][0], 0.2, tracked=True)
-    work = [one["strides_per_s"] * fit + one["loops_per_s"] * loop.LOOP_INSTRUCTIONS for one in (every, between)]
     return {
-        "loop_part": f"one part in {work[0] / work[1]:.0f}",
+        "touches": min(found[f"choice/{name}"]["touches"] for name in CHOICES),
         "every_load": pages.fixed(found["choice/lean, at every frame"]["load_percent"], 0),
     }
 
@@ -215,7 +211,7 @@ def draw(found):
 def main():
     """Run the campaign."""
     run = campaign.Run("choices", __doc__, TOUCHES, SEED)
-    found = run.cells(*((choices, others, loop.trial) if run.full else (choices,)))
+    found = run.cells(*((choices, others) if run.full else (choices,)))
     run.finish(found, tables, draw, values)
 
 

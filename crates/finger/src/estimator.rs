@@ -114,6 +114,28 @@ impl Estimator {
         fitted
     }
 
+    /// Follows the tone of the latest fit to the end of a window, where tracks are reported and no
+    /// whole estimate is due. None if the window has to be fitted.
+    pub fn follow(&mut self, window: &Window, source: &mut dyn FrameSource) -> Option<Track> {
+        let tracks = self.settings.tracks() && self.settings.accuracy <= 0.0;
+        if !tracks || window.span != Span::Window || self.is_estimate_due(window.end_us) {
+            return None;
+        }
+        let tracked = self.tracker.follow(window, source)?;
+        Some(Track {
+            t_us: window.end_us,
+            frequency: tracked.frequency * window.frame_rate_hz,
+            sigma: tracked.sigma * window.frame_rate_hz,
+            status: Status::Good,
+        })
+    }
+
+    /// True if a whole estimate may be reported between tracks.
+    fn is_estimate_due(&self, t_us: u64) -> bool {
+        // A time before the latest one is of another run.
+        t_us.wrapping_sub(self.estimate_us) >= ESTIMATES_US
+    }
+
     /// Reports the estimate of the latest [`Self::run`]: whole, or in brief where windows follow each
     /// other fast, and then whole no more than twenty times a second; and what is under the finger, if
     /// that is news.
@@ -123,9 +145,7 @@ impl Estimator {
         if is_track {
             emit(Event::Track(Track::from(estimate)));
         }
-        // A time before the latest one is of another run.
-        let passed_us = estimate.t_us.wrapping_sub(self.estimate_us);
-        if !is_track || passed_us >= ESTIMATES_US {
+        if !is_track || self.is_estimate_due(estimate.t_us) {
             self.estimate_us = estimate.t_us;
             emit(Event::Estimate(estimate.clone()));
         }

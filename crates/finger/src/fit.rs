@@ -7,7 +7,7 @@ use ridgetone_proto::settings::{Declared, Settings};
 use ridgetone_proto::telemetry::Span;
 use ridgetone_tone::{
     Band, Baseline, Channels, Fit, Fitter, FrameSource, FrameSpan, Noise, Overwritten, Scene,
-    Speed, Status,
+    Speed, Status, Tracked,
 };
 
 /// The fit of a window.
@@ -32,6 +32,8 @@ pub struct Tracker {
     fitter: Fitter,
     /// First frame of the slide.
     slide_first: u32,
+    /// Frame behind the window, or behind the latest one that the tone was followed to.
+    end: u32,
     /// Frequency in cycles per frame; 0 where no good one is known.
     frequency: f32,
     /// Windows since the latest search, that one included.
@@ -50,6 +52,7 @@ impl Tracker {
         Self {
             fitter: Fitter::new(),
             slide_first: 0,
+            end: 0,
             frequency: 0.0,
             windows: 0,
         }
@@ -71,6 +74,7 @@ impl Tracker {
         // No more than one beyond `SEARCH_EVERY`: then none is expected.
         self.windows = if was_expected { self.windows + 1 } else { 1 };
         self.slide_first = window.slide_first;
+        self.end = window.first.wrapping_add(window.frames);
         self.frequency = if fit.status == Status::Good {
             fit.frequency
         } else {
@@ -119,6 +123,19 @@ impl Tracker {
             self.fit(window, source, settings, None)?;
         }
         Ok(())
+    }
+
+    /// Follows the tone of the latest fit to the end of a later window of its slide: the window's
+    /// frequency, in cycles per frame. None if the window has to be fitted.
+    pub fn follow(&mut self, window: &Window, source: &mut dyn FrameSource) -> Option<Tracked> {
+        let first = self.end;
+        let frames = window.first.wrapping_add(window.frames).wrapping_sub(first);
+        if window.slide_first != self.slide_first || !(1..=window.frames).contains(&frames) {
+            return None;
+        }
+        self.end = first.wrapping_add(frames);
+        let span = &mut FrameSpan::new(source, first, frames);
+        self.fitter.follow(span).ok().flatten()
     }
 }
 

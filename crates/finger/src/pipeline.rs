@@ -9,7 +9,7 @@ use crate::estimator::{Estimator, WindowFit};
 use crate::frame::{PlainFrame, TimedConversion};
 use crate::ring::Ring;
 use crate::tasks::detect::admit;
-use crate::tasks::fit::fit;
+use crate::tasks::fit::{fit, follow};
 use crate::tasks::shared::{Platform, Shared, Task};
 use crate::window::Window;
 use crate::wiring::Wiring;
@@ -129,7 +129,11 @@ impl Pipeline {
             Next::End => detector.finish(ring, &shared.diagnostics, emit, due),
         }
         for window in &windows {
-            if let Ok(WindowFit::Done(estimate)) = fit(window, estimator, &mut &*ring, shared) {
+            if let Some(track) = follow(window, estimator, &mut &*ring, shared) {
+                emit(Event::Track(track));
+            } else if let Ok(WindowFit::Done(estimate)) =
+                fit(window, estimator, &mut &*ring, shared)
+            {
                 estimator.report(&estimate, window, emit);
                 let _ = estimator.search(window, &mut &*ring);
             }

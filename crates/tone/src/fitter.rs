@@ -9,6 +9,7 @@ use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::{self, Impulses};
 use crate::late::{Delays, Late};
+use crate::lean::follow::{Loop, ROWS, Tracked};
 use crate::lean::{self, Lean};
 use crate::legendre::legendre;
 use crate::limits::{CHANNELS_MAX, FRAMES_MIN};
@@ -19,7 +20,7 @@ use crate::refine::{Refinement, Steps};
 use crate::scene::Scene;
 use crate::search::{PEAKS, candidates};
 use crate::solve::Shape;
-use crate::source::Overwritten;
+use crate::source::{Overwritten, Values};
 use crate::spectrum::Sums;
 use crate::statistics::{Products, Statistics};
 use crate::tests::{Noise, Other, Tested, Z_LINE};
@@ -73,7 +74,33 @@ impl Fitter {
         if Lean::takes(span, scene) {
             return self.fit_lean(span, scene);
         }
-        self.fit_all(span, scene, None)
+        let fit = self.fit_all(span, scene, None);
+        self.end_loop();
+        fit
+    }
+
+    /// Follows the line of the latest fit through the frames behind its window, one after the other:
+    /// the span begins where the fit's window or the latest span ended. A fit takes as many
+    /// instructions as two hundred frames.
+    ///
+    /// None where only a fit can tell: after a fit that was not good, or not of a single line in a
+    /// scene in white noise at a steady speed; and from the frame on whose residuals disagree with
+    /// the fit's noise.
+    ///
+    /// # Errors
+    /// If its frames were overwritten meanwhile.
+    pub fn follow(&mut self, span: &mut FrameSpan) -> Result<Option<Tracked>, Overwritten> {
+        Loop::new(self.loop_rows()).follow(span)
+    }
+
+    /// Memory of the loop, which a fit writes over.
+    fn loop_rows(&mut self) -> &mut [Values; ROWS] {
+        &mut self.work.memory.as_chunks_mut().0[0]
+    }
+
+    /// Ends the loop after a fit that leaves no line to follow.
+    fn end_loop(&mut self) {
+        Loop::new(self.loop_rows()).end();
     }
 
     /// Fits a lean scene. It is not inlined: its memory on the stack is not that of other scenes.
@@ -92,7 +119,12 @@ impl Fitter {
         solution: &mut lean::Solution,
     ) -> Result<Fit, Overwritten> {
         let power = self.work.memory.as_flattened_mut();
-        Lean::new(self.blocks.rows(), power, solution).fit(span, scene)
+        let fit = Lean::new(self.blocks.rows(), power, solution).fit(span, scene);
+        match &fit {
+            Ok(fit) => Loop::new(self.loop_rows()).start(span, solution, fit),
+            Err(_) => self.end_loop(),
+        }
+        fit
     }
 
     /// Fits all usable channels of a span along a path, each channel at a position of its own.
@@ -110,7 +142,9 @@ impl Fitter {
         // Opaque: the compiler would else call the only such function directly.
         let correct = core::hint::black_box(correct);
         let correction = Correction { delays, correct };
-        self.fit_all(span, scene, Some(correction))
+        let fit = self.fit_all(span, scene, Some(correction));
+        self.end_loop();
+        fit
     }
 
     #[inline(never)]

@@ -7,6 +7,7 @@
 
 mod blocks;
 mod declaration;
+pub mod follow;
 mod reference;
 mod search;
 mod solve;

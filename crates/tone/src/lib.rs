@@ -58,6 +58,7 @@ pub use fit::{ChannelFit, Fit, Movement, OtherTone, Status, Tests};
 pub use fitter::Fitter;
 pub use frame_span::FrameSpan;
 pub use late::Delays;
+pub use lean::follow::Tracked;
 pub use limits::{CHANNELS_MAX, FRAMES_MAX, FRAMES_MIN, HARMONICS_MAX, OVERTONES};
 pub use scene::{Band, Baseline, Channels, Noise, Scene, Speed};
 pub use source::{FrameSource, Frames, Overwritten, Table, Values};

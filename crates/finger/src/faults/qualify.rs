@@ -5,7 +5,7 @@ use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::motion::LONG_BLOCKS;
 use crate::window::Window;
 use ridgetone_proto::fault::{FaultKind, FaultSet};
-use ridgetone_proto::telemetry::{Estimate, Status, Travel};
+use ridgetone_proto::telemetry::{Estimate, Status, Track, Travel};
 
 /// The window's frame rate may be off the nominal one by this fraction of it: no crystal is.
 const RATE_TOLERANCE: f32 = 0.005;
@@ -29,11 +29,18 @@ impl Diagnostics {
     /// Call it after the first check of the chip's registers that follows the window's end: no
     /// earlier check can find a change within the window.
     pub fn qualify(&self, estimate: &mut Estimate, window: &Window) {
-        let (faults, is_end_unsure) = faults_of(window, estimate.window_s, self);
+        let (faults, is_doubtful) = faults_of(window, estimate.window_s, self);
         estimate.faults = faults;
-        let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
         if is_doubtful {
             doubt(estimate);
+        }
+    }
+
+    /// Makes a track of a window doubtful where [`Self::qualify`] makes an estimate so.
+    pub fn qualify_track(&self, track: &mut Track, window: &Window) {
+        let window_s = window.frames as f32 / window.frame_rate_hz;
+        if faults_of(window, window_s, self).1 {
+            track.status = Status::Doubtful;
         }
     }
 }
@@ -47,7 +54,7 @@ pub fn doubt(estimate: &mut Estimate) {
 }
 
 /// The kinds of faults that were seen since the latest `window_s` seconds of a window began;
-/// whether its end is unsure.
+/// whether they may have changed the frequency, or its end is unsure.
 fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (FaultSet, bool) {
     let nominal_hz = window.plan.frame_rate_hz();
     let in_us = |frames: f32| (frames * 1e6 / nominal_hz) as u32;
@@ -72,7 +79,8 @@ fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (Faul
         // It may have been before the beginning of a short window.
         faults = faults.with(FaultKind::Overload);
     }
-    (faults, is_end_unsure)
+    let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
+    (faults, is_doubtful)
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Consumer;
 use ridgetone_proto::store::Store;
-use ridgetone_proto::telemetry::{Estimate, Span};
+use ridgetone_proto::telemetry::{Estimate, Event, Span, Track};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
@@ -57,7 +57,11 @@ impl<S: Store> Fit<'_, S> {
                     span: window.span,
                     windows: &*windows,
                 };
-                if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, shared) {
+                if let Some(track) = follow(window, estimator, source, shared) {
+                    outbox.lock(|outbox| outbox.send(Event::Track(track), shared));
+                } else if let Ok(WindowFit::Done(estimate)) =
+                    &fit(window, estimator, source, shared)
+                {
                     report(outbox, estimate, window, estimator, shared);
                     // What is overwritten meanwhile is searched in the next window.
                     let _ = estimator.search(window, source);
@@ -89,6 +93,31 @@ fn report<P: Platform>(
     });
 }
 
+/// Follows the tone of the latest fit to the end of a window; the track is qualified as an estimate
+/// is. None if the window has to be fitted.
+// Inlined, its stack would lie under a fit, which reaches deepest.
+#[inline(never)]
+pub fn follow<P: Platform>(
+    window: &Window,
+    estimator: &mut Estimator,
+    source: &mut dyn FrameSource,
+    shared: &Shared<P>,
+) -> Option<Track> {
+    let mut track = estimator.follow(window, source)?;
+    shared.liveness.fits_done.bump();
+    check_chip(shared);
+    shared.diagnostics.qualify_track(&mut track, window);
+    Some(track)
+}
+
+/// Has the chip checked, unless that was done since the latest window's end.
+fn check_chip<P: Platform>(shared: &Shared<P>) {
+    if shared.check.load(Relaxed) {
+        shared.urgent.store(true, Relaxed);
+        P::pend(shared, Task::Drdy);
+    }
+}
+
 /// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since
 /// the window's end. The caller reports an estimate only if it is [`WindowFit::Done`].
 pub fn fit<P: Platform>(
@@ -102,10 +131,7 @@ pub fn fit<P: Platform>(
     shared.liveness.fits_done.bump();
     match &mut outcome {
         Ok(WindowFit::Done(estimate)) => {
-            if shared.check.load(Relaxed) {
-                shared.urgent.store(true, Relaxed);
-                P::pend(shared, Task::Drdy);
-            }
+            check_chip(shared);
             shared.diagnostics.qualify(estimate, window);
         }
         Ok(WindowFit::Growing) => {}

@@ -38,7 +38,7 @@ pub enum Event {
     Texture(Texture),
     /// The converter behind the inputs.
     Converter(ConverterState),
-    /// A fit in brief, where windows follow each other fast.
+    /// A window's frequency in brief, where windows follow each other fast.
     Track(Track),
     /// The first sign of tangential motion.
     Moving(Moving),
@@ -110,8 +110,9 @@ pub struct Moving {
     pub reported_after_us: u32,
 }
 
-/// One fit in brief, where windows are closer together than
-/// [`TRACK_STRIDE_S`](crate::settings::TRACK_STRIDE_S): at most 32 bytes on the line.
+/// A window's frequency in brief, where windows are closer together than
+/// [`TRACK_STRIDE_S`](crate::settings::TRACK_STRIDE_S): by a fit, or followed from the latest one. At
+/// most 32 bytes on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track {
     /// Device time of the window's end, microseconds.
