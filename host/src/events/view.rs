@@ -362,7 +362,7 @@ impl From<&wire::Estimate> for Estimate {
     }
 }
 
-/// A window's frequency in brief, where windows follow each other faster than every 0.05 s; an
+/// One fit in brief, for each window where they follow each other faster than every 0.05 s; an
 /// `estimate` of the same window comes no more than twenty times a second.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
