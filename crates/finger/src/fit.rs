@@ -26,11 +26,9 @@ pub struct Fitted {
 /// Windows between full searches while tracking a tone.
 const SEARCH_EVERY: u8 = 4;
 
-/// The fitter, and the tone of the latest window: the next one of its slide is expected to have it.
+/// The tone of the latest window: the next one of its slide is expected to have it.
 #[derive(Debug)]
 pub struct Tracker {
-    /// The fitter.
-    pub fitter: Fitter,
     /// First frame of the slide.
     slide_first: u32,
     /// Frequency in cycles per frame; 0 where no good one is known.
@@ -49,7 +47,6 @@ impl Tracker {
     /// No tone yet.
     pub const fn new() -> Self {
         Self {
-            fitter: Fitter::new(),
             slide_first: 0,
             frequency: 0.0,
             windows: 0,
@@ -90,6 +87,7 @@ impl Fitted {
 
 /// Fits a window. Fails if frames were overwritten.
 pub fn fit(
+    fitter: &mut Fitter,
     tracker: &mut Tracker,
     window: &Window,
     source: &mut dyn FrameSource,
@@ -104,7 +102,7 @@ pub fn fit(
     if let Some(frequency) = tracker.expected(window) {
         span = span.expecting(frequency);
     }
-    let fit = tracker.fitter.fit(&mut span, scene)?;
+    let fit = fitter.fit(&mut span, scene)?;
     tracker.keep(window, &fit);
     let scan = Scan::new(&window.plan);
     Ok(Fitted {

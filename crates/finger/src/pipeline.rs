@@ -16,6 +16,7 @@ use crate::wiring::Wiring;
 use heapless::Vec;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
+use ridgetone_tone::Fitter;
 
 /// Most windows that are fitted after one conversion. A slide that is noticed late has several
 /// windows due at once.
@@ -47,6 +48,7 @@ enum Next<'a> {
 pub struct Pipeline {
     detector: Detector,
     estimator: Estimator,
+    fitter: Fitter,
     ring: Ring,
     shared: Shared<OneCall>,
 }
@@ -62,6 +64,7 @@ impl Pipeline {
         Self {
             detector: Detector::wired(settings, wiring),
             estimator: Estimator::new(settings),
+            fitter: Fitter::new(),
             ring: Ring::new(),
             shared: Shared::new(OneCall, settings.plan),
         }
@@ -105,6 +108,7 @@ impl Pipeline {
         let Self {
             detector,
             estimator,
+            fitter,
             ring,
             shared,
         } = self;
@@ -129,7 +133,8 @@ impl Pipeline {
             Next::End => detector.finish(ring, &shared.diagnostics, emit, due),
         }
         for window in &windows {
-            if let Ok(WindowFit::Done(estimate)) = fit(window, estimator, &mut &*ring, shared) {
+            let outcome = fit(window, estimator, fitter, &mut &*ring, shared);
+            if let Ok(WindowFit::Done(estimate)) = outcome {
                 estimator.report(&estimate, window, emit);
             }
         }

@@ -14,13 +14,15 @@ use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Consumer;
 use ridgetone_proto::store::Store;
 use ridgetone_proto::telemetry::{Estimate, Span};
-use ridgetone_tone::{FrameSource, Overwritten, Values};
+use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
 /// What the task owns.
 pub struct Fit<'a, S> {
-    /// The fit.
-    pub estimator: &'a mut Estimator,
+    /// The estimator.
+    pub estimator: Estimator,
+    /// Memory of a fit.
+    pub fitter: &'a mut Fitter,
     /// From `detect`.
     pub windows: Consumer<'a, Window>,
     /// From `line`.
@@ -39,6 +41,7 @@ impl<S: Store> Fit<'_, S> {
         let Mail { inbox, outbox } = mail;
         let Self {
             estimator,
+            fitter,
             windows,
             requests,
         } = self;
@@ -57,7 +60,8 @@ impl<S: Store> Fit<'_, S> {
                     span: window.span,
                     windows: &*windows,
                 };
-                if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, shared) {
+                let outcome = &fit(window, estimator, fitter, source, shared);
+                if let Ok(WindowFit::Done(estimate)) = outcome {
                     report(outbox, estimate, window, estimator, shared);
                 }
             }
@@ -92,11 +96,12 @@ fn report<P: Platform>(
 pub fn fit<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,
+    fitter: &mut Fitter,
     source: &mut dyn FrameSource,
     shared: &Shared<P>,
 ) -> Result<WindowFit, Overwritten> {
     // Qualified where it is: a copy would lie on the stack beside it.
-    let mut outcome = estimator.run(window, source);
+    let mut outcome = estimator.run(fitter, window, source);
     shared.liveness.fits_done.bump();
     match &mut outcome {
         Ok(WindowFit::Done(estimate)) => {
