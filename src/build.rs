@@ -19,7 +19,7 @@ fn field<'a>(file: &'a str, name: &str) -> &'a str {
         .expect("a board has MEMORY");
     let (_, value) = memory
         .split_once(&format!("{name}: "))
-        .expect("MEMORY has three fields");
+        .expect("MEMORY has it");
     value
         .split([',', ' ', '\n'])
         .next()
@@ -74,13 +74,15 @@ fn main() {
     }
     let Some((board, file)) = chosen else { return };
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    let kib = |name| field(file, name).parse::<u32>().expect("kibibytes");
+    let number = |name| field(file, name).parse::<u32>().expect("a number");
     // But for two sectors of 128 KiB each, for settings. `cargo xtask flash` and the emulator find the
     // chip's name at probe-rs and the board in the names of symbols.
     let mut sizes = format!(
-        "_flash_size = {}K;\n_ram_size = {}K;\n",
-        kib("flash_kib") - 256,
-        kib("ram_kib")
+        "_flash_size = {}K;\n_ram_size = {}K;\n_ccm_size = {}K;\n_stack_size = {};\n",
+        number("flash_kib") - 256,
+        number("ram_kib"),
+        number("ccm_kib"),
+        number("stack_bytes")
     );
     if has("STM32F4") {
         sizes += &format!("_chip_{} = 0;\n", field(file, "chip"));

@@ -40,7 +40,6 @@ mod app {
     use crate::board::device::Interrupt;
     use crate::board::{Board, Converter, POWER_UP_US, Wait};
     use core::hint::black_box;
-    use core::mem::MaybeUninit;
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::Queue;
     use ridgetone_finger::Acquisition;
@@ -61,8 +60,10 @@ mod app {
     use ridgetone_finger::tasks::{Mail, Outbox};
     use ridgetone_finger::tasks::{RequestInbox, SerialLine, receive_all};
     use ridgetone_proto::boot::Record;
+    use ridgetone_proto::settings::Settings;
     use ridgetone_proto::store::{FlashStore, Store};
     use ridgetone_proto::telemetry::Headline;
+    use ridgetone_tone::Fitter;
 
     defmt::timestamp!("{=u32:us}", board::now_us());
 
@@ -119,9 +120,8 @@ mod app {
         samples: Queue<TimedConversion, SAMPLES> = Queue::new(),
         windows: Queue<Window, WINDOWS> = Queue::new(),
         bytes: Queue<u8, BYTES> = Queue::new(),
-        // Without initial values, which would take their size of flash too.
-        detector_place: MaybeUninit<Detector> = MaybeUninit::uninit(),
-        estimator_place: MaybeUninit<Estimator> = MaybeUninit::uninit(),
+        detector: Detector = Detector::wired(Settings::DEFAULT, board::WIRING),
+        fitter: Fitter = Fitter::new(),
     ])]
     fn init(cx: init::Context) -> (Resources, Local) {
         let Board {
@@ -144,11 +144,12 @@ mod app {
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
         let settings = board::WIRING.converter.fitting(settings);
-        // Large values come first too: clearing their memory takes longer than a conversion.
-        let detector = put(cx.local.detector_place, || {
-            Detector::booted(settings, board::WIRING, source, boot)
-        });
-        let estimator = put(cx.local.estimator_place, || Estimator::new(settings));
+        // The compiler must not know where they are: it would build the address of each of their fields
+        // anew, which takes 3 kB of flash and 1 % of the instructions.
+        let ring = black_box(cx.local.ring);
+        let detector = black_box(cx.local.detector);
+        let fitter = black_box(cx.local.fitter);
+        detector.boot(settings, source, boot);
         let shared = Shared::new(Rtic, settings.plan);
         let mut acquisition = Acquisition::new(converter, settings.plan);
         // The counter has run since the start.
@@ -169,7 +170,7 @@ mod app {
         rtic::pend(Interrupt::DETECT);
         (
             Resources {
-                ring: black_box(cx.local.ring),
+                ring,
                 detector,
                 inbox: RequestInbox::new(),
                 outbox: Outbox::new(),
@@ -185,21 +186,13 @@ mod app {
                 detect: Detect::new(samples_out, windows_in),
                 report: Report::new(bytes_in),
                 fit: Fit {
-                    estimator,
+                    estimator: Estimator::new(settings),
+                    fitter,
                     windows: windows_out,
                     requests: Requests::new(store),
                 },
             },
         )
-    }
-
-    /// Makes a large value in a stack frame of its own, up to 11 kB, which is given back: the first
-    /// tasks run on top of `init`'s frame. The compiler must not know the value's address: it would build the
-    /// address of every field anew, which takes more instructions and flash than to count from the
-    /// first.
-    #[inline(never)]
-    fn put<T>(place: &mut MaybeUninit<T>, make: impl FnOnce() -> T) -> &mut T {
-        black_box(place.write(make()))
     }
 
     #[task(binds = LINE, priority = 5, local = [line], shared = [&shared])]

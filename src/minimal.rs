@@ -12,6 +12,7 @@ use embedded_hal_bus::spi::ExclusiveDevice;
 use ridgetone_finger::{Detector, Diagnostics, Estimator, Outputs, Ring, TimedConversion};
 use ridgetone_finger::{WindowFit, converter::SCAN};
 use ridgetone_proto::{settings::Settings, telemetry::Event};
+use ridgetone_tone::Fitter;
 use stm32f4xx_hal::{gpio::Speed, pac, prelude::*, rcc, spi::Spi};
 
 /// At most half the chip's clock.
@@ -35,7 +36,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 fn main() -> ! {
     static mut RING: Ring = Ring::new();
     static mut DETECTOR: Detector = Detector::new(Settings::DEFAULT);
-    static mut ESTIMATOR: Estimator = Estimator::new(Settings::DEFAULT);
+    static mut FITTER: Fitter = Fitter::new();
     static DIAGNOSTICS: Diagnostics = Diagnostics::new();
     let p = pac::Peripherals::take().unwrap();
     let clocks = rcc::Config::hse(8.MHz()).bypass_hse_oscillator();
@@ -62,6 +63,7 @@ fn main() -> ! {
     adc.reset_by_pin(&mut reset, &mut Cycles).unwrap();
     adc.configure(&SCAN).unwrap();
     adc.start(&mut start).unwrap();
+    let mut estimator = Estimator::new(Settings::DEFAULT);
     loop {
         while drdy.is_high() {}
         let t_us = counter.now().ticks();
@@ -79,7 +81,7 @@ fn main() -> ! {
         let mut outputs = Outputs { emit, due: due_now };
         DETECTOR.push(conversion, RING, &DIAGNOSTICS, &mut outputs);
         let Some(window) = due else { continue };
-        if let Ok(WindowFit::Done(mut one)) = ESTIMATOR.run(&window, &mut &*RING) {
+        if let Ok(WindowFit::Done(mut one)) = estimator.run(FITTER, &window, &mut &*RING) {
             DIAGNOSTICS.qualify(&mut one, &window);
             let (mhz, sigma_uhz) = ((one.frequency * 1e3) as u32, (one.sigma * 1e6) as u32);
             let _ = write!(tx, "{:?}: {mhz} mHz +- {sigma_uhz} uHz\r\n", one.status);

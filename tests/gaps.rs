@@ -8,7 +8,7 @@ use ridgetone_finger::{Estimator, Window, WindowFit};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Status};
-use ridgetone_tone::Table;
+use ridgetone_tone::{Fitter, Table};
 
 /// Frames of a window of the plan `single`, 43 ms.
 const FRAMES: usize = 1003;
@@ -16,6 +16,7 @@ const FRAMES: usize = 1003;
 /// The estimate of a window of one channel, of which some frames are missing.
 fn estimate(
     estimator: &mut Estimator,
+    fitter: &mut Fitter,
     tone: &Tone,
     is_missing: impl Fn(usize) -> bool,
 ) -> Estimate {
@@ -31,7 +32,7 @@ fn estimate(
         end_us: 1_000_000,
         ..Window::new(plan, FRAMES as u32)
     };
-    match estimator.run(&window, &mut table) {
+    match estimator.run(fitter, &window, &mut table) {
         Ok(WindowFit::Done(estimate)) => estimate,
         other => panic!("no estimate: {other:?}"),
     }
@@ -40,14 +41,16 @@ fn estimate(
 /// How many of 120 windows with 3 to 6 cycles are good, how many of these are wrong, and how many
 /// are doubtful.
 fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
-    let mut estimator = Box::new(Estimator::new(Settings::DEFAULT.with_plan(Plan::SINGLE)));
+    let mut estimator = Estimator::new(Settings::DEFAULT.with_plan(Plan::SINGLE));
+    let mut fitter = Box::new(Fitter::new());
     let (mut good, mut wrong, mut doubtful) = (0, 0, 0);
     for seed in 0..120 {
         let cycles = 3.0 + 3.0 * (seed as f64 / 120.0);
         let frequency = cycles / FRAMES as f64;
         let mut tone = Tone::new(frequency, FRAMES, 30.0, seed as u64);
         tone.harmonics = 4;
-        let estimate = estimate(&mut estimator, &tone, |frame| is_missing(seed, frame));
+        let is_missing = |frame| is_missing(seed, frame);
+        let estimate = estimate(&mut estimator, &mut fitter, &tone, is_missing);
         let off =
             (f64::from(estimate.frequency / Plan::SINGLE.frame_rate_hz()) / frequency - 1.0).abs();
         good += u32::from(estimate.status == Status::Good);

@@ -10,7 +10,7 @@ use ridgetone_finger::internals::{Fitted, Tracker, by_phases, fit, lag};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Direction, Travel, TravelStatus};
-use ridgetone_tone::{Status, Table};
+use ridgetone_tone::{Fitter, Status, Table};
 use std::f64::consts::TAU;
 
 /// Slots of a scan (datasheet SBAS297G, auto-scan: 16 inputs and the five internal readings).
@@ -84,7 +84,9 @@ impl Wave {
             frame_rate_hz: FRAME_RATE_HZ,
             ..Window::new(Plan::PAPER, self.frames as u32)
         };
-        fit(tracker, &window, &mut table, &Settings::DEFAULT).expect("all frames are there")
+        let fitter = &mut Box::new(Fitter::new());
+        let fit = fit(fitter, tracker, &window, &mut table, &Settings::DEFAULT);
+        fit.expect("all frames are there")
     }
 }
 
@@ -104,7 +106,7 @@ type Change<T> = fn(&mut T);
 
 #[test]
 fn uncertainties_are_the_spread_of_a_thousand_windows() {
-    let mut tracker = Box::new(Tracker::new());
+    let mut tracker = Tracker::new();
     let waves: [(&str, Change<Wave>); 6] = [
         ("20 dB", |_| ()),
         ("6 dB, backward", |wave| {
@@ -175,7 +177,7 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
 /// A dead and a noisy channel cost no more than their own information.
 #[test]
 fn dead_and_noisy_channels_do_not_hurt() {
-    let mut tracker = Box::new(Tracker::new());
+    let mut tracker = Tracker::new();
     let mut sigma = |damaged| {
         let wave = Wave { damaged, ..WAVE };
         f64::from(travel(&wave.fitted(&mut tracker), &ARRAY).spatial_period_sigma_mm)
@@ -210,7 +212,7 @@ fn the_uncertainty_is_that_of_the_closed_form() {
 /// treating a scan as read at once is wrong by more than that, one way and the other.
 #[test]
 fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
-    let mut tracker = Box::new(Tracker::new());
+    let mut tracker = Tracker::new();
     for backward in [false, true] {
         for period_mm in [2.6, 3.1, 3.6] {
             let wave = Wave {

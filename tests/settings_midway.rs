@@ -11,6 +11,7 @@ use ridgetone_finger::{
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, Slide, SlideRule};
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status};
+use ridgetone_tone::Fitter;
 use touch::{SCANS, TONE_HZ};
 
 /// Time at which the slide begins, seconds (`touch`).
@@ -23,6 +24,7 @@ const SLIDE_END_S: f32 = 2.8;
 struct Board {
     detector: Detector,
     estimator: Estimator,
+    fitter: Fitter,
     ring: Ring,
     diagnostics: Diagnostics,
     /// Each with whether the settings had changed before it.
@@ -52,7 +54,9 @@ impl Board {
             None => detector.finish(ring, diagnostics, &mut |_| (), &mut wait),
         }
         for window in due {
-            let fit = self.estimator.run(&window, &mut &self.ring);
+            let fit = self
+                .estimator
+                .run(&mut self.fitter, &window, &mut &self.ring);
             match fit.expect("its frames are there") {
                 WindowFit::Done(estimate) => self.estimates.push((self.is_changed, estimate)),
                 WindowFit::Growing => {}
@@ -66,6 +70,7 @@ fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate
     let mut board = Box::new(Board {
         detector: Detector::new(before),
         estimator: Estimator::new(before),
+        fitter: Fitter::new(),
         ring: Ring::new(),
         diagnostics: Diagnostics::new(),
         estimates: Vec::new(),

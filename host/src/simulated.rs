@@ -17,7 +17,6 @@ use ridgetone_finger::Detector;
 use ridgetone_finger::Estimator;
 use ridgetone_finger::Ring;
 use ridgetone_finger::TimedConversion;
-use ridgetone_finger::Wiring;
 use ridgetone_finger::converter::WiredAds1258;
 use ridgetone_finger::tasks::Detect;
 use ridgetone_finger::tasks::Fit;
@@ -31,6 +30,7 @@ use ridgetone_finger::tasks::{Received, RequestInbox, receive};
 use ridgetone_proto::boot::{Boot, ResetCause, SettingsSource};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
+use ridgetone_tone::Fitter;
 use rtic_core::Exclusive;
 use std::cell::{Cell, RefCell};
 
@@ -139,21 +139,19 @@ fn run_until_restart<F: NorFlash>(
         .acquisition
         .set_up(&shared.diagnostics, &mut wait);
     around.started(board, is_set_up)?;
-    let mut estimator = Box::new(Estimator::new(start.settings));
+    let mut fitter = Box::new(Fitter::new());
+    let mut detector = Box::new(Detector::new(start.settings));
+    detector.boot(start.settings, start.source, start.boot);
     let mut tasks = Tasks {
         detect: Detect::new(samples_out, windows_in),
         fit: Fit {
-            estimator: &mut estimator,
+            estimator: Estimator::new(start.settings),
+            fitter: &mut fitter,
             windows: windows_out,
             requests: Requests::new(start.store),
         },
         report: Report::new(bytes_in),
-        detector: Box::new(Detector::booted(
-            start.settings,
-            Wiring::GUIDE,
-            start.source,
-            start.boot,
-        )),
+        detector,
         ring: Box::new(Ring::new()),
         inbox: RequestInbox::new(),
         outbox: Outbox::new(),

@@ -22,6 +22,8 @@ pub const MEMORY: Memory = Memory {
     chip: "STM32F401CEUx",
     flash_kib: 512,
     ram_kib: 96,
+    ccm_kib: 0,
+    stack_bytes: 20480,
 };
 
 interrupts! {

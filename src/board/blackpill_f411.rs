@@ -24,6 +24,8 @@ pub const MEMORY: Memory = Memory {
     chip: "STM32F411CEUx",
     flash_kib: 512,
     ram_kib: 128,
+    ccm_kib: 0,
+    stack_bytes: 18016,
 };
 
 // The chip has one USB, and no pins for a card: the software's interrupts are SDIO's and I2C3's.

@@ -26,6 +26,8 @@ pub const MEMORY: Memory = Memory {
     chip: "STM32F405RGTx",
     flash_kib: 1024,
     ram_kib: 128,
+    ccm_kib: 64,
+    stack_bytes: 20480,
 };
 
 // No board wires the second USB, whose interrupts are for software.

@@ -117,7 +117,7 @@ use stm32f4xx_hal::gpio::Pull;
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 
-/// Flash and RAM of a chip.
+/// Flash and RAM of a chip, and what of it is the stack. build.rs reads the numbers.
 pub struct Memory {
     /// Name at probe-rs.
     pub chip: &'static str,
@@ -125,9 +125,23 @@ pub struct Memory {
     pub flash_kib: u32,
     /// Main RAM in one piece.
     pub ram_kib: u32,
+    /// CCM RAM, for the stack alone.
+    pub ccm_kib: u32,
+    /// The stack: in CCM RAM where it fits there, else in main RAM.
+    pub stack_bytes: u32,
 }
 
-const _: () = assert!(!MEMORY.chip.is_empty() && MEMORY.flash_kib >= 512 && MEMORY.ram_kib >= 96);
+const _: () = {
+    let Memory {
+        chip,
+        flash_kib,
+        ram_kib,
+        ccm_kib,
+        stack_bytes,
+    } = MEMORY;
+    assert!(!chip.is_empty() && flash_kib >= 512 && ram_kib >= 96);
+    assert!(stack_bytes >= 18_016 && (ccm_kib == 0 || stack_bytes <= 1024 * ccm_kib));
+};
 
 pub type SerialLine = serial_line::SerialLine<chosen::Usart>;
 pub type LineReceiver = serial_line::LineReceiver<chosen::Usart>;

@@ -26,6 +26,8 @@ pub const MEMORY: Memory = Memory {
     chip: "STM32F446RETx",
     flash_kib: 512,
     ram_kib: 128,
+    ccm_kib: 0,
+    stack_bytes: 18016,
 };
 
 interrupts! {

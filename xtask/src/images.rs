@@ -1,6 +1,7 @@
 //! The firmware images: building and checking.
 
-use crate::inspect::{self, DMA, DRDY, Interrupt, Sizes, TIM6, USART2, USART3};
+use crate::inspect::{self, DMA, DRDY, Interrupt, Sizes, USART2_DMA, USART3_DMA};
+use crate::inspect::{TIM6, USART2, USART3};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{announce, create, read, run, target_dir, write};
 use crate::{frames, panics, sizes};
@@ -84,18 +85,18 @@ impl Board {
         Self::StylusF405,
     ];
 
-    /// Firmware, which depends on the interrupts of DRDY or the DMA, of the line, or of the
-    /// stylus's timer.
+    /// Firmware, which depends on the interrupts of DRDY or the ADC's DMA, of the line and its DMA,
+    /// or of the stylus's timer.
     pub const fn image(self) -> Image {
         let (name, interrupts): (_, &[_]) = match self {
-            Self::FeatherF405 => ("feather-f405", &[DRDY, USART3]),
-            Self::NucleoF446re => ("nucleo-f446re", &[DRDY, USART2]),
-            Self::BlackpillF411 => ("blackpill-f411", &[DRDY, USART2]),
-            Self::BlackpillF401 => ("blackpill-f401", &[DRDY, USART2]),
-            Self::FeatherF405Adc => ("feather-f405-adc", &[DRDY, DMA, USART3]),
-            Self::NucleoF446reAdc => ("nucleo-f446re-adc", &[DRDY, DMA, USART2]),
-            Self::BlackpillF411Adc => ("blackpill-f411-adc", &[DRDY, DMA, USART2]),
-            Self::StylusF405 => ("stylus-f405", &[TIM6, USART3]),
+            Self::FeatherF405 => ("feather-f405", &[DRDY, USART3, USART3_DMA]),
+            Self::NucleoF446re => ("nucleo-f446re", &[DRDY, USART2, USART2_DMA]),
+            Self::BlackpillF411 => ("blackpill-f411", &[DRDY, USART2, USART2_DMA]),
+            Self::BlackpillF401 => ("blackpill-f401", &[DRDY, USART2, USART2_DMA]),
+            Self::FeatherF405Adc => ("feather-f405-adc", &[DRDY, DMA, USART3, USART3_DMA]),
+            Self::NucleoF446reAdc => ("nucleo-f446re-adc", &[DRDY, DMA, USART2, USART2_DMA]),
+            Self::BlackpillF411Adc => ("blackpill-f411-adc", &[DRDY, DMA, USART2, USART2_DMA]),
+            Self::StylusF405 => ("stylus-f405", &[TIM6, USART3, USART3_DMA]),
             Self::Minimal => ("minimal", &[]),
         };
         let (package, binary) = match self {

@@ -14,6 +14,9 @@ pub const DMA: Interrupt = ("DMA2_STREAM0", 56);
 /// The USARTs that a line may be on.
 pub const USART2: Interrupt = ("USART2", 38);
 pub const USART3: Interrupt = ("USART3", 39);
+/// Half a buffer of what USART2 has received, and USART3.
+pub const USART2_DMA: Interrupt = ("DMA1_STREAM5", 16);
+pub const USART3_DMA: Interrupt = ("DMA1_STREAM1", 12);
 /// A sample of the stylus.
 pub const TIM6: Interrupt = ("TIM6_DAC", 54);
 

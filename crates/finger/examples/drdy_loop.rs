@@ -15,7 +15,7 @@ use ridgetone_finger::{Detector, Outputs};
 use ridgetone_finger::{Estimator, WindowFit};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Estimate;
-use ridgetone_tone::{FrameSource, Overwritten, Values};
+use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
 use std::error::Error;
 use std::sync::{Mutex, PoisonError, mpsc};
 
@@ -42,9 +42,10 @@ fn fit(
     diagnostics: &Diagnostics,
 ) -> Vec<Estimate> {
     let mut estimator = Estimator::new(Settings::DEFAULT);
+    let mut fitter = Box::new(Fitter::new());
     let mut estimates = Vec::new();
     for window in windows {
-        match estimator.run(&window, &mut LockedRing(ring)) {
+        match estimator.run(&mut fitter, &window, &mut LockedRing(ring)) {
             Ok(WindowFit::Done(mut estimate)) => {
                 diagnostics.qualify(&mut estimate, &window);
                 println!(
@@ -53,7 +54,7 @@ fn fit(
                 );
                 estimates.push(estimate);
                 // For the next window; if frames are gone by now, that one is searched.
-                let _ = estimator.search(&window, &mut LockedRing(ring));
+                let _ = estimator.search(&mut fitter, &window, &mut LockedRing(ring));
             }
             Ok(WindowFit::Growing) => {}
             Err(Overwritten) => diagnostics.overruns.add(1),

@@ -63,30 +63,32 @@ impl Detector {
 
     /// An idle detector for a board's wiring.
     pub const fn wired(settings: Settings, wiring: Wiring) -> Self {
-        Self::booted(settings, wiring, SettingsSource::Default, Boot::UNKNOWN)
-    }
-
-    /// A detector whose greeting reports where the settings are from and how the run began.
-    pub const fn booted(
-        settings: Settings,
-        wiring: Wiring,
-        source: SettingsSource,
-        boot: Boot,
-    ) -> Self {
         Self {
             settings,
             converter: wiring.converter,
             plan: Some(settings.plan),
             is_converter_due: true,
             converter_changes: 0,
-            source,
-            boot,
+            source: SettingsSource::Default,
+            boot: Boot::UNKNOWN,
             assembler: Assembler::new(settings.vref_v, &settings.plan),
             tracker: Tracker::new(&settings),
             episodes: FaultEpisodes::new(settings.vref_v),
             health_reporter: HealthReporter::new(&settings.plan),
             looked_us: 0,
         }
+    }
+
+    /// Before the first conversion: puts other settings in force, in place, and keeps for the greeting
+    /// where they are from and how the run began.
+    pub fn boot(&mut self, settings: Settings, source: SettingsSource, boot: Boot) {
+        let Settings { vref_v, plan, .. } = settings;
+        (self.settings, self.plan) = (settings, Some(plan));
+        (self.source, self.boot) = (source, boot);
+        self.assembler = Assembler::new(vref_v, &plan);
+        self.episodes = FaultEpisodes::new(vref_v);
+        self.health_reporter = HealthReporter::new(&plan);
+        self.tracker.begin(&settings);
     }
 
     /// The greeting to send before anything else.

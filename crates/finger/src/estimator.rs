@@ -16,7 +16,7 @@ use ridgetone_proto::telemetry::{
     Channel, Estimate, Event, Movement, OtherTone, Overtones, Span, Status, Track, Travel,
     TravelStatus,
 };
-use ridgetone_tone::{Fit, FrameSource, OVERTONES, Overwritten, Values};
+use ridgetone_tone::{Fit, Fitter, FrameSource, OVERTONES, Overwritten, Values};
 
 /// A gap of this fraction of a window, or longer, may mislead the search for its tone. The spectrum
 /// of two pieces with a gap between them has side lines nearly as strong as the tone's. From 94,000
@@ -39,7 +39,7 @@ pub enum WindowFit {
     Growing,
 }
 
-/// Spectrum and sine fit, with their scratch memory.
+/// Windows in, estimates out; a [`Fitter`] has the memory of a fit.
 #[derive(Debug)]
 pub struct Estimator {
     settings: Settings,
@@ -55,13 +55,11 @@ pub struct Estimator {
 }
 
 impl Estimator {
-    /// An estimator; `const`, so that its scratch memory can live in a static.
+    /// An estimator before its first window.
     pub const fn new(settings: Settings) -> Self {
-        // All zeros: as a constant it is cleared in place, not made on the stack and copied.
-        const NEW: Tracker = Tracker::new();
         Self {
             settings,
-            tracker: NEW,
+            tracker: Tracker::new(),
             reported_end: 0,
             estimate_us: 0,
             overtones: [[0.0; 2]; OVERTONES],
@@ -77,6 +75,7 @@ impl Estimator {
     /// Fits a window, unless its frames were overwritten.
     pub fn run(
         &mut self,
+        fitter: &mut Fitter,
         window: &Window,
         source: &mut dyn FrameSource,
     ) -> Result<WindowFit, Overwritten> {
@@ -91,6 +90,7 @@ impl Estimator {
             return Ok(WindowFit::Growing);
         }
         let mut fitted = self.fit(
+            fitter,
             &Window {
                 first,
                 frames,
@@ -116,12 +116,17 @@ impl Estimator {
 
     /// Follows the tone of the latest fit to the end of a window, where tracks are reported and no
     /// whole estimate is due. None if the window has to be fitted.
-    pub fn follow(&mut self, window: &Window, source: &mut dyn FrameSource) -> Option<Track> {
+    pub fn follow(
+        &mut self,
+        fitter: &mut Fitter,
+        window: &Window,
+        source: &mut dyn FrameSource,
+    ) -> Option<Track> {
         let tracks = self.settings.tracks() && self.settings.accuracy <= 0.0;
         if !tracks || window.span != Span::Window || self.is_estimate_due(window.end_us) {
             return None;
         }
-        let tracked = self.tracker.follow(window, source)?;
+        let tracked = self.tracker.follow(fitter, window, source)?;
         Some(Track {
             t_us: window.end_us,
             frequency: tracked.frequency * window.frame_rate_hz,
@@ -163,21 +168,23 @@ impl Estimator {
     /// If frames were overwritten.
     pub fn search(
         &mut self,
+        fitter: &mut Fitter,
         window: &Window,
         source: &mut dyn FrameSource,
     ) -> Result<(), Overwritten> {
         if self.settings.accuracy > 0.0 {
             return Ok(());
         }
-        self.tracker.search(window, source, &self.settings)
+        self.tracker.search(fitter, window, source, &self.settings)
     }
 
     fn fit(
         &mut self,
+        fitter: &mut Fitter,
         window: &Window,
         source: &mut dyn FrameSource,
     ) -> Result<WindowFit, Overwritten> {
-        let fitted = fit(&mut self.tracker, window, source, &self.settings);
+        let fitted = fit(fitter, &mut self.tracker, window, source, &self.settings);
         // Passed by reference: a copy would need stack, too.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         let min = window.frames / GAP_DIVISOR;

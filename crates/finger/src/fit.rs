@@ -26,10 +26,9 @@ pub struct Fitted {
 /// Windows between full searches while tracking a tone, each answered before it is searched.
 const SEARCH_EVERY: u8 = 4;
 
-/// The fitter, and the tone of the latest window: the next one of its slide is expected to have it.
+/// The tone of the latest window: the next one of its slide is expected to have it.
 #[derive(Debug)]
 pub struct Tracker {
-    fitter: Fitter,
     /// First frame of the slide.
     slide_first: u32,
     /// Frame behind the window, or behind the latest one that the tone was followed to.
@@ -50,7 +49,6 @@ impl Tracker {
     /// No tone yet.
     pub const fn new() -> Self {
         Self {
-            fitter: Fitter::new(),
             slide_first: 0,
             end: 0,
             frequency: 0.0,
@@ -91,6 +89,7 @@ impl Tracker {
     #[inline(always)]
     fn fit(
         &mut self,
+        fitter: &mut Fitter,
         window: &Window,
         source: &mut dyn FrameSource,
         settings: &Settings,
@@ -105,7 +104,7 @@ impl Tracker {
         if let Some(frequency) = expected {
             span = span.expecting(frequency);
         }
-        let fit = self.fitter.fit(&mut span, scene)?;
+        let fit = fitter.fit(&mut span, scene)?;
         self.keep(window, &fit, expected.is_some());
         Ok(fit)
     }
@@ -115,19 +114,25 @@ impl Tracker {
     #[inline(never)]
     pub fn search(
         &mut self,
+        fitter: &mut Fitter,
         window: &Window,
         source: &mut dyn FrameSource,
         settings: &Settings,
     ) -> Result<(), Overwritten> {
         if self.is_search_due(window) {
-            self.fit(window, source, settings, None)?;
+            self.fit(fitter, window, source, settings, None)?;
         }
         Ok(())
     }
 
     /// Follows the tone of the latest fit to the end of a later window of its slide: the window's
     /// frequency, in cycles per frame. None if the window has to be fitted.
-    pub fn follow(&mut self, window: &Window, source: &mut dyn FrameSource) -> Option<Tracked> {
+    pub fn follow(
+        &mut self,
+        fitter: &mut Fitter,
+        window: &Window,
+        source: &mut dyn FrameSource,
+    ) -> Option<Tracked> {
         let first = self.end;
         let frames = window.first.wrapping_add(window.frames).wrapping_sub(first);
         if window.slide_first != self.slide_first || !(1..=window.frames).contains(&frames) {
@@ -135,7 +140,7 @@ impl Tracker {
         }
         self.end = first.wrapping_add(frames);
         let span = &mut FrameSpan::new(source, first, frames);
-        self.fitter.follow(span).ok().flatten()
+        fitter.follow(span).ok().flatten()
     }
 }
 
@@ -154,13 +159,14 @@ impl Fitted {
 
 /// Fits a window. Fails if frames were overwritten.
 pub fn fit(
+    fitter: &mut Fitter,
     tracker: &mut Tracker,
     window: &Window,
     source: &mut dyn FrameSource,
     settings: &Settings,
 ) -> Result<Fitted, Overwritten> {
     let expected = tracker.expected(window);
-    let fit = tracker.fit(window, source, settings, expected)?;
+    let fit = tracker.fit(fitter, window, source, settings, expected)?;
     let scan = Scan::new(&window.plan);
     Ok(Fitted {
         fit,

@@ -16,6 +16,7 @@ use crate::wiring::Wiring;
 use heapless::Vec;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
+use ridgetone_tone::Fitter;
 
 /// Maximum number of windows that are fitted after one conversion. A slide that is noticed late has
 /// several windows due at once.
@@ -47,6 +48,7 @@ enum Next<'a> {
 pub struct Pipeline {
     detector: Detector,
     estimator: Estimator,
+    fitter: Fitter,
     ring: Ring,
     shared: Shared<OneCall>,
 }
@@ -62,6 +64,7 @@ impl Pipeline {
         Self {
             detector: Detector::wired(settings, wiring),
             estimator: Estimator::new(settings),
+            fitter: Fitter::new(),
             ring: Ring::new(),
             shared: Shared::new(OneCall, settings.plan),
         }
@@ -105,6 +108,7 @@ impl Pipeline {
         let Self {
             detector,
             estimator,
+            fitter,
             ring,
             shared,
         } = self;
@@ -129,13 +133,14 @@ impl Pipeline {
             Next::End => detector.finish(ring, &shared.diagnostics, emit, due),
         }
         for window in &windows {
-            if let Some(track) = follow(window, estimator, &mut &*ring, shared) {
+            let source = &mut &*ring;
+            if let Some(track) = follow(window, estimator, fitter, source, shared) {
                 emit(Event::Track(track));
             } else if let Ok(WindowFit::Done(estimate)) =
-                fit(window, estimator, &mut &*ring, shared)
+                fit(window, estimator, fitter, source, shared)
             {
                 estimator.report(&estimate, window, emit);
-                let _ = estimator.search(window, &mut &*ring);
+                let _ = estimator.search(fitter, window, source);
             }
         }
     }

@@ -71,7 +71,7 @@ pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mea
     let phase = evidence.mean_phase();
     Mean {
         cycles: followed.course.cycles + phase.mean / PI,
-        sigma: libm::sqrtf(phase.variance) / PI,
+        sigma: crate::sqrt(phase.variance) / PI,
         phase,
         scale: scale.factor,
     }
@@ -184,15 +184,15 @@ pub fn movement(
         noise += variance(&of_degrees) / PLACES as f32;
     }
     let unit = PI * mean.cycles;
-    let wander = libm::sqrtf((square - noise).max(0.0)) / unit;
+    let wander = crate::sqrt((square - noise).max(0.0)) / unit;
     // By even degrees, half of the change of the frequency over the window.
     let even = core::array::from_fn(|i| if i % 2 == 1 { 1.0 } else { 0.0 });
     let chirp = 3.0 * phase.iter().zip(&even).map(|(x, w)| x * w).sum::<f32>() / PI;
-    let chirp_sigma = 3.0 * libm::sqrtf(variance(&even)) / PI;
+    let chirp_sigma = 3.0 * crate::sqrt(variance(&even)) / PI;
     let per_unit = span.frequency(1.0) * span.per_u();
     Movement {
         wander,
-        wander_sigma: libm::sqrtf(noise) / unit,
+        wander_sigma: crate::sqrt(noise) / unit,
         chirp: chirp * per_unit,
         chirp_sigma: chirp_sigma * per_unit,
     }
@@ -326,7 +326,7 @@ pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistic
         let offset: f32 = levels.map(|(row, p)| row[k] * p).sum();
         let channel = &mut fit.channels[c];
         channel.offset = statistics.level[k] + scale * offset;
-        channel.residual = scale * libm::sqrtf((followed.variances[k] - ROUNDING).max(0.0));
+        channel.residual = scale * crate::sqrt((followed.variances[k] - ROUNDING).max(0.0));
         if let Some([cos, sin]) = fundamental {
             let (cos, sin) = (cos[k], sin[k]);
             channel.amplitude = scale * libm::hypotf(cos, sin);
@@ -374,7 +374,7 @@ pub fn overtone(
         }
         // Conjugate of the fundamental to the line's power, of unit length but once.
         let (mut c, mut s) = (1.0, 0.0);
-        let size = libm::sqrtf(power);
+        let size = crate::sqrt(power);
         for _ in 0..line {
             (c, s) = ((c * x + s * y) / size, (s * x - c * y) / size);
         }

@@ -55,7 +55,7 @@ impl Samples {
         let variances = all.map_or(own, |all| self.shrunk(&own, all));
         let mut squares = 0.0;
         if self.may_share {
-            let inverse = own.map(|own| 1.0 / libm::sqrtf(self.count * own.max(f32::MIN_POSITIVE)));
+            let inverse = own.map(|own| 1.0 / crate::sqrt(self.count * own.max(f32::MIN_POSITIVE)));
             for k in 0..c {
                 for l in 0..k {
                     products[k][l] *= inverse[k] * inverse[l];
@@ -69,7 +69,7 @@ impl Samples {
             1.0
         };
         if shrinkage < 1.0 {
-            let deviations = variances.map(libm::sqrtf);
+            let deviations = variances.map(crate::sqrt);
             for k in 0..c {
                 for l in 0..k {
                     products[k][l] *= (1.0 - shrinkage) * deviations[k] * deviations[l];

@@ -603,7 +603,7 @@ impl<'w> Window<'w, '_, '_> {
         let statistics = &self.data.statistics;
         tests.cycles = followed.course.cycles;
         tests.margin = -rival.score;
-        tests.unfollowed = libm::sqrtf(mean.phase.unfollowed);
+        tests.unfollowed = crate::sqrt(mean.phase.unfollowed);
         tests.fading = fading(followed);
         tests.steady = mean.phase.steady;
         tests.degree = shape.degree as u8;
@@ -812,7 +812,7 @@ fn fading(followed: &Followed) -> f32 {
             .sum();
         amplitude * amplitude
     });
-    libm::sqrtf(square.sum::<f32>() / PLACES as f32)
+    crate::sqrt(square.sum::<f32>() / PLACES as f32)
 }
 
 #[cfg(test)]

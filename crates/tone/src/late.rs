@@ -42,7 +42,7 @@ impl Response {
     fn at(turn: f32) -> Self {
         Self {
             ahead: turn - libm::atanf(turn),
-            gain: 1.0 / libm::sqrtf(1.0 + turn * turn),
+            gain: 1.0 / crate::sqrt(1.0 + turn * turn),
         }
     }
 }

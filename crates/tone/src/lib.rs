@@ -12,7 +12,7 @@
         clippy::unimplemented
     )
 )]
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 // Channels and unknowns are numbered; loops over several arrays at once read better by number.
 #![allow(clippy::needless_range_loop)]
 
@@ -42,6 +42,7 @@ mod phase_course;
 mod reach;
 mod refine;
 mod residual;
+mod root;
 mod rows;
 mod scene;
 mod search;
@@ -60,5 +61,6 @@ pub use frame_span::FrameSpan;
 pub use late::Delays;
 pub use lean::follow::Tracked;
 pub use limits::{CHANNELS_MAX, FRAMES_MAX, FRAMES_MIN, HARMONICS_MAX, OVERTONES};
+pub use root::sqrt;
 pub use scene::{Band, Baseline, Channels, Noise, Scene, Speed};
 pub use source::{FrameSource, Frames, Overwritten, Table, Values};

@@ -36,7 +36,7 @@ impl<'a, const N: usize> Factor<'a, N> {
             }
             let beside = diagonal - a[i][..i].iter().map(|x| x * x).sum::<f32>();
             if beside > least * diagonal {
-                a[i][i] = libm::sqrtf(beside);
+                a[i][i] = crate::sqrt(beside);
             } else {
                 a[i][..=i].fill(0.0);
             }

@@ -300,7 +300,7 @@ impl Evidence<'_> {
             unfollowed: 0.0,
         };
         average.add(&steady);
-        let least = 0.5 * libm::sqrtf(self.covariance(1, 1));
+        let least = 0.5 * crate::sqrt(self.covariance(1, 1));
         let strengths = (0..=STRENGTHS)
             .map(|j| least * (1u32 << j) as f32)
             .take_while(|strength| *strength < WALK_MAX)

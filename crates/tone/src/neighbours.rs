@@ -246,7 +246,7 @@ impl<'l> TurnedLine<'l> {
         if left <= least * all.max(f32::MIN_POSITIVE) {
             return None;
         }
-        let scale = 1.0 / libm::sqrtf(left);
+        let scale = 1.0 / crate::sqrt(left);
         let mut values = [0.0; CHANNELS_MAX];
         for k in 0..(4 * self.blocks.groups()).min(CHANNELS_MAX) {
             let [cc, ss, sc, cs] = self.values.each_ref().map(|values| values[k]);

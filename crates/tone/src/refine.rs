@@ -131,7 +131,7 @@ impl Refinement<'_> {
             course.cycles = course.cycles.max(CYCLES_MIN).min(self.reach.most);
             blocks.turn(&before, course);
             let mut sizes = step.iter().zip(&information);
-            if sizes.all(|(step, x)| step.abs() * libm::sqrtf(x.max(0.0)) < steps.last) {
+            if sizes.all(|(step, x)| step.abs() * crate::sqrt(x.max(0.0)) < steps.last) {
                 return;
             }
         }

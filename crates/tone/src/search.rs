@@ -112,7 +112,7 @@ fn whitened<'m>(
     } else {
         for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
             mixture[k] =
-                1.0 / libm::sqrtf((all.matrix[k][k] + all.least[k]).max(f32::MIN_POSITIVE));
+                1.0 / crate::sqrt((all.matrix[k][k] + all.least[k]).max(f32::MIN_POSITIVE));
         }
     }
     let (mut width, mut reach) = (width, 1);

@@ -157,9 +157,9 @@ impl Solution {
             if x <= 0.0 || x * z - y * y <= 0.0 {
                 continue;
             }
-            let root = libm::sqrtf(x);
+            let root = crate::sqrt(x);
             let cross = y / root;
-            let pivot = libm::sqrtf(z - cross * cross);
+            let pivot = crate::sqrt(z - cross * cross);
             let coefficients = [&self.rows[row], &self.rows[row + 1]];
             for k in 0..CHANNELS_MAX {
                 factors[0][k] = coefficients[0][k] / root;
@@ -190,7 +190,7 @@ impl Power {
             form(&factors[0], weights, &factors[1]),
             form(&factors[1], weights, &factors[1]),
         ];
-        let (half, apart) = (0.5 * (a + c), libm::sqrtf(0.25 * (a - c) * (a - c) + b * b));
+        let (half, apart) = (0.5 * (a + c), crate::sqrt(0.25 * (a - c) * (a - c) + b * b));
         Self {
             all: a + c,
             second: half - apart,

@@ -193,7 +193,7 @@ impl<'m> Spectrum<'m> {
         };
         [
             (c * c * cos + 2.0 * c * s * both + s * s * sin) / even,
-            (c * c * both - s * s * both + c * s * (sin - cos)) / libm::sqrtf(even * odd),
+            (c * c * both - s * s * both + c * s * (sin - cos)) / crate::sqrt(even * odd),
             (c * c * sin - 2.0 * c * s * both + s * s * cos) / odd,
         ]
     }

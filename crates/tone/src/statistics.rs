@@ -121,7 +121,7 @@ impl Statistics {
                 let mean = sums.sum / n;
                 let variance = square - mean * mean - slope * slope * spread / n;
                 is_exact &= variance > LEFT_MIN * square;
-                statistics.scale[k] = libm::sqrtf(variance.max(0.0));
+                statistics.scale[k] = crate::sqrt(variance.max(0.0));
                 ranges[k] = 0.5 * (sums.most - sums.least);
                 statistics.width += 1;
             }
@@ -168,7 +168,7 @@ impl Statistics {
         let mut width = 0;
         let n = self.frames.max(1) as f32;
         for k in 0..self.width.min(CHANNELS_MAX) {
-            let scale = self.scale[k] * libm::sqrtf(squares[k] / n);
+            let scale = self.scale[k] * crate::sqrt(squares[k] / n);
             let rounding = f32::EPSILON * (self.level[k].abs() + self.slope[k].abs());
             if scale > rounding && scale.is_finite() {
                 let place = width.min(k);

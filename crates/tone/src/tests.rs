@@ -165,7 +165,7 @@ impl<'t> Tested<'t> {
         }
         // A cosine and a sine are all that two channels can have, whatever they see.
         tests.one_shape =
-            self.width <= 2 || strongest.second < width + 4.0 * libm::sqrtf(2.0 * width);
+            self.width <= 2 || strongest.second < width + 4.0 * crate::sqrt(2.0 * width);
         let mut own = Sum::default();
         for member in neighbours.members() {
             if usize::from(member.line) == lines.least() {

@@ -4,7 +4,6 @@
 use embedded_storage::nor_flash::NorFlash;
 use ridgetone_finger::Detector;
 use ridgetone_finger::Estimator;
-use ridgetone_finger::Wiring;
 use ridgetone_finger::tasks::{Mail, Outbox};
 use ridgetone_finger::tasks::{Platform, Shared, Task};
 use ridgetone_finger::tasks::{Received, RequestInbox, receive};
@@ -39,7 +38,7 @@ pub struct Receiver<F: NorFlash> {
     inbox: RequestInbox,
     requests: Requests<FlashStore<F>>,
     detector: Box<Detector>,
-    estimator: Box<Estimator>,
+    estimator: Estimator,
     outbox: Outbox,
     shared: Shared<FitPended>,
     pub answered: u64,
@@ -50,16 +49,13 @@ impl<F: NorFlash> Receiver<F> {
     pub fn new(flash: F) -> Self {
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
+        let mut detector = Box::new(Detector::new(settings));
+        detector.boot(settings, source, Boot::UNKNOWN);
         Self {
             inbox: RequestInbox::new(),
             requests: Requests::new(store),
-            detector: Box::new(Detector::booted(
-                settings,
-                Wiring::GUIDE,
-                source,
-                Boot::UNKNOWN,
-            )),
-            estimator: Box::new(Estimator::new(settings)),
+            detector,
+            estimator: Estimator::new(settings),
             outbox: Outbox::new(),
             shared: Shared::new(FitPended::default(), settings.plan),
             answered: 0,

@@ -8,7 +8,7 @@ mod rivals;
 
 use core::hint::black_box;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
-use layout::{FRAMES, ROWS, SCENES, WORDS};
+use layout::{FRAMES, ROOTS, ROWS, SCENES, WORDS};
 use ridgetone_proto::settings::Declared;
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Table, Values};
 use rivals::Scratch;
@@ -54,6 +54,8 @@ fn main() -> ! {
             keep([0, frequency.unwrap_or(f32::NAN).to_bits(), 0]);
         }
     }
+    roots(ridgetone_tone::sqrt);
+    roots(libm::sqrtf);
     // Whoever runs the image reads them.
     black_box(&RESULTS);
     loop {
@@ -82,6 +84,18 @@ fn fits(fitter: &mut Fitter, differs: u8, frames: usize) {
             None => keep([u32::MAX, 0, 0]),
         }
     }
+}
+
+/// Square roots of numbers from zero to infinity; keeps a sum over the bits of all of them.
+fn roots(root: fn(f32) -> f32) {
+    const STEP: u32 = f32::INFINITY.to_bits() / (ROOTS - 1);
+    let mut sum = 0u32;
+    mark();
+    for x in (0..ROOTS).map(|number| f32::from_bits(black_box(number * STEP))) {
+        sum = sum.rotate_left(1) ^ root(x).to_bits();
+    }
+    mark();
+    keep([0, sum, 0]);
 }
 
 #[inline(never)]

@@ -17,8 +17,14 @@ pub const SCENES: [(&str, u8); 9] = [
 /// Frames of the windows: 0.2, 0.4, 1 and 3.9 s.
 pub const FRAMES: [usize; 4] = [48, 96, 241, 940];
 
-/// Rows: each scene untracked and tracked, the Hann FFT, IEEE 1057; each in all windows.
-pub const ROWS: usize = (2 * SCENES.len() + 2) * FRAMES.len();
+/// Rows of windows: each scene untracked and tracked, the Hann FFT, IEEE 1057; each in all windows.
+pub const WINDOW_ROWS: usize = (2 * SCENES.len() + 2) * FRAMES.len();
+
+/// Rows: those of windows, then square roots by the instruction and by `libm`.
+pub const ROWS: usize = WINDOW_ROWS + 2;
+
+/// Square roots of a row.
+pub const ROOTS: u32 = 4096;
 
 /// Words of a row: status, bits of the frequency in cycles per frame, bits of its sigma.
 pub const WORDS: usize = 3;

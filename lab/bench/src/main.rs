@@ -7,7 +7,7 @@ mod layout;
 mod plans;
 
 use hal_mock::{Constant, Sliding, SlidingScene};
-use layout::{FRAMES, ROWS, SCENES, WORDS};
+use layout::{FRAMES, ROOTS, ROWS, SCENES, WINDOW_ROWS, WORDS};
 use ridgetone_emulator::{Board, Emulator, Image, Start, Until};
 use serde_json::{Value, json};
 use std::error::Error;
@@ -16,7 +16,8 @@ use std::path::Path;
 /// Board time without the next row after which the image hangs.
 const ROW_NS: u64 = 60_000_000_000;
 
-/// The interrupt of the task `fit`: OTG_HS_WKUP.
+/// The interrupts of the tasks `detect` and `fit`: OTG_HS_EP1_OUT and OTG_HS_WKUP.
+const DETECT_IRQ: u16 = 74;
 const FIT_IRQ: u16 = 76;
 
 /// Frequency of the windows, cycles per frame.
@@ -82,9 +83,20 @@ fn main() -> Result<(), Box<dyn Error>> {
             cells.map(|cell| format!("{cell:>22}")).collect::<String>()
         );
     }
+    if let [instruction, library] = &rows[WINDOW_ROWS..] {
+        let each = |row: &Row| row.instructions / u64::from(ROOTS);
+        let (own, libm) = (each(instruction), each(library));
+        println!("a square root, with its loop: {own}; by libm {libm}");
+        if instruction.frequency.to_bits() != library.frequency.to_bits() {
+            return Err("square roots differ from libm's".into());
+        }
+    }
     if let Some(flashed) = flashed {
-        let fits = flashed_fits(Path::new(flashed))?;
+        let Flashed { fits, frames } = Flashed::over_the_demo(Path::new(flashed))?;
         println!("flashed image, 1 s windows of the demo in order, thousands: {fits:?}");
+        let mean = frames.iter().sum::<u64>() / (frames.len() as u64).max(1);
+        let most = frames.iter().max().unwrap_or(&0);
+        println!("a frame of the demo: {mean} on average, {most} at most");
         let whole = |row: usize| rows.get(row).map_or(0, |row| row.instructions / 1000);
         println!("here: {} untracked, {} tracked", whole(4), whole(5));
     }
@@ -172,24 +184,36 @@ fn run(path: &Path) -> Result<Vec<Row>, Box<dyn Error>> {
     Ok(counts.into_iter().map(&mut row).collect())
 }
 
-/// Instructions of the task `fit`, thousands, run by run, over the demo's touch.
-fn flashed_fits(path: &Path) -> Result<Vec<u64>, Box<dyn Error>> {
-    let scene = SlidingScene::new(Sliding::default())?;
-    let mut board = Emulator::new(
-        Board::FeatherF405,
-        &Image::read(path)?,
-        scene,
-        Start::default(),
-    )?;
-    let mut fits = Vec::new();
-    let mut before = board.served(FIT_IRQ);
-    while board.now_ns() < 6_000_000_000 {
-        board.run_ns(1_000_000)?;
-        let now = board.served(FIT_IRQ);
-        if now.run_cycles > before.run_cycles {
-            fits.push((now.instructions - before.instructions) / 1000);
-            before = now;
+/// Instructions of the image that gets flashed over the demo's touch.
+struct Flashed {
+    /// Runs of the task `fit`, thousands.
+    fits: Vec<u64>,
+    /// Runs of the task `detect`, one a frame.
+    frames: Vec<u64>,
+}
+
+impl Flashed {
+    fn over_the_demo(path: &Path) -> Result<Self, Box<dyn Error>> {
+        let scene = SlidingScene::new(Sliding::default())?;
+        let mut board = Emulator::new(
+            Board::FeatherF405,
+            &Image::read(path)?,
+            scene,
+            Start::default(),
+        )?;
+        let (mut fits, mut frames) = (Vec::new(), Vec::new());
+        let mut before = [DETECT_IRQ, FIT_IRQ].map(|irq| board.served(irq));
+        while board.now_ns() < 6_000_000_000 {
+            board.run_ns(1_000_000)?;
+            let now = [DETECT_IRQ, FIT_IRQ].map(|irq| board.served(irq));
+            for ((now, before), done) in now.iter().zip(&mut before).zip([&mut frames, &mut fits]) {
+                if now.run_cycles > before.run_cycles {
+                    done.push(now.instructions - before.instructions);
+                    *before = *now;
+                }
+            }
         }
+        fits.iter_mut().for_each(|fit| *fit /= 1000);
+        Ok(Self { fits, frames })
     }
-    Ok(fits)
 }

@@ -43,7 +43,7 @@ impl Sum {
     }
 
     fn length(&self) -> f32 {
-        libm::sqrtf(self.cos * self.cos + self.sin * self.sin)
+        ridgetone_tone::sqrt(self.cos * self.cos + self.sin * self.sin)
     }
 }
 
@@ -89,11 +89,11 @@ pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
     let scatter = 2.0 * (short + total.weight - total.length());
     let mut variance = 1.0 / total.weight;
     // One pair has nothing to disagree with.
-    if freedom > 0.0 && scatter > freedom + DISAGREE * libm::sqrtf(2.0 * freedom) {
+    if freedom > 0.0 && scatter > freedom + DISAGREE * ridgetone_tone::sqrt(2.0 * freedom) {
         variance *= scatter / freedom;
     }
     Some(Lag {
         turns: libm::atan2f(total.sin, total.cos) / (2.0 * PI),
-        sigma: libm::sqrtf(variance) / (2.0 * PI),
+        sigma: ridgetone_tone::sqrt(variance) / (2.0 * PI),
     })
 }

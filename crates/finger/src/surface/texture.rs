@@ -98,7 +98,7 @@ fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Optio
         period_mm: travel.spatial_period_mm,
         period_sigma_mm: travel.spatial_period_sigma_mm,
         power_v2: 0.5 * per_channel * squares,
-        power_sigma_v2: per_channel * libm::sqrtf(2.0 * products / frames),
+        power_sigma_v2: per_channel * ridgetone_tone::sqrt(2.0 * products / frames),
         overtones: *overtones,
         level_v: Some(window.level_v).filter(|level_v| level_v.is_finite()),
     };
@@ -186,7 +186,7 @@ mod tests {
     fn a_greeting_brings_it_again() {
         let settings = Settings::DEFAULT;
         let mut detector = Box::new(Detector::new(settings));
-        let mut estimator = Box::new(Estimator::new(settings));
+        let mut estimator = Estimator::new(settings);
         let mut executor = CommandExecutor::new();
         let mut again = |command: Option<Command>| {
             if let Some(command) = command {

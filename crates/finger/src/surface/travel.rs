@@ -38,7 +38,7 @@ fn turns(array: &Array, period_mm: f32) -> f32 {
 fn calibrated(lag: Lag, array: &Array) -> Lag {
     let edge_sigma = array.edge_phase_sigma_rad / (2.0 * PI);
     Lag {
-        sigma: libm::sqrtf(lag.sigma * lag.sigma + edge_sigma * edge_sigma),
+        sigma: ridgetone_tone::sqrt(lag.sigma * lag.sigma + edge_sigma * edge_sigma),
         ..lag
     }
 }
@@ -119,7 +119,9 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
                 spatial_period_mm: period_mm,
                 spatial_period_sigma_mm: period_sigma_mm,
                 speed_mm_s,
-                speed_sigma_mm_s: libm::sqrtf(of_frequency * of_frequency + of_period * of_period),
+                speed_sigma_mm_s: ridgetone_tone::sqrt(
+                    of_frequency * of_frequency + of_period * of_period,
+                ),
             }
         }
         _ => Travel {

@@ -181,7 +181,7 @@ mod tests {
     struct Board {
         executor: CommandExecutor,
         detector: Box<Detector>,
-        estimator: Box<Estimator>,
+        estimator: Estimator,
         store: Kept,
         greeted: vec::Vec<Hello>,
     }
@@ -192,7 +192,7 @@ mod tests {
             Self {
                 executor: CommandExecutor::new(),
                 detector: Box::new(Detector::new(settings)),
-                estimator: Box::new(Estimator::new(settings)),
+                estimator: Estimator::new(settings),
                 store: Kept::default(),
                 greeted: vec![],
             }

@@ -14,13 +14,15 @@ use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Consumer;
 use ridgetone_proto::store::Store;
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Track};
-use ridgetone_tone::{FrameSource, Overwritten, Values};
+use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
 /// State that only this task uses.
 pub struct Fit<'a, S> {
-    /// The fit.
-    pub estimator: &'a mut Estimator,
+    /// The estimator.
+    pub estimator: Estimator,
+    /// Memory of a fit.
+    pub fitter: &'a mut Fitter,
     /// From `detect`.
     pub windows: Consumer<'a, Window>,
     /// From `line`.
@@ -39,6 +41,7 @@ impl<S: Store> Fit<'_, S> {
         let Mail { inbox, outbox } = mail;
         let Self {
             estimator,
+            fitter,
             windows,
             requests,
         } = self;
@@ -57,14 +60,14 @@ impl<S: Store> Fit<'_, S> {
                     span: window.span,
                     windows: &*windows,
                 };
-                if let Some(track) = follow(window, estimator, source, shared) {
+                if let Some(track) = follow(window, estimator, fitter, source, shared) {
                     outbox.lock(|outbox| outbox.send(Event::Track(track), shared));
                 } else if let Ok(WindowFit::Done(estimate)) =
-                    &fit(window, estimator, source, shared)
+                    &fit(window, estimator, fitter, source, shared)
                 {
                     report(outbox, estimate, window, estimator, shared);
                     // What is overwritten meanwhile is searched in the next window.
-                    let _ = estimator.search(window, source);
+                    let _ = estimator.search(fitter, window, source);
                 }
             }
             let targets = Targets {
@@ -100,10 +103,11 @@ fn report<P: Platform>(
 pub fn follow<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,
+    fitter: &mut Fitter,
     source: &mut dyn FrameSource,
     shared: &Shared<P>,
 ) -> Option<Track> {
-    let mut track = estimator.follow(window, source)?;
+    let mut track = estimator.follow(fitter, window, source)?;
     shared.liveness.fits_done.bump();
     check_chip(shared);
     shared.diagnostics.qualify_track(&mut track, window);
@@ -123,11 +127,12 @@ fn check_chip<P: Platform>(shared: &Shared<P>) {
 pub fn fit<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,
+    fitter: &mut Fitter,
     source: &mut dyn FrameSource,
     shared: &Shared<P>,
 ) -> Result<WindowFit, Overwritten> {
     // Qualified in place: a copy would need stack, too.
-    let mut outcome = estimator.run(window, source);
+    let mut outcome = estimator.run(fitter, window, source);
     shared.liveness.fits_done.bump();
     match &mut outcome {
         Ok(WindowFit::Done(estimate)) => {

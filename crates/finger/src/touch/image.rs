@@ -28,7 +28,7 @@ pub fn image(hold: &HoldMean<'_>, start_us: u64, end_us: u64, volts_per_code: f3
             let _ = taxels.push(Pressed {
                 taxel: c as u8,
                 level_v: pressed * volts_per_code,
-                sigma_v: libm::sqrtf(variance * of_mean) * volts_per_code,
+                sigma_v: ridgetone_tone::sqrt(variance * of_mean) * volts_per_code,
             });
         }
     }

@@ -477,7 +477,7 @@ impl Motion {
         }
         let is_wide = square * square > LOADED_MIN * fourth;
         let fraction = if is_wide {
-            1.0 / libm::sqrtf(square)
+            1.0 / ridgetone_tone::sqrt(square)
         } else {
             0.0
         };
@@ -510,7 +510,7 @@ impl Motion {
     /// A distance of `codes` codes along that direction, in the same units.
     pub fn in_noise(&self, codes: f32) -> f32 {
         let square = distance(&self.noise.weights, &self.load, &[0.0; TAXELS]);
-        codes * libm::sqrtf(square) / greater(length(&self.load), 1.0)
+        codes * ridgetone_tone::sqrt(square) / greater(length(&self.load), 1.0)
     }
 
     /// How much more slow comparisons are than in white noise, at least one.

@@ -45,7 +45,7 @@ pub fn difference(values: &Values, less: &Values) -> Values {
 
 /// Their length.
 pub fn length(values: &Values) -> f32 {
-    libm::sqrtf(along(values, &[0.0; TAXELS], values))
+    ridgetone_tone::sqrt(along(values, &[0.0; TAXELS], values))
 }
 
 /// Moves a level by a fraction of its way to another one.

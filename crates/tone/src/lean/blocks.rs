@@ -132,7 +132,7 @@ impl<'m> Blocks<'m> {
     pub fn near(&self, sigma: f32, cycles: f32, width: usize) -> f32 {
         let blocks = self.count as f32;
         let parts = (0.25 * cycles * cycles).max(0.25);
-        let residual = libm::sqrtf(0.5 * blocks * width as f32);
+        let residual = crate::sqrt(0.5 * blocks * width as f32);
         NEAR * sigma * blocks * (blocks * parts).min(residual)
     }
 
