@@ -207,15 +207,19 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 /// Shades behind the curves of a panel: columns of equal width over its horizontal range, each with
 /// levels from 0, nothing, to 7 at equal steps of its vertical range.
 #[derive(Clone, Debug)]
-pub struct Shades(pub Vec<Vec<u8>>);
+pub struct Shades {
+    /// Meaning of the shades, for the key.
+    pub name: String,
+    pub columns: Vec<Vec<u8>>,
+}
 
 impl Shades {
     /// Draws them between the left and the right edge, upwards from `lower`. A path for each level.
     fn draw(&self, svg: &mut Svg, [left, right]: [f64; 2], [lower, upper]: [f64; 2]) {
-        let width = (right - left) / self.0.len().max(1) as f64;
+        let width = (right - left) / self.columns.len().max(1) as f64;
         for level in 1..=7 {
             let mut d = String::new();
-            for (at, column) in self.0.iter().enumerate() {
+            for (at, column) in self.columns.iter().enumerate() {
                 let height = (lower - upper) / column.len().max(1) as f64;
                 let mut row = 0;
                 for run in column.chunk_by(|a, b| (*a == level) == (*b == level)) {
@@ -229,12 +233,17 @@ impl Shades {
                     let _ = write!(d, "M{x:.1} {y:.1}h{width:.2}v{:.1}h-{width:.2}z", -tall);
                 }
             }
-            let opacity = f64::from(level) / 9.0;
-            svg.push(&format!(
-                "<path d=\"{d}\" class=\"shade\" fill-opacity=\"{opacity:.2}\"/>"
-            ));
+            shade(svg, &d, level);
         }
     }
+}
+
+/// Draws a shape in a shade from 1 to 7.
+fn shade(svg: &mut Svg, shape: &str, level: u8) {
+    let opacity = f64::from(level) / 9.0;
+    svg.push(&format!(
+        "<path d=\"{shape}\" class=\"shade\" fill-opacity=\"{opacity:.2}\"/>"
+    ));
 }
 
 /// How a curve is drawn. Those with a number have the colour, the dashes and the marker of this
@@ -249,6 +258,8 @@ pub enum Look {
     Data,
     /// Reference to compare a curve with, such as a bound: black and dotted.
     Reference,
+    /// Shades behind the curves, in the key.
+    Shades,
 }
 
 impl Look {
@@ -259,6 +270,7 @@ impl Look {
             Self::Dots(number) => format!("dots c{}", number % 4),
             Self::Data => "data".into(),
             Self::Reference => "reference".into(),
+            Self::Shades => "shade".into(),
         }
     }
 
@@ -342,17 +354,22 @@ const KEY_ROW: f64 = 20.0;
 
 impl Panel {
     /// The key, row by row.
-    fn key(&self) -> Vec<Vec<(f64, &Curve)>> {
+    fn key(&self) -> Vec<Vec<KeyEntry<'_>>> {
         let mut rows = vec![Vec::new()];
         let mut x = EDGES.0;
-        for curve in self.curves.iter().filter(|curve| !curve.name.is_empty()) {
-            let width = 58.0 + CHARACTER * curve.name.chars().count() as f64;
+        let curves = self.curves.iter().filter(|curve| !curve.name.is_empty());
+        let shades = self
+            .shades
+            .iter()
+            .map(|shades| (Look::Shades, &shades.name));
+        for (look, name) in curves.map(|curve| (curve.look, &curve.name)).chain(shades) {
+            let width = 58.0 + CHARACTER * name.chars().count() as f64;
             if x + width > EDGES.1 + 20.0 && x > EDGES.0 {
                 rows.push(Vec::new());
                 x = EDGES.0;
             }
             if let Some(row) = rows.last_mut() {
-                row.push((x, curve));
+                row.push(KeyEntry { x, look, name });
             }
             x += width;
         }
@@ -411,17 +428,30 @@ impl Panel {
         }
         for (row, entries) in self.key().into_iter().enumerate() {
             let base = lower + 62.0 + KEY_ROW * row as f64;
-            for (x, curve) in entries {
+            for KeyEntry { x, look, name } in entries {
                 let ends = [(x, base - 4.0), (x + 28.0, base - 4.0)];
-                match curve.look {
-                    Look::Dots(_) => svg.dots(&[(x + 14.0, base - 4.0)], &curve.look.class()),
-                    _ => svg.line(ends, &curve.look.class()),
+                match look {
+                    Look::Dots(_) => svg.dots(&[(x + 14.0, base - 4.0)], &look.class()),
+                    Look::Shades => {
+                        for (at, level) in [1, 4, 7].into_iter().enumerate() {
+                            let left = x + 9.0 * at as f64;
+                            shade(svg, &format!("M{left:.1} {base:.1}h9v-10h-9z"), level);
+                        }
+                    }
+                    _ => svg.line(ends, &look.class()),
                 }
-                marker(svg, curve.look, x + 14.0, base - 4.0);
-                svg.text([x + 35.0, base], "start", "small", &curve.name);
+                marker(svg, look, x + 14.0, base - 4.0);
+                svg.text([x + 35.0, base], "start", "small", name);
             }
         }
     }
+}
+
+/// A sample of a curve, and what it is called.
+struct KeyEntry<'a> {
+    x: f64,
+    look: Look,
+    name: &'a str,
 }
 
 fn marker(svg: &mut Svg, look: Look, x: f64, y: f64) {

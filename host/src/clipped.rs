@@ -7,24 +7,54 @@ const BY_CHANCE: f64 = 3.0;
 /// have for the number of those next to it. Of a sine whose readings are rounded, 1 + sqrt(2) as
 /// many at most have the outermost value as the next one: it is over a height h for a time that
 /// grows with the root of h.
-pub fn is_clipped(mut values: Vec<f64>) -> bool {
-    values.sort_by(f64::total_cmp);
-    let at_end = |values: &mut dyn Iterator<Item = &f64>| {
-        let (mut counts, mut levels) = ([0.0, 0.0], Vec::new());
+pub fn is_clipped(values: &[f64]) -> bool {
+    let known = || values.iter().copied().filter(|value| !value.is_nan());
+    let (lowest, highest) = (Ends::of(known()), Ends::of(known().map(|value| -value)));
+    let has_values_between = lowest.next < -highest.outer;
+    has_values_between && (lowest.is_limit() || highest.is_limit())
+}
+
+/// The lowest value of some, the next one above it, and how many have either.
+struct Ends {
+    outer: f64,
+    next: f64,
+    outer_count: f64,
+    next_count: f64,
+}
+
+impl Ends {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let mut ends = Self {
+            outer: f64::INFINITY,
+            next: f64::INFINITY,
+            outer_count: 0.0,
+            next_count: 0.0,
+        };
         for value in values {
-            if levels.last() != Some(value) {
-                levels.push(*value);
-            }
-            match counts.get_mut(levels.len() - 1) {
-                Some(count) => *count += 1.0,
-                None => break,
+            if value < ends.outer {
+                ends = Self {
+                    outer: value,
+                    next: ends.outer,
+                    outer_count: 1.0,
+                    next_count: ends.outer_count,
+                };
+            } else if value == ends.outer {
+                ends.outer_count += 1.0;
+            } else if value < ends.next {
+                (ends.next, ends.next_count) = (value, 1.0);
+            } else if value == ends.next {
+                ends.next_count += 1.0;
             }
         }
+        ends
+    }
+
+    /// True if more values are at the end than of a sine.
+    fn is_limit(&self) -> bool {
         let most = 1.0 + 2f64.sqrt();
-        let more = counts[0] - most * counts[1];
-        levels.len() > 2 && more > BY_CHANCE * (counts[0] + most * most * counts[1]).sqrt()
-    };
-    at_end(&mut values.iter()) || at_end(&mut values.iter().rev())
+        let more = self.outer_count - most * self.next_count;
+        more > BY_CHANCE * (self.outer_count + most * most * self.next_count).sqrt()
+    }
 }
 
 /// Periods of angles: degrees, radians, gons.
@@ -35,16 +65,11 @@ const JUMPS_MIN: usize = 3;
 
 /// Period at which readings begin again, as angles do; `None` if they do not.
 pub fn wraps_at(values: &[f64]) -> Option<f64> {
-    let known: Vec<f64> = values
-        .iter()
-        .copied()
-        .filter(|value| !value.is_nan())
-        .collect();
-    let span = known.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-        - known.iter().copied().fold(f64::INFINITY, f64::min);
-    let steps = || known.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let known = || values.iter().copied().filter(|value| !value.is_nan());
+    let span = known().fold(f64::NEG_INFINITY, f64::max) - known().fold(f64::INFINITY, f64::min);
+    let steps = || known().zip(known().skip(1)).map(|(a, b)| (b - a).abs());
     // Radians have decimals.
-    let are_whole = known.iter().all(|value| value.fract() == 0.0);
+    let are_whole = known().all(|value| value.fract() == 0.0);
     PERIODS
         .into_iter()
         .filter(|period| !are_whole || period.fract() == 0.0)
@@ -73,14 +98,14 @@ mod tests {
                 .collect()
         };
         for step in [1e-9, 1e-3, 0.01, 0.03, 0.1, 0.3] {
-            assert!(!is_clipped(sine(step, 2.0)), "{step}");
+            assert!(!is_clipped(&sine(step, 2.0)), "{step}");
         }
         for (step, limit) in [(1e-9, 0.99), (1e-3, 0.9), (0.01, 0.5), (0.03, 0.5)] {
-            assert!(is_clipped(sine(step, limit)), "{step} {limit}");
+            assert!(is_clipped(&sine(step, limit)), "{step} {limit}");
         }
-        let square = (0..1000).map(|row| f64::from(row / 10 % 2)).collect();
-        assert!(!is_clipped(square));
-        assert!(!is_clipped(vec![1.0; 100]) && !is_clipped(Vec::new()));
+        let square: Vec<f64> = (0..1000).map(|row| f64::from(row / 10 % 2)).collect();
+        assert!(!is_clipped(&square));
+        assert!(!is_clipped(&[1.0; 100]) && !is_clipped(&[]));
     }
 
     #[test]

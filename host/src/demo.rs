@@ -9,6 +9,7 @@ use crate::picture::{self, Recording};
 use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
+use ridgetone_emulator::Board;
 use ridgetone_finger::TimedConversion;
 use ridgetone_proto::telemetry::{Estimate, Event, Hold, Packet, Span, Status, TravelStatus};
 use std::fmt;
@@ -21,6 +22,8 @@ pub struct Demo {
     /// Tone over noise, dB. None with the noise of finger and converter alone.
     pub snr_db: Option<f64>,
     pub truth: Truth,
+    /// The board that was emulated.
+    pub board: Board,
     pub outcome: Outcome,
     pub packets: Vec<Packet>,
 }
@@ -57,6 +60,7 @@ pub fn run(
     outcome.conversions.truncate(until);
     outcome.conversions_served = outcome.conversions.len() as u64;
     Ok(Demo {
+        board: options.firmware.board,
         speed_mm_s,
         period_mm,
         truth: later(truth, -outcome.zero_s()),
@@ -96,6 +100,16 @@ impl Demo {
             .rev()
             .find_map(|packet| kind(&packet.event))
     }
+}
+
+/// The processor of a board, by the board's name: `STM32F405` of `feather-f405`.
+fn processor(board: Board) -> String {
+    let mut words = board.name().split('-');
+    let family = words.find_map(|word| word.strip_prefix("f4"));
+    format!(
+        "STM32F4{}",
+        family.and_then(|family| family.get(..2)).unwrap_or("xx")
+    )
 }
 
 /// Shifts all times by `by_s` seconds.
@@ -226,7 +240,12 @@ impl fmt::Display for Demo {
         writeln!(
             f,
             "Simulated: a fingertip that slides over ridges {period_mm} mm apart at {speed_mm_s} mm/s, {noise}.\n\
-             Emulated: an STM32F405 that runs the firmware's image, with an ADS1258 on its pins.\n"
+             Emulated: an {} that runs the firmware's image, with {} on its pins.\n",
+            processor(self.board),
+            match Board::OWN_ADC.contains(&self.board) {
+                true => "the sensors",
+                false => "an ADS1258",
+            }
         )?;
         writeln!(f, "{:<14}{:>24}{:>14}", "", "firmware", "truth")?;
         for row in self.rows(estimate) {
@@ -298,5 +317,21 @@ impl fmt::Display for Demo {
             f,
             "\nNext, the same firmware live in a browser: ridgetone view --emulated"
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boards_have_their_processors() {
+        for (board, expected) in [
+            (Board::FeatherF405, "STM32F405"),
+            (Board::NucleoF446reAdc, "STM32F446"),
+            (Board::BlackpillF411, "STM32F411"),
+        ] {
+            assert_eq!(processor(board), expected);
+        }
     }
 }

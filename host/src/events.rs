@@ -18,4 +18,4 @@ pub mod view;
 mod generated;
 
 pub use json::{JsonLines, json, serializable};
-pub use text::{given, outcome, text};
+pub use text::{Columns, given, outcome, text, text_of_columns};

@@ -6,6 +6,7 @@ mod board;
 mod frame;
 mod table;
 
+use crate::events::Columns;
 use crate::messages::Form;
 use crate::output::Progress;
 use crate::samples::Samples;
@@ -85,6 +86,14 @@ impl Frames {
                 let beyond = table.beyond(settings.vref_v.into());
                 table.guessed().into_iter().chain(beyond).collect()
             }
+        }
+    }
+
+    /// The columns of a table that are no taxels of a board.
+    pub fn columns(&self) -> Option<Columns> {
+        match &self.source {
+            Source::Table(table) if !table.is_of_board() => Some(table.columns()),
+            _ => None,
         }
     }
 

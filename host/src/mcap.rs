@@ -1,8 +1,7 @@
 //! JSON messages of MCAP files (<https://mcap.dev/spec>).
 
-use mcap::parse_record;
 use mcap::records::{Record, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, parse_record};
 use std::collections::HashMap;
 use thiserror::Error;
 
@@ -15,78 +14,113 @@ pub enum McapError {
     Compressed { compression: String },
 }
 
-/// Returns the JSON messages of an MCAP file with their topics, in the file's order.
-pub fn json_messages(file: &[u8]) -> Result<Vec<(String, Vec<u8>)>, McapError> {
-    let mut reader = Reader::default();
-    if reader.read(file, false)? {
-        Ok(reader.messages)
-    } else {
-        Err(mcap::McapError::UnexpectedEof.into())
-    }
+/// Messages of a file.
+#[derive(Debug, Default, PartialEq)]
+pub struct JsonMessages {
+    /// Topics and texts, in the file's order.
+    pub messages: Vec<(String, Vec<u8>)>,
+    /// Byte at which a record begins that is not whole: a file that was cut off, whose messages are
+    /// those before it.
+    pub cut_at: Option<usize>,
 }
+
+/// Returns the JSON messages of an MCAP file. Fails where it is cut off before the first of them.
+pub fn json_messages(file: &[u8]) -> Result<JsonMessages, McapError> {
+    let records = file.strip_prefix(MAGIC);
+    let records = records.ok_or(mcap::McapError::BadMagic)?;
+    let mut reader = Reader::default();
+    let left = reader.read(records, false)?;
+    let cut_at = (!reader.is_over).then_some(file.len() - left);
+    if cut_at.is_some() && reader.messages.is_empty() {
+        return Err(mcap::McapError::UnexpectedEof.into());
+    }
+    Ok(JsonMessages {
+        messages: reader.messages,
+        cut_at,
+    })
+}
+
+/// Bytes of a record before its content: its kind and its length.
+const RECORD_HEAD: usize = 9;
+
+/// Bytes of a chunk before its records, where they are not compressed: two times, a length, a
+/// checksum, an empty name, a length.
+const CHUNK_HEAD: usize = 40;
+
+/// Where the length of the compression's name is in a chunk.
+const COMPRESSION: core::ops::Range<usize> = 28..32;
 
 #[derive(Default)]
 struct Reader {
     /// Topics of the channels of JSON.
     topics: HashMap<u16, String>,
     messages: Vec<(String, Vec<u8>)>,
+    /// The end of the data was read: the summary after it is not needed.
+    is_over: bool,
 }
 
 impl Reader {
-    /// Reads the records of a file or of a chunk. Returns true if the end of the data was among
-    /// them: the summary after it is not needed.
+    /// Reads records as far as they are whole. Returns the number of bytes that are left.
     ///
     /// The library's own reader of chunks would panic at a record that is longer than its chunk.
-    fn read(&mut self, bytes: &[u8], is_chunk: bool) -> Result<bool, McapError> {
-        let options = LinearReaderOptions::default()
-            .with_emit_chunks(true)
-            .with_skip_start_magic(is_chunk)
-            .with_skip_end_magic(true)
-            .with_record_length_limit(bytes.len());
-        let (mut reader, mut rest) = (LinearReader::new_with_options(options), bytes);
-        while let Some(event) = reader.next_event() {
-            let (opcode, data) = match event? {
-                LinearReadEvent::ReadRequest(length) => {
-                    let (now, later) = rest.split_at(length.min(rest.len()));
-                    reader.insert(now.len()).copy_from_slice(now);
-                    reader.notify_read(now.len());
-                    rest = later;
-                    continue;
+    fn read(&mut self, mut bytes: &[u8], is_chunk: bool) -> Result<usize, McapError> {
+        while let Some((head, rest)) = bytes.split_first_chunk::<RECORD_HEAD>() {
+            let [opcode, length @ ..] = *head;
+            let length = usize::try_from(u64::from_le_bytes(length)).unwrap_or(usize::MAX);
+            if is_chunk && [op::CHUNK, op::DATA_END].contains(&opcode) {
+                return Err(mcap::McapError::UnexpectedEoc.into());
+            }
+            let Some((data, rest)) = rest.split_at_checked(length) else {
+                // Of a chunk the records that are whole.
+                let is_plain = rest.get(COMPRESSION) == Some(&[0; 4]);
+                if opcode == op::CHUNK && is_plain {
+                    self.read(rest.get(CHUNK_HEAD..).unwrap_or_default(), true)?;
                 }
-                LinearReadEvent::Record { opcode, data } => (opcode, data),
+                break;
             };
-            match opcode {
-                op::DATA_END => return Ok(true),
-                op::CHANNEL | op::MESSAGE | op::CHUNK => {}
-                _ => continue,
+            self.take(opcode, data)?;
+            if self.is_over {
+                break;
             }
-            match parse_record(opcode, data)? {
-                Record::Channel(channel) if channel.message_encoding == "json" => {
-                    self.topics.entry(channel.id).or_insert(channel.topic);
-                }
-                Record::Message { header, data } => {
-                    if let Some(topic) = self.topics.get(&header.channel_id) {
-                        self.messages.push((topic.clone(), data.into_owned()));
-                    }
-                }
-                Record::Chunk { header, .. } if !header.compression.is_empty() => {
-                    let compression = header.compression;
-                    return Err(McapError::Compressed { compression });
-                }
-                Record::Chunk { header, data } => {
-                    let mut crc = flate2::Crc::new();
-                    crc.update(&data);
-                    let (saved, calculated) = (header.uncompressed_crc, crc.sum());
-                    // 0 stands for no checksum.
-                    if saved != 0 && saved != calculated {
-                        return Err(mcap::McapError::BadChunkCrc { saved, calculated }.into());
-                    }
-                    self.read(&data, true)?;
-                }
-                _ => {}
-            }
+            bytes = rest;
         }
-        Ok(false)
+        Ok(bytes.len())
+    }
+
+    /// Takes a record.
+    fn take(&mut self, opcode: u8, data: &[u8]) -> Result<(), McapError> {
+        self.is_over |= opcode == op::DATA_END;
+        if ![op::CHANNEL, op::MESSAGE, op::CHUNK].contains(&opcode) {
+            return Ok(());
+        }
+        match parse_record(opcode, data)? {
+            Record::Channel(channel) if channel.message_encoding == "json" => {
+                self.topics.entry(channel.id).or_insert(channel.topic);
+            }
+            Record::Message { header, data } => {
+                if let Some(topic) = self.topics.get(&header.channel_id) {
+                    self.messages.push((topic.clone(), data.into_owned()));
+                }
+            }
+            Record::Chunk { header, .. } if !header.compression.is_empty() => {
+                let compression = header.compression;
+                return Err(McapError::Compressed { compression });
+            }
+            Record::Chunk { header, data } => {
+                let mut crc = flate2::Crc::new();
+                crc.update(&data);
+                let (saved, calculated) = (header.uncompressed_crc, crc.sum());
+                // 0 stands for no checksum.
+                if saved != 0 && saved != calculated {
+                    return Err(mcap::McapError::BadChunkCrc { saved, calculated }.into());
+                }
+                if self.read(&data, true)? > 0 {
+                    return Err(mcap::McapError::UnexpectedEoc.into());
+                }
+            }
+            _ => {}
+        }
+        Ok(())
     }
 }
 
@@ -131,26 +165,44 @@ mod tests {
         for is_chunked in [false, true] {
             let file = written(3, WriteOptions::new().use_chunks(is_chunked));
             let expected = (TOPICS[0].to_owned(), br#"{"text":"xxxx"}"#.to_vec());
-            assert_eq!(
-                json_messages(&file).unwrap(),
-                [(); 3].map(|()| expected.clone())
-            );
+            let found = json_messages(&file).unwrap();
+            assert_eq!(found.messages, [(); 3].map(|()| expected.clone()));
+            assert_eq!(found.cut_at, None);
         }
     }
 
     #[test]
-    fn files_that_are_damaged_cut_off_or_something_else_are_refused() {
+    fn of_a_file_that_is_cut_off_the_messages_before_are_read() {
+        for is_chunked in [false, true] {
+            let file = written(10, WriteOptions::new().use_chunks(is_chunked));
+            let ends: Vec<usize> = (0..file.len())
+                .filter(|end| file[..*end].ends_with(br#"{"text":"xxxx"}"#))
+                .collect();
+            for length in 0..file.len() {
+                // The first ten are those of JSON.
+                let whole = ends.iter().filter(|end| **end <= length).count().min(10);
+                match json_messages(&file[..length]) {
+                    Ok(read) => {
+                        assert_eq!(read.messages.len(), whole, "{length}");
+                        // The summary after the data is not needed.
+                        assert!(read.cut_at.is_none_or(|at| at <= length) && whole > 0);
+                        assert!(read.cut_at.is_some() || whole == 10, "{length}");
+                    }
+                    Err(error) => {
+                        assert!(
+                            matches!(error, McapError::Damaged(_)) && whole == 0,
+                            "{length}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn files_that_are_damaged_or_something_else_are_refused() {
         let file = written(10, WriteOptions::new());
         assert!(json_messages(b"time_s,ain0\n").is_err());
-        for length in 0..file.len() {
-            // The summary after the data is not needed.
-            let read = json_messages(&file[..length]);
-            assert!(
-                matches!(read, Err(McapError::Damaged(_)))
-                    || read.is_ok_and(|messages| messages.len() == 10),
-                "{length}"
-            );
-        }
         let mut flipped = file.clone();
         let at = file.windows(4).position(|four| four == b"xxxx").unwrap();
         flipped[at] ^= 1;

@@ -4,15 +4,18 @@
 use crate::events::JsonLines;
 use crate::feed::{Feed, FeedEvent};
 use crate::mcap;
+use crate::note;
 use crate::recording::{self, Recorded};
 use crate::utc::Receipt;
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Packet, Raw};
 use serde::Deserialize;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// First bytes of an MCAP file (mcap.dev, "Magic").
@@ -168,16 +171,34 @@ pub fn messages(path: &Path, form: Form) -> Result<Messages> {
         }
         Form::Mcap => {
             let bytes = std::fs::read(path).with_context(named)?;
+            let file = mcap::json_messages(&bytes).with_context(named)?;
+            if let Some(byte) = file.cut_at {
+                let count = file.messages.len();
+                note_once(format!(
+                    "{}: cut off or damaged at byte {byte}: the {count} messages before it are read",
+                    named()
+                ));
+            }
             let mut found = Vec::new();
-            for (topic, json) in mcap::json_messages(&bytes).with_context(named)? {
+            for (topic, json) in file.messages {
                 if topic.starts_with("/ridgetone/") {
-                    let json = String::from_utf8(json.to_vec()).with_context(named)?;
+                    let json = String::from_utf8(json).with_context(named)?;
                     found.push(Ok(Message::Json(json)));
                 }
             }
             Ok(Box::new(found.into_iter()))
         }
         Form::Table => bail!("{}: holds no telemetry", named()),
+    }
+}
+
+/// Writes a remark on a file to standard error, however often the file is read.
+fn note_once(text: String) {
+    static NOTED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    let mut noted = NOTED.lock().unwrap_or_else(PoisonError::into_inner);
+    if !noted.contains(&text) {
+        note!("{text}");
+        noted.insert(text);
     }
 }
 

@@ -56,7 +56,7 @@ const CHANNELS: usize = 16;
 
 /// Shades of a spectrogram, and the range that they cover, decibels.
 const SHADES: u8 = 7;
-const RANGE_DB: f64 = 35.0;
+pub const RANGE_DB: f64 = 35.0;
 
 /// Power over time and frequency, in shades.
 #[derive(Clone, Debug, Serialize)]

@@ -160,7 +160,7 @@ impl Part {
         }
     }
 
-    /// Reads it, at most `most` rows. `progress` takes the rows that have been read.
+    /// Reads it, at most `most` rows, and of these the columns that the selection uses. `progress` takes the rows that have been read.
     pub fn read(
         rows: &mut dyn RowReader,
         selection: &Selection,
@@ -181,6 +181,11 @@ impl Part {
         let mut is_whole = true;
         let (mut values, in_memory) = (Vec::new(), rows.in_memory());
         let mut kept = vec![Vec::new(); rows.names().len()];
+        let mut used = columns(rows, selection)?;
+        if let Some(position) = selection.position_in(rows.names()) {
+            let at = named(rows, position.name()).ok();
+            used.extend(at.filter(|at| !used.contains(at)));
+        }
         // The rows after the part may be another recording, and are not read.
         while (read == 0 || last_s < to_s) && rows.advance()? {
             let stamp_s = rows.time_s();
@@ -220,7 +225,7 @@ impl Part {
             // It refuses values that are not finite, those in memory too.
             rows.values(&mut values)?;
             if in_memory.is_none() {
-                push_row(&mut kept, &values);
+                used.iter().for_each(|at| kept[*at].push(values[*at]));
             }
             part.times_s.push(t_s);
         }
@@ -254,6 +259,14 @@ impl Part {
     /// Number of its rows.
     pub fn rows(&self) -> usize {
         self.times_s.len()
+    }
+
+    /// A value by its row in the part and its column.
+    pub fn value(&self, row: usize, column: usize) -> f64 {
+        match &self.values {
+            Values::Read(columns) => columns[column][row],
+            Values::InMemory(value_at) => value_at(self.before as usize + row, column),
+        }
     }
 
     /// All values of a column.

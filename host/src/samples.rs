@@ -278,10 +278,10 @@ fn open_named(
             let input = File::open(path).map_err(|error| FileError::new(file, None, error))?;
             decoded(Box::new(input), file, form)
         }
-        _ if form.time.is_some() => Err(FileError::new(
+        _ if form.time.is_some() || form.is_flat => Err(FileError::new(
             file,
             None,
-            "--time-column is for tables: telemetry has its own time",
+            "--time-column and --flatten are for tables: telemetry has its own time",
         )),
         telemetry => {
             // Twice: a taxel that never has a value is not missing from every frame.

@@ -21,7 +21,7 @@ use estimate::{Estimated, Motion};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{OtherTone, Status};
 use ridgetone_tone::{FRAMES_MAX, HARMONICS_MAX};
-use scaled::Scaled;
+use scaled::Channels;
 use serde::Serialize;
 
 /// A given rate that differs from the time stamps by more than this share gives a warning.
@@ -214,8 +214,8 @@ fn fit_group(
     let grid = Grid::of(part, &table.file, selection)?;
     let found = fit_on(&grid, table, part, columns, selection)?;
     let is_in_time = selection.position.is_none() && part.rows() <= FRAMES_MAX;
-    let own_times = grid.at_own_times(&part.times_s).filter(|_| is_in_time);
-    let Some(own_times) = own_times else {
+    let own_times = is_in_time.then(|| grid.at_own_times(&part.times_s));
+    let Some(own_times) = own_times.flatten() else {
         return Ok(found);
     };
     let mut own = fit_on(&own_times, table, part, columns, selection)?;
@@ -245,7 +245,7 @@ fn fit_on(
 ) -> Result<TableFit> {
     let file = &table.file;
     let position = selection.position_in(&table.names);
-    let scaled = Scaled::new(part, columns, grid);
+    let scaled = Channels::new(part, columns, grid);
     if let Some(c) = scaled.units.iter().position(|unit| !unit.is_finite()) {
         bail!(
             "{file}: column {}: its values are too far apart to be fitted",
@@ -287,8 +287,6 @@ fn fit_on(
         }
     });
     let motion = Motion { positions, delays };
-    let readings = scaled.readings;
-    let (zeros, units) = (scaled.zeros.clone(), scaled.units.clone());
     let Estimated {
         found,
         slots_per_frame,
@@ -329,7 +327,7 @@ fn fit_on(
     );
     let mut wrapping = Vec::new();
     let channels = columns.iter().enumerate().map(|(c, column)| {
-        let (channel, unit, zero) = (found.channels[c], units[c], zeros[c]);
+        let (channel, unit, zero) = (found.channels[c], scaled.units[c], scaled.zeros[c]);
         let usable = found.usable & 1 << c != 0;
         let name = &table.names[*column];
         let values = part.column(*column);
@@ -340,7 +338,7 @@ fn fit_on(
         ChannelResult {
             name: name.clone(),
             usable,
-            clipped: usable && is_clipped(values.into_owned()),
+            clipped: usable && is_clipped(&values),
             offset: usable.then(|| zero + f64::from(channel.offset) * unit),
             amplitude: (usable && has_tone).then(|| f64::from(channel.amplitude) * unit),
             phase_rad: (usable && has_tone).then_some(channel.phase_rad),
@@ -362,7 +360,7 @@ fn fit_on(
         window_s: grid.slots() as f64 / grid.rate_hz,
         rows: part.rows(),
         rows_missing: grid.missing(),
-        readings_missing: columns.len() * part.rows() - readings,
+        readings_missing: columns.len() * part.rows() - scaled.readings,
         domain,
         tone,
         status: ridgetone_finger::reported_status(found.status),

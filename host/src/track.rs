@@ -4,7 +4,7 @@
 use crate::chart::{Curve, Look, Panel, Scale, Shades, chart};
 use crate::digits::uncertain;
 use crate::names::name;
-use crate::overview::{Recorded, Spectrogram};
+use crate::overview::{RANGE_DB, Recorded, Spectrogram};
 use crate::tone::Domain;
 use crate::windows::Window;
 use ridgetone_proto::telemetry::Status;
@@ -99,19 +99,22 @@ impl Track {
                 points: known(self.points.iter().filter(|p| !good(p)).collect()),
             },
         ];
+        // The key names what is there.
+        curves.retain(|curve| !curve.points.is_empty());
         let bars = self.points.iter().filter(good).filter_map(|point| {
             let (hz, sigma) = (point.frequency_hz?, point.sigma_hz?);
             let ends = [-INTERVAL, INTERVAL].map(|k| (point.middle_s(), hz + k * sigma));
-            Some(Curve {
-                name: String::new(),
-                look: Look::Line(1),
-                points: ends.into(),
-            })
+            Some(ends.to_vec())
         });
-        curves.extend(bars);
-        if let Some(first) = curves.get_mut(2) {
-            first.name = "95 % interval".into();
-        }
+        curves.extend(bars.enumerate().map(|(at, points)| Curve {
+            name: if at == 0 {
+                "95 % interval".into()
+            } else {
+                String::new()
+            },
+            look: Look::Line(1),
+            points,
+        }));
         let Spectrogram {
             from_s,
             until_s,
@@ -129,7 +132,10 @@ impl Track {
             x: scale("time, s", (from_s, until_s)),
             y: scale("frequency, Hz", (0.0, max_hz)),
             curves,
-            shades: Some(Shades(levels.clone())),
+            shades: Some(Shades {
+                name: format!("power, darkest where highest, white {RANGE_DB:.0} dB below"),
+                columns: levels.clone(),
+            }),
         };
         chart(&panel.title.clone(), &[panel])
     }
@@ -248,6 +254,16 @@ mod tests {
             );
         }
         let svg = track.picture("a<b");
+        for named in ["good windows", "95 % interval", "power, darkest"] {
+            assert!(svg.contains(named), "{named}");
+        }
+        assert_eq!(
+            svg.contains("windows that are not good"),
+            track
+                .points
+                .iter()
+                .any(|point| point.status != Status::Good)
+        );
         assert!(svg.contains("class=\"shade\"") && svg.contains("a&lt;b") && !svg.contains("NaN"));
     }
 }

@@ -215,6 +215,6 @@ fn a_packet_that_comes_twice_is_printed_once_and_counted() {
     rustix::process::kill_process(process, rustix::process::Signal::INT).expect("interrupted");
     let (printed, report) = ended(child, messages);
     assert_eq!(printed.lines().count(), 3, "{printed}");
-    let counts = "3 telemetry frames received, 0 lost, 0 damaged, 2 repeated";
+    let counts = "3 packets received, 0 lost, 0 damaged, 2 repeated";
     assert!(report.contains(counts), "{report}");
 }

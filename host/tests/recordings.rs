@@ -67,7 +67,7 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     assert!(child.wait().expect("ended").success());
     assert_eq!(
         messages.last().expect("a line").expect("UTF-8"),
-        format!("ridgetone: {whole} telemetry frames received, 0 lost, 0 damaged")
+        format!("ridgetone: {whole} packets received, 0 lost, 0 damaged")
     );
 
     let mut replayed = json_lines(&run(&["replay", text(&path), "--json"]));
@@ -127,7 +127,7 @@ fn a_recording_is_replayed_and_monitored_line_by_line_and_losses_are_reported() 
     assert_eq!(
         stderr(&replayed).lines().last(),
         Some(&*format!(
-            "ridgetone: {count} telemetry frames received, 2 lost, 1 damaged"
+            "ridgetone: {count} packets received, 2 lost, 1 damaged"
         ))
     );
     assert!(
@@ -161,7 +161,7 @@ fn exports_go_to_files_or_standard_output_and_say_what_is_missing() {
         "{}",
         stderr(&output)
     );
-    assert!(stderr(&output).contains("telemetry frames received, 0 lost, 0 damaged"));
+    assert!(stderr(&output).contains("packets received, 0 lost, 0 damaged"));
     assert!(
         std::fs::read_to_string(&csv)
             .expect("a file")

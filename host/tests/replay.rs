@@ -54,7 +54,7 @@ fn the_default_scene_is_understood() {
         messages.lines().last(),
         Some(
             format!(
-                "ridgetone: {} telemetry frames received, 0 lost, 0 damaged",
+                "ridgetone: {} packets received, 0 lost, 0 damaged",
                 events.len()
             )
             .as_str()
@@ -414,4 +414,72 @@ fn a_recording_without_an_estimate_is_explained() {
             "{printed}"
         );
     }
+}
+
+/// Rows of five samples with the time of the first, and without.
+#[test]
+fn rows_of_several_samples_are_played_one_after_the_other() {
+    let folder = directory();
+    let value = |sample: u32| {
+        let noise = 1e-3 * f64::from(sample * 7919 % 13);
+        (std::f64::consts::TAU * 43.3e-3 * f64::from(sample)).sin() + noise
+    };
+    let rows = |is_stamped: bool| -> String {
+        let row = |row: u32| {
+            let values: Vec<String> = (5 * row..5 * row + 5)
+                .map(|sample| format!("{:.5}", value(sample)))
+                .collect();
+            let stamp = format!("{:.3},", 5e-3 * f64::from(row));
+            format!(
+                "{}{}\n",
+                if is_stamped { &stamp } else { "" },
+                values.join(",")
+            )
+        };
+        let header = if is_stamped {
+            "time_s,a,b,c,d,e\n"
+        } else {
+            "a,b,c,d,e\n"
+        };
+        header.to_owned() + &(0..600).map(row).collect::<String>()
+    };
+    for (is_stamped, options) in [(true, &[][..]), (false, &["--rate", "1000"])] {
+        let path = common::file(folder.path(), "rows.csv", &rows(is_stamped));
+        let given = [&["replay", text(&path), "--json", "--flatten"], options].concat();
+        let events = json_lines(&run(&given));
+        let estimates = of_type(&events, "estimate");
+        assert!(estimates.len() > 2, "{events:?}");
+        for found in estimates {
+            let number = |name: &str| found[name].as_f64().unwrap_or(f64::NAN);
+            let off = (number("frequency_hz") - 43.3).abs();
+            assert!(off < 4.0 * number("sigma_hz") && off < 0.1, "{found}");
+            assert_eq!(found["channels"].as_array().map(Vec::len), Some(1));
+        }
+    }
+}
+
+#[test]
+fn lines_of_a_table_have_its_columns_and_units() {
+    let folder = directory();
+    let row = |row: u32| {
+        let t_s = 1e-3 * f64::from(row);
+        let x = (std::f64::consts::TAU * 43.3 * t_s).sin();
+        format!(
+            "{t_s:.3},{:.5},{:.5}\n",
+            2.0 * x,
+            x + 1e-3 * f64::from(row * 7919 % 13)
+        )
+    };
+    let csv = "time_s,gap (mm),x\n".to_owned() + &(0..2000).map(row).collect::<String>();
+    let path = common::file(folder.path(), "gap.csv", &csv);
+    let printed = stdout(&run(&["replay", text(&path)]));
+    let is_named = |line: &str| line.contains("most 2.00") && line.ends_with(" mm in gap (mm)");
+    let estimates: Vec<&str> = printed
+        .lines()
+        .filter(|line| line.contains("estimate"))
+        .collect();
+    assert!(
+        estimates.len() > 2 && estimates.iter().all(|line| is_named(line)),
+        "{printed}"
+    );
 }

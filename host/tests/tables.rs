@@ -464,7 +464,7 @@ fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
     assert_one_line(
         &run(&["fit", text(&all[0]), "--time-column", "x"]),
         1,
-        &["--time-column is for tables"],
+        &["--time-column and --flatten are for tables"],
     );
     let shown = stdout(&run(&["monitor", "--file", text(&all[0]), "--pace", "0"]));
     assert!(shown.contains("contact"));

@@ -1,8 +1,9 @@
 //! `release`: the images of the real boards as files for every way to flash them, and the command
-//! with images in it, with their checksums.
+//! and the Python package with images in them, with their checksums.
 
 mod command;
 mod empty_root;
+mod wheel;
 
 use crate::images::{self, Board};
 use crate::tools::{announce, create, read, remove, target_dir, write};
@@ -39,6 +40,8 @@ pub enum Package {
     LinuxX86_64,
     /// The static command for Linux on 64-bit Arm.
     LinuxAarch64,
+    /// The Python package for Linux on the processor that builds it.
+    Wheel,
     /// The command for the system that builds it.
     Host,
 }
@@ -47,6 +50,7 @@ impl Package {
     fn make(self) -> Result<Made> {
         match self {
             Self::Host => command::host(),
+            Self::Wheel => wheel::make(),
             Self::LinuxX86_64 => command::linux(Processor::X86_64),
             Self::LinuxAarch64 => command::linux(Processor::Aarch64),
         }
@@ -85,7 +89,7 @@ pub fn run(only: Option<Package>) -> Result<()> {
             continue;
         }
         let (name, path) = match package.make()? {
-            Made::File { name, path } => (format!("ridgetone-{version}-{name}"), path),
+            Made::File { name, path } => (name, path),
             Made::Missing(why) if only.is_some() => bail!("{why}"),
             Made::Missing(why) => {
                 missing.push(why);

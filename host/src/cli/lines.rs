@@ -1,7 +1,7 @@
 //! Packets printed as lines of text or of JSON.
 
 use crate::digits::time_s;
-use crate::events::JsonLines;
+use crate::events::{Columns, JsonLines};
 use crate::feed::{Feed, Requester};
 use crate::frame::Frame;
 use crate::live::Counts;
@@ -68,6 +68,8 @@ pub struct Printer {
     held: Option<VecDeque<(f64, String)>>,
     now_s: f64,
     starts: Starts,
+    /// Of a table.
+    columns: Option<Columns>,
 }
 
 impl Printer {
@@ -81,7 +83,15 @@ impl Printer {
             held,
             now_s: 0.0,
             starts: Starts::new(),
+            columns: None,
         }
+    }
+
+    /// With the columns of a table in place of taxels.
+    #[must_use]
+    pub fn of_columns(mut self, columns: Option<Columns>) -> Self {
+        self.columns = columns;
+        self
     }
 
     pub fn print(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Result<()> {
@@ -95,7 +105,11 @@ impl Printer {
             Event::Raw(raw) => format!("; mV {}", millivolts(&Frame::new(raw, self.vref_v))),
             _ => String::new(),
         };
-        let text = fitted(&(events::text(packet) + &volts));
+        let text = match &self.columns {
+            Some(columns) => events::text_of_columns(packet, columns),
+            None => events::text(packet),
+        };
+        let text = fitted(&(text + &volts));
         if self.starts.take(&packet.event) {
             self.flush(f64::INFINITY)?;
             self.now_s = 0.0;
@@ -164,5 +178,5 @@ pub fn report(counts: Counts) {
         0 => String::new(),
         _ => format!(", {stepped_back} repeated or out of order"),
     };
-    note!("{received} telemetry frames received, {missing} lost, {damaged} damaged{repeated}");
+    note!("{received} packets received, {missing} lost, {damaged} damaged{repeated}");
 }

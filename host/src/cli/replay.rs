@@ -12,7 +12,7 @@ use crate::output::with_progress;
 use crate::recording::Recorded;
 use crate::samples::Samples;
 use crate::seen::Seen;
-use crate::tables::TimeColumn;
+use crate::tables::{TableForm, TimeColumn};
 use crate::usage::{NoEstimate, UsageError};
 use crate::{replay, stop};
 use anyhow::Result;
@@ -60,6 +60,9 @@ pub struct ReplayArgs {
     /// it; `none` if none is [default: time_s, or a column whose name says that it is the time].
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse, requires = "file")]
     time_column: Option<TimeColumn>,
+    /// Rows of a table hold consecutive samples of one series: read them one after the other.
+    #[arg(long, requires = "file")]
+    flatten: bool,
     /// Scene file, such as hal-mock/scenes/c1.toml; hal-mock/scenes/every_key.toml explains all keys
     /// [default: a plain scene].
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["scene_speed", "period", "pure_tone", "snr"])]
@@ -81,9 +84,9 @@ impl ReplayArgs {
         // A file that cannot be read is left to the reader of tables, whose message names the
         // problem.
         let form = Form::of(file).unwrap_or(Form::Table);
-        if form != Form::Table && self.time_column.is_some() {
+        if form != Form::Table && (self.time_column.is_some() || self.flatten) {
             let why = format!(
-                "{}: --time-column is for tables: telemetry has its own time",
+                "{}: --time-column and --flatten are for tables: telemetry has its own time",
                 file.display()
             );
             return Err(UsageError(why).into());
@@ -104,7 +107,11 @@ impl ReplayArgs {
     }
 
     fn play_frames(&self, file: &Path) -> Result<()> {
-        let samples = Samples::file_with(file, self.time_column.clone())?;
+        let form = TableForm {
+            is_flat: self.flatten,
+            ..TableForm::timed(self.time_column.clone())
+        };
+        let samples = Samples::file_as(file, form)?;
         let frames = Frames::open(&samples, self.reading())?;
         let settings = self.settings.over(&frames.settings, samples.name())?;
         frames.check_window(samples.name(), &settings)?;
@@ -115,7 +122,7 @@ impl ReplayArgs {
         if chosen != settings {
             note!("{}: {}", samples.name(), frames::ALWAYS);
         }
-        let mut printer = Printer::new(self.lines, true);
+        let mut printer = Printer::new(self.lines, true).of_columns(frames.columns());
         let mut seen = Seen::default();
         let mut sink = |packet: &Packet| {
             seen.take(&packet.event);

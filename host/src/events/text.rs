@@ -38,7 +38,7 @@ pub fn text(packet: &Packet) -> String {
                 )
             }
         },
-        Event::Estimate(e) => line(e.t_us, "estimate", &estimate(e)),
+        Event::Estimate(e) => line(e.t_us, "estimate", &estimate(e, &on_taxel)),
         Event::Track(e) => line(e.t_us, "track", &track(e)),
         Event::Release(e) => line(e.t_us, "release", "the finger is off"),
         Event::Health(e) => line(e.t_us, "health", &health(e)),
@@ -137,7 +137,49 @@ fn hello(e: &Hello) -> String {
     )
 }
 
-fn estimate(e: &Estimate) -> String {
+/// The columns of a table whose rows were channels.
+#[derive(Clone, Debug)]
+pub struct Columns {
+    pub names: Vec<String>,
+    /// Unit of each, as far as the file says them.
+    pub units: Vec<Option<String>>,
+    pub volts_per_unit: f64,
+}
+
+impl Columns {
+    /// A value of a channel with its unit and its column.
+    fn level(&self, volts: f32, channel: u8) -> String {
+        let value = significant(f64::from(volts) / self.volts_per_unit, 4);
+        let unit = self
+            .units
+            .get(usize::from(channel))
+            .and_then(Option::as_deref);
+        let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
+        let name = self.names.get(usize::from(channel));
+        format!("{value}{unit} in {}", name.map_or("?", String::as_str))
+    }
+}
+
+/// As [`text`], with the columns and units of a table in place of taxels and volts.
+pub fn text_of_columns(packet: &Packet, columns: &Columns) -> String {
+    let level = |volts, channel| columns.level(volts, channel);
+    match &packet.event {
+        Event::Contact(e) => {
+            let spike = level(e.height_v, e.taxel);
+            line(e.t_us, "contact", &format!("spike of {spike}"))
+        }
+        Event::Estimate(e) => line(e.t_us, "estimate", &estimate(e, &level)),
+        _ => text(packet),
+    }
+}
+
+/// A value of a board's channel.
+fn on_taxel(volts: f32, taxel: u8) -> String {
+    format!("{:.3} mV on taxel {taxel}", 1e3 * volts)
+}
+
+/// `level` words the amplitude of a channel.
+fn estimate(e: &Estimate, level: &dyn Fn(f32, u8) -> String) -> String {
     let span = match e.span {
         Span::Window => "window",
         Span::Slide => "SLIDE",
@@ -155,10 +197,9 @@ fn estimate(e: &Estimate) -> String {
         let strongest = |a: &&Channel, b: &&Channel| a.amplitude_v.total_cmp(&b.amplitude_v);
         if let Some(c) = e.channels.iter().max_by(strongest) {
             out += &format!(
-                ", {} channels, most {:.3} mV on taxel {}",
+                ", {} channels, most {}",
                 e.channels.len(),
-                1e3 * c.amplitude_v,
-                c.taxel
+                level(c.amplitude_v, c.taxel)
             );
         }
     }

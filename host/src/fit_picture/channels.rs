@@ -104,8 +104,8 @@ fn readings(at: &[f64], values: &[f64]) -> Points {
 }
 
 fn strip(readings: Points, found: &ChannelResult) -> Strip {
-    let values = readings.iter().map(|(_, value)| *value);
-    let note = match (found.usable, is_clipped(values.collect())) {
+    let values: Vec<f64> = readings.iter().map(|(_, value)| *value).collect();
+    let note = match (found.usable, is_clipped(&values)) {
         (false, _) => "not usable",
         (true, true) => "clipped",
         (true, false) => "",

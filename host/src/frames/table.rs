@@ -2,6 +2,7 @@
 
 use super::frame::{Frame, Reading};
 use crate::digits::significant;
+use crate::events::Columns;
 use crate::input::rate_of;
 use crate::output::Progress;
 use crate::raw_rows;
@@ -44,6 +45,7 @@ pub struct Table {
     samples: Samples,
     volts_per_unit: f64,
     names: Vec<String>,
+    units: Vec<Option<String>>,
     rate_hz: f64,
     /// Standard deviation of the rate as a fraction of it.
     rate_fraction: f64,
@@ -111,6 +113,7 @@ impl Table {
             samples: samples.clone(),
             volts_per_unit: reading.volts_per_unit,
             names,
+            units: rows.units(),
             rate_hz,
             rate_fraction,
             plan,
@@ -163,6 +166,14 @@ impl Table {
 
     pub fn guessed(&self) -> Option<String> {
         self.guessed.clone()
+    }
+
+    pub fn columns(&self) -> Columns {
+        Columns {
+            names: self.names.clone(),
+            units: self.units.clone(),
+            volts_per_unit: self.volts_per_unit,
+        }
     }
 
     /// True for the columns that `export` and `emulate --print-scene` write, at the rate of the

@@ -74,7 +74,7 @@ impl Finger {
             ..
         } = self.counts;
         self.say(&format!(
-            "{received} telemetry frames received, {missing} lost, {damaged} damaged"
+            "{received} packets received, {missing} lost, {damaged} damaged"
         ));
         received > 0
     }

@@ -6,7 +6,7 @@
 
 use super::estimate::{Estimated, Frames, Motion};
 use super::means::PASSED;
-use super::scaled::Scaled;
+use super::scaled::{Channels, Scaled};
 use crate::digits::significant;
 use crate::grid::Grid;
 use crate::part::{Band, Selection};
@@ -29,22 +29,22 @@ const NAMED_POWER: f64 = 0.05;
 /// Fits all rows: more than the estimator takes at once through filters.
 pub fn estimate(
     file: &str,
-    scaled: &Scaled,
+    channels: &Channels,
     motion: &Motion,
     grid: &Grid,
     selection: &Selection,
 ) -> Result<Estimated> {
-    let slots = scaled.values.len();
+    let slots = channels.slots();
     if slots > FRAMES_MAX {
         ensure!(
             motion.positions.is_empty(),
             "{file}: {slots} rows by position or at uneven times, and at most {FRAMES_MAX} of these are fitted together: choose a part with --from and --to, or windows with --window"
         );
-        return estimate_long(file, scaled, grid.rate_hz, selection);
+        return estimate_long(file, channels, grid.rate_hz, selection);
     }
     let frames = Frames {
         file,
-        scaled,
+        scaled: &channels.cut(0..slots),
         motion,
         rate_hz: grid.rate_hz,
         selection,
@@ -58,11 +58,11 @@ pub fn estimate(
 /// Fits more rows than the estimator takes.
 fn estimate_long(
     file: &str,
-    scaled: &Scaled,
+    channels: &Channels,
     rate_hz: f64,
     selection: &Selection,
 ) -> Result<Estimated> {
-    let slots = scaled.values.len();
+    let slots = channels.slots();
     let slots_per_frame = slots.div_ceil(SEARCHED_MAX);
     let thin_hz = rate_hz / slots_per_frame as f64;
     let still = Motion::still();
@@ -84,7 +84,11 @@ fn estimate_long(
     // The middle tells most; a tone may also be in the first or the last window alone.
     let mut window: Option<Fit> = None;
     for from in [(slots - SEARCHED_MAX) / 2, 0, slots - SEARCHED_MAX] {
-        let (found, _) = fit(&scaled.cut(from, SEARCHED_MAX), rate_hz, selection.band)?;
+        let (found, _) = fit(
+            &channels.cut(from..from + SEARCHED_MAX),
+            rate_hz,
+            selection.band,
+        )?;
         if found.status.has_tone() {
             window = Some(found);
             break;
@@ -95,7 +99,10 @@ fn estimate_long(
         .filter(|found| f64::from(found.frequency) * rate_hz > max_hz);
     let is_slow = selection.band.min_hz.is_none_or(|min_hz| min_hz < max_hz);
     let slow = is_slow
-        .then(|| fit(&scaled.thinned(slots_per_frame), thin_hz, selection.band))
+        .then(|| {
+            let thinned = channels.thinned(slots_per_frame, &|_, values| *values);
+            fit(&thinned, thin_hz, selection.band)
+        })
         .transpose()?;
     let power = |found: &Fit| -> f64 {
         let usable = found
@@ -150,7 +157,8 @@ fn estimate_long(
     };
     // Cycles of a row.
     let shift = f64::from(fast.frequency) - SHIFTED_TO / slots_per_frame as f64;
-    let shifted = scaled.shifted(shift).thinned(slots_per_frame);
+    let levels = channels.levels();
+    let shifted = channels.shifted(shift, &levels, slots_per_frame);
     let band = Band {
         min_hz: Some((SHIFTED_TO - SHIFTED_BAND) * thin_hz),
         max_hz: Some((SHIFTED_TO + SHIFTED_BAND) * thin_hz),
@@ -179,7 +187,7 @@ fn estimate_long(
         window.status = Status::Unsteady;
         return Ok(Estimated::of(window, Some(note)));
     }
-    for (channel, level) in found.channels.iter_mut().zip(scaled.levels()) {
+    for (channel, level) in found.channels.iter_mut().zip(levels) {
         channel.offset = level as f32;
     }
     let aliased = |slow: &Fit| {
@@ -213,44 +221,34 @@ fn estimate_long(
     })
 }
 
-impl Scaled {
-    /// Some of the rows.
-    fn cut(&self, from: usize, count: usize) -> Self {
-        Self {
-            values: self.values[from..from + count].to_vec(),
-            valid: self.valid[from..from + count].to_vec(),
-            ..self.clone_head()
-        }
-    }
-
+impl Channels<'_> {
     /// Means of the channels.
     fn levels(&self) -> Vec<f64> {
-        let channel = |c: usize| {
-            let known = self
-                .values
-                .iter()
-                .zip(&self.valid)
-                .filter(|(_, valid)| **valid & 1 << c != 0);
-            let (sum, count) = known.fold((0.0, 0.0), |(sum, count), (values, _)| {
-                (sum + f64::from(values[c]), count + 1.0)
-            });
-            sum / f64::max(count, 1.0)
-        };
-        (0..self.units.len()).map(channel).collect()
+        let mut sums = vec![(0.0, 0.0); self.units.len()];
+        self.each(0..self.slots(), &mut |_, values, valid| {
+            for (c, (sum, count)) in sums.iter_mut().enumerate() {
+                if valid & 1 << c != 0 {
+                    *sum += f64::from(values[c]);
+                    *count += 1.0;
+                }
+            }
+        });
+        sums.into_iter()
+            .map(|(sum, count)| sum / f64::max(count, 1.0))
+            .collect()
     }
 
-    /// All frequencies less this one, cycles a row: readings about their mean, times a cosine whose
-    /// phase is 0 at the centre.
-    fn shifted(&self, by: f64) -> Self {
-        let levels = self.levels();
-        let centre = 0.5 * (self.values.len() - 1) as f64;
-        let mut shifted = self.clone();
-        for (row, values) in shifted.values.iter_mut().enumerate() {
-            let cosine = 2.0 * (TAU * (by * (row as f64 - centre)).fract()).cos();
-            for (value, level) in values.iter_mut().zip(&levels) {
+    /// Frames with all frequencies less this one, cycles a row: readings about their mean, times a
+    /// cosine whose phase is 0 at the centre.
+    fn shifted(&self, by: f64, levels: &[f64], slots_per_frame: usize) -> Scaled {
+        let centre = 0.5 * (self.slots() - 1) as f64;
+        self.thinned(slots_per_frame, &|slot, values| {
+            let cosine = 2.0 * (TAU * (by * (slot as f64 - centre)).fract()).cos();
+            let mut shifted = *values;
+            for (value, level) in shifted.iter_mut().zip(levels) {
                 *value = ((f64::from(*value) - level) * cosine) as f32;
             }
-        }
-        shifted
+            shifted
+        })
     }
 }

@@ -1,6 +1,6 @@
 //! Fewer frames than rows: a low-pass filter and every n-th value of it.
 
-use super::scaled::Scaled;
+use super::scaled::{Channels, Scaled};
 use ridgetone_proto::settings::TAXELS;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -14,12 +14,17 @@ pub const PASSED: f64 = 0.44;
 /// Fraction of the filter's weights that have to be on readings.
 const WEIGHT_MIN: f64 = 0.5;
 
-impl Scaled {
-    /// One frame for each `slots`, about the same centre.
-    pub fn thinned(&self, slots: usize) -> Self {
-        let count = self.values.len() / slots;
+impl Channels<'_> {
+    /// One frame for each `slots`, about the same centre. `change` is applied to each row first.
+    pub fn thinned(
+        &self,
+        slots: usize,
+        change: &dyn Fn(usize, &[f32; TAXELS]) -> [f32; TAXELS],
+    ) -> Scaled {
+        let (all, channels) = (self.slots(), self.units.len());
+        let count = all / slots;
         // Twice the position of the first frame, which is a whole number.
-        let first_twice = (self.values.len() - 1) - (count - 1) * slots;
+        let first_twice = (all - 1) - (count - 1) * slots;
         let half = ZEROS * slots;
         let weights: Vec<f64> = (0..=2 * half + 1)
             .map(|tap| {
@@ -30,33 +35,37 @@ impl Scaled {
             })
             .collect();
         let whole: f64 = weights.iter().sum();
-        let mut thinned = Self {
-            values: vec![[0.0; TAXELS]; count],
-            valid: vec![0; count],
-            ..self.clone_head()
-        };
-        for frame in 0..count {
-            let centre = first_twice / 2 + frame * slots;
-            let (mut sums, mut known) = ([0.0; TAXELS], [0.0; TAXELS]);
-            for (tap, weight) in weights.iter().enumerate() {
-                let Some(slot) = (centre + tap).checked_sub(half) else {
-                    continue;
-                };
-                let Some(valid) = self.valid.get(slot) else {
-                    break;
-                };
-                for c in (0..self.units.len()).filter(|c| valid & 1 << c != 0) {
-                    sums[c] += weight * f64::from(self.values[slot][c]);
-                    known[c] += weight;
+        let mut sums = vec![[Sum::default(); TAXELS]; count];
+        self.each(0..all, &mut |slot, values, valid| {
+            let values = change(slot, values);
+            // Taps from the centre of frame 0, which may lie behind its begin.
+            let last = slot + half;
+            let to = last.checked_sub(first_twice / 2).map(|taps| taps / slots);
+            let from = (last.saturating_sub(2 * half + 1 + first_twice / 2)).div_ceil(slots);
+            for frame in from..to.map_or(0, |to| (to + 1).min(count)) {
+                let weight = weights[last - (first_twice / 2 + frame * slots)];
+                for c in (0..channels).filter(|c| valid & 1 << c != 0) {
+                    sums[frame][c].value += weight * f64::from(values[c]);
+                    sums[frame][c].weight += weight;
                 }
             }
-            for c in (0..self.units.len()).filter(|c| known[*c] > WEIGHT_MIN * whole) {
-                thinned.values[frame][c] = (sums[c] / known[c]) as f32;
+        });
+        let mut thinned = Scaled::empty(count, channels);
+        for (frame, sums) in sums.iter().enumerate() {
+            for c in (0..channels).filter(|c| sums[*c].weight > WEIGHT_MIN * whole) {
+                thinned.values[frame][c] = (sums[c].value / sums[c].weight) as f32;
                 thinned.valid[frame] |= 1 << c;
             }
         }
         thinned
     }
+}
+
+/// Readings times their weights, and the weights.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    value: f64,
+    weight: f64,
 }
 
 /// The filter's weight at a distance in slots.

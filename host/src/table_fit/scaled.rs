@@ -3,45 +3,37 @@
 use super::bridge;
 use crate::grid::Grid;
 use crate::part::Part;
+use core::ops::Range;
 use ridgetone_proto::settings::TAXELS;
 
 /// Channels are scaled to about the span of a real channel in codes. Quantization to 1 is then far
 /// below any file's residuals.
 const SPAN_CODES: f64 = 1e6;
 
-/// The rows as the library takes them.
-#[derive(Clone)]
-pub struct Scaled {
-    pub values: Vec<[f32; TAXELS]>,
-    pub valid: Vec<u16>,
+/// The channels of a part on its grid, with their scales. The readings stay in the part: of a long
+/// recording only what is fitted at a time is copied.
+pub struct Channels<'a> {
+    part: &'a Part,
+    columns: &'a [usize],
+    grid: &'a Grid,
     /// First value of each channel: subtracted before anything is rounded to f32.
     pub zeros: Vec<f64>,
-    /// File units per unit of `values`.
+    /// File units per unit of [`Scaled::values`].
     pub units: Vec<f64>,
     /// Readings of the file.
     pub readings: usize,
 }
 
-impl Scaled {
-    pub fn new(part: &Part, columns: &[usize], grid: &Grid) -> Self {
-        let mut scaled = Self {
-            values: vec![[0.0; TAXELS]; grid.slots()],
-            valid: vec![0; grid.slots()],
-            zeros: Vec::new(),
-            units: Vec::new(),
-            readings: 0,
-        };
-        for (c, column) in columns.iter().enumerate() {
+impl<'a> Channels<'a> {
+    pub fn new(part: &'a Part, columns: &'a [usize], grid: &'a Grid) -> Self {
+        let (mut zeros, mut units, mut readings) = (Vec::new(), Vec::new(), 0);
+        for column in columns {
             let column = part.column(*column);
-            let zero = column.iter().copied().find(|value| !value.is_nan());
-            let zero = zero.unwrap_or(0.0);
+            let mut known = column.iter().copied().filter(|value| !value.is_nan());
+            let zero = known.next().unwrap_or(0.0);
             let (mut least, mut greatest) = (zero, zero);
-            for value in column.iter() {
-                if *value < least {
-                    least = *value;
-                } else if *value > greatest {
-                    greatest = *value;
-                }
+            for value in known {
+                (least, greatest) = (value.min(least), value.max(greatest));
             }
             let span = greatest - least;
             // The fit leaves a constant channel out, whatever its unit.
@@ -50,18 +42,70 @@ impl Scaled {
             } else {
                 1.0
             };
-            for (value, place) in column.iter().zip(&grid.places) {
-                if value.is_nan() {
-                    continue;
-                }
-                scaled.values[*place][c] = ((value - zero) / unit) as f32;
-                scaled.valid[*place] |= 1 << c;
-                scaled.readings += 1;
-            }
-            scaled.zeros.push(zero);
-            scaled.units.push(unit);
+            readings += column.iter().filter(|value| !value.is_nan()).count();
+            zeros.push(zero);
+            units.push(unit);
         }
-        scaled
+        Self {
+            part,
+            columns,
+            grid,
+            zeros,
+            units,
+            readings,
+        }
+    }
+
+    /// Sampling intervals of the part, those of missing rows included.
+    pub fn slots(&self) -> usize {
+        self.grid.slots()
+    }
+
+    /// The rows in some of the sampling intervals.
+    pub fn cut(&self, slots: Range<usize>) -> Scaled {
+        let mut cut = Scaled::empty(slots.len(), self.columns.len());
+        self.each(slots.clone(), &mut |slot, values, valid| {
+            cut.values[slot - slots.start] = *values;
+            cut.valid[slot - slots.start] = valid;
+        });
+        cut
+    }
+
+    /// Gives the rows in some of the sampling intervals: their place, and the scaled readings with
+    /// a bit for each that there is.
+    pub fn each(&self, slots: Range<usize>, take: &mut dyn FnMut(usize, &[f32; TAXELS], u16)) {
+        let places = &self.grid.places;
+        let [from, to] = [slots.start, slots.end].map(|end| places.partition_point(|at| *at < end));
+        for (row, place) in (from..to).zip(&places[from..to]) {
+            let (mut values, mut valid) = ([0.0; TAXELS], 0);
+            for (c, column) in self.columns.iter().enumerate() {
+                let value = self.part.value(row, *column);
+                if !value.is_nan() {
+                    values[c] = ((value - self.zeros[c]) / self.units[c]) as f32;
+                    valid |= 1 << c;
+                }
+            }
+            take(*place, &values, valid);
+        }
+    }
+}
+
+/// Rows as the library takes them.
+#[derive(Clone)]
+pub struct Scaled {
+    pub values: Vec<[f32; TAXELS]>,
+    pub valid: Vec<u16>,
+    channels: usize,
+}
+
+impl Scaled {
+    /// Rows without a reading.
+    pub fn empty(rows: usize, channels: usize) -> Self {
+        Self {
+            values: vec![[0.0; TAXELS]; rows],
+            valid: vec![0; rows],
+            channels,
+        }
     }
 
     /// Fraction of the rows that have all readings of the channels that have any.
@@ -72,21 +116,10 @@ impl Scaled {
         count(&|valid| valid == all) / count(&|valid| valid != 0).max(1.0)
     }
 
-    /// Without any frames.
-    pub fn clone_head(&self) -> Self {
-        Self {
-            values: Vec::new(),
-            valid: Vec::new(),
-            zeros: self.zeros.clone(),
-            units: self.units.clone(),
-            ..*self
-        }
-    }
-
     /// A copy with single missing readings bridged; whole missing rows stay missing.
     pub fn bridged(&self) -> Self {
         let mut bridged = self.clone();
-        for c in 0..self.units.len() {
+        for c in 0..self.channels {
             let readings = self.values.iter().zip(&self.valid);
             let known: Vec<_> = readings
                 .map(|(values, valid)| (valid & 1 << c != 0).then_some(f64::from(values[c])))

@@ -45,8 +45,13 @@ impl RowClock {
             .windows(apart + 1)
             .map(|stamps| stamps[apart] - stamps[0])
             .collect();
-        spans.sort_by(f64::total_cmp);
-        let guess_s = spans.get(spans.len() / 2).filter(|_| apart > 0)? / apart as f64;
+        if apart == 0 {
+            return None;
+        }
+        let middle = spans.len() / 2;
+        let (_, median_s, _) = spans.select_nth_unstable_by(middle, f64::total_cmp);
+        let guess_s = *median_s / apart as f64;
+        drop(spans);
         let mut clock = Self::with_spacing(head[0], guess_s);
         for follow in ROUNDS {
             clock.follow = follow;

@@ -10,7 +10,7 @@ use super::stamps::Unit;
 use super::time_column::{
     Candidate, Likeness, Named, TIME_COLUMN, TimeColumn, UNITS, choose, named, quoted,
 };
-use super::units::{Declared, bracketed, declared_time, of_channel, per_second};
+use super::units::{Declared, bracketed, declared_time, is_count, of_channel, per_second};
 use super::wrapped::is_wrapped;
 use crate::digits::significant;
 
@@ -225,9 +225,9 @@ impl Layout {
             _ if look.is_clock => Some(Unit::Clock),
             Declared::PerSecond(unit) => Some(Unit::PerSecond(unit)),
             Declared::Unknown(unit) => {
-                let option = quoted(&format!("{name}:ms"));
                 return refuse(format!(
-                    "column {name}: the unit {unit:?} is not known: say which with --time-column {option}, or another of {UNITS}"
+                    "column {name}: the unit {unit:?} is not known: {}",
+                    way_to_unit(&name, &unit, look)
                 ));
             }
             Declared::Nothing => self.undeclared_unit(&name, look, unit_at(at))?,
@@ -468,6 +468,26 @@ fn plausible_units(look: &Look) -> Vec<&'static str> {
         units.sort_by_key(|unit| *unit != "s");
     }
     units
+}
+
+/// What to type where the unit of a time is not known.
+fn way_to_unit(name: &str, unit: &str, look: &Look) -> String {
+    let option = |unit: &str| quoted(&format!("{name}:{unit}"));
+    if per_second(unit).is_some() {
+        return format!("if it is one, say so with --time-column {}", option(unit));
+    }
+    if is_count(unit) {
+        return format!(
+            "give the rate of the rows with --rate HZ, or the length of one with --time-column {}, or another",
+            option("10us")
+        );
+    }
+    let plausible = plausible_units(look);
+    let first = plausible.first().unwrap_or(&"s");
+    format!(
+        "say which with --time-column {}, or another of {UNITS}",
+        option(first)
+    )
 }
 
 /// Columns that are both called `time_s`.

@@ -227,7 +227,15 @@ impl<'a> Line<'a> {
                 units[at - 1] = unit.trim_matches(EDGES).to_owned();
             }
             if at < count {
-                names[at] = label.trim_matches(EDGES).to_owned();
+                let label = label.trim_matches(EDGES);
+                // `"acc": {"x": 0.1`
+                let parts = label
+                    .split(['"', '{', '[', ':', ' '])
+                    .filter(|part| !part.is_empty());
+                names[at] = match label.contains('"') {
+                    true => parts.collect::<Vec<_>>().join("."),
+                    false => label.to_owned(),
+                };
             }
         }
         // One label may name several numbers: `X,Y,Z= 1,2,3`.

@@ -1,6 +1,6 @@
 //! Which column is the time, and in what unit.
 
-use super::units::{Declared, declared_time, per_second};
+use super::units::{Declared, bracketed, declared_time, per_second};
 
 /// Name of the column that is time in seconds.
 pub const TIME_COLUMN: &str = "time_s";
@@ -99,7 +99,7 @@ pub struct Named {
 }
 
 /// Unit of a time, from the name of its column: `time_ms`, `%time`, `t (s)`, `stamp_ns`,
-/// `Timestamp[nanosec]`; `min` and `h` are one only if the column grows steadily.
+/// `Timestamp[nanosec]`; `min`, `h` and `Ticks (10 us)` are one only if the column grows steadily.
 pub fn named(name: &str, is_steady: bool) -> Option<Named> {
     let make = |likeness, unit| Some(Named { likeness, unit });
     if name == TIME_COLUMN {
@@ -120,6 +120,8 @@ pub fn named(name: &str, is_steady: bool) -> Option<Named> {
         .filter(|word| !word.is_empty())
         .collect();
     let unit = declared_time(&name);
+    let is_counted =
+        is_steady && bracketed(&name).is_some_and(|(_, unit)| per_second(unit).is_some());
     // Next to a word that is no unit it may be a temperature.
     let is_t = match (&words[..], &unit) {
         (["t"], _) => true,
@@ -127,7 +129,11 @@ pub fn named(name: &str, is_steady: bool) -> Option<Named> {
         _ => false,
     };
     if !is_t && !words.iter().any(|word| TIME_WORDS.contains(word)) {
-        return None;
+        // `Ticks (10 us)`
+        return is_counted.then_some(Named {
+            likeness: Likeness::Contains,
+            unit,
+        });
     }
     match (&unit, &words[..]) {
         (Declared::Nothing, [_]) => make(Likeness::Bare, unit),
@@ -219,6 +225,15 @@ mod tests {
                 _ => None,
             });
             assert_eq!(found, expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_count_of_times_is_one_if_it_grows() {
+        for name in ["Ticks (10 us)", "counter [ms]"] {
+            assert_eq!(named(name, false), None, "{name}");
+            let found = named(name, true).map(|found| found.likeness);
+            assert_eq!(found, Some(Likeness::Contains), "{name}");
         }
     }
 

@@ -110,26 +110,40 @@ pub enum Declared {
     Nothing,
 }
 
-/// Units in a second of a unit of time, by its name: `ms`, `(min)`, `10 ms`.
+/// Units in a second of a unit of time: `ms`, `(min)`, `10 ms`, `1/100 s`, `1e-3 s`, `s/100`.
 pub fn per_second(unit: &str) -> Option<f64> {
     let unit = unit.trim_matches(|c: char| c.is_whitespace() || "()[]{}.".contains(c));
     let unit = unit.to_lowercase();
-    let digits = unit
-        .find(|c: char| !(c.is_ascii_digit() || c == '.'))
-        .unwrap_or(unit.len());
-    let (count, name) = unit.split_at(digits);
-    let count = match count {
-        "" => 1.0,
-        count => count.parse().ok().filter(|count| *count > 0.0)?,
-    };
-    let known = TIMES
-        .iter()
-        .find(|(_, names)| names.contains(&name.trim()))?;
+    if let Some((name, parts)) = unit.split_once('/')
+        && let Some(whole) = per_second_of(name.trim())
+    {
+        return Some(whole * count(parts.trim())?);
+    }
+    let number = unit.trim_end_matches(char::is_alphabetic);
+    let whole = per_second_of(&unit[number.len()..])?;
+    Some(whole / count(number.trim())?)
+}
+
+/// The same of a unit without a number.
+fn per_second_of(name: &str) -> Option<f64> {
+    let known = TIMES.iter().find(|(_, names)| names.contains(&name))?;
     // 1e-3 has no exact inverse, and 1e3 is meant.
     Some(match known.0 {
-        seconds if seconds < 1.0 => (1.0 / seconds).round() / count,
-        seconds => 1.0 / seconds / count,
+        seconds if seconds < 1.0 => (1.0 / seconds).round(),
+        seconds => 1.0 / seconds,
     })
+}
+
+/// A number in front of a unit: `10`, `1e-3`, `10^-3`, `1/100`; 1 if there is none.
+fn count(text: &str) -> Option<f64> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let count = match (text.split_once('/'), text.strip_prefix("10^")) {
+        _ if text.is_empty() => 1.0,
+        (Some((above, below)), _) => number(above)? / number(below)?,
+        (None, Some(power)) => 10f64.powf(number(power)?),
+        (None, None) => number(text)?,
+    };
+    (count > 0.0 && count.is_finite()).then_some(count)
 }
 
 /// Name of a unit of time for messages.
@@ -184,8 +198,18 @@ pub fn declared_time(name: &str) -> Declared {
             .split(is_between)
             .filter(|word| !word.is_empty())
             .collect();
-        if let Some(known) = words.iter().find_map(|word| per_second(word)) {
-            return Declared::PerSecond(known);
+        if let Some(at) = words.iter().position(|word| per_second(word).is_some()) {
+            // A number next to a unit belongs to it, but how is open: `s x 100`.
+            let beside = [
+                at.checked_sub(1).and_then(|at| words.get(at)),
+                words.get(at + 1),
+            ];
+            return match per_second(words[at]) {
+                Some(known) if !beside.into_iter().flatten().any(|word| is_factor(word)) => {
+                    Declared::PerSecond(known)
+                }
+                _ => Declared::Unknown(inside.to_owned()),
+            };
         }
         return match words.iter().all(|word| REMARKS.contains(word)) {
             true => Declared::Nothing,
@@ -196,16 +220,41 @@ pub fn declared_time(name: &str) -> Declared {
         .split(is_between)
         .filter(|word| !word.is_empty())
         .collect();
-    match words[..] {
-        [_, .., last] => {
-            match per_second(last).filter(|_| !last.starts_with(|c: char| c.is_ascii_digit())) {
-                Some(known) => Declared::PerSecond(known),
-                None if NO_TIMES.contains(&last) => Declared::Unknown(last.to_owned()),
-                None => Declared::Nothing,
-            }
+    let [_, .., before, last] = words[..] else {
+        return match words[..] {
+            [_, last] => declared_last(&lower, "", last),
+            _ => Declared::Nothing,
+        };
+    };
+    declared_last(&lower, before, last)
+}
+
+/// The unit that the last word of a name declares.
+fn declared_last(name: &str, before: &str, last: &str) -> Declared {
+    match per_second(last) {
+        // In brackets `10 us` is a unit; here it may also be another column's number.
+        Some(_) if is_factor(before) || is_factor(last) => {
+            let from = name.find(|c: char| c.is_ascii_digit()).unwrap_or(0);
+            Declared::Unknown(name[from..].to_owned())
         }
-        _ => Declared::Nothing,
+        Some(known) => Declared::PerSecond(known),
+        None if NO_TIMES.contains(&last) => Declared::Unknown(last.to_owned()),
+        None => Declared::Nothing,
     }
+}
+
+/// True for a number that may multiply a unit: `10`, `x100`, or the sign of that.
+fn is_factor(word: &str) -> bool {
+    word == "x"
+        || word
+            .trim_start_matches('x')
+            .starts_with(|c: char| c.is_ascii_digit())
+}
+
+/// True if a unit counts something else than a time.
+pub fn is_count(unit: &str) -> bool {
+    unit.split(|c: char| !c.is_alphanumeric())
+        .any(|word| NO_TIMES.contains(&word))
 }
 
 /// Unit of a channel by its name: `Force [N]`, `ain0_mV`, `v (V)`; none without one.
@@ -238,6 +287,16 @@ mod tests {
             ("Time (days)", PerSecond(1.0 / 86_400.0)),
             ("time (ks)", PerSecond(1e-3)),
             ("Time (10 ms)", PerSecond(100.0)),
+            ("Time (1/100 s)", PerSecond(100.0)),
+            ("time(1e-3 s)", PerSecond(1e3)),
+            ("Time [10^-3 s]", PerSecond(1e3)),
+            ("time (ms/10)", PerSecond(1e4)),
+            ("Time (sec x 100)", Unknown("sec x 100".into())),
+            ("Time (x 1000 s)", Unknown("x 1000 s".into())),
+            ("time x10 ms", Unknown("10 ms".into())),
+            ("Time in 1/10 s", Unknown("1/10 s".into())),
+            ("time_10us", Unknown("10us".into())),
+            ("time2_s", PerSecond(1.0)),
             ("Timestamp[nanosec]", PerSecond(1e9)),
             ("Time (s since start)", PerSecond(1.0)),
             ("t (µs)", PerSecond(1e6)),

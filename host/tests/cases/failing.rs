@@ -165,7 +165,7 @@ const FILES: [Case; 57] = [
 ];
 
 /// Made files of the same kinds, with a tone of 12.34 Hz.
-const TWINS: [Case; 36] = [
+const TWINS: [Case; 45] = [
     ("long_fast.csv", &[], Noted(160.0, &["around 160.00 Hz"])),
     ("two_phases.csv", &[], Hz(65.0)),
     ("time_min.csv", &[], Noted(12.34, &["in minutes"])),
@@ -174,9 +174,34 @@ const TWINS: [Case; 36] = [
     (
         "time_furlongs.csv",
         &[],
-        Refused(&["\"furlongs\"", "--time-column 'time (furlongs):ms'"]),
+        Refused(&["\"furlongs\"", "--time-column 'time (furlongs):s'"]),
     ),
-    ("time_ticks.csv", &[], Refused(&["\"ticks\""])),
+    ("time_ticks.csv", &[], Refused(&["\"ticks\"", "--rate HZ"])),
+    (
+        "time_samples.csv",
+        &[],
+        Refused(&["\"samples\"", "--rate HZ"]),
+    ),
+    ("time_hundredths.csv", &[], TONE),
+    ("time_milli.csv", &[], TONE),
+    ("time_parts.csv", &[], TONE),
+    ("time_factor.csv", &[], Refused(&["\"s x 100\""])),
+    (
+        "time_x10ms.csv",
+        &[],
+        Refused(&["--time-column 'time x10 ms:10 ms'"]),
+    ),
+    (
+        "time_x10ms.csv",
+        &["--time-column", "time x10 ms:10 ms"],
+        TONE,
+    ),
+    (
+        "ticks_10us.csv",
+        &[],
+        Noted(12.34, &["Ticks (10 us) is the time"]),
+    ),
+    ("json_nested.txt", &[], Noted(12.34, &["acc.x, y"])),
     ("time_ticks.csv", &["--time-column", "time_ticks:ms"], TONE),
     (
         "datenum.csv",

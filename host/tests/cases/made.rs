@@ -288,6 +288,17 @@ fn failing(name: &str) -> Vec<u8> {
         "time_min.csv" => stamped("Elapsed (min)", &|_, t_s| format!("{:.9}", t_s / 60.0)),
         "time_days.csv" => stamped("time_days", &|_, t_s| format!("{:.12}", t_s / 86_400.0)),
         "time_10ms.csv" => stamped("Time (10 ms)", &|_, t_s| format!("{:.2}", t_s * 100.0)),
+        "time_hundredths.csv" => stamped("Time (1/100 s)", &|_, t_s| format!("{:.1}", 1e2 * t_s)),
+        "time_milli.csv" => stamped("time(1e-3 s)", &|_, t_s| format!("{:.0}", 1e3 * t_s)),
+        "time_parts.csv" => stamped("Time (s/100)", &|_, t_s| format!("{:.1}", 1e2 * t_s)),
+        "time_factor.csv" => stamped("Time (s x 100)", &|_, t_s| format!("{:.1}", 1e2 * t_s)),
+        "time_x10ms.csv" => stamped("time x10 ms", &|_, t_s| format!("{:.1}", 1e2 * t_s)),
+        "time_samples.csv" => stamped("Time (samples)", &|row, _| row.to_string()),
+        "ticks_10us.csv" => stamped("Ticks (10 us)", &|_, t_s| format!("{:.0}", 1e5 * t_s)),
+        "json_nested.txt" => table("", &evenly(), &|_, t_s, values| {
+            let [x, y, _] = values;
+            format!("{{\"t\": {t_s:.3}, \"acc\": {{\"x\": {x}, \"y\": {y}}}}}")
+        }),
         "time_furlongs.csv" => stamped("time (furlongs)", &|_, t_s| format!("{t_s:.3}")),
         "time_ticks.csv" => stamped("time_ticks", &|_, t_s| format!("{:.0}", 1e3 * t_s)),
         "datenum.csv" => stamped("time", &|_, t_s| {

@@ -198,7 +198,7 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
         .read_to_string(&mut stderr)
         .expect("text");
     assert!(
-        status.success() && stderr.contains(" telemetry frames received, 0 lost, 0 damaged"),
+        status.success() && stderr.contains(" packets received, 0 lost, 0 damaged"),
         "{status}: {stderr}"
     );
 }

@@ -13,11 +13,11 @@ use std::env::consts::{ARCH, EXE_SUFFIX, OS};
 use std::path::{Path, PathBuf};
 
 /// Boards whose images `host/build.rs` embeds.
-const EMBEDDED: [Board; 2] = [Board::FeatherF405, Board::NucleoF446re];
+pub const EMBEDDED: [Board; 2] = [Board::FeatherF405, Board::NucleoF446re];
 
 /// A package as it was made.
 pub enum Made {
-    /// The command for the system in `name`.
+    /// A file, and the name that it gets.
     File { name: String, path: PathBuf },
     /// Package that cannot be made here, and the reason.
     Missing(String),
@@ -50,8 +50,7 @@ impl Processor {
 /// Builds the command for this system.
 pub fn host() -> Result<Made> {
     let path = build(None)?;
-    let name = format!("{OS}-{ARCH}{EXE_SUFFIX}");
-    Ok(Made::File { name, path })
+    Ok(named(&format!("{OS}-{ARCH}{EXE_SUFFIX}"), path))
 }
 
 /// Builds the command for any Linux on `processor`, checks that it is static, and runs it in an
@@ -66,17 +65,22 @@ pub fn linux(processor: Processor) -> Result<Made> {
     if (OS, ARCH) == ("linux", processor.name()) {
         run_alone(&path)?;
     }
-    let name = format!("linux-{}", processor.name());
-    Ok(Made::File { name, path })
+    Ok(named(&format!("linux-{}", processor.name()), path))
+}
+
+/// The command for a system.
+fn named(system: &str, path: PathBuf) -> Made {
+    let name = format!("ridgetone-{}-{system}", env!("CARGO_PKG_VERSION"));
+    Made::File { name, path }
 }
 
 /// Folder of the images to embed.
-fn images() -> PathBuf {
+pub fn images() -> PathBuf {
     target_dir().join("firmware")
 }
 
 /// Fails if one of the images is not in `file`.
-fn check_embedded(file: &[u8]) -> Result<()> {
+pub fn check_embedded(file: &[u8]) -> Result<()> {
     for board in EMBEDDED {
         let name = board.image().name;
         let image = read(&images().join(name).join("ridgetone-firmware.elf"))?;

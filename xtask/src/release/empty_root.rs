@@ -33,6 +33,11 @@ impl EmptyRoot {
         Ok(Some(Self { folder, way }))
     }
 
+    /// The directory, as seen from outside.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Copies a file into the directory.
     pub fn add(&self, file: &Path, name: &str) -> Result<()> {
         let copied = fs::copy(file, self.folder.join(name));

@@ -143,7 +143,8 @@ def live(
 
     `raw` requests every frame; `settings` are put into force first; `record` writes what arrives into a new recording. Of the
     emulated board: `scene` is what it feels, a file; `once` ends after one touch; `pace` is its speed, 0 as fast as possible;
-    `elf` is its firmware: a file; without it the image is used that `cargo xtask firmware` builds in the repository,
+    `elf` is its firmware: a file, or in a wheel of a release the name of a board that it has an image of, "feather-f405" (the
+    default) or "nucleo-f446re"; without both it is the one that `cargo xtask firmware` builds in the repository,
     `target/firmware/feather-f405/ridgetone-firmware.elf`.
     """
     is_emulated = source == "emulated"
