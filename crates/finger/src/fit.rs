@@ -85,30 +85,6 @@ impl Tracker {
         self.windows > SEARCH_EVERY && self.is_known(window)
     }
 
-    // A frame of its own would lie under a fit, the deepest of the stack.
-    #[inline(always)]
-    fn fit(
-        &mut self,
-        fitter: &mut Fitter,
-        window: &Window,
-        source: &mut dyn FrameSource,
-        settings: &Settings,
-        expected: Option<f32>,
-    ) -> Result<Fit, Overwritten> {
-        let scene = &scene(&settings.scene, settings.harmonics);
-        // Frames hold codes.
-        let mut span = FrameSpan::new(source, window.first, window.frames).with_quantization(1.0);
-        if settings.interferer_hz > 0.0 {
-            span = span.with_interferer(settings.interferer_hz / window.frame_rate_hz);
-        }
-        if let Some(frequency) = expected {
-            span = span.expecting(frequency);
-        }
-        let fit = fitter.fit(&mut span, scene)?;
-        self.keep(window, &fit, expected.is_some());
-        Ok(fit)
-    }
-
     /// Searches a window whose tone was tracked, and reported, if that is due: the next window is
     /// expected to have what is found.
     #[inline(never)]
@@ -120,7 +96,9 @@ impl Tracker {
         settings: &Settings,
     ) -> Result<(), Overwritten> {
         if self.is_search_due(window) {
-            self.fit(fitter, window, source, settings, None)?;
+            let scene = &scene(&settings.scene, settings.harmonics);
+            let fit = fitter.fit(&mut span(window, source, settings), scene)?;
+            self.keep(window, &fit, false);
         }
         Ok(())
     }
@@ -157,6 +135,23 @@ impl Fitted {
     }
 }
 
+/// The frames of a window.
+// A stack frame of its own would lie under a fit, the deepest of the stack.
+#[inline(always)]
+fn span<'s>(
+    window: &Window,
+    source: &'s mut dyn FrameSource,
+    settings: &Settings,
+) -> FrameSpan<'s> {
+    // Frames hold codes.
+    let span = FrameSpan::new(source, window.first, window.frames).with_quantization(1.0);
+    if settings.interferer_hz > 0.0 {
+        span.with_interferer(settings.interferer_hz / window.frame_rate_hz)
+    } else {
+        span
+    }
+}
+
 /// Fits a window. Fails if frames were overwritten.
 pub fn fit(
     fitter: &mut Fitter,
@@ -165,8 +160,14 @@ pub fn fit(
     source: &mut dyn FrameSource,
     settings: &Settings,
 ) -> Result<Fitted, Overwritten> {
+    let scene = &scene(&settings.scene, settings.harmonics);
     let expected = tracker.expected(window);
-    let fit = tracker.fit(fitter, window, source, settings, expected)?;
+    let mut span = span(window, source, settings);
+    if let Some(frequency) = expected {
+        span = span.expecting(frequency);
+    }
+    let fit = fitter.fit(&mut span, scene)?;
+    tracker.keep(window, &fit, expected.is_some());
     let scan = Scan::new(&window.plan);
     Ok(Fitted {
         fit,
