@@ -369,6 +369,7 @@ fn the_commands_of_cargo_name_what_exists() {
         "tests",
         "host/tests",
         "crates/finger/examples",
+        "crates/tone/tests",
         "emulator/examples",
     ];
     for command in commands() {
