@@ -34,11 +34,17 @@ impl Frame {
     }
 }
 
+/// Fraction of a channel's standard deviation beyond which steps of its level show.
+const COARSE: f32 = 1e-5;
+
 /// Numbers, levels, slopes and one over the scales of four channels; those that are not used come out
 /// as zeros.
 #[derive(Clone, Copy, Default)]
 struct Units {
     from: [u8; 4],
+    /// Levels whose rounding shows, which are subtracted first: a sum of level and slope would be
+    /// rounded to steps of the level, which are periodic over the window. Zero elsewhere.
+    coarse: [f32; 4],
     level: [f32; 4],
     slope: [f32; 4],
     inverse: [f32; 4],
@@ -55,7 +61,12 @@ impl Units {
         for k in 0..statistics.width.min(CHANNELS_MAX) {
             let group = &mut groups[k / 4];
             group.from[k % 4] = statistics.order[k];
-            group.level[k % 4] = statistics.level[k];
+            let (level, scale) = (statistics.level[k], statistics.scale[k]);
+            if f32::EPSILON * level.abs() > COARSE * scale {
+                group.coarse[k % 4] = level;
+            } else {
+                group.level[k % 4] = level;
+            }
             group.slope[k % 4] = statistics.slope[k];
             group.inverse[k % 4] = 1.0 / statistics.scale[k];
         }
@@ -67,9 +78,8 @@ impl Units {
     fn change(&self, u: f32, values: &Values) -> [f32; 4] {
         core::array::from_fn(|k| {
             let value = values[usize::from(self.from[k]) % CHANNELS_MAX];
-            // The level goes first: a sum of level and slope would be rounded to steps of the level,
-            // which are periodic over the window and may be as large as a weak tone.
-            ((value - self.level[k]) - self.slope[k] * u) * self.inverse[k]
+            let value = value - self.coarse[k];
+            (value - (self.level[k] + self.slope[k] * u)) * self.inverse[k]
         })
     }
 }
