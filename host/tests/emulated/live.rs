@@ -134,7 +134,7 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
     }
     let demo = run(&["demo", "--settings", text(&file)]);
     assert!(
-        demo.status.success() && stdout(&demo).contains("4.16"),
+        demo.status.success() && stdout(&demo).contains("6.06"),
         "{}",
         stderr(&demo)
     );
