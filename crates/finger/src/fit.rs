@@ -80,13 +80,13 @@ impl Tracker {
         };
     }
 
-    /// True if the tone was only tracked for so long that the latest window is to be searched, too.
+    /// True if the latest window must be searched as well: the ones before it were only tracked.
     fn is_search_due(&self, window: &Window) -> bool {
         self.windows > SEARCH_EVERY && self.is_known(window)
     }
 
-    /// Searches a window whose tone was tracked, and reported, if that is due: the next window is
-    /// expected to have what is found.
+    /// Searches a window that has been answered by tracking alone, if a search is due. The next
+    /// window is then expected to have the tone that is found.
     #[inline(never)]
     pub fn search(
         &mut self,

@@ -42,8 +42,8 @@ const COARSE: f32 = 1e-5;
 #[derive(Clone, Copy, Default)]
 struct Units {
     from: [u8; 4],
-    /// Levels whose rounding shows, which are subtracted first: a sum of level and slope would be
-    /// rounded to steps of the level, which are periodic over the window. Zero elsewhere.
+    /// Levels that are subtracted before the slope, zero for other channels. Level plus slope would be
+    /// rounded in steps that repeat over the window, and a large level makes these steps visible.
     coarse: [f32; 4],
     level: [f32; 4],
     slope: [f32; 4],
