@@ -133,3 +133,30 @@ fn no_byte_is_lost_while_settings_are_kept() {
         run.assert_rules();
     }
 }
+
+/// Requests wait in the buffer while settings are written; the interrupt of its halves, above the task
+/// that takes them, must not come again and again meanwhile.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn requests_that_wait_behind_another_keep_no_task_from_running() {
+    let settings = Settings {
+        stride_s: 0.75,
+        ..Settings::DEFAULT
+    };
+    for board in BOARDS {
+        let mut run = Run::at_rest(board);
+        let keep = Command::Set {
+            settings,
+            keep: true,
+        };
+        let behind = (2..500).flat_map(|number| request(number, Command::Greet));
+        let sent: Vec<u8> = request(1, keep).into_iter().chain(behind).collect();
+        run.emulator.send(&sent);
+        assert_eq!(run.run_to(1.0, reply_to(1)), Outcome::Done, "{board:?}");
+        run.run_s(0.2);
+        assert_eq!(run.command(600, Command::Greet), Outcome::Done, "{board:?}");
+        let report = run.run_to(3.0, health);
+        assert_eq!(report.conversions_lost, 0, "{board:?}");
+        run.assert_rules();
+    }
+}

@@ -130,6 +130,8 @@ pub struct LineReceiver<Usart: Line> {
     /// Bytes received, as far as was looked, and bytes read.
     received: u32,
     read: u32,
+    /// Unread bytes may have been overwritten.
+    is_overrun: bool,
 }
 
 impl<Usart: Line> LineReceiver<Usart> {
@@ -168,12 +170,13 @@ impl<Usart: Line> LineReceiver<Usart> {
             halves: 0,
             received: 0,
             read: 0,
+            is_overrun: false,
         }
     }
 
-    /// Finds out how much has arrived. False if the ends of both halves have passed since the last look:
-    /// then more may have arrived than is known.
-    fn look(&mut self) -> bool {
+    /// Counts what has arrived. False if the ends of both halves have passed since the last look: then
+    /// more may have arrived than is known.
+    fn count(&mut self) -> bool {
         let (mut ends, mut position) = (0, 0);
         // An end may pass between the reads of flags and position.
         for _ in 0..3 {
@@ -205,21 +208,28 @@ const fn half_of(position: u32) -> u32 {
 }
 
 impl<Usart: Line> Receiver for LineReceiver<Usart> {
+    fn look(&mut self) {
+        self.is_overrun |= !self.count();
+    }
+
     fn receive(&mut self) -> Option<Received> {
-        let mut is_exact = self.received != self.read || self.look();
-        if is_exact && self.received == self.read {
+        if self.received == self.read {
+            self.look();
+        }
+        if self.received == self.read && !self.is_overrun {
             return None;
         }
         let byte = BUFFER.get(self.read as usize % BUFFER_BYTES)?.load(Relaxed);
         // After the byte was read: the DMA may have written another over it.
-        is_exact &= self.look();
+        self.look();
         let unread = self.received.wrapping_sub(self.read);
-        if is_exact && unread as usize <= BUFFER_BYTES {
-            self.read = self.read.wrapping_add(1);
-            Some(Received::Byte(byte))
-        } else {
+        if self.is_overrun || unread as usize > BUFFER_BYTES {
+            self.is_overrun = false;
             self.read = self.received;
             Some(Received::Lost(unread))
+        } else {
+            self.read = self.read.wrapping_add(1);
+            Some(Received::Byte(byte))
         }
     }
 }

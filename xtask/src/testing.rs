@@ -108,7 +108,8 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     let images = images.recv().context("there are no images")?;
     announce("long tests, and tests of the emulated firmware");
     // Not `--lib`: it would build the Python package's library too, which has no tests.
-    let mut long = test("--exclude ridgetone-emulator --tests -- --ignored");
+    // All of them, also after a failure: one run of an hour then shows every failure.
+    let mut long = test("--exclude ridgetone-emulator --tests --no-fail-fast -- --ignored");
     let elsewhere = NEVER.into_iter().chain([PAGES, WAITING]);
     long.args(elsewhere.flat_map(|name| ["--skip", name]));
     run(long.envs(images)).context("long tests")?;
@@ -144,7 +145,7 @@ fn run_beside(images: Sender<Built>) -> Result<()> {
     let python = python::build()?;
     let waiting = output_of(test("--test book -- --ignored").arg(WAITING));
     println!("{}", waiting.context("a long test beside the others")?);
-    let mut boards = test("");
+    let mut boards = test("--no-fail-fast");
     let board_programs = programs(&["ls-files", "--", ":(glob)emulator/tests/*.rs"])?;
     boards.args(
         board_programs

@@ -28,11 +28,13 @@ pub fn receive<P: Platform>(inbox: &mut RequestInbox, received: Received, shared
 
 /// Takes what has arrived, up to the end of a request: the bytes behind it stay in the receiver until `fit`
 /// has taken that. Runs in the task `report`, which neither a fit nor a write to the flash delays.
+/// The receiver is looked at also while nothing is taken: its interrupt would come again at once.
 pub fn receive_all<P: Platform>(
     receiver: &mut impl Receiver,
     inbox: &mut impl Mutex<T = RequestInbox>,
     shared: &Shared<P>,
 ) {
+    receiver.look();
     while inbox.lock(|inbox| inbox.whole().is_none())
         && let Some(received) = receiver.receive()
     {
@@ -51,6 +53,9 @@ pub enum Received {
 
 /// The receiving side of the line's hardware. It starts the task `report` when half its buffer is full.
 pub trait Receiver {
+    /// Counts what has arrived, and acknowledges the interrupt.
+    fn look(&mut self);
+
     /// Bytes that have arrived, if any.
     fn receive(&mut self) -> Option<Received>;
 }
@@ -132,6 +137,8 @@ mod tests {
     struct Held(std::vec::IntoIter<Received>);
 
     impl Receiver for Held {
+        fn look(&mut self) {}
+
         fn receive(&mut self) -> Option<Received> {
             self.0.next()
         }
