@@ -107,9 +107,10 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     on_this_pc()?;
     let images = images.recv().context("there are no images")?;
     announce("long tests, and tests of the emulated firmware");
-    // Not `--lib`: it would build the Python package's library too, which has no tests.
+    // Not `--lib`: it would build the Python package's library too, which has no tests. And of the whole
+    // workspace: without one of its packages others have fewer features, and all is built again.
     // All of them, also after a failure: one run of an hour then shows every failure.
-    let mut long = test("--exclude ridgetone-emulator --tests --no-fail-fast -- --ignored");
+    let mut long = test("--tests --no-fail-fast -- --ignored");
     let elsewhere = NEVER.into_iter().chain([PAGES, WAITING]);
     long.args(elsewhere.flat_map(|name| ["--skip", name]));
     run(long.envs(images)).context("long tests")?;
@@ -132,8 +133,8 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     .context("tests of streams")
 }
 
-/// Work that keeps one core busy at most: links images, builds the wheel, waits, or runs in
-/// virtual time. The output of each is printed at its end, as the others print meanwhile.
+/// Work that keeps one core busy at most: links images, builds the wheel, or waits. The output of each
+/// is printed at its end, as the others print meanwhile.
 fn run_beside(images: Sender<Built>) -> Result<()> {
     images::build_tested()?;
     let built: Result<Built> = IMAGES
@@ -145,19 +146,6 @@ fn run_beside(images: Sender<Built>) -> Result<()> {
     let python = python::build()?;
     let waiting = output_of(test("--test book -- --ignored").arg(WAITING));
     println!("{}", waiting.context("a long test beside the others")?);
-    let mut boards = test("--no-fail-fast");
-    let board_programs = programs(&["ls-files", "--", ":(glob)emulator/tests/*.rs"])?;
-    boards.args(
-        board_programs
-            .iter()
-            .flat_map(|program| ["--test", program]),
-    );
-    boards.args(["--", "--ignored", "--test-threads=1"]);
-    boards.args(NEVER.into_iter().flat_map(|name| ["--skip", name]));
-    println!(
-        "{}",
-        output_of(&mut boards).context("tests of the boards' images")?
-    );
     println!("{}", python::run_tests(&python)?);
     Ok(())
 }
