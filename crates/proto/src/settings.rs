@@ -105,9 +105,10 @@ table::settings! {
             because "a taxel may be in one mask; these bits are in two";
     }
 
-    /// What a window may hold beside the tone. What is not declared is not modelled: fewer
-    /// instructions, and wrong answers where it is there after all (`docs/results/trade.md`). With
-    /// none of them it is the lean scene, whose fit is a path of its own.
+    /// Content of a window next to the tone. Effects that are not declared are not modelled: the
+    /// fit takes fewer instructions, and is wrong or refuses if they are present
+    /// (`docs/results/trade.md`). With none of them the scene is lean, and has a short fit of its
+    /// own.
     scene: Declared "Scene" {
         /// The tone may have overtones, up to `harmonics`; otherwise it is a single sine.
         31 overtones: bool = true, "", Any;
@@ -226,7 +227,7 @@ impl Default for Declared {
 }
 
 impl Array {
-    /// Whether somebody has measured pitch and edge phase on this finger.
+    /// True if pitch and edge phase were measured on this finger.
     pub fn is_calibrated(&self) -> bool {
         self.edge_phase_sigma_rad < UNCALIBRATED_RAD
     }
@@ -283,7 +284,7 @@ impl Settings {
         }
     }
 
-    /// Whether windows follow each other so fast that each is reported as a
+    /// True if windows follow each other so fast that each is reported as a
     /// [`Track`](crate::telemetry::Track).
     pub const fn tracks(&self) -> bool {
         self.stride_s < TRACK_STRIDE_S

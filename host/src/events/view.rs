@@ -1,7 +1,7 @@
-//! What each message of a board says to programs: one struct an event, one `From` from the wire.
+//! Messages of a board as programs see them: one struct an event, one `From` from the wire.
 //!
 //! Everything else follows from these structs: lines of JSON, their schemas, the columns of tables,
-//! the topics of streams, the tables of `host/reference.md` and Python's classes. Doc comments become
+//! the topics of streams, the lists of `host/reference.md` and Python's classes. Doc comments become
 //! descriptions, and the end of a field's name is its unit. After a change run `cargo xtask events`.
 
 use crate::digits::seconds;
@@ -100,7 +100,7 @@ impl Message {
     }
 }
 
-/// Whether a slide or an episode of a fault begins or is over.
+/// Beginning or end of a slide or of a fault's episode.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]

@@ -404,7 +404,7 @@ class Fit(Object):
     readings_missing: int
     """Blank cells in the rows."""
     domain: Literal["time", "position"]
-    """Whether cycles are counted in time or by position."""
+    """Domain in which cycles are counted: time or position."""
     frequency_hz: float | None
     """Common frequency in time: its mean over the window [Hz]."""
     sigma_hz: float | None
