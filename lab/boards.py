@@ -60,17 +60,17 @@ def tables(found):
     rows += [["from the end of a window to its estimate on the line, mean, ms", *one(each[0] for each in latency)], ["longest, ms", *one(each[1] for each in latency)]]
     rows += [[f"jitter of time stamps, {what}, us", *one(found[board]["jitter_us"][at] for board in found)] for at, what in enumerate(("no byte arrives", "bytes arrive one behind the other"))]
     rows += [["flash of the image, KiB", *one(found[board]["flash_kib"] for board in found)], [f"RAM of its statics, of {RAM} KiB, KiB", *one(found[board]["ram_kib"] for board in found)]]
-    tasks = [[board, f"`{task}`", int(figures[0]), *one(figures[1:])] for board, of in found.items() for task, figures in of["tasks"].items()]
-    return {"boards": pages.table("|".join(["", *found]), rows), "tasks": pages.table("board|task|runs|mean, us|longest, us|mean wait, us|longest wait, us", tasks)}
+    tasks = [[f"`{task}`", int(figures[0]), *one(figures[1:])] for task, figures in found[BOARDS[0]]["tasks"].items()]
+    return {"boards": pages.table("|".join(["", *found]), rows), "tasks": pages.table("task|runs|mean, us|longest, us|mean wait, us|longest wait, us", tasks)}
 
 
 def differences(fresh, shipped, board):
     """Figures of a board that are not those of the page."""
     column = shipped["boards"]["columns"].index(board)
     pairs = [(row[0], row[1], next((old[column] for old in shipped["boards"]["rows"] if old[0] == row[0]), None)) for row in fresh["boards"]["rows"]]
-    old_tasks = {tuple(row[:2]): row for row in shipped["tasks"]["rows"]}
+    old_tasks = {row[0]: row for row in shipped["tasks"]["rows"]}
     for row in fresh["tasks"]["rows"]:
-        pairs += [(f"{row[1]}, {name}", *both) for name, *both in zip(shipped["tasks"]["columns"][2:], row[2:], old_tasks[tuple(row[:2])][2:], strict=True)]
+        pairs += [(f"{row[0]}, {name}", *both) for name, *both in zip(shipped["tasks"]["columns"][1:], row[1:], old_tasks[row[0]][1:], strict=True)]
     return [f"{name}: {new}, the page has {old}" for name, new, old in pairs if old is None or abs(new - old) > max(0.3, TOLERANCE * abs(old))]
 
 

@@ -85,6 +85,9 @@ FEW = [
 ]
 UNSTEADY = [("wander", 0.005), ("wander", 0.02), ("wander", 0.05), ("chirp", 0.05), ("chirp", 0.15)]
 SNRS_DB = range(20, -17, -4)
+HIDDEN_DB = (16, 8)
+HIDDEN_EXTREMES = ("uniform, +-0.1 of a spacing", "uniform, +-0.2 of a spacing", "uniform, +-0.3 of a spacing", "normal, 0.1 of a spacing")
+"""Rows that the page leaves out; `noise.json` has their cells."""
 FRACTIONS = [(1, 7), (1, 5), (1, 4), (1, 3), (2, 5)]
 
 
@@ -312,10 +315,10 @@ def tables(found):
             "next to the tone|0.4 s: good, %|outliers called `good`, %|1 s: good, %|outliers called `good`, %",
             [something(name) for name, *_ in SOMETHING],
         ),
-        "detection": pages.table("SNR, dB|1 channel, %|4, %|16, %|lean: 1 channel, %|4, %|16, %|FFT: 1 channel, %|4, %|16, %|outliers called `good`|lean", [detected(snr) for snr in SNRS_DB]),
+        "detection": pages.table("SNR, dB|1 channel, %|4, %|16, %|lean: 1 channel, %|4, %|16, %|FFT: 1 channel, %|4, %|16, %|outliers called `good`|lean", [detected(snr) for snr in SNRS_DB if snr not in HIDDEN_DB]),
         "extremes": pages.table(
             "extreme|good, %|outliers called `good`|coverage, %|RMS over CRB|worst, sigmas",
-            [extreme(path, cell) for path, cell in found.items() if path.startswith("extreme/")],
+            [extreme(path, cell) for path, cell in found.items() if path.startswith("extreme/") and not path.endswith(HIDDEN_EXTREMES)],
         ),
     }  # fmt: skip
 

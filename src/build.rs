@@ -75,8 +75,8 @@ fn main() {
     let Some((board, file)) = chosen else { return };
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let number = |name| field(file, name).parse::<u32>().expect("a number");
-    // But for two sectors of 128 KiB each, for settings. `cargo xtask flash` and the emulator find the
-    // chip's name at probe-rs and the board in the names of symbols.
+    // Two sectors of 128 KiB each are kept for settings. `cargo xtask flash` and the emulator read
+    // the board and the chip's name in probe-rs from names of symbols.
     let mut sizes = format!(
         "_flash_size = {}K;\n_ram_size = {}K;\n_ccm_size = {}K;\n_stack_size = {};\n",
         number("flash_kib") - 256,

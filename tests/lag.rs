@@ -237,7 +237,8 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
     }
 }
 
-/// Without a column, without a tone in it, or with nothing alike in both, there is no lag.
+/// There is no lag without a column, without a tone in it, or if no taxels respond alike in both
+/// columns.
 #[test]
 fn without_two_columns_there_is_nothing() {
     let mut fitted = WAVE.fitted(&mut Tracker::new());

@@ -108,7 +108,7 @@ impl Image {
         })
     }
 
-    /// These words from the start of the flash, and a symbol.
+    /// Makes an image of these words at the start of the flash, and a symbol.
     #[cfg(test)]
     pub(crate) fn of_words(words: &[u32], name: &str, value: u32) -> Self {
         let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();

@@ -1,4 +1,4 @@
-//! What a test may do to the processor from outside, to see how the firmware recovers.
+//! Faults that a test injects into the processor, to see how the firmware recovers.
 
 /// Kind of the fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

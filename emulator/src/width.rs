@@ -1,6 +1,6 @@
-//! How much of memory an instruction moves.
+//! Widths of memory accesses.
 
-/// What of memory a load or store moves, and how a load extends it.
+/// Width of a load or store, and how a load extends the value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Width {
     Byte,

@@ -58,7 +58,7 @@ fn touches(seconds: u32, counter_us: u32) {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn ten_minutes_of_touches_over_the_wrap_of_the_counter_lose_nothing() {
-    // It wraps half-way, in a slide.
+    // The counter wraps half-way, in a slide.
     touches(600, u32::MAX - 303_200_000);
 }
 
@@ -96,7 +96,7 @@ fn at_the_chips_top_speed_every_loss_is_reported() {
         let from = run.emulator.adc().counters().conversions;
         let report = run.run_to(2.0, health);
         let counters = run.emulator.adc().counters();
-        // What was read a single time the firmware drops: nothing confirms it.
+        // The firmware drops conversions that it has read only once, as nothing confirms them.
         let lost = counters.lost + run.emulator.read_once();
         println!(
             "{board:?}: {lost} of {} conversions are lost, {} unread",

@@ -100,7 +100,7 @@ fn an_overrun_and_a_failed_transfer_are_found_and_mended() {
         assert!(off < 4.0, "{board:?}: {estimate:?}");
         let report = run.run_to(2.0, health);
         assert_eq!(report.chip_restarts, 1, "{board:?}: {report:?}");
-        // What was not sampled until the watch came is reported as lost.
+        // Samples missing until the watch task ran are reported as lost.
         let channels = if board == Board::FeatherF405Adc {
             8.0
         } else {

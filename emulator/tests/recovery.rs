@@ -1,4 +1,4 @@
-//! What happens to a board, and what its next greeting says of it.
+//! Crashes, hangs and resets of a board, and what its next greeting reports.
 
 mod common;
 
@@ -71,7 +71,7 @@ fn a_panic_leaves_a_record() {
             record.file.ends_with("/src/spi/mod.rs") && record.line > 0,
             "{record:?}"
         );
-        // The counter starts some milliseconds after the power.
+        // The counter starts some milliseconds after power-up.
         assert!(
             before_us.abs_diff(record.t_us.into()) < 20_000,
             "{before_us} us, {record:?}"

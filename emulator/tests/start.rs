@@ -1,4 +1,4 @@
-//! How a start goes when something is not as it should be.
+//! Starts with something wrong.
 
 mod common;
 

@@ -11,7 +11,7 @@ const PAGES: u32 = 2;
 
 /// Two pages of flash that lose power after a number of words and erasures.
 ///
-/// It works as in the manual: erasing sets bits, programming clears them. An operation that loses
+/// Works as in the manual: erasing sets bits, programming clears them. An operation that loses
 /// power has changed any part of its bits, and no others.
 #[derive(Clone, Debug)]
 pub struct CutFlash<const PAGE_BYTES: u32> {
@@ -57,7 +57,8 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         self
     }
 
-    /// Power is there, and is lost in the middle of operation `left` from now on, counted from 0.
+    /// Switches the power on. Operation `left` from now on, counted from 0, loses power in its
+    /// middle.
     pub fn power(mut self, left: Option<u64>) -> Self {
         (self.left, self.is_off, self.is_marked) = (left, false, false);
         self
@@ -137,7 +138,7 @@ impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
     const WRITE_SIZE: usize = WORD_BYTES;
     const ERASE_SIZE: usize = PAGE_BYTES as usize;
 
-    /// Word by word: power may be lost in the middle of each.
+    /// Writes word by word, as power may be lost in the middle of any word.
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         let (words, rest) = bytes.as_chunks::<WORD_BYTES>();
         self.wrong += u64::from(!rest.is_empty());

@@ -14,7 +14,7 @@ const STEPS: f64 = 4096.0;
 /// noise, 65 to 68 dB (ADC dynamic accuracy, from memory), is 0.8 to 0.6; a board's supply, which
 /// is the reference, adds some.
 const NOISE_STEPS: f64 = 1.0;
-/// A bridge's voltage at rest, volts: half of 5 V.
+/// Idle voltage of a bridge, volts: half of 5 V.
 const IDLE_V: f64 = 2.5;
 
 /// Amplifier between a bridge and a pin.

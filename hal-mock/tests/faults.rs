@@ -23,7 +23,7 @@ fn with(fault: Fault, lasts_s: f64) -> Ads1258 {
     chip
 }
 
-/// Edges that arrive until a time, each read; gives their times with what was read.
+/// Reads a conversion at each edge until a time. Returns the times, status bytes and codes.
 fn serve(chip: &mut Ads1258, until_ns: u64) -> Vec<(u64, u8, i32)> {
     let mut all = Vec::new();
     while let Some(edge_ns) = chip

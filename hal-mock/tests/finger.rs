@@ -298,7 +298,7 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
     );
 }
 
-/// What the bench of this model is: strengths and phases by period. Shown with --nocapture.
+/// Strengths and phases of this model by period. Shown with --nocapture.
 #[test]
 fn overtones_and_phases_come_out_of_the_geometry() {
     let mut before = 0.0;

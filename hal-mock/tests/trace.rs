@@ -25,7 +25,7 @@ fn rows_at_the_scans_own_rate_are_held() {
         let mut trace = trace(&csv(rate_hz, 0..500, rough));
         assert!((trace.clock_error_ppm() - 1e5 * (rate_hz - 10.0)).abs() < 1e-3);
         assert!((trace.end_s() - 500.0 / rate_hz).abs() < 1e-6);
-        // Anywhere in the scan, each value stays what it is.
+        // Each value is held over the whole scan.
         for (row, part) in (0..500).zip([0.03, 0.5, 0.97].into_iter().cycle()) {
             let found = trace.volts(0, (f64::from(row) + part) / rate_hz);
             assert_eq!(

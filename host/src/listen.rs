@@ -53,7 +53,7 @@ pub enum Heard {
     Packet(Box<Packet>, Option<Receipt>),
     /// The board at this name is connected.
     Connected(String),
-    /// It is disconnected, for this reason, and is waited for.
+    /// Disconnected, for this reason; the feed waits for it.
     Disconnected(String, String),
     Over,
 }

@@ -96,7 +96,7 @@ impl Message {
         }
     }
 
-    /// The frame that it holds. A greeting sets the reference's voltage.
+    /// Raw frame of the message, if it holds one. A greeting updates `vref_v`.
     pub fn frame(&self, vref_v: &mut f32) -> Result<Option<Raw>> {
         match self {
             Self::Packet(packet, _) => Ok(match &packet.event {

@@ -108,7 +108,7 @@ impl Recorded {
             units: chosen.iter().map(|at| units[*at].clone()).collect(),
             is_dated: rows.is_dated() && date(part.times_s[0]).is_some(),
             levels: columns.iter().map(|values| middle(values)).collect(),
-            // What is no touch has none: another instrument's file, or one without a rate.
+            // Files of other instruments, and files without a rate, have no touch.
             touches: touch_part::touches(samples, selection).unwrap_or_default(),
             times_s: part.times_s,
             columns,

@@ -352,8 +352,8 @@ fn range(text: &str) -> Option<RangeInclusive<usize>> {
     Some(from.trim().parse().ok()?..=to.trim().parse().ok()?)
 }
 
-/// The places of the columns with these numbers in the file; those that are no channels are left
-/// out of a range.
+/// Indices of the columns with these numbers in the file. A range leaves out columns that are not
+/// channels.
 fn numbered(rows: &dyn RowReader, text: &str, range: RangeInclusive<usize>) -> Result<Vec<usize>> {
     let numbers = rows.numbers();
     let is_in = |at: &usize| range.contains(&numbers[*at]);

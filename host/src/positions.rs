@@ -230,7 +230,7 @@ struct Board {
     clock: UtcClock,
     has_receipts: bool,
     plan: Plan,
-    /// Device time of its first and its last raw frame.
+    /// Device time of the recording's first and last raw frame.
     frames_s: (f64, f64),
 }
 

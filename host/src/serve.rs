@@ -40,7 +40,7 @@ use topic::Names;
 /// Interval between checks for threads that have ended.
 const POLL: Duration = Duration::from_millis(50);
 
-/// Time that sinks get at the end for messages that still wait.
+/// Time that sinks get at the end to send waiting messages.
 const FINISH: Duration = Duration::from_secs(3);
 
 /// Lines of JSON on standard output: `{"topic":"/ridgetone/left/tone","message":{...}}`.

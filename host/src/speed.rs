@@ -307,7 +307,7 @@ impl Column {
 enum Named {
     /// Millimetres, or millimetres per second.
     Known(f64),
-    /// It is no length, or no speed, or not known.
+    /// The unit is not a length or a speed, or not known.
     Unknown(String),
     Nothing,
 }

@@ -87,7 +87,7 @@ pub struct TableFit {
     pub rows_missing: usize,
     /// Blank cells in the rows.
     pub readings_missing: usize,
-    /// Whether cycles are counted in time or by position.
+    /// Domain in which cycles are counted: time or position.
     pub domain: Domain,
     /// The standard deviation of the frequency counts that of the rate.
     #[serde(flatten)]

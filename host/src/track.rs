@@ -99,7 +99,7 @@ impl Track {
                 points: known(self.points.iter().filter(|p| !good(p)).collect()),
             },
         ];
-        // The key names what is there.
+        // The legend shows only curves that have points.
         curves.retain(|curve| !curve.points.is_empty());
         let bars = self.points.iter().filter(good).filter_map(|point| {
             let (hz, sigma) = (point.frequency_hz?, point.sigma_hz?);

@@ -193,7 +193,7 @@ impl UtcClock {
         let scatter_s = (squares / (near.len() - 1).max(1) as f64)
             .sqrt()
             .max(LEAST_S);
-        // The least delay may be any of those nearby.
+        // The minimum delay may belong to any of the nearby points.
         let far_s = near
             .iter()
             .map(|(at_s, _)| (at_s - t_s).abs())
@@ -331,7 +331,7 @@ mod tests {
         for lasts_s in [3.0, 20.0, 300.0] {
             let boards = [(80e-6, 3.0, 1), (-80e-6, -700.25, 2)];
             for share in [0.01, 0.5, 0.99] {
-                // A moment that both boards live through.
+                // A moment at which both boards run.
                 let moment_s = 3.0 + share * lasts_s;
                 let [one, other] = boards.map(|(slow, begun_s, seed)| {
                     let clock = clock(slow, begun_s, lasts_s + 703.25, seed);

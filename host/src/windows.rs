@@ -256,7 +256,7 @@ impl<'a> Cutter<'a> {
     }
 
     fn forget_before(&mut self, from_s: f64) {
-        // It is called for each row that is read.
+        // Called for each row.
         if self.times_s.first().is_none_or(|t_s| *t_s >= from_s) {
             return;
         }

@@ -192,7 +192,7 @@ fn judge(path: &Path, options: &[&str], expected: Expected) -> Option<String> {
     let output = run(&[&["fit", text(path), "--json"], options].concat());
     let beside = stderr(&output);
     let shown = format!("{} {}: {beside}", path.display(), options.join(" "));
-    // What is guessed is one line, and so is a refusal.
+    // A guess takes one line, and so does a refusal.
     if beside.lines().count() > 1 {
         return Some(shown);
     }

@@ -52,7 +52,7 @@ fn shells_get_scripts_that_they_can_read_and_the_manual_has_a_page_for_each_comm
         "ridgetone.bash",
         &stdout(&run(&["help-files", "--completions", "bash"])),
     );
-    // What bash itself makes of it.
+    // Completions in bash itself.
     let completion = "source \"$0\"; COMP_WORDS=(ridgetone rep); COMP_CWORD=1; _ridgetone ridgetone rep ridgetone; echo ${COMPREPLY[*]}";
     let found = Command::new("bash")
         .args(["-c", completion, text(&script)])

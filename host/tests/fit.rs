@@ -275,7 +275,7 @@ fn the_slide_of_a_touch_is_found_and_all_else_is_fitted_whole() {
         found.as_object_mut().expect("an object").remove("part");
         found
     };
-    // A part that is given is fitted alike.
+    // A declared part gives the same fit.
     let (from, to) = (from.to_string(), to.to_string());
     let given = fit(&[text(&scene), "--from", &from, "--to", &to]);
     assert_eq!(given["part"], "given");

@@ -85,7 +85,7 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     }
     let scene = json_lines(&run(&["replay", "--json"]));
     assert_eq!(replayed, scene[..whole]);
-    // It is not overwritten.
+    // The file is not overwritten.
     assert_one_line(
         &run(&["record", "--port", &board_name(), "-o", text(&path)]),
         1,

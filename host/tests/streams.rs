@@ -243,8 +243,8 @@ fn a_broker_that_is_not_there_is_waited_for() {
     drop(broker);
 }
 
-/// What the Foxglove app does: it connects, gets the channels with their schemas, and subscribes to
-/// all.
+/// Does what the Foxglove app does: connects, gets the channels with their schemas, and subscribes
+/// to all.
 #[test]
 fn foxglove_gets_channels_schemas_and_messages() {
     let (port, board) = (mosquitto::free_port(), SerialBoard::new());

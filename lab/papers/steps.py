@@ -2,8 +2,8 @@
 
 from pages import table
 
-CHECK = "check of the paper"
-"""Command of a row that only NumPy and SciPy have: it tests what is printed, and no part of Ridgetone."""
+CHECK = ""
+"""No command: a row of NumPy and SciPy alone, which checks the paper and no part of Ridgetone."""
 HEADINGS = "step|printed|ours|verdict|command"
 
 

@@ -41,6 +41,6 @@ interrupts! {
 
 line! { USART3: Stream1, 1, DMA1_STREAM1 }
 
-// A0 to A5, D12 and D11, at 241 frames a second. The other pins with a channel of ADC1 are no inputs:
-// PA3 (A6) is the battery's divider, PC0 the NeoPixel, PC1 (D13) the red LED.
+// A0 to A5, D12 and D11, at 241 frames a second. The other pins with a channel of ADC1 cannot be
+// used: PA3 (A6) is the battery's divider, PC0 the NeoPixel, PC1 (D13) the red LED.
 inputs! { 160: [PA4, PA5, PA6, PA7, PC4, PC5, PC2, PC3] }

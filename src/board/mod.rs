@@ -119,7 +119,7 @@ use stm32f4xx_hal::prelude::*;
 
 /// Flash and RAM of a chip, and what of it is the stack. build.rs reads the numbers.
 pub struct Memory {
-    /// Name at probe-rs.
+    /// Name of the chip in probe-rs.
     pub chip: &'static str,
     /// All of its flash, of which the last two sectors, 256 KiB, are for settings.
     pub flash_kib: u32,

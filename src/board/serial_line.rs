@@ -98,7 +98,7 @@ impl<Usart: Line> SerialPort for SerialLine<Usart> {
     /// Clears the flag, which takes a read of the data register. The DMA has fetched the byte before the
     /// pause 10.9 us ago, and the first byte after it takes as long to arrive.
     fn has_paused(&mut self) -> bool {
-        // SAFETY: its status, then its data, clears the flag (RM0090, 30.6.1).
+        // SAFETY: reading the status, then the data, clears the flag (RM0090, 30.6.1).
         let usart = unsafe { &*Usart::ptr() };
         let has_paused = usart.sr().read().idle().bit_is_set();
         if has_paused {
@@ -202,7 +202,7 @@ impl<Usart: Line> LineReceiver<Usart> {
     }
 }
 
-/// The half of the buffer that a position is in; the DMA's after a round is the first.
+/// Half of the buffer that holds a position. The position behind the end counts as the first half.
 const fn half_of(position: u32) -> u32 {
     position / HALF_BYTES as u32 % 2
 }

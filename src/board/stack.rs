@@ -30,7 +30,7 @@ pub fn word(at: usize) -> u32 {
     unsafe { (&raw const _stack_end).add(at).read_volatile() }
 }
 
-/// True if all of what `place` points to lies in it.
+/// True if the whole value behind `place` lies in the stack.
 pub fn holds<T>(place: *const T) -> bool {
     let (low, high) = bounds();
     (low..=high.saturating_sub(size_of::<T>())).contains(&(place as usize)) && place.is_aligned()

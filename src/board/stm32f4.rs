@@ -1,5 +1,5 @@
-//! What all boards with an STM32F4 share, the stylus too: clocks, the two timers, the watchdog, the
-//! end of a run.
+//! Common to all boards with an STM32F4, the stylus included: clocks, the two timers, the watchdog,
+//! the end of a run.
 
 use super::clocks::Pll;
 use super::{CLOCKS, crash};

@@ -147,7 +147,7 @@ fn neither_delay_nor_jitter_nor_loss_is_felt() {
         "{report:?}"
     );
     assert!((38..43).contains(textures_sent), "{report:?}");
-    // The mean speed over the mean delay is 15 mm.
+    // At the mean speed the hand moves 15 mm in the mean delay.
     assert!(report.behind_mm.expect("a position") < 60.0, "{report:?}");
     // Another texture arrives.
     bench.link.finger.found(Some(Texture::new(0.9)));

@@ -14,7 +14,7 @@ use ridgetone_teletaction::stylus::message::{
 use ridgetone_teletaction::stylus::parameters::Parameters;
 use std::f64::consts::TAU;
 
-/// One count, millimetres, and volts of the largest code, of the default parameters.
+/// Default parameters: millimetres of a count, and volts of the largest code.
 const COUNT_MM: f64 = 0.005;
 const VOLTS: f64 = 150.0;
 

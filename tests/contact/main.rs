@@ -333,7 +333,7 @@ fn a_lift_and_then_a_step_of_all_levels_is_no_slide() {
     }
 }
 
-/// It is down again before its lift is detected. The slide begins after that.
+/// The finger is down again before its lift is detected. The slide begins after that.
 #[test]
 fn a_finger_that_lifts_for_a_moment_and_slides_on_slides_from_there_on() {
     let found = changes(8.0, 20.0, &|t, sign, lag| {

@@ -30,7 +30,7 @@ struct Corner {
     over_tone: f64,
     /// Amplitude over noise.
     clear: f64,
-    /// Bit c: channel c is not at its level for ever.
+    /// Bit c: channel c is not constant.
     alive: u16,
     harmonics: u8,
     seed: u64,
@@ -178,8 +178,8 @@ fn f32_is_beside_f64_in_thousands_of_corners() {
     check(60, LONGEST, seed(), THOUSANDS_OFF_MAX);
 }
 
-/// What the rounding of a level that drifts leaves must not be taken for harmonics or for a lower
-/// fundamental, at any place of the level between two powers of two.
+/// The rounding of a drifting level must not be taken for harmonics or for a lower fundamental,
+/// wherever the level lies between two powers of two.
 #[test]
 fn the_rounding_of_a_level_is_no_tone() {
     for level in [1.1, 1.5, 1.9, 9.5e-29, 1.9e20] {

@@ -40,7 +40,7 @@ fn time_stamps_that_wrap_change_nothing() {
     }
 }
 
-/// The finger rests for 206 days, of which only one conversion an hour arrives, and is then
+/// The finger is idle for 206 days, in which only one conversion an hour arrives, and is then
 /// touched. The longest gap that the time stamps can measure is 71.6 minutes.
 #[test]
 fn frame_numbers_that_wrap_change_nothing() {

@@ -39,8 +39,8 @@ fn half_a_cycle_to_one() {
     }
 }
 
-/// A tone needs as much distance from half the frame rate as from zero: nearer it is its own mirror
-/// image.
+/// A tone needs as much distance from half the frame rate as from zero: closer, it overlaps with
+/// its own alias.
 #[test]
 fn next_to_half_the_frame_rate() {
     for frequency in [0.45, 0.47, 0.49, 0.494, 0.496, 0.498, 0.499, 0.4995, 0.4999] {

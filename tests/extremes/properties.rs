@@ -1,4 +1,4 @@
-//! What holds for any tone in any window.
+//! Properties of the fit for any tone in any window.
 
 use crate::case::Case;
 use crate::reference::{Noise, codes};

@@ -151,8 +151,8 @@ fn take_off(from: &mut [f64], unit: &[f64]) {
     from.iter_mut().zip(unit).for_each(|(x, u)| *x -= along * u);
 }
 
-/// Modified Gram-Schmidt, twice. A column, of elements about one, that the others span or that is
-/// nothing but rounding is left out.
+/// Modified Gram-Schmidt, twice. Leaves out columns (with elements of about one) that the others
+/// span, or that are only rounding errors.
 fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for mut column in columns {

@@ -1,5 +1,4 @@
-//! What holds for any settings, those from the serial line included: they are refused, or the
-//! pipeline runs.
+//! Properties for any settings, also from the serial line: they are refused, or the pipeline runs.
 
 #[path = "touch.rs"]
 pub mod touch;

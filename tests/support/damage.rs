@@ -24,7 +24,7 @@ pub struct Tried {
     pub forged: u32,
 }
 
-/// What is sent: the telemetry of one touch, from the greeting to the release.
+/// Telemetry of one touch, from the greeting to the release.
 fn telemetry() -> &'static [Event] {
     static EVENTS: OnceLock<Vec<Event>> = OnceLock::new();
     EVENTS.get_or_init(|| {

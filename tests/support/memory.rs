@@ -1,4 +1,4 @@
-//! How much memory this process has.
+//! Memory in use by this process.
 
 /// Resident memory of this process, bytes, where the system reports it (proc(5), statm: the second
 /// number, in pages of 4 KiB).

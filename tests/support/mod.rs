@@ -1,4 +1,4 @@
-//! What the whole-path tests share: a board that runs a scene through driver, pipeline and
+//! Common to the whole-path tests: a board that runs a scene through driver, pipeline and
 //! telemetry.
 
 use hal_mock::{Options, Scene, SimulatedBoard, Truth};
@@ -71,7 +71,7 @@ pub fn in_the_air(end_s: f64) -> impl Scene {
     hal_mock::Noisy::new(hal_mock::Constant { volts, end_s }, 20e-6, 5)
 }
 
-/// How many of the events are such ones.
+/// Number of events that match.
 pub fn count(events: &[Event], is_it: fn(&Event) -> bool) -> usize {
     events.iter().filter(|event| is_it(event)).count()
 }
@@ -200,7 +200,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
     out
 }
 
-/// How many estimates are good.
+/// Number of good estimates.
 #[derive(Debug, Default)]
 pub struct Rate {
     estimates: usize,

@@ -26,8 +26,8 @@ pub fn check(image: &[u8]) -> Result<Frame> {
     frames.into_iter().next().context("no function")
 }
 
-/// The frame of each function that has one. Those of Thumb-2 that are made by `sub sp`; what is pushed
-/// comes on top, 100 bytes at most.
+/// Stack frames of functions that make one with `sub sp` (Thumb-2). Pushed registers add at most
+/// 100 bytes.
 fn frames(image: &[u8]) -> Result<Vec<Frame>> {
     let file = object::File::parse(image).context("no ELF file")?;
     let text = file.section_by_name(".text").context("no section .text")?;

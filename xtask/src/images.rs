@@ -18,7 +18,7 @@ pub struct Image {
     pub name: &'static str,
     binary: &'static str,
     profile: &'static str,
-    /// Interrupts that it must handle.
+    /// Interrupts that the image must handle.
     interrupts: &'static [Interrupt],
 }
 

@@ -1,6 +1,6 @@
 //! `lint`: refuses what clippy and rustfmt do not know: files that import from each other in a
-//! circle, tuples as parameters, licences of others that ask for more than to be named, and crates
-//! in two versions.
+//! circle, tuples as parameters, third-party licences that require more than attribution, and
+//! crates in two versions.
 
 mod circles;
 mod crates;

@@ -90,7 +90,7 @@ enum Task {
     /// Takes docs/view.png: the page during a touch of hal-mock/scenes/c1.toml.
     Pictures,
     /// Writes what follows from the description of the messages in host/src/events/view.rs: their
-    /// JSON schemas, the tables of host/reference.md and Python's classes.
+    /// JSON schemas, the lists of host/reference.md and Python's classes.
     Events,
     /// Builds what makes the sound of `ridgetone touch`, teletaction/assets/touch/stimulus.wasm:
     /// after a change of teletaction/src/stimulus/.

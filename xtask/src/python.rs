@@ -20,7 +20,7 @@ pub fn environment() -> Result<PathBuf> {
     Ok(inside.join("python"))
 }
 
-/// What pip says where it cannot reach an index.
+/// Message of pip without access to an index.
 const UNREACHABLE: &str = "Retrying (";
 
 /// Installs the packages that a file names. False if PyPI cannot be reached.

@@ -14,7 +14,7 @@ const RAM_ADDRESS: u64 = 0x2000_0000;
 /// Sum of symbols without crate or name, and of all that are smaller than [`SMALL`].
 const OTHER: &str = "all else";
 
-/// Bytes from which on a crate or a static has a row of its own.
+/// Minimum size of a crate or static with a row of its own, bytes.
 const SMALL: u64 = 500;
 
 /// Constants without a name.

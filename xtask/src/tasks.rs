@@ -129,7 +129,7 @@ pub fn flash_image(image: &Path) -> Result<()> {
     run(probe.arg(image))
 }
 
-/// Writes the schemas, the tables and lists of `host/reference.md` and Python's classes that a
+/// Writes the schemas, the lists of `host/reference.md` and Python's classes that a
 /// module of the command's library describes: `events` or `settings_form`. The unit test that
 /// compares the files writes them.
 pub fn generate(module: &str) -> Result<()> {

@@ -28,21 +28,21 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         self.read_async().await.map_err(NextError::Adc)
     }
 
-    /// As [`reset`](Self::reset).
+    /// Async version of [`reset`](Self::reset).
     pub async fn reset_async(&mut self) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&codec::RESET).await.map_err(Error::Spi)?;
         self.after_reset();
         Ok(())
     }
 
-    /// As [`configure`](Self::configure).
+    /// Async version of [`configure`](Self::configure).
     pub async fn configure_async(&mut self, config: &Config) -> Result<(), Error<SPI::Error>> {
         self.write_registers_async(Register::Config0, &config.registers()?)
             .await?;
         self.verify_async().await
     }
 
-    /// As [`verify`](Self::verify).
+    /// Async version of [`verify`](Self::verify).
     pub async fn verify_async(&mut self) -> Result<(), Error<SPI::Error>> {
         let mut found = [0; Register::WRITABLE];
         self.read_registers_async(Register::Config0, &mut found)
@@ -50,7 +50,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         codec::compare(&self.written, &found)
     }
 
-    /// As [`read_register`](Self::read_register).
+    /// Async version of [`read_register`](Self::read_register).
     pub async fn read_register_async(
         &mut self,
         register: Register,
@@ -60,7 +60,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         Ok(value[0])
     }
 
-    /// As [`read_registers`](Self::read_registers).
+    /// Async version of [`read_registers`](Self::read_registers).
     pub async fn read_registers_async(
         &mut self,
         first: Register,
@@ -75,7 +75,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         Ok(())
     }
 
-    /// As [`write_register`](Self::write_register).
+    /// Async version of [`write_register`](Self::write_register).
     pub async fn write_register_async(
         &mut self,
         register: Register,
@@ -84,7 +84,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         self.write_registers_async(register, &[value]).await
     }
 
-    /// As [`write_registers`](Self::write_registers).
+    /// Async version of [`write_registers`](Self::write_registers).
     pub async fn write_registers_async(
         &mut self,
         first: Register,
@@ -96,12 +96,12 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         Ok(())
     }
 
-    /// As [`read_id`](Self::read_id).
+    /// Async version of [`read_id`](Self::read_id).
     pub async fn read_id_async(&mut self) -> Result<u8, Error<SPI::Error>> {
         codec::check_id(self.read_register_async(Register::Id).await?, self.model)
     }
 
-    /// As [`pulse_convert`](Self::pulse_convert).
+    /// Async version of [`pulse_convert`](Self::pulse_convert).
     pub async fn pulse_convert_async(&mut self) -> Result<(), Error<SPI::Error>> {
         self.spi
             .write(&codec::PULSE_CONVERT)
@@ -109,7 +109,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
             .map_err(Error::Spi)
     }
 
-    /// As [`read`](Self::read).
+    /// Async version of [`read`](Self::read).
     pub async fn read_async(&mut self) -> Result<Conversion, Error<SPI::Error>> {
         let mut frame = codec::READ_DATA;
         let bytes = self.model.read_frame(&mut frame);

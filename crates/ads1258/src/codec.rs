@@ -53,7 +53,7 @@ impl Block {
         })
     }
 
-    /// What is transferred in one transaction.
+    /// Bytes of one transaction.
     pub(crate) fn bytes(&mut self) -> &mut [u8] {
         self.bytes.get_mut(..self.length).unwrap_or_default()
     }

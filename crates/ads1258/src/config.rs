@@ -60,7 +60,7 @@ pub struct Config {
     /// fCLK in Hz, [`CLOCK_MIN_HZ`] to [`CLOCK_MAX_HZ`]. No register holds it; the rates follow
     /// from it.
     pub clock_hz: u32,
-    /// What is converted.
+    /// Inputs to convert.
     pub mux: Mux,
     /// DRATE: speed against noise.
     pub data_rate: DataRate,

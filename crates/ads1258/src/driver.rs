@@ -67,7 +67,7 @@ impl Model {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ads1258<SPI> {
     pub(crate) spi: SPI,
-    /// What the writable registers should hold.
+    /// Expected content of the writable registers.
     pub(crate) written: Image,
     pub(crate) model: Model,
 }

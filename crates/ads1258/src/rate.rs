@@ -1,4 +1,4 @@
-//! How long a conversion takes.
+//! Duration of conversions.
 //!
 //! With N = 4^(3 - DRATE) and the delay TD = 0, 1, 2, 4, 8, 16, 32, 48 for DLY 0 to 7:
 //!

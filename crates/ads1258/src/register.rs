@@ -44,7 +44,7 @@ impl Register {
     /// Values after a reset, in the same order. Of ID, 0x8B, only bit 4 is guaranteed.
     pub const RESET_VALUES: [u8; 10] = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B];
 
-    /// How many registers can be written: all but ID, which is the last.
+    /// Number of writable registers: all but ID, which is the last.
     pub const WRITABLE: usize = 9;
 }
 

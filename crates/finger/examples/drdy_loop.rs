@@ -53,7 +53,8 @@ fn fit(
                     estimate.status, estimate.frequency, estimate.sigma
                 );
                 estimates.push(estimate);
-                // For the next window; if frames are gone by now, that one is searched.
+                // Full search on behalf of the next window. If frames are overwritten by now, the
+                // next window is searched instead.
                 let _ = estimator.search(&mut fitter, &window, &mut LockedRing(ring));
             }
             Ok(WindowFit::Growing) => {}

@@ -47,16 +47,16 @@ const fn edge_ns(plan: &Plan) -> u32 {
 /// The queue to the detector.
 type Samples<'a> = Producer<'a, TimedConversion>;
 
-/// What the caller has to do with the interrupt of DRDY.
+/// Instruction to the caller, about the interrupt of DRDY.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Drdy {
     /// It goes on.
     Listen,
-    /// It goes on. The conversion was the expected one, and its scan is not over: nobody need look
-    /// at the queue yet.
+    /// Keep listening. The conversion was the expected one, and its scan is not over: nobody need
+    /// look at the queue yet.
     Midway,
-    /// It goes on, and the caller calls [`Acquisition::watch`] at once.
+    /// Keep listening, and call [`Acquisition::watch`] at once.
     Watch,
     /// The health readings are there: the caller calls [`Acquisition::read_inputs`] at once.
     HealthRead,
@@ -333,7 +333,7 @@ impl<C: Converter> Acquisition<C> {
             self.queue(t_us, conversion, samples, diagnostics);
         }
         match resolved {
-            // It is new: a processor that is too slow for the scan makes no storm.
+            // The conversion is new, so the edge was late and not part of a storm.
             Resolved::Found(_) => return self.request_check(),
             Resolved::Mended(_) => diagnostics.fault(FaultKind::Bus, t_us),
             Resolved::Later(_) => {

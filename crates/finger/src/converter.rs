@@ -1,4 +1,4 @@
-//! What the path needs of a converter: five steps and one type.
+//! Interface to a converter: five steps and one type.
 //!
 //! [`Acquisition`](crate::Acquisition) serves the edges of a data-ready line and supervises the
 //! converter behind it; everything after it sees [`Sample`]s. A converter of another family
@@ -28,7 +28,7 @@ pub const SCAN: ::ads1258::Config = Ads1258Plan::PAPER.config();
 pub enum Scanned {
     /// The inputs of the plan, with the internal readings if the plan has them in every scan.
     Inputs,
-    /// The internal readings alone, once the touch allows it.
+    /// Only the internal readings, while nothing touches the finger.
     Health,
 }
 
@@ -140,7 +140,7 @@ pub trait Converter {
     fn min_period_us(&mut self) -> u32;
 }
 
-/// What the tasks need to know of a converter without talking to it.
+/// Facts about a converter that the tasks need without talking to it.
 #[derive(Debug)]
 pub struct Facts {
     /// [`Converter::NAME`].

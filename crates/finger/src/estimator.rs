@@ -277,7 +277,7 @@ impl Estimator {
     }
 }
 
-/// Whether more than `min` frames in a row are missing in a window.
+/// True if more than `min` frames in a row are missing in a window.
 fn has_gap(window: &Window, min: u32, source: &mut dyn FrameSource) -> Result<bool, Overwritten> {
     let (mut longest, mut gap, mut left) = (0u32, 0u32, window.frames);
     while left > 0 {

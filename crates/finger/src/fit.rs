@@ -56,7 +56,7 @@ impl Tracker {
         }
     }
 
-    /// Whether the good tone of the latest window may be that of another one.
+    /// True if the good tone of the latest window may also be that of another one.
     fn is_known(&self, window: &Window) -> bool {
         let is_next = window.span == Span::Window && window.slide_first == self.slide_first;
         is_next && self.frequency > 0.0

@@ -65,8 +65,7 @@ impl Ring {
         }
     }
 
-    /// Empties the ring; it takes frames of this plan from now on, the first of which gets
-    /// `number`.
+    /// Empties the ring and switches it to frames of this plan. The next frame gets `number`.
     pub fn change(&mut self, plan: &Plan, number: u32) {
         self.frames = plan.ring_frames();
         self.in_row = plan.frames_a_row() as u32;
@@ -272,8 +271,8 @@ impl Ring {
         Some(first_us.wrapping_add((at % self.in_row.max(1)) * self.frame_ns / 1000))
     }
 
-    /// When a frame was by the least late one of the times of its row and of so many rows behind
-    /// it, put back by the scan's period: microseconds, and nanoseconds on top.
+    /// Time of a frame: the earliest estimate from the time stamps of its row and of the `rows`
+    /// after it, each put back by the scan's period. Microseconds, and nanoseconds to add.
     pub fn min_delay(&self, number: u32, rows: u32) -> Option<(u32, i32)> {
         let row_us = |number: u32| {
             self.t_us

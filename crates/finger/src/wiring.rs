@@ -1,4 +1,4 @@
-//! What a board's wiring adds to its settings. It does not travel: the board's file says it.
+//! Facts about a board's wiring, from the board's file. They are not settings, and are not sent.
 
 use crate::converter::{Ads1258Plan, Facts};
 use ridgetone_proto::plan::Plan;

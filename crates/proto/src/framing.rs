@@ -80,12 +80,12 @@ pub fn unseal(frame: &mut [u8]) -> Option<&[u8]> {
 /// State of a frame after a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pushed {
-    /// It is not complete.
+    /// The frame is not complete.
     More,
-    /// It is complete: [`Inbox::take`] returns it.
+    /// The frame is complete: [`Inbox::take`] returns it.
     Whole,
-    /// It is dropped: it was longer than the buffer, bytes of it were lost, or the frame before it
-    /// was not taken yet.
+    /// The frame is dropped: it was longer than the buffer, bytes of it were lost, or the frame
+    /// before it was not taken yet.
     Damaged,
 }
 

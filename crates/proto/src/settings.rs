@@ -22,7 +22,8 @@ pub use table::{Bounds, Field, Kind, Limits, Setting, Value};
 table::settings! {
     /// Everything that a user can set.
     Settings "Windows and fit" {
-        /// What the chip converts and how fast; a new plan brings its default window and stride.
+        /// Inputs that the chip converts, and how fast; a new plan brings its default window and
+        /// stride.
         30 plan: Plan = Plan::PAPER, "", Any, option "plan";
         /// Length of a window.
         2 window_s: f32 = 1.0, "s", By(window), option "window",
@@ -30,14 +31,14 @@ table::settings! {
         /// Time from the start of one window to the start of the next; below 0.05 s each window is
         /// reported as a short `track`.
         3 stride_s: f32 = 0.25, "s", By(stride), option "stride",
-            because "the least is a frame of the plan, of a fast one the frames that touch detection averages; a stride longer than a window leaves frames out";
-        /// Most harmonics to fit, the fundamental included.
+            because "the minimum is one frame of the plan, or in a fast plan the frames that touch detection averages; a stride longer than a window leaves frames out";
+        /// Maximum number of harmonics to fit, the fundamental included.
         4 harmonics: u8 = 4, "", Between(1.0, 5.0), option "harmonics",
             because "the fundamental counts as one";
-        /// Required standard deviation as a share of the frequency: windows grow by a stride until
-        /// they meet it; 0 gives windows of one length.
-        5 accuracy: f32 = 0.0, "share", ZeroOr(1e-6, 0.1), option "accuracy",
-            because "a share of the frequency, or 0 for windows of one length; no crystal is better than a millionth";
+        /// Required standard deviation as a fraction of the frequency: windows grow by a stride
+        /// until they meet it; 0 for windows of one length.
+        5 accuracy: f32 = 0.0, "fraction", ZeroOr(1e-6, 0.1), option "accuracy",
+            because "a fraction of the frequency, or 0 for windows of one length; no crystal is better than a millionth";
         /// Frequency of a known interferer in all channels, such as mains hum; 0 for none.
         6 interferer_hz: f32 = 0.0, "Hz", ZeroOr(5.0, 1000.0), option "mains",
             because "0 for none; below 5 Hz it cannot be distinguished from drift";
@@ -49,14 +50,14 @@ table::settings! {
     /// Where the sliding phase comes from. By the protocol of the stimulus (paper, equations 4 and
     /// 5) it starts `delay_s` after the contact spike and covers `length_mm` at `speed_mm_s`.
     slide: Slide "Slides" {
-        /// Whether slides are found in the signal, follow the protocol of the stimulus, or last
-        /// always: every frame is part of one, without contact and hold.
+        /// Source of slides: found in the signal, timed by the protocol of the stimulus, or always
+        /// (every frame is part of a slide, without contact and hold).
         8 rule: SlideRule = SlideRule::Found, "", Any;
         /// With the protocol: hold time between the contact spike and the slide.
         9 delay_s: f32 = 1.0, "s", Between(0.0, 60.0),
             because "the protocol that the stimulus follows";
-        /// Speed of the stimulus, which also gives the spatial period. It counts with the protocol,
-        /// and, unless 0, where slides last always.
+        /// Speed of the stimulus, which also gives the spatial period. Used with the rule
+        /// `protocol` and, unless 0, with `always`.
         10 speed_mm_s: f32 = 0.0, "mm/s", By(speed), option "speed",
             because "slide.rule = \"protocol\" needs the speed of the stimulus";
         /// With the protocol: length of the slide to use (paper: 55 of 60).
@@ -74,15 +75,15 @@ table::settings! {
     /// **Measure them on your own finger**: they change with the force. The possible periods are
     /// those of the paper's gratings with a margin, as far as the answer is unique.
     array: Array "Array" {
-        /// Distance between the two columns of units along the motion, as the phases show it.
+        /// Effective spacing of the two sensor columns along the motion, from phase.
         12 pitch_mm: f32 = 2.364, "mm", Between(0.1, 100.0),
             because "`ridgetone calibrate` finds it";
-        /// Phase by which the contact's ends reduce the lag between the columns, which is
-        /// 2 pi pitch / period less this.
+        /// Phase by which the contact's ends reduce the lag between the columns: the lag is 2 pi
+        /// pitch / period less this.
         13 edge_phase_rad: f32 = 0.41, "rad", Between(-PI, PI),
             because "`ridgetone calibrate` finds it";
-        /// Standard deviation of true lags around the line of pitch and edge phase; from 0.3 on
-        /// the array is not calibrated.
+        /// Standard deviation of true lags about those of pitch and edge phase; 0.3 or more means
+        /// that the array is not calibrated.
         14 edge_phase_sigma_rad: f32 = UNCALIBRATED_RAD, "rad", Between(0.0, PI),
             because "`ridgetone calibrate` finds it";
         /// Shortest possible spatial period.
@@ -90,10 +91,10 @@ table::settings! {
         /// Longest possible spatial period; between one pitch and two the answer is unique.
         16 period_max_mm: f32 = 4.2, "mm", By(longest_period),
             because "the longest possible period is not below the shortest";
-        /// Whether the grating may move along +x.
+        /// The grating may move along +x.
         17 may_go_forward: bool = true, "", By(forward),
             because "one of array.may_go_forward and array.may_go_backward must be true";
-        /// Whether the grating may move against +x; with one direction alone every period above
+        /// The grating may move against +x; if only one direction is possible, every period above
         /// one pitch is unique.
         18 may_go_backward: bool = true, "", Any;
         /// Taxels of the front column, further along +x: bit k is taxel k.
@@ -104,22 +105,23 @@ table::settings! {
             because "a taxel may be in one mask; these bits are in two";
     }
 
-    /// What a window may hold beside the tone. What is not declared is not modelled: fewer
-    /// instructions, and wrong answers where it is there after all (`docs/results/trade.md`). With
-    /// none of them it is the lean scene, whose fit is a path of its own.
+    /// Content of a window next to the tone. Effects that are not declared are not modelled: the
+    /// fit takes fewer instructions, and is wrong or refuses if they are present
+    /// (`docs/results/trade.md`). With none of them the scene is lean, and has a short fit of its
+    /// own.
     scene: Declared "Scene" {
-        /// Whether the tone may have overtones, up to `harmonics`; otherwise it is a single sine.
+        /// The tone may have overtones, up to `harmonics`; otherwise it is a single sine.
         31 overtones: bool = true, "", Any;
-        /// Whether levels may bend over a window, as under a skin that creeps; otherwise they have a
-        /// slope alone.
+        /// Levels may bend over a window, as under a skin that creeps; otherwise they have only a
+        /// slope.
         25 curved_baseline: bool = true, "", Any;
-        /// Whether noise may have any spectrum; otherwise it is white.
+        /// Noise may have any spectrum; otherwise it is white.
         26 coloured_noise: bool = true, "", Any;
-        /// Whether what disturbs one channel may disturb others.
+        /// Noise may be correlated between channels.
         27 shared_noise: bool = true, "", Any;
-        /// Whether the speed changes as likely as not; otherwise it is most likely steady.
+        /// The speed changes with a probability of one half; otherwise it is most likely steady.
         28 moving_speed: bool = false, "", Any;
-        /// Whether single values may be far off.
+        /// Single values may be outliers.
         29 impulses: bool = true, "", Any;
     }
 }
@@ -225,7 +227,7 @@ impl Default for Declared {
 }
 
 impl Array {
-    /// Whether somebody has measured pitch and edge phase on this finger.
+    /// True if pitch and edge phase were measured on this finger.
     pub fn is_calibrated(&self) -> bool {
         self.edge_phase_sigma_rad < UNCALIBRATED_RAD
     }
@@ -282,7 +284,7 @@ impl Settings {
         }
     }
 
-    /// Whether windows follow each other so fast that each is reported as a
+    /// True if windows follow each other so fast that each is reported as a
     /// [`Track`](crate::telemetry::Track).
     pub const fn tracks(&self) -> bool {
         self.stride_s < TRACK_STRIDE_S

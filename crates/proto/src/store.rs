@@ -204,8 +204,7 @@ impl<F: NorFlash> FlashStore<F> {
             .all(|word| u32::from_ne_bytes(*word) == u32::MAX)
     }
 
-    /// True if nothing was begun after a record: unreadable data in the next slot were meant to be
-    /// one.
+    /// True if no newer record was begun. Unreadable data in the next slot count as a begun record.
     fn is_last(&mut self, found: &Found) -> bool {
         let next = Self::next(found.order.slot);
         self.is_erased(next) || self.whole(next).is_some()

@@ -15,7 +15,7 @@ const PERIPHERALS: u32 = 0x4000_0000;
 const PERIPHERAL_BITS: u32 = 0x4200_0000;
 const SYSTEM: u32 = 0xE000_0000;
 
-/// More cycles of a register access: 2 to 3 in all.
+/// Extra cycles of a register access, which takes 2 to 3.
 const REGISTER_CYCLES: u64 = 2;
 
 impl Bus {
@@ -80,7 +80,7 @@ impl Bus {
         let inside =
             |memory: &[u8], at: usize| memory.get(at..at + bytes as usize).map(little_endian);
         match address {
-            // What lies at 0: the flash, or the ROM's loader, of which nothing is known.
+            // Memory mapped at 0: the flash, or the ROM's boot loader, whose content is unknown.
             0..FLASH if self.syscfg.memrmp == 0 => {
                 inside(&self.flash.bytes, at(0)).ok_or(Stop::Bus(address))
             }

@@ -1,4 +1,5 @@
-//! What happens by itself: bytes end, timers wrap, DRDY falls, buffers fill, the watchdog bites.
+//! Events that no instruction causes: bytes end, timers wrap, DRDY falls, buffers fill, the
+//! watchdog bites.
 
 use super::state::Bus;
 use crate::board::{AdcPins, Pin};
@@ -101,7 +102,7 @@ impl Bus {
             IRQ_USART3
         };
         self.scs.set_line(irq, self.usart.is_requested());
-        // Nothing here serves USB, so it goes on.
+        // Nothing in the model serves USB, so the interrupt stays pending.
         if self.usb_rises.take_if(|cycle| *cycle <= now).is_some() {
             self.scs.set_line(IRQ_OTG_FS, true);
         }

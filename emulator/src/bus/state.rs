@@ -135,7 +135,8 @@ impl Bus {
         }
     }
 
-    /// As a reset leaves it. Memory, the ADC, the cable and the time go on.
+    /// Returns to the state after a reset. Memory, the ADC, the cable and the time stay as they
+    /// are.
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.scs.reset();

@@ -10,11 +10,11 @@ use crate::bus::Bus;
 use crate::stop::{Stop, Usage};
 use crate::width::Width;
 
-/// More cycles of a taken branch: the pipeline is filled anew.
+/// Extra cycles of a taken branch, to refill the pipeline.
 const BRANCH: u64 = 1;
-/// More cycles of a branch to an address from a register or memory.
+/// Extra cycles of a branch to an address from a register or memory.
 const COMPUTED_BRANCH: u64 = 2;
-/// More cycles of a division of integers: 2 to 12 in all.
+/// Extra cycles of an integer division, which takes 2 to 12.
 const DIVISION: u64 = 4;
 
 impl Cpu {

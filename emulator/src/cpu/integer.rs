@@ -23,7 +23,7 @@ impl Cpu {
         (self.n, self.z) = (value >> 31 != 0, value == 0);
     }
 
-    /// What a data-processing instruction computes, with its flags.
+    /// Computes the result of a data-processing instruction, with its flags.
     #[inline(always)]
     pub(super) fn data_processing(&self, f: Dp, operands: Operands) -> Computed {
         let Operands { a, b, carry } = operands;

@@ -8,7 +8,7 @@ pub fn or_zero(r: &[u32; 17], n: u8) -> u32 {
     if n == SINK { 0 } else { r[usize::from(n)] }
 }
 
-/// What a data-processing instruction computes from `a` (its first operand) and `b`.
+/// Operation of a data-processing instruction on `a` (the first operand) and `b`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dp {
     And,
@@ -34,7 +34,7 @@ pub enum Flags {
     OutsideIt,
 }
 
-/// How an operand is shifted.
+/// Kind of shift of an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shift {
     Lsl,

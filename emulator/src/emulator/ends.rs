@@ -1,4 +1,4 @@
-//! What a test does to the board, and what it sees of it.
+//! The ends of the board's cables: actions of a test, and what it can observe.
 
 use super::run::{Emulator, Reset};
 use crate::board::Pin;

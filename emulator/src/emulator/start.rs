@@ -8,7 +8,7 @@ pub struct Start {
     /// Options of the simulated ADC. By default it is powered together with the board and does not
     /// answer for 2^18 tCLK.
     pub adc: Options,
-    /// What lies between sensors and the pins of the processor's own ADC. By default the wiring
+    /// Circuit between the sensors and the pins of the processor's own ADC. By default the wiring
     /// page's amplifiers, of gain 20.
     pub amplifier: Amplifier,
     /// The crystal does not start.

@@ -28,7 +28,7 @@ impl Dac {
         self.cr & EN1 != 0
     }
 
-    /// As after a reset: the pin is let go.
+    /// Returns to the state after a reset: the pin is released.
     pub fn reset(&mut self, now_ns: u64) {
         let was_on = self.is_on();
         *self = Self {

@@ -38,7 +38,7 @@ impl Encoder {
         }
     }
 
-    /// As after a reset. The hand goes on.
+    /// Returns the registers to the state after a reset. The hand moves on.
     pub fn reset(&mut self) {
         let hand = std::mem::replace(&mut self.hand, Box::new(|_| 0));
         *self = Self {

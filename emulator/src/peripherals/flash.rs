@@ -70,7 +70,7 @@ impl Flash {
         self.sr = if are_set { ERRORS } else { 0 };
     }
 
-    /// As after a reset; what is stored stays.
+    /// Returns the registers to the state after a reset. Stored data remain.
     pub fn reset(&mut self) {
         (self.acr, self.sr, self.cr, self.keys_seen) = (0, 0, LOCK, 0);
     }

@@ -26,7 +26,7 @@ impl Iwdg {
         }
     }
 
-    /// As after a reset; the count goes on.
+    /// Returns to the state after a reset, but keeps the count of feeds.
     pub fn reset(&mut self) {
         *self = Self {
             feeds: self.feeds,

@@ -57,7 +57,7 @@ pub struct OwnAdc {
 }
 
 impl OwnAdc {
-    /// As after a reset of all three converters.
+    /// Returns all three converters to the state after a reset.
     pub fn reset(&mut self) {
         *self = Self::default();
     }
@@ -125,8 +125,9 @@ impl OwnAdc {
         Some(Converted { channel, sampled })
     }
 
-    /// Puts a result into DR. With an earlier one still there that is an overrun, if anybody cares:
-    /// the conversions end and the DMA gets no more requests (13.8.1). True if the DMA is asked.
+    /// Puts a result into DR. If an unread one is there and the DMA or EOCS is on, that is an
+    /// overrun: conversions stop, and the DMA gets no more requests (13.8.1). True if the DMA is
+    /// requested.
     pub fn finish(&mut self, data: u16) -> bool {
         if self.has_request && self.cr2 & (DMA | EOCS) != 0 {
             self.overrun();

@@ -15,7 +15,7 @@ pub struct Pwm {
 }
 
 impl Default for Pwm {
-    /// As after a reset.
+    /// Returns to the state after a reset.
     fn default() -> Self {
         Self {
             cr1: 0,

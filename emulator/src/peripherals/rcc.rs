@@ -96,7 +96,8 @@ impl Rcc {
         }
     }
 
-    /// As after a reset. CSR's flags add up until they are cleared; BDCR is in the backup domain.
+    /// Returns to the state after a reset. CSR's flags add up until they are cleared; BDCR is in
+    /// the backup domain.
     pub fn reset(&mut self, cause: ResetCause) {
         *self = Self {
             csr: self.csr & 0xFE00_0003 | cause as u32,

@@ -9,7 +9,7 @@ pub struct Pwr {
 }
 
 impl Pwr {
-    /// As after a reset.
+    /// Returns to the state after a reset.
     pub const fn new(cr: u32) -> Self {
         Self { cr }
     }
@@ -45,8 +45,8 @@ impl Pwr {
     }
 }
 
-/// What a debugger may stop (RM0090, 38.16). There is none; the registers hold what is written. A
-/// reset leaves them.
+/// DBGMCU: clocks and counters that a debugger stops (RM0090, 38.16). Without a debugger the
+/// registers only hold what is written, also over a reset.
 pub struct Dbgmcu {
     id_code: u32,
     registers: [u32; 3],

@@ -21,8 +21,8 @@ pub struct Spi {
     overrun_read: bool,
     /// The byte that waits for the shift register.
     waiting: Option<u8>,
-    /// What comes back of the byte in the shift register, until its last bit is sampled, and the
-    /// cycle of that.
+    /// Answer to the byte in the shift register, until its last bit is sampled, and the cycle of
+    /// that.
     incoming: Option<(u8, u64)>,
     /// The cycle at which the byte in the shift register ends, half a bit later.
     shifting: Option<u64>,
@@ -34,7 +34,7 @@ pub struct Spi {
 }
 
 impl Spi {
-    /// As after a reset; the count goes on.
+    /// Returns to the state after a reset, but keeps the count.
     pub fn reset(&mut self) {
         *self = Self {
             overruns: self.overruns,

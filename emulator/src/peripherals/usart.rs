@@ -74,7 +74,7 @@ impl Usart {
         }
     }
 
-    /// As after a reset. What is on the cable stays there.
+    /// Returns to the state after a reset. Bytes on the cable stay there.
     pub fn reset(&mut self) {
         let (arriving, sent) = (
             std::mem::take(&mut self.arriving),

@@ -108,7 +108,7 @@ impl Scs {
         }
     }
 
-    /// As after a reset; the counts go on.
+    /// Returns to the state after a reset, but keeps the counts.
     pub fn reset(&mut self) {
         *self = Self {
             served: self.served,
@@ -202,7 +202,7 @@ impl Scs {
     pub fn begin(&mut self, number: u16) {
         let bit = 1_u128 << number;
         let has_no_cause = number >= FIRST_IRQ && (self.lines | self.by_software) & bit == 0;
-        // What is pending stays so if another run serves its cause (DDI 0403E, B3.4.1).
+        // An interrupt stays pending even if another run serves its cause (DDI 0403E, B3.4.1).
         let is_served = has_no_cause && self.served_before & bit != 0;
         if has_no_cause && !is_served {
             self.spurious.push(number - FIRST_IRQ);

@@ -147,7 +147,7 @@ pub fn health(event: &Event) -> Option<Health> {
     }
 }
 
-/// What the library gives on this PC for the conversions that the board has read.
+/// Events of the library on this PC, from the conversions that the board has read.
 pub fn on_pc(run: &Run) -> Vec<Event> {
     let mut pipeline = Pipeline::new(Settings::DEFAULT);
     let mut events = Vec::new();

@@ -56,9 +56,9 @@ pub struct Finger {
     pub overshoot: f64,
     /// Friction: tangential over normal force at full slip, >= 0. Default 0.5: plausible.
     pub friction: f64,
-    /// How far friction drags the middle of the contact along at full slip, in mm, 0 to half of
-    /// `contact_mm`. It makes the units at the grating's leading edge the stronger ones, as in the
-    /// paper (section 5). Default 0.5: plausible.
+    /// Distance by which friction drags the middle of the contact along at full slip, in mm, 0 to
+    /// half of `contact_mm`. It makes the units at the grating's leading edge the stronger ones, as
+    /// in the paper (section 5). Default 0.5: plausible.
     pub lean_mm: f64,
     /// Length of the contact along the slide in mm, > 0, at least a groove's width. Default 8:
     /// plausible.
@@ -144,8 +144,8 @@ impl Finger {
         KelvinBody::new(self.relaxation_s, self.creep_s)
     }
 
-    /// Time constant of the bridge and its capacitor in seconds: both resistances are parallel for
-    /// it.
+    /// Time constant of the bridge and its capacitor, seconds. The capacitor sees both resistors in
+    /// parallel.
     pub(crate) fn filter_s(&self) -> f64 {
         0.5 * self.resistor_ohm * self.capacitor_uf * 1e-6
     }

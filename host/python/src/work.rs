@@ -196,7 +196,7 @@ pub fn fit_windows(
     py.detach(run).map_err(raised)
 }
 
-/// What `replay` prints, a JSON object each; what to look at; and a picture if it is wanted.
+/// Runs `replay`. Gives its output as JSON objects, remarks, and a picture if requested.
 #[pyfunction]
 #[expect(
     clippy::too_many_arguments,

@@ -274,7 +274,7 @@ impl Talk<'_> {
     /// time stands still without conversions.
     fn watch(&mut self, length_s: f64) -> Result<Watched> {
         self.request_frames(length_s)?;
-        // The counters as they are behind the last command.
+        // Counters after the last command.
         let heard = self.seen.healths;
         self.listen(|seen| seen.healths > heard)?;
         let before = self.seen.health.unwrap_or_default();

@@ -11,8 +11,8 @@ const SCALE: (i32, i32) = (-0x80_0000, 0x7f_ffff);
 /// long, and it keeps 120 Hz apart from its alias of 121.1 Hz at 241.14 frames a second.
 const LINE_FRAMES: usize = (2.0 * FRAME_RATE_HZ) as usize;
 
-/// Frames of a part through which a straight line of times is drawn, ten seconds: crystals drift by
-/// less than a microsecond.
+/// Frames in a straight-line fit of the time stamps: ten seconds, in which crystals drift by less
+/// than a microsecond.
 const CLOCK_FRAMES: usize = (10.0 * FRAME_RATE_HZ) as usize;
 
 /// The codes of one input in consecutive frames.

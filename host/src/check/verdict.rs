@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// It cannot be judged here; the finding says why.
+    /// Cannot be judged here; the finding says why.
     Skipped,
     Pass,
-    /// It works, but something should be looked at.
+    /// Works, but something should be looked at.
     Warn,
     Fail,
 }

@@ -110,14 +110,14 @@ pub struct FitArgs {
     /// below override them.
     #[arg(long, value_name = "FILE.toml")]
     settings: Option<PathBuf>,
-    /// Most harmonics to fit, the fundamental included, 1 to 5 [default: 5].
+    /// Maximum number of harmonics to fit, the fundamental included, 1 to 5 [default: 5].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=5))]
     harmonics: Option<u8>,
     /// Effects to leave out of the model, separated by commas: faster, but biased if they are
     /// present.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     exclude: Vec<Exclude>,
-    /// The speed changes as likely as not: sigma is a fifth larger, and holds where it does.
+    /// Assume a 50 % chance that the speed varies; sigma grows by 20 %.
     #[arg(long)]
     moving_speed: bool,
     /// Known interferer in all columns, hertz, such as mains of 50 or 60; it may be aliased

@@ -43,8 +43,8 @@ fn with_option() -> impl Iterator<Item = &'static Setting> {
 }
 
 /// True if the option takes percent.
-fn is_share(setting: &Setting) -> bool {
-    setting.unit == "share"
+fn is_fraction(setting: &Setting) -> bool {
+    setting.unit == "fraction"
 }
 
 fn option(setting: &'static Setting) -> Arg {
@@ -60,7 +60,7 @@ fn value_name(setting: &Setting) -> &'static str {
     match (setting.kind, setting.unit) {
         (Kind::Plan | Kind::Word(_), _) => "NAME",
         (Kind::Switch, _) => "true|false",
-        (_, "share") => "PERCENT",
+        (_, "fraction") => "PERCENT",
         (_, "") => "N",
         (_, unit) => unit,
     }
@@ -71,7 +71,7 @@ fn help(setting: &Setting) -> String {
     let sentence = setting.sentence().trim_end_matches('.');
     let unit = match setting.unit {
         "" => String::new(),
-        "share" => "percent, as a setting a share: ".into(),
+        "fraction" => "percent; as a setting a fraction: ".into(),
         unit => format!("{unit}, "),
     };
     let default = shown(&setting.default());
@@ -80,7 +80,7 @@ fn help(setting: &Setting) -> String {
 
 fn value(setting: &Setting, text: &str) -> Result<Value, String> {
     match from_text(setting, text)? {
-        Value::Number(percent) if is_share(setting) => Ok(Value::Number(percent / 100.0)),
+        Value::Number(percent) if is_fraction(setting) => Ok(Value::Number(percent / 100.0)),
         value => Ok(value),
     }
 }

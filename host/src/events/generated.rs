@@ -1,4 +1,4 @@
-//! What is made from the views and checked in: `schema.json`, the tables of `host/reference.md`,
+//! What is made from the views and checked in: `schema.json`, the lists of `host/reference.md`,
 //! Python's classes. The test fails if one of them is not what the views say; `cargo xtask events`
 //! writes them anew.
 
@@ -311,32 +311,30 @@ fn docstring(text: &str) -> String {
     lines.join("\n") + "\"\"\"\n"
 }
 
-/// The reference's tables: a section for each kind of message.
-fn tables() -> String {
+/// The reference's lists of fields: a section for each kind of message.
+fn fields() -> String {
     let mut out = String::new();
     let envelope = schema::<Message>();
     let common = envelope["properties"].as_object().expect("properties");
-    let _ = write!(out, "\n### Every message\n\n{TABLE}");
+    let _ = write!(out, "\n### Every message\n\n");
     for (name, property) in common {
-        row(&mut out, name, property);
+        field(&mut out, name, property);
     }
     for (kind, schema) in schemas().iter().filter(|(kind, _)| *kind != "fit") {
         let described = schema["description"].as_str().unwrap_or_default();
-        let _ = write!(out, "\n### `{kind}`\n\n{described}\n\n{TABLE}");
+        let _ = write!(out, "\n### `{kind}`\n\n{described}\n\n");
         let fields = schema["properties"].as_object().expect("properties");
         for (name, property) in fields {
             if !common.contains_key(name) {
-                row(&mut out, name, property);
+                field(&mut out, name, property);
             }
         }
     }
     out + "\n"
 }
 
-const TABLE: &str = "| field | unit | what it is |\n|---|---|---|\n";
-
-/// A field, and the fields within it.
-fn row(out: &mut String, name: &str, schema: &Value) {
+/// A line for a field, and one for each field within it.
+fn field(out: &mut String, name: &str, schema: &Value) {
     let described = schema["description"].as_str().unwrap_or_default();
     let own = name.rsplit('.').next().unwrap_or(name);
     let unit = unit(own);
@@ -346,12 +344,12 @@ fn row(out: &mut String, name: &str, schema: &Value) {
         let values: Vec<String> = values.map(|value| format!("`{value}`")).collect();
         text += &format!(" {}.", values.join(", "));
     }
-    let _ = writeln!(out, "| `{name}` | {unit} | {text} |");
+    let _ = writeln!(out, "- `{name}`: {text}");
     for (inner, between) in [(schema, "."), (&schema["items"], "[].")] {
         // The kinds of faults have names of their own.
         let fields = inner["properties"].as_object().filter(|_| own != "faults");
-        for (field, property) in fields.into_iter().flatten() {
-            row(out, &format!("{name}{between}{field}"), property);
+        for (inside, property) in fields.into_iter().flatten() {
+            field(out, &format!("{name}{between}{inside}"), property);
         }
     }
 }
@@ -382,7 +380,7 @@ fn what_is_made_from_the_views_is_up_to_date() {
     let text = std::fs::read_to_string(root().join(page)).expect("a page");
     let (before, rest) = text.split_once(BEGIN).expect("a beginning");
     let (_, after) = rest.split_once(END).expect("an end");
-    compare_or_write(page, &format!("{before}{BEGIN}{}{END}{after}", tables()));
+    compare_or_write(page, &format!("{before}{BEGIN}{}{END}{after}", fields()));
 }
 
 #[test]

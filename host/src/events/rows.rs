@@ -8,7 +8,8 @@
 use super::schema;
 use serde_json::{Map, Value};
 
-/// What a line of JSON has and a row does not: it is the same in all rows, or not the board's.
+/// Fields of a line of JSON that a row leaves out: they are the same in all rows, or not the
+/// board's.
 const LEFT_OUT: [&str; 8] = [
     "type",
     "sequence",

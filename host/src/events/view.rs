@@ -1,7 +1,7 @@
-//! What each message of a board says to programs: one struct an event, one `From` from the wire.
+//! Messages of a board as programs see them: one struct an event, one `From` from the wire.
 //!
 //! Everything else follows from these structs: lines of JSON, their schemas, the columns of tables,
-//! the topics of streams, the tables of `host/reference.md` and Python's classes. Doc comments become
+//! the topics of streams, the lists of `host/reference.md` and Python's classes. Doc comments become
 //! descriptions, and the end of a field's name is its unit. After a change run `cargo xtask events`.
 
 use crate::digits::seconds;
@@ -100,7 +100,7 @@ impl Message {
     }
 }
 
-/// Whether a slide or an episode of a fault begins or is over.
+/// Beginning or end of a slide or of a fault's episode.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -123,8 +123,8 @@ impl State {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Hello {
-    /// Device time; 0 until the first conversion, so also after start-up. Less than before means
-    /// that the board has restarted.
+    /// Device time; 0 until the first conversion. A time below the previous one means that the
+    /// board has restarted.
     pub t_s: f64,
     /// Version of the wire contract.
     pub protocol: u8,
@@ -138,25 +138,25 @@ pub struct Hello {
     pub settings: Settings,
     /// Where the settings come from.
     pub settings_source: SettingsSource,
-    /// What reset the processor.
+    /// Cause of the processor's latest reset.
     pub reset_cause: ResetCause,
-    /// What the processor's clock is made from; `internal` if the external one did not start.
+    /// Source of the processor's clock; `internal` if the external oscillator did not start.
     pub oscillator: Oscillator,
-    /// Level below which the supply resets the board.
+    /// Supply level that resets the board.
     pub brown_out: BrownOut,
-    /// How the run before ended, if it crashed.
+    /// How the previous run ended, if it crashed.
     pub record: Option<Record>,
-    /// Centre of each taxel's unit, along the sliding direction and across, from the array's
-    /// centre; in streams alone.
+    /// Centre of each taxel's unit relative to the array's centre, along and across the sliding
+    /// direction; only in streams.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub positions_mm: Option<[[f64; 2]; TAXELS]>,
 }
 
-/// How the run before this one ended.
+/// How the previous run ended.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Record {
-    /// What ended the run.
+    /// Cause of the end.
     pub death: Death,
     /// The board's counter at the end; it wraps after 71.6 minutes.
     pub board_time_s: f64,
@@ -202,11 +202,11 @@ impl From<&wire::Hello> for Hello {
 pub struct Contact {
     /// Device time of the spike.
     pub t_s: f64,
-    /// Taxel with the best defined spike, 0 to 15.
+    /// Taxel with the clearest spike, 0 to 15.
     pub taxel: u8,
     /// Height of the spike over the level without touch, signed.
     pub height_v: f32,
-    /// When the load began to rise: of one that creeps in long before the spike.
+    /// When the load began to rise; for a load that creeps in, long before the spike.
     pub onset_s: f64,
     /// From `t_s` until the event left the board's detector.
     pub reported_after_s: f64,
@@ -229,7 +229,7 @@ impl From<&wire::Contact> for Contact {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Moving {
-    /// Device time of the first frame of those that show the motion.
+    /// Device time of the first frame that shows the motion.
     pub t_s: f64,
     /// From `t_s` until the event left the board's detector.
     pub reported_after_s: f64,
@@ -255,7 +255,7 @@ pub struct Slide {
     pub start_s: f64,
     /// Device time of the end; null while it lasts.
     pub end_s: Option<f64>,
-    /// Whether the slide begins or is over.
+    /// Beginning or end of the slide.
     pub state: State,
     /// From `t_s` until the event left the board's detector.
     pub reported_after_s: f64,
@@ -283,11 +283,11 @@ pub struct Estimate {
     pub window_s: f32,
     /// What the window covers.
     pub span: Span,
-    /// Common frequency: its mean over the window; null without a tone, as all of its details.
+    /// Common frequency, mean over the window; null without a tone, like all of its details.
     pub frequency_hz: Option<f32>,
     /// Standard deviation of the frequency.
     pub sigma_hz: Option<f32>,
-    /// How much the frequency differs from its mean, root mean square over the window.
+    /// RMS deviation of the frequency from its mean over the window.
     pub wander_percent: Option<f32>,
     /// Standard deviation of the wander.
     pub wander_sigma_percent: Option<f32>,
@@ -311,18 +311,18 @@ pub struct Estimate {
     /// Kinds of faults in the window that may have changed the frequency.
     #[cfg_attr(test, schemars(with = "Vec<FaultKind>"))]
     pub faults: FaultSet,
-    /// Whether period, speed and direction are known, and from what.
+    /// Whether period, speed and direction are known, and how.
     pub travel: TravelStatus,
     /// Direction in which the grating moves; null if it is not known.
     pub direction: Option<Direction>,
-    /// Spatial period by the lags between the units, or by the given speed. By lags of an array that
-    /// was never calibrated only its uncertainty is right.
+    /// Spatial period, from the lags between the units or from the speed in the settings. With
+    /// `uncalibrated` only its uncertainty is right.
     pub spatial_period_mm: Option<f32>,
     /// Standard deviation of the spatial period.
     pub spatial_period_sigma_mm: Option<f32>,
     /// Speed over the surface, not negative.
     pub speed_mm_s: Option<f32>,
-    /// Standard deviation of the speed; 0 where it is given.
+    /// Standard deviation of the speed; 0 if the settings have it.
     pub speed_sigma_mm_s: Option<f32>,
     /// The valid channels.
     pub channels: Vec<Channel>,
@@ -362,14 +362,14 @@ impl From<&wire::Estimate> for Estimate {
     }
 }
 
-/// One fit in brief, for each window where they follow each other faster than every 0.05 s; an
-/// `estimate` of the same window comes no more than twenty times a second.
+/// Short form of an estimate, for every window if the stride is below 0.05 s. Whole estimates then
+/// come at most twenty times a second.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Track {
     /// Device time of the window's end.
     pub t_s: f64,
-    /// Common frequency: its mean over the window; null without a tone.
+    /// Common frequency, mean over the window; null without a tone.
     pub frequency_hz: Option<f32>,
     /// Standard deviation of the frequency.
     pub sigma_hz: Option<f32>,
@@ -424,7 +424,7 @@ pub struct Health {
     pub overruns: u32,
     /// Messages that were dropped because the line was slow.
     pub messages_dropped: u32,
-    /// Times that the ADC was set up again, or could not be.
+    /// Times that the ADC was set up again, or that this failed.
     pub chip_restarts: u32,
     /// Times that each kind of fault was seen.
     pub faults: FaultCounts,
@@ -432,25 +432,25 @@ pub struct Health {
     pub requests_damaged: u32,
     /// Bytes of requests that the board read too late.
     pub bytes_overrun: u32,
-    /// Most of the stack in use since start-up; 0 where nothing measures it, as on a PC.
+    /// Deepest stack since start-up; 0 if it is not measured, as on a PC.
     pub stack_used_bytes: u32,
-    /// Size of the stack; 0 where nothing measures it.
+    /// Size of the stack; 0 if it is not measured.
     pub stack_bytes: u32,
     /// True frame rate by the board's clock; 0 until measured.
     pub frame_rate_hz: f32,
-    /// Fraction of time that the processor was busy, 0 to 1; 0 where nothing measures it.
+    /// Fraction of time that the processor was busy, 0 to 1; 0 if it is not measured.
     pub load: f32,
-    /// The ADC's supply by its own reading.
+    /// The ADC's reading of its supply.
     pub supply_v: f32,
-    /// The ADC's reference by its own reading.
+    /// The ADC's reading of its reference.
     pub reference_v: f32,
-    /// The ADC's temperature by its own reading.
+    /// The ADC's reading of its temperature.
     pub temperature_c: f32,
-    /// The ADC's offset by its own reading.
+    /// The ADC's reading of its offset.
     pub offset_v: f32,
-    /// The ADC's gain by its own reading, ideally 1.
+    /// The ADC's reading of its gain, ideally 1.
     pub gain: f32,
-    /// Raw frames that were not sent because the line had no place for them.
+    /// Raw frames that were not sent because the line was full.
     pub frames_thinned: u32,
 }
 
@@ -487,12 +487,12 @@ impl From<&wire::Health> for Health {
 pub struct Converter {
     /// Device time.
     pub t_s: f64,
-    /// Its name.
+    /// Name of the converter.
     pub name: String,
-    /// Whether it holds the registers that were written to it. If not, the board tries on.
+    /// True if the converter holds the registers that were written; otherwise the board keeps
+    /// trying.
     pub answers: bool,
-    /// Its registers as they were read at the latest set-up, zeros behind the last; of an ADS1258
-    /// CONFIG0 to ID.
+    /// Registers as read back at the latest set-up, padded with zeros; of an ADS1258 CONFIG0 to ID.
     pub registers: [u8; 10],
 }
 
@@ -534,8 +534,7 @@ impl JsonSchema for FaultCounts {
     }
 }
 
-/// The static image: what a hold before, between or after slides does to every taxel, if nothing
-/// moved for 0.1 s of it.
+/// Pressure map of a hold before, between or after slides, if nothing moved in it for 0.1 s.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Image {
@@ -549,7 +548,7 @@ pub struct Image {
     pub frames: u32,
     /// Which hold it is.
     pub hold: Hold,
-    /// The taxels that are alive.
+    /// The live taxels.
     pub taxels: Vec<Pressed>,
 }
 
@@ -580,7 +579,7 @@ pub struct Fault {
     pub until_s: Option<f64>,
     /// Times that this kind was seen since start-up.
     pub count: u32,
-    /// Whether the fault begins or is over.
+    /// Beginning or end of the fault.
     pub state: State,
 }
 
@@ -635,11 +634,11 @@ pub struct Raw {
     /// Device time at which taxel 0 was converted; taxel k follows 0.1975 ms x k later with the
     /// plan `paper`.
     pub t_s: f64,
-    /// Number of the frame since start-up; lost frames count.
+    /// Number of the frame since start-up, lost ones included.
     pub number: u32,
     /// Bit k: taxel k was converted and read.
     pub present: u16,
-    /// Bit k: the result of taxel k can be trusted. Valid are taxels that are present and good.
+    /// Bit k: the result of taxel k can be trusted. A taxel that is present and good is valid.
     pub good: u16,
     /// Codes of the ADC by taxel.
     pub codes: [i32; TAXELS],
@@ -662,14 +661,14 @@ impl Raw {
     }
 }
 
-/// What is under the finger: once a touch, on request with `hello`, and again when it has changed
-/// by more than three standard deviations of the difference.
+/// The surface under the finger: once a touch, on request with `hello`, and after a change of more
+/// than three standard deviations.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Texture {
     /// Device time of the end of the estimate's window.
     pub t_s: f64,
-    /// Scan plan of the window by its name; null if it has none. `hello` has its fields.
+    /// Name of the window's scan plan; null if it has none. `hello` has its fields.
     pub plan: Option<&'static str>,
     /// Spatial period.
     pub period_mm: f32,
@@ -677,7 +676,7 @@ pub struct Texture {
     pub period_sigma_mm: f32,
     /// Half of the squared amplitude of the fundamental, mean of the valid channels.
     pub power_v2: f32,
-    /// Standard deviation of the power by white noise.
+    /// Standard deviation of the power, from white noise.
     pub power_sigma_v2: f32,
     /// Second, third and fourth harmonic, common to the valid channels.
     pub overtones: [Overtone; 3],
@@ -692,7 +691,7 @@ pub struct Texture {
 pub struct Overtone {
     /// Amplitude over the fundamental's, 0 to 1.
     pub amplitude: f32,
-    /// Phase against as many turns of the fundamental, both as sines.
+    /// Phase relative to the fundamental's phase times the order of the harmonic, both as sines.
     pub phase_cycles: f32,
 }
 
@@ -711,7 +710,7 @@ impl From<&wire::Texture> for Texture {
     }
 }
 
-/// What this computer says itself, in streams alone.
+/// Messages of this computer, only in streams.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Note {
@@ -763,12 +762,12 @@ pub struct Lost {
     /// At a receiver: other messages so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub events: Option<u64>,
-    /// At a receiver: frames so far that were given to a connection that broke.
+    /// At a receiver: frames handed to a connection that then broke.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames_unconfirmed: Option<u64>,
 }
 
-/// A reader of a page was too late for some messages.
+/// A reader fell behind and missed messages.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Missed {

@@ -22,7 +22,8 @@ pub fn new_requests() -> Requests {
     Requests::new(clock_number())
 }
 
-/// Requests next to those, which share no number with them for half a minute.
+/// A second series of requests, whose numbers do not meet those of [`new_requests`] for half a
+/// minute.
 pub fn other_requests() -> Requests {
     Requests::new(clock_number() ^ 0x8000)
 }

@@ -256,10 +256,10 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// The time between two rows.
+/// A gap between two rows.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
-    /// Number of the row behind it, from 1.
+    /// Number of the row after the gap, from 1.
     row: u64,
     from_s: f64,
     to_s: f64,

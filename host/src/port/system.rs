@@ -58,7 +58,7 @@ impl Ports for System {
     }
 
     fn wait_at_most(&self, line: &mut Self::SerialLine, most: Duration) {
-        // It has no cause to fail; a read would then wait as it did.
+        // The call has no reason to fail; if it did, reads would wait as before.
         let _ = line.set_timeout(most.min(READ_WAIT));
     }
 }

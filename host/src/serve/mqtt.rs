@@ -42,7 +42,7 @@ const AGAIN: Duration = Duration::from_secs(1);
 /// Messages between the queue and the connection.
 const CHANNEL: usize = 64;
 
-/// Events that wait for their acknowledgement; a broker may want less.
+/// Maximum number of unacknowledged events; a broker may allow fewer.
 const UNACKNOWLEDGED_MAX: u16 = 256;
 
 /// Time before what waited for a broker is published: subscribers need some to come back, and to a
@@ -319,7 +319,7 @@ impl Publishing<'_> {
             .await?)
     }
 
-    /// What the connection has not confirmed waits again, or is lost by count.
+    /// Messages that the connection has not confirmed are queued again, or counted as lost.
     fn put_back(&mut self, flight: Flight) {
         let unconfirmed = flight.entries.into_iter().flatten();
         self.queue.put_back(unconfirmed.inspect(|queued| {

@@ -13,7 +13,7 @@ pub enum Topic {
     Frames,
     /// Touches: contact, motion, slide, release, static image.
     Contact,
-    /// Estimates of the tone, whole and in brief.
+    /// Estimates of the tone, and tracks.
     Tone,
     /// Surface under the finger.
     Texture,

@@ -48,21 +48,14 @@ impl Place {
 }
 
 fn list() -> String {
-    let mut text = String::from(
-        "\n| setting | unit | range | default | what it is | option |\n|---|---|---|---|---|---|\n",
-    );
+    let mut text =
+        String::from("\n| setting | range | default | what it is |\n|---|---|---|---|\n");
     for setting in TABLE {
-        let option = match setting.option {
-            "" => String::new(),
-            option => format!("`--{option}`"),
-        };
         let cells = [
             format!("`{}`", setting.name),
-            setting.unit.to_owned(),
             range(setting),
             format!("`{}`", shown(&setting.default())),
             setting.sentence().to_owned(),
-            option,
         ];
         writeln!(text, "| {} |", cells.join(" | ")).unwrap();
     }

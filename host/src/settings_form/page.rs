@@ -17,7 +17,7 @@ pub struct Entry {
     /// Bounds, where they depend on nothing else.
     pub least: Option<f32>,
     pub greatest: Option<f32>,
-    /// What to choose from: values, and what they say.
+    /// Choices: values, and their labels.
     pub choices: Vec<Choice>,
 }
 

@@ -6,7 +6,7 @@ use ridgetone_proto::settings::{Kind, Setting, Settings, TABLE, Value as Found};
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
-/// Puts what is given instead of what is there, table by table.
+/// Replaces values by the given ones, table by table.
 pub fn merge(all: &mut Table, given: Table) {
     for (name, value) in given {
         match (all.get_mut(&name), value) {
@@ -132,7 +132,7 @@ fn with_fields(plan: &Plan, given: &Value) -> Result<Plan, String> {
     };
     let expected = || format!("a name, or the table plan with {}", fields.names());
     match given {
-        // A name says nothing of the clock that the board has.
+        // A plan's name does not tell the board's clock, so the current one stays.
         Value::String(name) => Plan::named(name)
             .map(|named| match named.own.converter == plan.own.converter {
                 true => named.with_clock(plan.adc_clock_hz),

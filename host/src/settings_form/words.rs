@@ -22,7 +22,7 @@ pub fn shown(value: &Value) -> String {
     }
 }
 
-/// What a setting may be; bounds that depend on others are those next to the defaults.
+/// Range of a setting in words. Bounds that depend on other settings are shown for the defaults.
 pub fn range(setting: &Setting) -> String {
     match (setting.kind, setting.bounds) {
         (Kind::Switch, _) => "true or false".into(),

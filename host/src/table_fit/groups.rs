@@ -1,5 +1,5 @@
-//! Fits of some of a table's channels: more than the estimator takes at once, in groups; and all but
-//! one, where these share a tone.
+//! Fits of subsets of a table's channels: groups of them if there are more than the estimator takes
+//! at once, and all but one if only these share a tone.
 
 use super::{ChannelResult, TableFit, TableHead, fit_group, joined};
 use crate::digits::significant;

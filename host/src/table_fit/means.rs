@@ -11,7 +11,7 @@ const ZEROS: usize = 8;
 /// The fraction of the lower rate that it passes.
 pub const PASSED: f64 = 0.44;
 
-/// Fraction of the filter's weights that have to be on readings.
+/// Minimum fraction of the filter's weight that falls on readings.
 const WEIGHT_MIN: f64 = 0.5;
 
 impl Channels<'_> {

@@ -71,8 +71,8 @@ impl<'a> Channels<'a> {
         cut
     }
 
-    /// Gives the rows in some of the sampling intervals: their place, and the scaled readings with
-    /// a bit for each that there is.
+    /// Visits the rows in some of the sampling intervals: the interval, the scaled readings, and a
+    /// bit for each present reading.
     pub fn each(&self, slots: Range<usize>, take: &mut dyn FnMut(usize, &[f32; TAXELS], u16)) {
         let places = &self.grid.places;
         let [from, to] = [slots.start, slots.end].map(|end| places.partition_point(|at| *at < end));

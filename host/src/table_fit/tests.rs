@@ -222,7 +222,7 @@ fn rows_that_are_lost_are_counted() {
 fn blank_cells_are_missing_readings_of_one_channel() {
     let mut held = 0;
     for seed in 0..200 {
-        // A quarter of all readings, and one channel from its middle on.
+        // A quarter of all readings are missing, and one channel ends halfway.
         let keeps = |row: usize, c: usize| {
             !(row * 7 + c * 5 + row * c).is_multiple_of(4) && (c != 3 || row < 120)
         };
@@ -304,7 +304,7 @@ fn no_more_is_read_than_the_part_needs() {
         ..second(1)
     };
     let (mut csv, read) = (recorded.csv(|_, _| true), AtomicUsize::new(0));
-    // What is not needed may be anything.
+    // Columns that are not needed may hold anything.
     let half = csv.len() / 2;
     csv.truncate(csv[..half].rfind('\n').unwrap());
     csv += "\n9,this,is,no,row";

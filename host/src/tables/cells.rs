@@ -3,8 +3,8 @@
 use super::clock_time::ClockTime;
 use core::cell::Cell;
 
-/// What stands for a missing reading besides a blank cell, in lower case. Values that are not
-/// finite are missing readings, too.
+/// Words for a missing reading besides a blank cell, in lower case. Values that are not finite are
+/// missing readings, too.
 const MISSING: [&str; 17] = [
     "-", "--", "---", "na", "n/a", "#n/a", "null", "none", "nil", "err", "error", "#error", "inf",
     "overflow", "ovl", "ol", "?",

@@ -9,8 +9,8 @@ const GAP: f64 = 1.5;
 /// this number.
 const APART: usize = 16;
 
-/// Fraction of a stamp's error that the expected time of the next one takes over: it follows a
-/// drift, and not the rounding.
+/// Fraction of a stamp's error that corrects the expected time of the next one. Small enough to
+/// follow a drift and not the rounding.
 const FOLLOW: f64 = 0.125;
 
 /// The same each time that the rows are numbered by the spacing that the numbers before gave. A

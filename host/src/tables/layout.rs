@@ -26,8 +26,8 @@ pub struct Column {
     pub name: String,
     /// Unit that the name or the row of units gives.
     pub unit: Option<String>,
-    /// It is no channel: its values are words, it counts rows, it is a time, or it has neither a
-    /// name nor a value.
+    /// Not a channel: the values are words, count rows, are times, or the column has neither a name
+    /// nor a value.
     pub is_left_out: bool,
 }
 
@@ -49,7 +49,7 @@ pub struct Layout {
     /// The column that looks most like a time among those that are none, and the units in which
     /// that is plausible, the best first.
     pub likely_time: Option<(usize, Vec<&'static str>)>,
-    /// The column that counts the rows, if one does that is not called so.
+    /// Column that counts the rows, if there is one whose name does not say so.
     pub row_counter: Option<usize>,
     /// The rate that the lines above the table state.
     pub stated: Option<Stated>,
@@ -470,7 +470,7 @@ fn plausible_units(look: &Look) -> Vec<&'static str> {
     units
 }
 
-/// What to type where the unit of a time is not known.
+/// Advice what to type if the unit of a time column is not known.
 fn way_to_unit(name: &str, unit: &str, look: &Look) -> String {
     let option = |unit: &str| quoted(&format!("{name}:{unit}"));
     if per_second(unit).is_some() {

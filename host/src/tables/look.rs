@@ -1,4 +1,4 @@
-//! How a column looks in the first rows: whether it may be the time, or counts them.
+//! Kind of a column by its first rows: time, row counter, or neither.
 
 use super::cells::{Kind, Numbers};
 use super::clock_time::ClockTime;

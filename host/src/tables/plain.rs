@@ -116,7 +116,7 @@ impl Form {
         Some(time.into_iter().chain(quoted).collect::<Vec<_>>().join(","))
     }
 
-    /// Numbers in a line, the stamp not counted.
+    /// Number of values in a line, without the time stamp.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -150,7 +150,7 @@ impl Form {
 
     /// The plain row of a line; a line in another form stays as it is.
     fn plain(&self, text: &str) -> String {
-        // It is given already.
+        // The header line is part of the table already.
         if self.header.as_deref() == Some(text.trim()) {
             return String::new();
         }

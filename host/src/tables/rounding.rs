@@ -5,7 +5,7 @@ use super::clock::RowClock;
 /// Maximum number of decimals by which the rounding of stamps is recognised: microseconds.
 const DECIMALS_MAX: i32 = 6;
 
-/// How well stamps tell the rows' spacing.
+/// Accuracy of the row spacing that time stamps give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spacing {
     /// Standard deviation of the spacing, seconds.

@@ -20,7 +20,7 @@ pub trait RowReader {
     /// Time of the present row in seconds, as it is stamped; none without stamps.
     fn time_s(&self) -> Option<f64>;
 
-    /// Whether the rows have stamps, or why not.
+    /// Time stamps of the rows, or why there are none.
     fn timing(&self) -> Timing {
         Timing::Stamped
     }
@@ -66,7 +66,7 @@ pub trait RowReader {
     }
 }
 
-/// Whether rows have stamps.
+/// Presence of time stamps in the rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Timing {
     /// Each has one.

@@ -21,7 +21,7 @@ use std::path::Path;
 /// Bytes from which the layout of a table is found.
 const HEAD: u64 = 1 << 16;
 
-/// Bytes at the beginning of a file in which no zero stands if it is text.
+/// Bytes at the start of a file that are searched for a zero, which text does not contain.
 const LOOK: usize = 4096;
 
 /// Rows among which one that is out of order finds its place.

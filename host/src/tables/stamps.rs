@@ -29,7 +29,7 @@ pub struct Stamps {
     /// Added to what is read, in its own unit.
     offset: f64,
     before: Option<f64>,
-    /// The step of a clock before.
+    /// Latest positive step between two stamps.
     step_s: Option<f64>,
     has_wrapped: bool,
     has_passed_midnight: bool,

@@ -55,8 +55,8 @@ const TIME_NAMES: [(&str, Option<f64>); 11] = [
 pub enum TimeColumn {
     /// There is no time column.
     Nothing,
-    /// The one of this name, with how many of its units are a second; `None` if its name or its
-    /// numbers have to say.
+    /// Name of the column, and units per second; `None` if the unit has to follow from the name or
+    /// the numbers.
     Named(String, Option<f64>),
 }
 

@@ -1,4 +1,4 @@
-//! What the pages get: a new page everything, and all pages ten times a second what is new.
+//! State for the pages: everything for a new page, and changes ten times a second for all of them.
 //!
 //! The thread that folds packets never waits for a page. Each page has a short queue; a page that
 //! is too slow for it loses the queue, and gets everything again with the number of updates that it
@@ -45,7 +45,7 @@ const FRAME_S: f64 = 0.004;
 /// The common state of all pages.
 pub struct Hub {
     inner: Mutex<Inner>,
-    /// Held while waiting for `inner`: whoever waits there is the next one.
+    /// Held while waiting for `inner`, so that threads get it in turn.
     turn: Mutex<()>,
     updates: Sender<Message>,
     /// Packets one by one, as with `--json`.
@@ -128,7 +128,7 @@ impl Hub {
             if matches!(packet.event, Event::Hello(_)) {
                 inner.greeting = Some(Arc::clone(&line));
             }
-            // It fails without any listener, which is no error.
+            // Sending fails without a listener, which is not an error.
             let _ = self.packets.send(line);
         }
         match packet.event {
@@ -173,7 +173,7 @@ impl Hub {
         };
         (inner.points, inner.frames) = Default::default();
         (inner.sent_log, inner.sent_restarts) = (inner.live.log.clone(), inner.live.now.restarts);
-        // It fails without any page, which is no error.
+        // Sending fails without a page, which is not an error.
         let _ = self.updates.send(message);
         Ok(())
     }
@@ -204,7 +204,7 @@ impl Hub {
         (inner.greeting.clone(), self.packets.subscribe())
     }
 
-    /// Takes settings from a page: some of them, as a JSON object. Fails in words for people.
+    /// Takes settings from a page: some of them, as a JSON object. Errors are messages for people.
     pub fn set(&self, json: &str) -> Result<()> {
         let mut inner = self.lock();
         ensure!(inner.can_set, "there is no board that takes settings");

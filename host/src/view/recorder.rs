@@ -1,5 +1,5 @@
-//! What a page records, as `record` writes it: all packets from one moment to another, or those of
-//! the latest minute.
+//! Recordings of a page, in the format of `record`: all packets from one moment to another, or
+//! those of the latest minute.
 
 use crate::digits::time_s;
 use crate::recording::{self, Keep, Recording};

@@ -256,7 +256,7 @@ fn opened(app: &App, recorder: Recorder) -> Result<String> {
         "nothing was received while it was recorded"
     );
     let (path, name) = (recorder.path.clone(), recorder.name());
-    // Its file is complete when it is dropped.
+    // The file is complete once the recorder is dropped.
     drop(recorder);
     let how = How {
         is_recorded: true,

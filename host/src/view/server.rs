@@ -72,11 +72,11 @@ impl Server {
         let (running, dropped) = oneshot::channel::<()>();
         let routes = routes.layer(from_fn_with_state(address, guard));
         let serve = async move {
-            // It fails only without a runtime.
+            // Fails only without a runtime.
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
                 return;
             };
-            // It does not wait for pages, which listen for ever.
+            // Does not wait for pages, which listen for ever.
             let served = axum::serve(listener, routes).into_future();
             select(std::pin::pin!(served), dropped).await;
         };

@@ -159,7 +159,7 @@ fn every_setting_is_in_a_table_with_its_range() {
         });
         let row = row.unwrap_or_else(|| panic!("{name} is in no table"));
         // Numbers of the range, of which the last two are its bounds.
-        let cell = row[3].split(';').next().unwrap().replace(',', "");
+        let cell = row[2].split(';').next().unwrap().replace(',', "");
         let range: Vec<f64> = cell
             .split(' ')
             .filter_map(|word| word.parse().ok())
@@ -170,7 +170,7 @@ fn every_setting_is_in_a_table_with_its_range() {
         let (Some(default), [.., least, most]) = (default, &range[..]) else {
             continue;
         };
-        let shown = row[4].split(&[' ', ':'][..]).next().unwrap();
+        let shown = row[3].split(&[' ', ':'][..]).next().unwrap();
         let shown = shown.trim_matches('`');
         let shown = shown.strip_prefix("0x").map_or(shown.parse().ok(), |hex| {
             Some(u32::from_str_radix(hex, 16).unwrap().into())

@@ -1,4 +1,4 @@
-//! What the tests of the command share: running it, and files to run it on.
+//! Common to the tests of the command: running it, and files to run it on.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use std::fmt::Write;

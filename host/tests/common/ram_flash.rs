@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 #[derive(Clone, Debug)]
 pub struct RamFlash {
     bytes: Arc<Mutex<Vec<u8>>>,
-    /// It refuses to be written.
+    /// The flash refuses to be written.
     pub is_worn: bool,
 }
 

@@ -43,7 +43,8 @@ impl SerialBoard {
         Self::of_rate(f64::from(FRAME_RATE_HZ))
     }
 
-    /// A faster one has a line that takes no time: that of the board bears 1,100 frames a second.
+    /// A board with this frame rate. Above the default rate the line takes no time, as the real one
+    /// carries only 1,100 frames a second.
     pub fn of_rate(rate_hz: f64) -> Self {
         let (end, name) = raw_end();
         let is_fast = rate_hz > f64::from(FRAME_RATE_HZ) + 1.0;

@@ -13,7 +13,7 @@ use std::time::Instant;
 /// Time from one touch to the next, seconds: longer than one lasts.
 const EVERY_S: f64 = 6.0;
 
-/// What a contact, a slide and a frequency may be off: the bars of `emulated.rs`.
+/// Tolerances of contact, slide and frequency: the requirements of `emulated.rs`.
 const OFF_S: f64 = 0.020;
 const OFF: f64 = 0.002;
 

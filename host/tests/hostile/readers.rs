@@ -1,4 +1,4 @@
-//! What holds for any bytes in a file or a request. `lab/fuzz` tries it too.
+//! Properties for any bytes in a file or a request. `lab/fuzz` tries them too.
 
 use hal_mock::{FileError, Scene, SlidingScene, parse_scene};
 use ridgetone_host::events::{JsonLines, text};

@@ -1,4 +1,4 @@
-//! Two estimators that one would otherwise pick. Both give cycles per frame.
+//! The two usual estimators, for comparison. Both give cycles per frame.
 
 use core::f32::consts::TAU;
 use libm::{cosf, logf, sinf};
@@ -37,7 +37,7 @@ impl Rotation {
     }
 }
 
-/// Memory of both.
+/// Working memory of both estimators.
 pub struct Scratch {
     points: [f32; POINTS],
     power: [f32; POINTS / 2],

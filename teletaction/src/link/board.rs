@@ -273,7 +273,8 @@ impl BoardEnd {
 
     fn send(&mut self, number: u16, command: Command) {
         let mut wire = [0; REQUEST_WIRE_MAX];
-        // The longest fits, and what a line that is away does not take is sent again.
+        // The longest request fits, and a request that a disconnected line does not take is sent
+        // again.
         if let Ok(used) = framing::encode(
             &Request {
                 number,

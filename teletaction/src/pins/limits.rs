@@ -68,7 +68,7 @@ impl Limits {
     }
 }
 
-/// The pins of a display, within its limits whatever is target.
+/// The pins of a display, within its limits whatever the target is.
 ///
 /// After every call each force is a whole number of levels from 0 to the maximum, and no more than
 /// the slew away from the last.

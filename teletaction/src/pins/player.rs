@@ -30,7 +30,7 @@ pub struct Setup {
     /// Strain in the finger over that in the sensor.
     pub gain: f64,
     pub volts_per_strain: f64,
-    /// Young's modulus of sensor and finger, MPa: the paper has both alike.
+    /// Young's modulus of sensor and finger, MPa; the same for both, as in the paper.
     pub modulus_mpa: f64,
 }
 

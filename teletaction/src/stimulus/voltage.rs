@@ -234,7 +234,8 @@ impl Stimulus {
 /// latency is long.
 fn turns(cycles: f32) -> u32 {
     let part = cycles - (cycles as i32) as f32;
-    // Less than one in size, so twice this fits; f32 has no bit to lose.
+    // `part` is below one in size, so half a turn of it fits an i32; doubling it afterwards loses
+    // no bit of the f32.
     ((part * (0.5 * TURN)) as i32 as u32) << 1
 }
 

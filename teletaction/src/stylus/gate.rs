@@ -11,16 +11,16 @@ const MOVED_COUNTS: u32 = 2;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
-    /// It rests: nobody has enabled it since start-up, or it was disabled.
+    /// Idle: not enabled since start-up, or disabled.
     #[default]
     Disabled,
-    /// It rests: the line was silent. It must be enabled again.
+    /// Idle: the line was silent. The stylus must be enabled again.
     LineSilent,
-    /// It is enabled, and rests: there is no texture.
+    /// Enabled, but idle: there is no texture.
     NoTexture,
-    /// It is enabled, and rests: the hand has left, or does not move.
+    /// Enabled, but idle: the hand has left, or does not move.
     HandStill,
-    /// It vibrates.
+    /// Vibrating.
     Vibrating,
 }
 

@@ -110,8 +110,8 @@ pub enum Command {
     Enable,
     /// Stop, softly.
     Disable,
-    /// Nothing but that the line is alive: any whole request says so. Without one for
-    /// [`Parameters::silence_s`] the stylus stops.
+    /// Keeps the line alive, as any whole request does. Without one for [`Parameters::silence_s`]
+    /// the stylus stops.
     Alive,
 }
 
@@ -146,7 +146,7 @@ pub enum Outcome {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Event {
-    /// It has started, or has new parameters.
+    /// The stylus has started, or has new parameters.
     Hello(Hello),
     /// The answer to a request.
     Reply(Reply),

@@ -84,7 +84,7 @@ impl Reports {
                 state: look.state,
             }));
         }
-        // Half a run early, so that a run more or less of the timer's does not skip one.
+        // Half an interval of slack, so that jitter of one timer run does not skip a report.
         if since(self.placed) >= REPORT_SAMPLES / 2 {
             self.placed = look.samples;
             emit(Event::Position(look.position));

@@ -16,9 +16,9 @@ pub enum News {
     Texture(Texture),
     /// An estimate, and the time since its window ended.
     Window(Box<Estimate>, Duration),
-    /// It was silent, and no longer is. Its texture follows as soon as it finds one.
+    /// The finger was silent, and no longer is. A texture follows as soon as it finds one.
     Back,
-    /// It has said nothing for [`SILENT`].
+    /// The finger was silent for [`SILENT`].
     Silent,
     /// The board at this name is disconnected, for this reason, and is waited for.
     Disconnected(String, String),
@@ -115,7 +115,7 @@ impl Follower {
         }
     }
 
-    /// Waits for what is new, at most for `max`.
+    /// Waits for news, at most for `max`.
     pub fn next(&mut self, max: Duration) -> Result<Option<News>> {
         match self.listener.next(max)? {
             Some(Heard::Packet(packet, _)) => {

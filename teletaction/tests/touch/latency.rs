@@ -18,8 +18,8 @@ pub struct Measured {
     /// Longest time from a position of the pointer until the page knew the next one, if that is
     /// somewhere else, seconds.
     unknown_s: f64,
-    /// How far the clocks of page and sound have moved against each other meanwhile, seconds: the
-    /// test reads them, and the page does; the larger one counts.
+    /// Drift between the clocks of page and sound during the test, seconds: the larger of what the
+    /// test and the page have read.
     slipped_s: f64,
     /// How much later than after its wait a position is heard, by the clocks alone, seconds. The
     /// page has read the difference of its clock and that of the sound it makes; the test, of the

@@ -9,7 +9,7 @@ use std::env;
 use std::env::consts::OS;
 use std::path::{Path, PathBuf};
 
-/// What builds and judges a wheel, from PyPI.
+/// Packages from PyPI that build and check a wheel.
 const TOOLS: &str = "xtask/src/release/wheel-requirements.txt";
 
 /// Copies Python itself into the empty root directory.

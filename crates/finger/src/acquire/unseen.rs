@@ -1,4 +1,4 @@
-//! How many conversions a chip can have made that nobody saw.
+//! Upper bound on the conversions that a chip made unseen.
 //!
 //! After a gap the chip's ids and the time say what was lost, if its registers are right. With
 //! other registers, as after a reset of its own, the chip may be faster, and its ids are those of

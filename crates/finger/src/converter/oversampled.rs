@@ -248,12 +248,11 @@ impl Oversampler {
         self.follows.store(false, Relaxed);
     }
 
-    /// Makes the codes of a frame that ends with this half.
+    /// Computes the codes of a frame that ends with this half of the buffer.
     ///
-    /// The k-th input is sampled by k samples later than the first in each scan. Its values at the
-    /// times of the first lie that fraction of a scan earlier: between neighbours in a straight
-    /// line. In the sum over a frame all neighbours cancel but the last sample and the one before
-    /// the first.
+    /// Each scan samples input k by k samples later than input 0. Its value at the time of input 0
+    /// is interpolated linearly between two scans. In the sum over a frame only the last sample and
+    /// the one before the first remain of the differences.
     fn finish(&self, averaging: &Averaging, half: &[AtomicU16], is_whole: bool) {
         let channels = usize::from(averaging.channels);
         let scans = u32::from(averaging.scans);

@@ -1,4 +1,4 @@
-//! What becomes of a frame: into the ring, through touch detection, to events and due windows.
+//! Path of a frame: into the ring, through touch detection, to events and due windows.
 
 use crate::event_builder::EventBuilder;
 use crate::frame::{Frame, FrameClock};

@@ -105,7 +105,7 @@ impl Diagnostics {
 mod tests {
     use super::*;
 
-    /// A second of the fastest chip, unseen, when nearly as many were counted as can be.
+    /// Counters near their limit, and another second of unseen conversions of the fastest chip.
     #[test]
     fn counters_stop_at_their_largest_value() {
         let diagnostics = Diagnostics::new();

@@ -44,7 +44,7 @@ const fn codes(min_v: f32, max_v: f32) -> RangeInclusive<i32> {
 #[derive(Clone, Debug)]
 pub struct FaultEpisodes {
     reference: RangeInclusive<i32>,
-    /// Kinds whose episode lasts.
+    /// Kinds of faults with an ongoing episode.
     lasting: FaultSet,
     /// Faults whose beginning was reported.
     reported: FaultSet,

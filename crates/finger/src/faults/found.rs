@@ -4,7 +4,7 @@ use crate::converter::REGISTERS;
 use crate::faults::log::Counter;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 
-/// What `drdy` found, for `detect` to report.
+/// Faults that `drdy` has found, for `detect` to report.
 #[derive(Debug)]
 pub struct Found {
     answers: AtomicBool,

@@ -76,7 +76,7 @@ fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (Faul
     }
     let is_end_unsure = diagnostics.rails_change(end_us.wrapping_sub(known_still_us), end_us);
     if is_end_unsure {
-        // It may have been before the beginning of a short window.
+        // The fault may have ended before the beginning of a short window.
         faults = faults.with(FaultKind::Overload);
     }
     let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);

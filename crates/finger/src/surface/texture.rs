@@ -70,7 +70,7 @@ impl TextureReporter {
 }
 
 /// The texture that an estimate has found: a tone that can be trusted, and a period that the phases
-/// do not contradict. Without a speed, which the array may find too, there is no period.
+/// do not contradict. Without a speed, known or found by the array, there is no period.
 #[inline(always)]
 fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Option<Texture> {
     let travel = &estimate.travel;

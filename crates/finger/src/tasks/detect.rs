@@ -119,9 +119,9 @@ fn fill(samples: &mut Consumer<TimedConversion>, detector: &mut Detector) -> Nex
     Next::Nothing
 }
 
-/// Gives a window that is due to the fit by `put`, which is false if there is no place, or counts
-/// it as skipped. A stride is fitted only if the fit keeps up: if it would be fitted before the next
-/// stride. A whole slide always is.
+/// Hands a due window to the fit through `put`, which is false if there is no space, or counts the
+/// window as skipped. A stride is handed over only if it would be fitted before the next stride; a
+/// whole slide always is.
 pub fn admit<P: Platform>(
     window: Window,
     keeps_up: bool,

@@ -66,7 +66,7 @@ impl<S: Store> Fit<'_, S> {
                     &fit(window, estimator, fitter, source, shared)
                 {
                     report(outbox, estimate, window, estimator, shared);
-                    // What is overwritten meanwhile is searched in the next window.
+                    // If frames are overwritten meanwhile, the next window is searched.
                     let _ = estimator.search(fitter, window, source);
                 }
             }

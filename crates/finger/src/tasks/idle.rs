@@ -8,8 +8,8 @@ use rtic_core::Mutex;
 
 /// From one reading to the next, microseconds: once a second, as `health` is sent.
 const PERIOD_US: u32 = 1_000_000;
-/// What start-up writes into every word of the stack (cortex-m-rt's `paint-stack`). The lowest word
-/// that has lost it is the greatest depth.
+/// Pattern that start-up writes into every word of the stack (cortex-m-rt's `paint-stack`). The
+/// lowest word that has lost it is the greatest depth.
 pub const PAINT: u32 = 0xcccc_cccc;
 /// Words in one step, about 40 instructions. With one step for each conversion, 32 KiB take a fifth
 /// of a second.
@@ -19,9 +19,9 @@ const STEP_WORDS: usize = 8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Next {
-    /// It sleeps until the next interrupt.
+    /// Sleep until the next interrupt.
     Sleep,
-    /// It resets: a request demands it. The last two bytes are still on the line.
+    /// Reset, as a request demands. The last two bytes are still on the line.
     Restart,
     /// The signal is over, and all its events have left.
     Leave,

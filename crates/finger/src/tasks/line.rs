@@ -42,7 +42,7 @@ pub fn receive_all<P: Platform>(
     }
 }
 
-/// Next in the order of arrival.
+/// Next item from the line, in the order of arrival.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
     /// A byte. Noise on the line may have damaged it, which the request's checksum shows.

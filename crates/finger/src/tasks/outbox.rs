@@ -96,7 +96,7 @@ impl<E: Events> Outbox<E> {
         Some(encoded)
     }
 
-    /// What a log shows of the event that goes out next, if anything.
+    /// Log entry of the event that goes out next, if it has one.
     pub fn headline(&self) -> Option<Headline> {
         self.events.front()?.headline()
     }

@@ -1,4 +1,4 @@
-//! What the tasks share without a lock, and what they need from the platform that they run on.
+//! State that the tasks share without a lock, and what they need from their platform.
 
 use super::liveness::Liveness;
 use super::plan_request::PlanRequest;

@@ -6,14 +6,14 @@ pub const BLOCK_FRAMES: u32 = 4;
 /// Result of one block of frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
-    /// It differs within itself or from the block before: something moves right now.
+    /// The block differs within itself or from the block before: something moves right now.
     pub now: bool,
     /// As `quick`, or the block differs from the trend of the last
     /// [`SHORT_BLOCKS`](super::motion::SHORT_BLOCKS).
     pub quick: bool,
     /// The block differs from the trend of the last [`LONG_BLOCKS`](super::motion::LONG_BLOCKS).
     pub slow: bool,
-    /// The latest blocks differ from each other on average, by less than one block would show.
+    /// The latest blocks differ on average, by less than would show in a single block.
     pub faint: bool,
     /// The block differs from the trend of the last
     /// [`LONGEST_BLOCKS`](super::motion::LONGEST_BLOCKS).

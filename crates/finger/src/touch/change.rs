@@ -9,13 +9,13 @@ use ridgetone_tone::Values;
 pub enum Change<'a> {
     /// The contact spike.
     Contact {
-        /// Frame of its peak.
+        /// Frame of the peak.
         frame: u32,
         /// Frame from which on the load rises, not after the peak.
         onset: u32,
         /// Taxel with the greatest deviation.
         taxel: u8,
-        /// Deviation of that channel from the idle level, codes.
+        /// Deviation of this taxel from the idle level, codes.
         height: f32,
     },
     /// A hold is over that was long enough for an image.

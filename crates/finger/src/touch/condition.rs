@@ -1,5 +1,4 @@
-//! What is taken off the frames before anything is looked for in them: mains hum of a known
-//! frequency, and a drift.
+//! Corrections of the frames before detection: mains hum of a known frequency, and a drift.
 
 use crate::touch::averages::Averages;
 use crate::touch::block::BLOCK_FRAMES;
@@ -15,8 +14,8 @@ const GAIN_MIN: f32 = 0.07;
 /// Estimates of hum and drift.
 #[derive(Clone, Debug)]
 pub struct Condition {
-    /// Weights of a frame and of its neighbours in a filter that is zero at the hum's frequency and
-    /// one at rest.
+    /// Weights of a frame and of its neighbours in a filter with a gain of zero at the hum's
+    /// frequency and of one at 0 Hz.
     notch: Option<(f32, f32)>,
     /// Frequency of the hum, hertz, until the filter is made for it.
     new_mains_hz: Option<f32>,
@@ -90,8 +89,8 @@ impl Condition {
         self.is_plain &= self.rate.is_none();
     }
 
-    /// The latest frame that can be looked at, if frame `number` is the latest one of the ring: hum
-    /// needs the next one.
+    /// Latest frame that can be filtered if `number` is the latest in the ring: the hum filter
+    /// needs the frame after it.
     #[inline(always)]
     pub fn reach(&mut self, number: u32) -> u32 {
         if self.is_plain {

@@ -324,8 +324,8 @@ impl ContactDetector {
                         moving.since = number.wrapping_sub(BLOCK_FRAMES - 1);
                     }
                     if is_in_air {
-                        // For two blocks: what moved until now is no slide, and one may begin
-                        // behind it.
+                        // In the air for two blocks: the motion so far was no slide, and a slide
+                        // may begin now.
                         moving = moving.anew(number.wrapping_add(1));
                         self.contact = number;
                     }

@@ -31,7 +31,7 @@ pub struct HeldLevel {
     blocks: u32,
     /// Bit k: taxel k was good all the time.
     pub good: u16,
-    /// Whether a slide was before the hold.
+    /// True if a slide preceded the hold.
     pub hold: Hold,
 }
 

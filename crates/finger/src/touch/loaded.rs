@@ -1,10 +1,10 @@
 //! A start under load: the level that was taken for idle is that of a finger that rests on
 //! something.
 //!
-//! A contact is at its load at once and stays away from idle. A slide goes about its mean, and the
-//! level before it is one of those that it comes by: a sine is off its mean by at most the root of
-//! two of its standard deviations. A slow contact presses all taxels alike, so that its way is
-//! straight; a slide takes each by its own phase.
+//! A contact reaches its load at once and stays away from idle. A slide moves about its mean and
+//! passes the level before it again and again: a sine is off its mean by at most the root of two of
+//! its standard deviations. A slow contact presses all taxels alike, so the levels follow a
+//! straight path; a slide moves each taxel with its own phase.
 
 use crate::touch::chi_square::{along, distance};
 use crate::touch::onset::Frames;
@@ -80,9 +80,10 @@ impl Moments {
 /// Level in the air, as far as it is known.
 #[derive(Clone, Debug)]
 pub enum Air {
-    /// It is the idle level. Before the latest touch it was this one: the skin creeps back to it.
+    /// The idle level is known. The value is the level before the latest touch, to which the skin
+    /// creeps back.
     Known(Option<Values>),
-    /// The finger was on something when the detector began: the course of its slides.
+    /// The finger was on something when the detector began. Holds the statistics of its slides.
     Unknown(Moments),
 }
 

@@ -1,6 +1,6 @@
 //! When did it happen: the frame at which the taxels left a level, or arrived at one.
 //!
-//! That something moves is known a few blocks late. The ring still holds the frames.
+//! A motion is detected a few blocks late. The ring still holds its frames.
 
 use crate::ring::reached;
 use crate::touch::averages::Averages;

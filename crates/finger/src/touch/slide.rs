@@ -106,12 +106,12 @@ impl Moving {
         }
     }
 
-    /// True if it may be a skin that creeps: only the longest comparison shows it.
+    /// True if the motion may be a creeping skin: only the longest comparison shows it.
     pub const fn is_creep(&self) -> bool {
         self.any == 0
     }
 
-    /// True if only slow comparisons show that it lasts.
+    /// True if only slow comparisons show that the motion lasts.
     pub const fn is_slow(&self) -> bool {
         self.quick < SLIDE_BLOCKS && self.faint < FAINT_SLIDE_BLOCKS
     }

@@ -1,4 +1,4 @@
-//! What an entry of the table of settings is made of, and what follows from it.
+//! Entries of the table of settings, and what is derived from them.
 
 use super::Settings;
 use crate::plan::Plan;
@@ -24,11 +24,11 @@ pub struct Setting {
     pub description: &'static str,
     /// Name of the command's option that sets it, without the two dashes; empty if it has none.
     pub option: &'static str,
-    /// Reason for its bounds; empty if there is nothing to say.
+    /// Reason for the bounds; empty if there is nothing to say.
     pub reason: &'static str,
-    /// Reads it.
+    /// Reads the setting.
     pub get: fn(&Settings) -> Value,
-    /// Writes it. False if the value is of another type.
+    /// Writes the setting. False if the value has another type.
     pub set: fn(&mut Settings, Value) -> bool,
 }
 

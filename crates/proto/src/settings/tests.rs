@@ -60,7 +60,7 @@ fn the_setting_outside_its_bounds_is_named() {
         let found = with(protocol, name, number).validate().unwrap_err();
         assert_eq!(found.field, name, "{number}");
     }
-    // What is not used may have any value that could be.
+    // Unused settings may have any valid value.
     assert_eq!(
         with(Settings::DEFAULT, "slide.speed_mm_s", 0.0).validate(),
         Ok(())

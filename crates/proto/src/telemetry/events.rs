@@ -50,8 +50,8 @@ pub trait Events: DeserializeOwned {
         None
     }
 
-    /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Here, so that it is
-    /// compiled, small, where the event is.
+    /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Implemented by the
+    /// event type, so that it is compiled in the crate of the events, which is optimised for size.
     fn encode(packet: &Packet<&Self>, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong>;
 }
 

@@ -23,7 +23,7 @@ pub struct Pressed {
     pub taxel: u8,
     /// Mean over the hold less the level before the touch, volts.
     pub level_v: f32,
-    /// Standard deviation by the noise of the taxel in the hold and before the touch, volts.
+    /// Standard deviation of the level, from the noise in the hold and before the touch, volts.
     pub sigma_v: f32,
 }
 

@@ -124,7 +124,7 @@ fn the_clock_security_system_goes_on_with_hsi_and_asks_for_the_nmi() {
         assert_eq!(bench.0.clocks.hclk, mhz * 1_000_000);
         if nmis == 1 {
             assert_eq!(bench.get(RCC_CIR), 1 << 7, "CSSF");
-            // It is requested until the flag is cleared.
+            // The interrupt is requested until the flag is cleared.
             bench.0.scs.begin(2);
             bench.0.scs.end(2);
             bench.wait_us(1);

@@ -118,7 +118,7 @@ def fit(
         Effects that the recording does not contain: `overtones`, `curved_baseline`, `coloured_noise`, `shared_noise`, `impulses`,
         or `all`, the lean scene: a single sine in white noise. The fit is then faster, but biased if they are present.
     moving_speed : bool
-        Whether the speed changes as likely as not.
+        Assume a 50 % chance that the speed varies; sigma grows by 20 %.
 
     Returns
     -------

@@ -55,8 +55,8 @@ class Hello(Event):
     """The greeting: after start-up, every ten seconds, and on request."""
 
     t_s: float
-    """Device time; 0 until the first conversion, so also after start-up. Less than before means that the board
-    has restarted [s]."""
+    """Device time; 0 until the first conversion. A time below the previous one means that the board has
+    restarted [s]."""
     protocol: int
     """Version of the wire contract."""
     version: str
@@ -68,16 +68,16 @@ class Hello(Event):
     settings_source: Literal["default", "stored", "sent", "damaged", "stored_before", "migrated"]
     """Where the settings come from."""
     reset_cause: Literal["unknown", "power", "pin", "software", "watchdog"]
-    """What reset the processor."""
+    """Cause of the processor's latest reset."""
     oscillator: Literal["unknown", "external", "internal"]
-    """What the processor's clock is made from; `internal` if the external one did not start."""
+    """Source of the processor's clock; `internal` if the external oscillator did not start."""
     brown_out: Literal["unknown", "off", "level1", "level2", "level3"]
-    """Level below which the supply resets the board."""
+    """Supply level that resets the board."""
     record: Object | None
-    """How the run before ended, if it crashed."""
+    """How the previous run ended, if it crashed."""
     positions_mm: list[list[float]] | None
-    """Centre of each taxel's unit, along the sliding direction and across, from the array's centre; in streams
-    alone [mm]."""
+    """Centre of each taxel's unit relative to the array's centre, along and across the sliding direction; only
+    in streams [mm]."""
 
 
 class Contact(Event):
@@ -86,11 +86,11 @@ class Contact(Event):
     t_s: float
     """Device time of the spike [s]."""
     taxel: int
-    """Taxel with the best defined spike, 0 to 15."""
+    """Taxel with the clearest spike, 0 to 15."""
     height_v: float
     """Height of the spike over the level without touch, signed [V]."""
     onset_s: float
-    """When the load began to rise: of one that creeps in long before the spike [s]."""
+    """When the load began to rise; for a load that creeps in, long before the spike [s]."""
     reported_after_s: float
     """From `t_s` until the event left the board's detector [s]."""
 
@@ -100,7 +100,7 @@ class Moving(Event):
     none."""
 
     t_s: float
-    """Device time of the first frame of those that show the motion [s]."""
+    """Device time of the first frame that shows the motion [s]."""
     reported_after_s: float
     """From `t_s` until the event left the board's detector [s]."""
 
@@ -116,7 +116,7 @@ class Slide(Event):
     end_s: float | None
     """Device time of the end; null while it lasts [s]."""
     state: Literal["start", "end"]
-    """Whether the slide begins or is over."""
+    """Beginning or end of the slide."""
     reported_after_s: float
     """From `t_s` until the event left the board's detector [s]."""
 
@@ -131,11 +131,11 @@ class Estimate(Event):
     span: Literal["window", "slide"]
     """What the window covers."""
     frequency_hz: float | None
-    """Common frequency: its mean over the window; null without a tone, as all of its details [Hz]."""
+    """Common frequency, mean over the window; null without a tone, like all of its details [Hz]."""
     sigma_hz: float | None
     """Standard deviation of the frequency [Hz]."""
     wander_percent: float | None
-    """How much the frequency differs from its mean, root mean square over the window [%]."""
+    """RMS deviation of the frequency from its mean over the window [%]."""
     wander_sigma_percent: float | None
     """Standard deviation of the wander [%]."""
     chirp_hz_per_s: float | None
@@ -157,30 +157,30 @@ class Estimate(Event):
     faults: list[Literal["lost", "repeated", "bus", "bus_dead", "channel", "silent", "storm", "registers", "no_answer", "supply", "reference", "clock", "overload"]]
     """Kinds of faults in the window that may have changed the frequency."""
     travel: Literal["nothing", "unique", "ambiguous", "out_of_range", "given", "contradicted", "uncalibrated"]
-    """Whether period, speed and direction are known, and from what."""
+    """Whether period, speed and direction are known, and how."""
     direction: Literal["unknown", "forward", "backward"] | None
     """Direction in which the grating moves; null if it is not known."""
     spatial_period_mm: float | None
-    """Spatial period by the lags between the units, or by the given speed. By lags of an array that was never
-    calibrated only its uncertainty is right [mm]."""
+    """Spatial period, from the lags between the units or from the speed in the settings. With `uncalibrated`
+    only its uncertainty is right [mm]."""
     spatial_period_sigma_mm: float | None
     """Standard deviation of the spatial period [mm]."""
     speed_mm_s: float | None
     """Speed over the surface, not negative [mm/s]."""
     speed_sigma_mm_s: float | None
-    """Standard deviation of the speed; 0 where it is given [mm/s]."""
+    """Standard deviation of the speed; 0 if the settings have it [mm/s]."""
     channels: list[Object]
     """The valid channels."""
 
 
 class Track(Event):
-    """One fit in brief, for each window where they follow each other faster than every 0.05 s; an `estimate` of
-    the same window comes no more than twenty times a second."""
+    """Short form of an estimate, for every window if the stride is below 0.05 s. Whole estimates then come at
+    most twenty times a second."""
 
     t_s: float
     """Device time of the window's end [s]."""
     frequency_hz: float | None
-    """Common frequency: its mean over the window; null without a tone [Hz]."""
+    """Common frequency, mean over the window; null without a tone [Hz]."""
     sigma_hz: float | None
     """Standard deviation of the frequency [Hz]."""
     status: Literal["good", "no_tone", "too_short", "nothing", "ambiguous", "doubtful", "unsteady"]
@@ -188,13 +188,13 @@ class Track(Event):
 
 
 class Texture(Event):
-    """What is under the finger: once a touch, on request with `hello`, and again when it has changed by more
-    than three standard deviations of the difference."""
+    """The surface under the finger: once a touch, on request with `hello`, and after a change of more than three
+    standard deviations."""
 
     t_s: float
     """Device time of the end of the estimate's window [s]."""
     plan: str | None
-    """Scan plan of the window by its name; null if it has none. `hello` has its fields."""
+    """Name of the window's scan plan; null if it has none. `hello` has its fields."""
     period_mm: float
     """Spatial period [mm]."""
     period_sigma_mm: float
@@ -202,7 +202,7 @@ class Texture(Event):
     power_v2: float
     """Half of the squared amplitude of the fundamental, mean of the valid channels [V^2]."""
     power_sigma_v2: float
-    """Standard deviation of the power by white noise [V^2]."""
+    """Standard deviation of the power, from white noise [V^2]."""
     overtones: list[Object]
     """Second, third and fourth harmonic, common to the valid channels."""
     level_v: float | None
@@ -220,8 +220,7 @@ class Release(Event):
 
 
 class Image(Event):
-    """The static image: what a hold before, between or after slides does to every taxel, if nothing moved for
-    0.1 s of it."""
+    """Pressure map of a hold before, between or after slides, if nothing moved in it for 0.1 s."""
 
     t_s: float
     """Device time of the end of the mean [s]."""
@@ -234,7 +233,7 @@ class Image(Event):
     hold: Literal["before_slide", "after_slide"]
     """Which hold it is."""
     taxels: list[Object]
-    """The taxels that are alive."""
+    """The live taxels."""
 
 
 class Fault(Event):
@@ -251,7 +250,7 @@ class Fault(Event):
     count: int
     """Times that this kind was seen since start-up."""
     state: Literal["start", "end"]
-    """Whether the fault begins or is over."""
+    """Beginning or end of the fault."""
 
 
 class Reply(Event):
@@ -275,11 +274,11 @@ class Raw(Event):
     t_s: float
     """Device time at which taxel 0 was converted; taxel k follows 0.1975 ms x k later with the plan `paper` [s]."""
     number: int
-    """Number of the frame since start-up; lost frames count."""
+    """Number of the frame since start-up, lost ones included."""
     present: int
     """Bit k: taxel k was converted and read."""
     good: int
-    """Bit k: the result of taxel k can be trusted. Valid are taxels that are present and good."""
+    """Bit k: the result of taxel k can be trusted. A taxel that is present and good is valid."""
     codes: list[int]
     """Codes of the ADC by taxel."""
     volts: list[float | None] | None
@@ -302,7 +301,7 @@ class Health(Event):
     messages_dropped: int
     """Messages that were dropped because the line was slow."""
     chip_restarts: int
-    """Times that the ADC was set up again, or could not be."""
+    """Times that the ADC was set up again, or that this failed."""
     faults: Object
     """Times that each kind of fault was seen."""
     requests_damaged: int
@@ -310,25 +309,25 @@ class Health(Event):
     bytes_overrun: int
     """Bytes of requests that the board read too late."""
     stack_used_bytes: int
-    """Most of the stack in use since start-up; 0 where nothing measures it, as on a PC [byte]."""
+    """Deepest stack since start-up; 0 if it is not measured, as on a PC [byte]."""
     stack_bytes: int
-    """Size of the stack; 0 where nothing measures it [byte]."""
+    """Size of the stack; 0 if it is not measured [byte]."""
     frame_rate_hz: float
     """True frame rate by the board's clock; 0 until measured [Hz]."""
     load: float
-    """Fraction of time that the processor was busy, 0 to 1; 0 where nothing measures it."""
+    """Fraction of time that the processor was busy, 0 to 1; 0 if it is not measured."""
     supply_v: float
-    """The ADC's supply by its own reading [V]."""
+    """The ADC's reading of its supply [V]."""
     reference_v: float
-    """The ADC's reference by its own reading [V]."""
+    """The ADC's reading of its reference [V]."""
     temperature_c: float
-    """The ADC's temperature by its own reading [degC]."""
+    """The ADC's reading of its temperature [degC]."""
     offset_v: float
-    """The ADC's offset by its own reading [V]."""
+    """The ADC's reading of its offset [V]."""
     gain: float
-    """The ADC's gain by its own reading, ideally 1."""
+    """The ADC's reading of its gain, ideally 1."""
     frames_thinned: int
-    """Raw frames that were not sent because the line had no place for them."""
+    """Raw frames that were not sent because the line was full."""
 
 
 class Converter(Event):
@@ -337,11 +336,11 @@ class Converter(Event):
     t_s: float
     """Device time [s]."""
     name: str
-    """Its name."""
+    """Name of the converter."""
     answers: bool
-    """Whether it holds the registers that were written to it. If not, the board tries on."""
+    """True if the converter holds the registers that were written; otherwise the board keeps trying."""
     registers: list[int]
-    """Its registers as they were read at the latest set-up, zeros behind the last; of an ADS1258 CONFIG0 to ID."""
+    """Registers as read back at the latest set-up, padded with zeros; of an ADS1258 CONFIG0 to ID."""
 
 
 class Connection(Event):
@@ -369,11 +368,11 @@ class Lost(Event):
     events: int | None
     """At a receiver: other messages so far."""
     frames_unconfirmed: int | None
-    """At a receiver: frames so far that were given to a connection that broke."""
+    """At a receiver: frames handed to a connection that then broke."""
 
 
 class Missed(Event):
-    """A reader of a page was too late for some messages."""
+    """A reader fell behind and missed messages."""
 
     count: int
     """How many messages."""
@@ -405,7 +404,7 @@ class Fit(Object):
     readings_missing: int
     """Blank cells in the rows."""
     domain: Literal["time", "position"]
-    """Whether cycles are counted in time or by position."""
+    """Domain in which cycles are counted: time or position."""
     frequency_hz: float | None
     """Common frequency in time: its mean over the window [Hz]."""
     sigma_hz: float | None

@@ -49,11 +49,11 @@ class SlideSettings(Object):
     """Settings `slide`."""
 
     rule: Literal["found", "protocol", "always"]
-    """Whether slides are found in the signal, follow the protocol of the stimulus, or last always: every frame is part of one, without contact and hold."""
+    """Source of slides: found in the signal, timed by the protocol of the stimulus, or always (every frame is part of a slide, without contact and hold)."""
     delay_s: float
     """With the protocol: hold time between the contact spike and the slide. [s]"""
     speed_mm_s: float
-    """Speed of the stimulus, which also gives the spatial period. It counts with the protocol, and, unless 0, where slides last always. [mm/s]"""
+    """Speed of the stimulus, which also gives the spatial period. Used with the rule `protocol` and, unless 0, with `always`. [mm/s]"""
     length_mm: float
     """With the protocol: length of the slide to use (paper: 55 of 60). [mm]"""
 
@@ -62,19 +62,19 @@ class ArraySettings(Object):
     """Settings `array`."""
 
     pitch_mm: float
-    """Distance between the two columns of units along the motion, as the phases show it. [mm]"""
+    """Effective spacing of the two sensor columns along the motion, from phase. [mm]"""
     edge_phase_rad: float
-    """Phase by which the contact's ends reduce the lag between the columns, which is 2 pi pitch / period less this. [rad]"""
+    """Phase by which the contact's ends reduce the lag between the columns: the lag is 2 pi pitch / period less this. [rad]"""
     edge_phase_sigma_rad: float
-    """Standard deviation of true lags around the line of pitch and edge phase; from 0.3 on the array is not calibrated. [rad]"""
+    """Standard deviation of true lags about those of pitch and edge phase; 0.3 or more means that the array is not calibrated. [rad]"""
     period_min_mm: float
     """Shortest possible spatial period. [mm]"""
     period_max_mm: float
     """Longest possible spatial period; between one pitch and two the answer is unique. [mm]"""
     may_go_forward: bool
-    """Whether the grating may move along +x."""
+    """The grating may move along +x."""
     may_go_backward: bool
-    """Whether the grating may move against +x; with one direction alone every period above one pitch is unique."""
+    """The grating may move against +x; if only one direction is possible, every period above one pitch is unique."""
     front: int
     """Taxels of the front column, further along +x: bit k is taxel k. [mask]"""
     alike: list[int]
@@ -85,32 +85,32 @@ class SceneSettings(Object):
     """Settings `scene`."""
 
     overtones: bool
-    """Whether the tone may have overtones, up to `harmonics`; otherwise it is a single sine."""
+    """The tone may have overtones, up to `harmonics`; otherwise it is a single sine."""
     curved_baseline: bool
-    """Whether levels may bend over a window, as under a skin that creeps; otherwise they have a slope alone."""
+    """Levels may bend over a window, as under a skin that creeps; otherwise they have only a slope."""
     coloured_noise: bool
-    """Whether noise may have any spectrum; otherwise it is white."""
+    """Noise may have any spectrum; otherwise it is white."""
     shared_noise: bool
-    """Whether what disturbs one channel may disturb others."""
+    """Noise may be correlated between channels."""
     moving_speed: bool
-    """Whether the speed changes as likely as not; otherwise it is most likely steady."""
+    """The speed changes with a probability of one half; otherwise it is most likely steady."""
     impulses: bool
-    """Whether single values may be far off."""
+    """Single values may be outliers."""
 
 
 class Settings(Object):
     """Settings, by the names of the settings file."""
 
     plan: str | dict[str, Any]
-    """What the chip converts and how fast; a new plan brings its default window and stride."""
+    """Inputs that the chip converts, and how fast; a new plan brings its default window and stride."""
     window_s: float
     """Length of a window. [s]"""
     stride_s: float
     """Time from the start of one window to the start of the next; below 0.05 s each window is reported as a short `track`. [s]"""
     harmonics: int
-    """Most harmonics to fit, the fundamental included."""
+    """Maximum number of harmonics to fit, the fundamental included."""
     accuracy: float
-    """Required standard deviation as a share of the frequency: windows grow by a stride until they meet it; 0 gives windows of one length. [share]"""
+    """Required standard deviation as a fraction of the frequency: windows grow by a stride until they meet it; 0 for windows of one length. [fraction]"""
     interferer_hz: float
     """Frequency of a known interferer in all channels, such as mains hum; 0 for none. [Hz]"""
     vref_v: float

@@ -106,7 +106,7 @@ impl Campaign {
         Ok(())
     }
 
-    /// True if everything is zero that must be.
+    /// True if every count that must be zero is zero.
     pub fn is_clean(&self) -> bool {
         self.rows.iter().all(Row::is_clean)
     }

@@ -17,7 +17,7 @@ const TOLERANCE: f64 = 0.005;
 /// Beginning of the complaint that a fault was not reported.
 pub const NOT_REPORTED: &str = "not reported";
 
-/// The end of the complaint that conversions arrived altered.
+/// End of the message about conversions that arrived altered.
 pub const ALTERED: &str = "differ from the chip's";
 
 /// An episode may start this much before the injection, nanoseconds: two conversions, the tolerance
@@ -37,13 +37,13 @@ const SUPPLY_BIT_V: f64 = 4.3;
 
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fate {
-    /// From its start to the report, seconds of device time; `None` if there was no report.
+    /// Time from the start of the fault to the report, seconds of device time; `None` if there was
+    /// no report.
     pub detected_s: Option<f64>,
-    /// There was no report, and nothing that the firmware reads was other than without it but
-    /// codes.
+    /// There was no report, and the fault changed nothing that the firmware reads except codes.
     pub is_unseen: bool,
-    /// From its end to the end of the next scan without a flaw and with right registers, seconds,
-    /// if there was one.
+    /// Time from the end of the fault to the end of the next flawless scan with right registers,
+    /// seconds, if there was one.
     pub recovered_s: Option<f64>,
 }
 

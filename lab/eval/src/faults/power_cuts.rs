@@ -14,7 +14,7 @@ pub struct Cuts {
     pub injected: u64,
     /// The settings stored before.
     pub old: u64,
-    /// Among these, those with the report that the latest settings cannot be read.
+    /// Older settings with a report that the latest ones cannot be read.
     pub reported: u64,
     /// The settings that were being stored.
     pub new: u64,

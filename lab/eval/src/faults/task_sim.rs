@@ -1,4 +1,4 @@
-//! What the campaign observes of the firmware's tasks on this PC, behind the simulated chip and its
+//! The firmware's tasks on this PC as the campaign observes them, behind the simulated chip and its
 //! faults.
 
 use super::scan_order::ScanOrder;

@@ -1,4 +1,4 @@
-//! What the levels say: was that a contact, has the load fallen, where was it still.
+//! Evidence in the levels: contact, fallen load, moments without motion.
 
 use super::{ContactDetector, STILL_BACK, STILL_BLOCKS};
 use crate::touch::averages::Averages;
