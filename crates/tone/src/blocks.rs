@@ -108,7 +108,9 @@ impl Blocks {
         self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
         let (mut b, mut sums) = (0, [[0.0; CHANNELS_MAX]; 2]);
         let mut moments = [0.0; 3];
-        let (mut products, width) = (data.products(may_share), data.width());
+        let step = data.span.quantization_step;
+        let mut products = Products::new(&data.statistics, step, may_share);
+        let width = data.width();
         data.visit(|frame| {
             products.add(&frame.values, width);
             if !self.is_in(b, frame.u) {

@@ -2,8 +2,9 @@
 //! are subtracted from the frames. It is in time, also along a path.
 
 use crate::blocks::{Blocks, Pass};
-use crate::data::{Data, Frame};
+use crate::data::Data;
 use crate::domain::Domain;
+use crate::frame::Frame;
 use crate::lines::Lines;
 use crate::phase::{cos_sin, from_turns};
 use crate::phase_course::Course;

@@ -5,7 +5,8 @@
 //! One step of a redescending estimator: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2nd
 //! edition, 2009), section 4.8.
 
-use crate::data::{Data, Frame};
+use crate::data::Data;
+use crate::frame::Frame;
 use crate::limits::{CHANNELS_MAX, IMPULSES_MAX};
 use crate::phase_course::Course;
 use crate::residual::Model;

@@ -3,8 +3,9 @@
 //! that is a phase and an amplitude, and stays in them; what it is next to the mean is subtracted
 //! from the frames, by the waves that were fitted.
 
-use crate::data::{Data, Frame};
+use crate::data::Data;
 use crate::domain::Domain;
+use crate::frame::Frame;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::phase::first_powers;

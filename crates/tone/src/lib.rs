@@ -24,6 +24,7 @@ mod data;
 mod domain;
 mod fit;
 mod fitter;
+mod frame;
 mod frame_span;
 mod hum;
 mod impulses;

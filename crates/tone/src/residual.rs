@@ -1,6 +1,6 @@
 //! Residuals of the frames after a solution and its modulation.
 
-use crate::data::Frame;
+use crate::frame::Frame;
 use crate::legendre::{baselines, legendre_after};
 use crate::limits::{DEGREES_MAX, UNKNOWNS_MAX};
 use crate::phase;

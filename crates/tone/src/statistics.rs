@@ -1,7 +1,6 @@
 //! First passes: level, slope and scale of each channel; then the products of the channels.
 
 use crate::covariance::{ROUNDING, add_product, add_products};
-use crate::data::Data;
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
@@ -194,45 +193,6 @@ impl Statistics {
     }
 }
 
-impl Data<'_, '_> {
-    /// Takes level and slope out of what replaced values leave.
-    pub fn centre(&mut self) {
-        let (mut sums, mut slopes) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
-        let [mut n, mut sum_u, mut sum_uu] = [0.0; 3];
-        self.visit(|frame| {
-            n += 1.0;
-            sum_u += frame.u;
-            sum_uu += frame.u * frame.u;
-            for (k, value) in frame.values.iter().enumerate() {
-                sums[k] += value;
-                slopes[k] += frame.u * value;
-            }
-        });
-        let spread = (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE);
-        for k in 0..CHANNELS_MAX {
-            slopes[k] = (slopes[k] - sum_u / n * sums[k]) / spread;
-            sums[k] = (sums[k] - slopes[k] * sum_u) / n;
-        }
-        let statistics = &mut self.statistics;
-        for k in 0..CHANNELS_MAX {
-            statistics.level[k] += statistics.scale[k] * sums[k];
-            statistics.slope[k] += statistics.scale[k] * slopes[k];
-        }
-    }
-
-    /// No products yet, of channels that may share noise or of each with itself alone.
-    pub fn products(&self, may_share: bool) -> Products {
-        Products {
-            matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
-            squares: [0.0; CHANNELS_MAX],
-            least: self.statistics.rounding(self.span.quantization_step),
-            count: 0.0,
-            may_share,
-            pending: None,
-        }
-    }
-}
-
 /// Products of the channels.
 #[derive(Clone, Debug)]
 pub struct Products {
@@ -251,6 +211,19 @@ pub struct Products {
 }
 
 impl Products {
+    /// No products yet, of channels that may share noise or of each with itself alone; values are
+    /// rounded to multiples of `step`.
+    pub fn new(statistics: &Statistics, step: f32, may_share: bool) -> Self {
+        Self {
+            matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
+            squares: [0.0; CHANNELS_MAX],
+            least: statistics.rounding(step),
+            count: 0.0,
+            may_share,
+            pending: None,
+        }
+    }
+
     /// Adds a frame.
     #[inline]
     pub fn add(&mut self, values: &Values, width: usize) {
