@@ -8,14 +8,15 @@ use crate::lean::LEAN_ROWS;
 use crate::legendre::baselines;
 use crate::limits::{BLOCK_LINES, BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX};
 use crate::lines::Lines;
+use crate::matrix::Factor;
 use crate::phase::{self, cos_sin, from_turns};
 use crate::phase_course::Course;
 use crate::residual::Model;
 use crate::rows::add_all;
-use crate::solve::Shape;
+use crate::solve::{Shape, Solution};
 use crate::source::Values;
 use crate::statistics::Products;
-use crate::totals::{Totals, of_lines};
+use crate::totals::{Totals, WAVES, Wave, of_lines};
 use core::f32::consts::{FRAC_1_PI, PI};
 
 /// Maximum number of functions of a block: cosine and sine of each line.
@@ -32,11 +33,8 @@ pub const fn rows(lines: usize, points: usize) -> usize {
     }
 }
 
-/// Multiples of the unit line whose sums are kept.
-pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
-
-/// A cosine and a sine.
-pub type Wave = [f32; 2];
+/// Minimum fraction of a function that those before it leave: less is what turned blocks err by.
+const LEFT_MIN: f32 = 1e-3;
 
 /// Sums over the blocks of a window.
 #[derive(Debug)]
@@ -275,16 +273,6 @@ impl Blocks {
         self.waves[b % BLOCKS_MAX][multiple.min(WAVES - 1)]
     }
 
-    /// Products of the baselines with the channels.
-    pub fn levels(&self) -> &[Values; DEGREE_MAX + 1] {
-        &self.levels
-    }
-
-    /// Products of the baselines with each other.
-    pub fn of_baselines(&self) -> &[[f32; DEGREE_MAX + 1]; DEGREE_MAX + 1] {
-        &self.gram
-    }
-
     /// Products of cosine and sine of a line with the baselines in a block.
     pub fn with_baselines(&self, b: usize, line: usize) -> [Wave; DEGREE_MAX + 1] {
         let (wave, moment) = (self.wave(b, line), self.moments[self.place(b, line)]);
@@ -318,7 +306,7 @@ impl Blocks {
     }
 
     /// Products of the lines of a shape with the channels, into rows.
-    pub fn products(&self, shape: &Shape, rows: &mut [Values]) {
+    fn products(&self, shape: &Shape, rows: &mut [Values]) {
         let pairs = rows.as_chunks_mut::<2>().0.iter_mut();
         for (pair, line) in pairs.zip(shape.lines.iter()) {
             for (i, sums) in pair.iter_mut().enumerate() {
@@ -433,6 +421,26 @@ impl Blocks {
     /// Products of two lines in a block.
     fn of_lines(&self, b: usize, one: usize, other: usize) -> [Wave; 2] {
         of_lines(&self.waves[b % BLOCKS_MAX], one, other)
+    }
+}
+
+impl Solution {
+    /// Projects the channels onto a shape's functions.
+    #[inline(never)]
+    pub fn project(&mut self, blocks: &Blocks, shape: Shape) {
+        let first = shape.first_line();
+        self.shape = shape;
+        for (row, known) in self.lower.iter_mut().zip(&blocks.gram).take(first) {
+            row[..=DEGREE_MAX].copy_from_slice(known);
+        }
+        self.rows[..first].copy_from_slice(&blocks.levels[..first]);
+        let totals = blocks.totals(&shape, &[1.0; BLOCKS_MAX]);
+        totals.of_shape(&shape, &mut self.lower[first..]);
+        blocks.products(&shape, &mut self.rows[first..]);
+        // What an earlier solution has in the last group is not of this one.
+        self.rows[shape.unknowns()..].fill([0.0; CHANNELS_MAX]);
+        let factor = Factor::with_pivots(&mut self.lower, shape.unknowns(), LEFT_MIN);
+        factor.forward_rows(&mut self.rows);
     }
 }
 

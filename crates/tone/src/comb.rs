@@ -2,17 +2,15 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::Samples;
-use crate::limits::HARMONICS_MAX;
+use crate::limits::{BAND, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, PIVOT_MIN};
-use crate::neighbours::{BAND, Place};
+use crate::neighbours::Place;
 use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
 use crate::solve::{Power, Shape, Solution};
 use crate::work::Work;
 
-/// Maximum number of functions next to the lines of a comb.
-pub const NEIGHBOURS_COMB: usize = 4 * (BAND / 2) * HARMONICS_MAX;
 /// Minimum number of functions next to the lines that a covariance is taken from.
 const NEIGHBOURS_MIN: usize = 4;
 

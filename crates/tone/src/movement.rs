@@ -3,10 +3,10 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::{Covariance, ROUNDING, Samples};
-use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
+use crate::limits::{BAND, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square, invert};
-use crate::neighbours::{BAND, Member, Place};
+use crate::neighbours::{Member, Place};
 use crate::normal::{Degrees, MOVEMENT_MAX, degrees_max};
 use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};

@@ -3,19 +3,18 @@
 //!
 //! They are whole cycles apart, so that they are all but orthogonal.
 
-use crate::blocks::{Blocks, WAVES, Wave};
+use crate::blocks::Blocks;
 use crate::covariance::{add_product, power};
 use crate::limits::{CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
-use crate::matrix::{Factor, Square};
+use crate::matrix::Square;
 use crate::phase::{cos_sin, from_turns};
 use crate::reach::Reach;
 use crate::significance::{Sum, deviate};
-use crate::solve::{Rows, Shape};
+use crate::solve::Beside;
 use crate::source::Values;
+use crate::totals::{WAVES, Wave};
 
-/// Maximum distance of a noise bin from its line, cycles per window.
-pub const BAND: usize = 4;
 /// Minimum distance of a noise bin from its line, cycles per window.
 const NEAR_CYCLES: f32 = 1.5;
 /// Minimum distance between noise bins of different lines, cycles per window.
@@ -65,17 +64,6 @@ pub struct Place {
     pub reach: Reach,
     /// Half-width of the noise band around a line, cycles per window.
     pub band: usize,
-}
-
-/// A model to project out of functions, as the factor of its normal equations.
-#[derive(Clone, Copy, Debug)]
-pub struct Beside<'b> {
-    /// The fitted model.
-    pub shape: &'b Shape,
-    /// Factor of the normal equations.
-    pub factor: Factor<'b, UNKNOWNS_MAX>,
-    /// The part of the channels that the model explains; `None` where the blocks have residuals.
-    pub projections: Option<&'b Rows>,
 }
 
 /// Functions next to the lines, of unit variance in white noise.

@@ -3,11 +3,16 @@
 //! Products of two lines are sums of multiples of the phase, so that a few numbers hold them all:
 //! cosine and sine of each multiple, and of each line with each baseline.
 
-use crate::blocks::{WAVES, Wave};
 use crate::limits::{DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::Square;
 use crate::solve::Shape;
+
+/// Multiples of the unit line whose sums are kept.
+pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
+
+/// A cosine and a sine.
+pub type Wave = [f32; 2];
 
 /// Functions of all lines: cosine and sine of each.
 pub const LINE_FUNCTIONS: usize = 2 * HARMONICS_MAX;

@@ -1,7 +1,8 @@
 //! Memory that the steps share.
 
-use crate::comb::NEIGHBOURS_COMB;
-use crate::limits::{CHANNELS_MAX, IMPULSES_MAX, NEIGHBOURS_MAX, POINTS_CHIP, POINTS_MAX};
+use crate::limits::{
+    CHANNELS_MAX, IMPULSES_MAX, NEIGHBOURS_COMB, NEIGHBOURS_MAX, POINTS_CHIP, POINTS_MAX,
+};
 use crate::matrix::Square;
 use crate::neighbours::Neighbours;
 use crate::normal::{MOVEMENT_MAX, Normal};
