@@ -3,18 +3,16 @@
 //! that is a phase and an amplitude, and stays in them; what it is next to the mean is subtracted
 //! from the frames, by the waves that were fitted.
 
-use crate::data::Data;
+mod find;
+
 use crate::domain::Domain;
 use crate::frame::Frame;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::phase::first_powers;
 use crate::phase_course::Course;
-use crate::solve::Solution;
 use crate::source::Values;
-use crate::work::Work;
 use core::f32::consts::PI;
-use core::hint::black_box;
 
 /// Delays of the channels along a path. In time, and at the mean speed, a delay is a phase, and stays
 /// in it.
@@ -70,36 +68,6 @@ pub struct Late {
 }
 
 impl Late {
-    /// The waves of a solution, where channels are late along a path.
-    fn new(data: &Data, solution: &Solution, course: &Course, delays: &Delays) -> Option<Self> {
-        let last = data.count().checked_sub(1)?;
-        if matches!(data.domain, Domain::Time { .. }) || last == 0 {
-            return None;
-        }
-        let mut frames = [0.0; CHANNELS_MAX];
-        let order = data.statistics.order.iter().take(data.width());
-        for (frames, channel) in frames.iter_mut().zip(order) {
-            *frames = delays.frames[usize::from(*channel) % CHANNELS_MAX];
-        }
-        let mut waves = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
-        let pairs = waves.iter_mut().zip(solution.lines());
-        pairs.for_each(|(wave, line)| *wave = *line);
-        let mut late = Self {
-            frames,
-            step: (data.domain.u(last) - data.domain.u(0)) / last as f32,
-            last,
-            low_pass: delays.low_pass,
-            mean: [Response::default(); HARMONICS_MAX + 1],
-            course: *course,
-            lines: solution.shape.lines,
-            waves,
-            // Opaque: the compiler would else call the only such function directly.
-            subtract: black_box(Self::take_change),
-        };
-        late.mean = late.mean_response(&data.domain);
-        Some(late)
-    }
-
     /// Mean responses of the low-pass to the lines.
     fn mean_response(&self, domain: &Domain) -> [Response; HARMONICS_MAX + 1] {
         let mut mean = [Response::default(); HARMONICS_MAX + 1];
@@ -123,25 +91,6 @@ impl Late {
     fn step_at(&self, domain: &Domain, frame: u32) -> f32 {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(self.last));
         (domain.u(after) - domain.u(before)) / (after - before).max(1) as f32
-    }
-
-    /// Finds what lateness changes, by the latest solution. From then on each visit takes it out of
-    /// the frames; false if it is less than the noise, and stays.
-    #[inline(never)]
-    pub fn take_out(data: &mut Data, work: &Work, course: &Course, delays: &Delays) -> bool {
-        data.late = None;
-        let Some(late) = Self::new(data, &work.solution, course, delays) else {
-            return false;
-        };
-        let (domain, mut squares) = (data.domain, 0.0);
-        data.visit(|frame| {
-            let change = late.change(&domain, frame);
-            for (k, change) in change.iter().enumerate() {
-                squares += work.weights[k][k] * change * change;
-            }
-        });
-        data.late = (squares > 1.0).then_some(late);
-        data.late.is_some()
     }
 
     /// Takes the change out of a frame.
