@@ -9,14 +9,14 @@ use crate::legendre::baselines;
 use crate::limits::{BLOCK_LINES, BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX};
 use crate::lines::Lines;
 use crate::matrix::Factor;
-use crate::phase::{self, cos_sin, from_turns};
+use crate::phase::{self, Wave, cos_sin, from_turns, line_products, times};
 use crate::phase_course::Course;
 use crate::residual::Model;
 use crate::rows::add_all;
 use crate::solve::{Shape, Solution};
 use crate::source::Values;
 use crate::statistics::Products;
-use crate::totals::{Totals, WAVES, Wave, of_lines};
+use crate::totals::{Totals, WAVES};
 use core::f32::consts::{FRAC_1_PI, PI};
 
 /// Maximum number of functions of a block: cosine and sine of each line.
@@ -354,16 +354,16 @@ impl Blocks {
             let (cos, sin) = cos_sin(from_turns(turns));
             let mut power = [1.0, 0.0];
             for m in 1..=self.most.min(WAVES - 1) {
-                let [c, s] = power;
-                power = [c * cos - s * sin, s * cos + c * sin];
-                rotate(&mut self.waves[b][m], power);
+                power = times(power, [cos, sin]);
+                let rotate = |wave: &mut Wave| *wave = times(*wave, power);
+                rotate(&mut self.waves[b][m]);
                 if self.lines.has(m) {
                     let place = self.place(b, m);
-                    rotate(&mut self.moments[place], power);
+                    rotate(&mut self.moments[place]);
                     let [first, second] = &mut self.rows.as_chunks_mut::<2>().0[place];
                     for (cos, sin) in first.iter_mut().zip(second).take(4 * self.groups) {
                         let mut wave = [*cos, *sin];
-                        rotate(&mut wave, power);
+                        rotate(&mut wave);
                         [*cos, *sin] = wave;
                     }
                 }
@@ -396,7 +396,11 @@ impl Blocks {
         for one in self.lines.iter() {
             let mut factors = [[0.0; FUNCTIONS]; 2];
             for (j, line) in lines() {
-                for (row, product) in factors.iter_mut().zip(self.of_lines(b, one, line)) {
+                for (row, product) in
+                    factors
+                        .iter_mut()
+                        .zip(line_products(&self.waves[b % BLOCKS_MAX], one, line))
+                {
                     row.as_chunks_mut::<2>().0[j] = gain(line, product);
                 }
             }
@@ -416,11 +420,6 @@ impl Blocks {
         for (level, factors) in levels.take(shape.degree + 1) {
             add_all(level, self.groups, coefficients, factors);
         }
-    }
-
-    /// Products of two lines in a block.
-    fn of_lines(&self, b: usize, one: usize, other: usize) -> [Wave; 2] {
-        of_lines(&self.waves[b % BLOCKS_MAX], one, other)
     }
 }
 
@@ -498,10 +497,4 @@ impl Batch {
         }
         self.count = 0;
     }
-}
-
-/// Multiplies a complex number by another.
-fn rotate(wave: &mut Wave, by: Wave) {
-    let [c, s] = *wave;
-    *wave = [c * by[0] - s * by[1], s * by[0] + c * by[1]];
 }

@@ -833,7 +833,7 @@ mod tests {
         let rows = |lines, points| blocks::rows(lines, points) + work::rows(points);
         let longer = (rows(BLOCK_LINES, POINTS_MAX) - rows(BLOCK_LINES_CHIP, POINTS_CHIP))
             * size_of::<crate::source::Values>()
-            + (BLOCK_LINES - BLOCK_LINES_CHIP) * size_of::<crate::totals::Wave>();
+            + (BLOCK_LINES - BLOCK_LINES_CHIP) * size_of::<crate::phase::Wave>();
         let more = size_of::<Impulses>() / IMPULSES_MAX * (IMPULSES_MAX - IMPULSES_CHIP);
         let size = size_of::<Fitter>() - longer - more;
         assert!(size <= BUDGET, "{size} bytes");

@@ -8,12 +8,12 @@ use crate::covariance::{add_product, power};
 use crate::limits::{CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::Square;
-use crate::phase::{cos_sin, from_turns};
+use crate::phase::{Wave, cos_sin, from_turns};
 use crate::reach::Reach;
 use crate::significance::{Sum, deviate};
 use crate::solve::Beside;
 use crate::source::Values;
-use crate::totals::{WAVES, Wave};
+use crate::totals::WAVES;
 
 /// Minimum distance of a noise bin from its line, cycles per window.
 const NEAR_CYCLES: f32 = 1.5;

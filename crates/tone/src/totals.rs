@@ -6,13 +6,11 @@
 use crate::limits::{DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::Square;
+use crate::phase::{Wave, line_products};
 use crate::solve::Shape;
 
 /// Multiples of the unit line whose sums are kept.
 pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
-
-/// A cosine and a sine.
-pub type Wave = [f32; 2];
 
 /// Functions of all lines: cosine and sine of each.
 pub const LINE_FUNCTIONS: usize = 2 * HARMONICS_MAX;
@@ -49,7 +47,7 @@ impl Totals {
                 (rows[0][j], rows[1][j]) = (wave[0], wave[1]);
             }
             for (j, other) in shape.lines.iter().enumerate().take(HARMONICS_MAX) {
-                let product = of_lines(&self.waves, line, other);
+                let product = line_products(&self.waves, line, other);
                 for (row, product) in rows.iter_mut().zip(product) {
                     row[first + 2 * j] = product[0];
                     row[first + 2 * j + 1] = product[1];
@@ -110,23 +108,6 @@ pub fn fold(shape: &Shape, weights: &OfModel, list: &mut [f32; LIST_MAX]) {
             *pair = [*cos, *sin];
         }
     }
-}
-
-/// Products of two lines: of cosine and sine of the one with those of the other.
-pub fn of_lines(waves: &[Wave; WAVES], one: usize, other: usize) -> [Wave; 2] {
-    let [cos, sin] = waves[one.abs_diff(other) % WAVES];
-    let difference = [cos, if one < other { -sin } else { sin }];
-    let sum = waves[(one + other) % WAVES];
-    [
-        [
-            0.5 * (difference[0] + sum[0]),
-            0.5 * (sum[1] - difference[1]),
-        ],
-        [
-            0.5 * (sum[1] + difference[1]),
-            0.5 * (difference[0] - sum[0]),
-        ],
-    ]
 }
 
 /// Coefficients of the multiples of the phase in the sum of all products of two lines, each with its

@@ -4,7 +4,7 @@
 use super::reference::Reference;
 use crate::frame_span::{FrameSpan, READ_FRAMES};
 use crate::limits::CHANNELS_MAX;
-use crate::phase::{cos_sin, from_turns};
+use crate::phase::{Wave, cos_sin, from_turns, times};
 use crate::source::{Overwritten, Values};
 
 /// Maximum number of blocks of a window.
@@ -34,9 +34,6 @@ const fn rows(lines: usize) -> usize {
     let rows = 2 * lines;
     if rows > 2 { rows } else { 2 }
 }
-
-/// Cosine and sine, or sums of them.
-pub type Wave = [f32; 2];
 
 /// Sums over a block; `d` is `u` less the block's middle.
 #[derive(Clone, Copy, Debug)]
@@ -392,9 +389,4 @@ fn add_line(values: &[Values], waves: &[Wave; READ_FRAMES], [cosines, sines]: &m
             sines.as_chunks_mut::<8>().0[half][k] += sin[k];
         }
     }
-}
-
-/// Product of two complex numbers.
-pub fn times(a: Wave, b: Wave) -> Wave {
-    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }

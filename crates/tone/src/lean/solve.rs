@@ -5,10 +5,10 @@
 //! constant in a block: what they have next to the first ones gives the step of all channels at
 //! once (variable projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 
-use super::blocks::{BLOCKS, Block, Blocks, LINES, WAVES, Wave, times};
+use super::blocks::{BLOCKS, Block, Blocks, LINES, WAVES};
 use super::reference::Reference;
 use crate::limits::CHANNELS_MAX;
-use crate::phase::{cos_sin, from_turns};
+use crate::phase::{Wave, cos_sin, from_turns, line_products, times};
 use crate::significance::square_root;
 use crate::source::Values;
 use core::f32::consts::{FRAC_1_PI, PI};
@@ -98,28 +98,6 @@ impl Turned {
 
 /// Sums of products of two lines, by their numbers.
 pub type Waves = [Wave; WAVES + 1];
-
-fn cos_cos(waves: &Waves, i: usize, j: usize) -> f32 {
-    0.5 * (waves[i.abs_diff(j) % (WAVES + 1)][0] + waves[(i + j) % (WAVES + 1)][0])
-}
-
-fn sin_sin(waves: &Waves, i: usize, j: usize) -> f32 {
-    0.5 * (waves[i.abs_diff(j) % (WAVES + 1)][0] - waves[(i + j) % (WAVES + 1)][0])
-}
-
-fn cos_sin_of(waves: &Waves, i: usize, j: usize) -> f32 {
-    let difference = waves[i.abs_diff(j) % (WAVES + 1)][1];
-    let difference = if i > j { -difference } else { difference };
-    0.5 * (waves[(i + j) % (WAVES + 1)][1] + difference)
-}
-
-/// Products of a line, cosine or sine, with those of another one, in a block.
-pub fn products(waves: &Waves, i: usize, j: usize) -> [[f32; 2]; 2] {
-    [
-        [cos_cos(waves, i, j), cos_sin_of(waves, i, j)],
-        [cos_sin_of(waves, j, i), sin_sin(waves, i, j)],
-    ]
-}
 
 /// Sums over the blocks that the functions' products are made of.
 #[derive(Clone, Copy, Debug)]
@@ -303,9 +281,9 @@ impl Solution {
             for j in 0..self.lines.min(LINES) {
                 let other = self.orders[j].clamp(1, LINES);
                 let (to, to_along) = (2 + 2 * j, derivatives + 2 * j);
-                let functions = products(plain, order, other);
-                let mixed = products(once, order, other);
-                let all = products(twice, order, other);
+                let functions = line_products(plain, order, other);
+                let mixed = line_products(once, order, other);
+                let all = line_products(twice, order, other);
                 for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                     lower[along + a][to + b] = mixed[a][b];
                     if j <= i {
