@@ -193,7 +193,7 @@ impl Fitter {
     }
 }
 
-impl Data<'_, '_> {
+impl<'d, 's> Data<'d, 's> {
     /// Fits what is there.
     fn fit(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit) {
         if let Some(given) = self.span.interferer {
@@ -221,13 +221,7 @@ impl Data<'_, '_> {
         let (mut known, is_expected) = (expected, expected.is_some());
         for attempt in 1..=ATTEMPTS {
             let all = self.start(memory, scene);
-            let mut window = Window {
-                data: self,
-                scene,
-                all: &all,
-                is_expected,
-                is_scored: false,
-            };
+            let mut window = self.window(scene, &all, is_expected);
             let Some(comb) = window.best(memory, known) else {
                 fit.status = Status::NoTone;
                 return;
@@ -239,18 +233,27 @@ impl Data<'_, '_> {
                 known = Some(comb.course.cycles);
                 continue;
             }
-            let mut window = Window {
-                data: self,
-                scene,
-                all: &all,
-                is_expected,
-                is_scored: false,
-            };
+            let mut window = self.window(scene, &all, is_expected);
             if !scene.impulses || attempt == ATTEMPTS || !window.has_impulses(memory, &comb) {
                 window.conclude_with_rival(memory, &comb, fit);
                 return;
             }
             self.centre();
+        }
+    }
+
+    fn window<'w>(
+        &'w mut self,
+        scene: &'w Scene,
+        all: &'w Products,
+        is_expected: bool,
+    ) -> Window<'w, 'd, 's> {
+        Window {
+            data: self,
+            scene,
+            all,
+            is_expected,
+            is_scored: false,
         }
     }
 
@@ -274,13 +277,7 @@ impl Data<'_, '_> {
         memory.work.restore_weights();
         for number in 0..LATE_FITS {
             let all = self.start(memory, scene);
-            let mut window = Window {
-                data: self,
-                scene,
-                all: &all,
-                is_expected: false,
-                is_scored: false,
-            };
+            let mut window = self.window(scene, &all, false);
             if number > 0 {
                 window.collect(memory.blocks, &course, comb.shape.lines);
                 let steps = Steps::of_comb(comb.shape);
@@ -367,7 +364,7 @@ impl<'w> Window<'w, '_, '_> {
     fn search(&mut self, memory: &mut Memory) -> Option<Comb> {
         let Memory { blocks, work, .. } = memory;
         let refinement = self.refinement();
-        let mut peaks = self.candidates(blocks, work);
+        let mut peaks = candidates(self.data, blocks, work, self.all, self.scene);
         let mut tried = [0.0f32; PEAKS * DIVISORS];
         let mut rivals = [Rival::NONE; PEAKS * DIVISORS];
         let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
@@ -743,12 +740,6 @@ impl<'w> Window<'w, '_, '_> {
             most: 2 * lines.most(),
         };
         blocks.collect(self.data, &pass, None);
-    }
-
-    #[inline(never)]
-    fn candidates(&mut self, blocks: &mut Blocks, work: &mut Work) -> [f32; PEAKS] {
-        let (all, scene) = (self.all, self.scene);
-        candidates(self.data, blocks, work, all, scene)
     }
 
     fn refinement(&self) -> Refinement<'w> {

@@ -122,17 +122,7 @@ impl<'a> FrameSpan<'a> {
         channels: u16,
         visit: &mut dyn FnMut(u32, &Values),
     ) -> Result<(), Overwritten> {
-        self.visit_range(0..self.frames, channels, visit)
-    }
-
-    /// Visits the frames of a part of the span whose `channels` are all valid.
-    pub(crate) fn visit_range(
-        &mut self,
-        part: Range<u32>,
-        channels: u16,
-        visit: &mut dyn FnMut(u32, &Values),
-    ) -> Result<(), Overwritten> {
-        self.visit_runs(part, channels, &mut |first, run| {
+        self.visit_runs(0..self.frames, channels, &mut |first, run| {
             for (number, values) in (first..).zip(run) {
                 visit(number, values);
             }

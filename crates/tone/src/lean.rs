@@ -53,19 +53,6 @@ pub struct Lean<'m> {
     solution: &'m mut Solution,
 }
 
-impl Scene {
-    /// True for the scenes of the lean path: lines in white, independent noise at a steady speed,
-    /// without impulses or curved baselines.
-    pub(crate) fn is_lean(&self) -> bool {
-        usize::from(self.harmonics()) <= LINES
-            && self.baseline == Baseline::Slope
-            && self.noise == Noise::White
-            && self.channels == Channels::Independent
-            && self.speed == Speed::Steady
-            && !self.impulses
-    }
-}
-
 impl<'m> Lean<'m> {
     /// The path in rows for [`POINTS_MAX`](crate::limits::POINTS_MAX) points and [`LEAN_ROWS`]
     /// more, in memory for half as many powers, and in that of a solution.
@@ -79,9 +66,17 @@ impl<'m> Lean<'m> {
         }
     }
 
-    /// True if the path can fit this span: evenly spaced in time, without an interferer.
+    /// True for the scenes and the spans of the path: lines in white, independent noise at a steady
+    /// speed, without impulses or curved baselines; evenly spaced in time, without an interferer.
     pub fn takes(span: &FrameSpan, scene: &Scene) -> bool {
-        scene.is_lean() && span.interferer.is_none() && matches!(span.domain(), Domain::Time { .. })
+        usize::from(scene.harmonics()) <= LINES
+            && scene.baseline == Baseline::Slope
+            && scene.noise == Noise::White
+            && scene.channels == Channels::Independent
+            && scene.speed == Speed::Steady
+            && !scene.impulses
+            && span.interferer.is_none()
+            && matches!(span.domain(), Domain::Time { .. })
     }
 
     /// Fits all usable channels of a span.
