@@ -10,13 +10,13 @@ use crate::limits::{BLOCK_LINES, BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS
 use crate::lines::Lines;
 use crate::matrix::Factor;
 use crate::phase::{self, Wave, cos_sin, from_turns, line_products, times};
-use crate::phase_course::Course;
 use crate::residual::Model;
 use crate::rows::add_all;
 use crate::solve::{Shape, Solution};
 use crate::source::Values;
 use crate::statistics::Products;
 use crate::totals::{Totals, WAVES};
+use crate::trajectory::Trajectory;
 use core::f32::consts::{FRAC_1_PI, PI};
 
 /// Maximum number of functions of a block: cosine and sine of each line.
@@ -60,7 +60,7 @@ pub struct Blocks {
 /// Frames to pass over.
 pub struct Pass {
     /// The unit line's phase.
-    pub course: Course,
+    pub trajectory: Trajectory,
     /// The unit is this part of the trajectory's phase: 1, or a half.
     pub scale: f32,
     /// Lines for which products with the channels are needed.
@@ -193,7 +193,7 @@ impl Blocks {
                 middle = self.middle(b);
             }
             let places = powers.iter_mut().zip(&mut self.waves[b % BLOCKS_MAX]);
-            let multiples = phase::powers(pass.course.at(frame.u, pass.scale));
+            let multiples = phase::powers(pass.trajectory.at(frame.u, pass.scale));
             for ((place, wave), power) in places.zip(multiples).take(most + 1) {
                 *place = power;
                 wave[0] += power[0];
@@ -346,7 +346,7 @@ impl Blocks {
 
     /// Rotates the unit line to another phase trajectory.
     #[inline(never)]
-    pub fn turn(&mut self, from: &Course, to: &Course) {
+    pub fn turn(&mut self, from: &Trajectory, to: &Trajectory) {
         for b in 0..self.count() {
             let u = self.middle(b);
             let turns = 0.5 * (to.cycles - from.cycles) * u
@@ -371,9 +371,9 @@ impl Blocks {
         }
     }
 
-    /// How far, in radians of the unit line, two courses turn neighbouring blocks against each other:
+    /// How far, in radians of the unit line, two trajectories turn neighbouring blocks against each other:
     /// what a block's own frames lack after a turn from the one to the other.
-    pub fn twist(&self, from: &Course, to: &Course) -> f32 {
+    pub fn twist(&self, from: &Trajectory, to: &Trajectory) -> f32 {
         let turned = |b: usize| {
             let u = self.middle(b);
             PI * (to.cycles - from.cycles) * u + to.movement(u) - from.movement(u)

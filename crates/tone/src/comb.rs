@@ -5,14 +5,14 @@ use crate::covariance::Samples;
 use crate::limits::{BAND, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, PIVOT_MIN};
-use crate::neighbours::Place;
-use crate::phase_course::Course;
+use crate::noise_bins::Place;
 use crate::refine::{Known, Refinement, Steps};
 use crate::solve::{Power, Shape, Solution};
+use crate::trajectory::Trajectory;
 use crate::work::Work;
 
 /// Minimum number of functions next to the lines that a covariance is taken from.
-const NEIGHBOURS_MIN: usize = 4;
+const NOISE_BINS_MIN: usize = 4;
 
 /// A candidate after its refinement.
 #[derive(Clone, Copy, Debug)]
@@ -20,27 +20,27 @@ pub struct Comb {
     /// Logarithm of its likelihood, less the Bayesian criterion's price.
     pub score: f32,
     /// Phase of the fundamental.
-    pub course: Course,
+    pub trajectory: Trajectory,
     /// Lines and baseline of the comb.
     pub shape: Shape,
     /// Phase of the unit that was tried, after its refinement.
-    pub unit: Course,
+    pub unit: Trajectory,
     /// Lines that stand out of the local noise.
     pub kept: Lines,
     /// The likeliest comb of another frequency.
-    pub rival: Rival,
+    pub competing: CompetingComb,
 }
 
 /// A comb of another frequency.
 #[derive(Clone, Copy, Debug)]
-pub struct Rival {
+pub struct CompetingComb {
     /// Score, in the end relative to the likeliest.
     pub score: f32,
     /// Cycles per window.
     pub cycles: f32,
 }
 
-impl Rival {
+impl CompetingComb {
     /// Empty.
     pub const NONE: Self = Self {
         score: f32::NEG_INFINITY,
@@ -49,14 +49,14 @@ impl Rival {
 }
 
 impl Refinement<'_> {
-    /// The comb at the trajectory `course`, to which the blocks are rotated, with a baseline of
+    /// The comb at a `trajectory`, to which the blocks are rotated, with a baseline of
     /// `degree`. The blocks stay at the refined unit line.
     #[inline(never)]
     pub fn comb(
         &self,
         blocks: &mut Blocks,
         work: &mut Work,
-        course: &mut Course,
+        trajectory: &mut Trajectory,
         degree: usize,
     ) -> Comb {
         let all = Shape {
@@ -67,35 +67,35 @@ impl Refinement<'_> {
             noise: Known::Residuals,
             ..Steps::of_comb(all)
         };
-        self.refine(blocks, course, steps, work);
+        self.refine(blocks, trajectory, steps, work);
         work.solution.project(blocks, all);
         if self.is_white {
             self.weigh(work, self.frames);
         } else {
-            self.weigh_by_neighbours(blocks, work, course.cycles);
+            self.weigh_by_noise_bins(blocks, work, trajectory.cycles);
         }
         work.solution.solve();
         let kept = Shape {
-            lines: self.lines_there(work, course.cycles),
+            lines: self.lines_there(work, trajectory.cycles),
             degree,
         };
         let steps = Steps {
             most: 1,
             ..Steps::of_comb(kept)
         };
-        self.refine(blocks, course, steps, work);
+        self.refine(blocks, trajectory, steps, work);
         work.solution.project(blocks, kept);
         let divisor = kept.lines.divisor();
         Comb {
             score: self.score(&work.solution),
-            course: course.times(divisor as f32),
+            trajectory: trajectory.times(divisor as f32),
             shape: Shape {
                 lines: kept.lines.over(divisor),
                 degree,
             },
-            unit: *course,
+            unit: *trajectory,
             kept: kept.lines,
-            rival: Rival::NONE,
+            competing: CompetingComb::NONE,
         }
     }
 
@@ -119,7 +119,7 @@ impl Refinement<'_> {
         let there = || lines.iter().filter(|line| own(*line) > 0.0);
         let multiples = |unit: usize| there().filter(move |line| line.is_multiple_of(unit));
         let power = |unit: usize| multiples(unit).map(own).sum::<f32>();
-        let mut units = there().filter(|line| *line as f32 * cycles < self.reach.most);
+        let mut units = there().filter(|line| *line as f32 * cycles < self.nyquist.max);
         let first = units.next().unwrap_or(1);
         let unit = units.fold(first, |best, unit| {
             if power(unit) > power(best) {
@@ -131,18 +131,18 @@ impl Refinement<'_> {
         multiples(unit).fold(Lines::NONE.with(unit), Lines::with)
     }
 
-    /// The likeliest of the combs at `course` with baselines of some degrees, whose fundamental is in
+    /// The likeliest of the combs at a `trajectory` with baselines of some degrees, whose fundamental is in
     /// the band; the blocks are turned to its unit. The weights of the best so far are kept.
     pub fn best(
         &self,
         blocks: &mut Blocks,
         work: &mut Work,
-        course: Course,
+        trajectory: Trajectory,
         degrees: &[usize],
     ) -> Option<Comb> {
-        let (mut at, mut best) = (course, None::<Comb>);
+        let (mut at, mut best) = (trajectory, None::<Comb>);
         for degree in degrees {
-            // A baseline that explains nothing at the best course so far explains nothing at all.
+            // A baseline that explains nothing at the best trajectory so far explains nothing at all.
             if let Some(best) = &best {
                 let shape = Shape {
                     lines: best.kept,
@@ -153,10 +153,10 @@ impl Refinement<'_> {
                     continue;
                 }
             }
-            blocks.turn(&at, &course);
-            at = course;
+            blocks.turn(&at, &trajectory);
+            at = trajectory;
             let comb = self.comb(blocks, work, &mut at, *degree);
-            if !self.band.has(comb.course.cycles) {
+            if !self.band.has(comb.trajectory.cycles) {
                 continue;
             }
             if best.is_none_or(|best| comb.score > best.score) {
@@ -173,7 +173,7 @@ impl Refinement<'_> {
         best
     }
 
-    /// A bound of the scores of all combs at the blocks' course with a baseline of up to `degree`, of
+    /// A bound of the scores of all combs at the blocks' trajectory with a baseline of up to `degree`, of
     /// as many unknowns as `least` and more: what all lines explain, at the price of the least.
     pub fn bound(&self, blocks: &Blocks, work: &mut Work, degree: usize, least: &Shape) -> f32 {
         let all = Shape {
@@ -186,26 +186,26 @@ impl Refinement<'_> {
 
     /// Weighs the channels by the noise next to the lines of the projected solution.
     #[inline(never)]
-    fn weigh_by_neighbours(&self, blocks: &Blocks, work: &mut Work, cycles: f32) {
+    fn weigh_by_noise_bins(&self, blocks: &Blocks, work: &mut Work, cycles: f32) {
         let shape = work.solution.shape;
         let place = Place {
             lines: shape.lines,
             cycles,
-            reach: self.reach,
+            nyquist: self.nyquist,
             band: if shape.lines.count() > 2 {
                 BAND / 2
             } else {
                 BAND
             },
         };
-        let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
-        neighbours.collect(blocks, work.solution.beside(), place, memory);
-        if neighbours.count() < NEIGHBOURS_MIN {
+        let (noise_bins, memory) = (&mut work.noise_bins, &mut work.memory);
+        noise_bins.collect(blocks, work.solution.beside(), place, memory);
+        if noise_bins.count() < NOISE_BINS_MIN {
             self.weigh(work, self.frames);
             return;
         }
-        let count = neighbours.count() as f32;
-        neighbours.products(memory, &|_| 1.0, &mut work.weights);
+        let count = noise_bins.count() as f32;
+        noise_bins.products(memory, &|_| 1.0, &mut work.weights);
         let samples = Samples {
             width: self.width,
             count,

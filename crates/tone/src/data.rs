@@ -8,7 +8,7 @@ use crate::hum::Hum;
 use crate::impulses::Impulses;
 use crate::late::Late;
 use crate::limits::{CHANNELS_MAX, POINTS_CHIP, POINTS_MAX};
-use crate::reach::Reach;
+use crate::nyquist::Nyquist;
 use crate::residual::Model;
 use crate::source::Values;
 use crate::statistics::Statistics;
@@ -102,10 +102,10 @@ impl Data<'_, '_> {
     }
 
     /// Band of frequencies.
-    pub fn reach(&self) -> Reach {
-        Reach {
-            most: self.cycles_max(),
-            folds: matches!(self.domain, Domain::Time { .. }),
+    pub fn nyquist(&self) -> Nyquist {
+        Nyquist {
+            max: self.cycles_max(),
+            aliases: matches!(self.domain, Domain::Time { .. }),
         }
     }
 

@@ -1,7 +1,7 @@
 //! The order of the steps.
 
 use crate::blocks::{Blocks, Pass};
-use crate::comb::{Comb, Rival};
+use crate::comb::{Comb, CompetingComb};
 use crate::conclude::{self, Figures};
 use crate::data::Data;
 use crate::fit::{Fit, OtherTone, Status, Tests};
@@ -15,7 +15,6 @@ use crate::legendre::legendre;
 use crate::limits::{CHANNELS_MAX, FRAMES_MIN};
 use crate::lines::Lines;
 use crate::movement::{Followed, TWIST_MAX};
-use crate::phase_course::Course;
 use crate::refine::{Refinement, Steps};
 use crate::scene::Scene;
 use crate::search::{PEAKS, candidates};
@@ -24,6 +23,7 @@ use crate::source::{Overwritten, Values};
 use crate::spectrum::Sums;
 use crate::statistics::{Products, Statistics};
 use crate::tests::{Noise, Other, Tested, Z_LINE};
+use crate::trajectory::Trajectory;
 use crate::work::Work;
 
 /// Fits of a window whose impulses are replaced, the last included.
@@ -230,12 +230,12 @@ impl<'d, 's> Data<'d, 's> {
                 && let Some(Correction { delays, correct }) = memory.correction
                 && correct(self, memory, scene, &comb, delays)
             {
-                known = Some(comb.course.cycles);
+                known = Some(comb.trajectory.cycles);
                 continue;
             }
             let mut window = self.window(scene, &all, is_expected);
             if !scene.impulses || attempt == ATTEMPTS || !window.has_impulses(memory, &comb) {
-                window.conclude_with_rival(memory, &comb, fit);
+                window.conclude_with_competing(memory, &comb, fit);
                 return;
             }
             self.centre();
@@ -273,20 +273,20 @@ impl<'d, 's> Data<'d, 's> {
         comb: &Comb,
         delays: &Delays,
     ) -> bool {
-        let mut course = comb.course;
+        let mut trajectory = comb.trajectory;
         memory.work.restore_weights();
         for number in 0..LATE_FITS {
             let all = self.start(memory, scene);
             let mut window = self.window(scene, &all, false);
             if number > 0 {
-                window.collect(memory.blocks, &course, comb.shape.lines);
+                window.collect(memory.blocks, &trajectory, comb.shape.lines);
                 let steps = Steps::of_comb(comb.shape);
                 let refinement = window.refinement();
-                refinement.refine(memory.blocks, &mut course, steps, memory.work);
+                refinement.refine(memory.blocks, &mut trajectory, steps, memory.work);
             }
             memory.work.solution.project(memory.blocks, comb.shape);
             memory.work.solution.solve();
-            if !Late::take_out(self, memory.work, &course, delays) {
+            if !Late::take_out(self, memory.work, &trajectory, delays) {
                 return number > 0;
             }
             self.centre();
@@ -331,7 +331,7 @@ impl<'w> Window<'w, '_, '_> {
         memory.work.score_of_best = f32::NEG_INFINITY;
         let near = known.and_then(|cycles| Some((self.near(memory, cycles)?, cycles)));
         let (mut best, collected) = match near {
-            Some((comb, cycles)) => (comb, Some(Course::steady(cycles))),
+            Some((comb, cycles)) => (comb, Some(Trajectory::steady(cycles))),
             None if self.is_expected => return None,
             None => (self.search(memory)?, None),
         };
@@ -344,11 +344,11 @@ impl<'w> Window<'w, '_, '_> {
     fn near(&mut self, memory: &mut Memory, cycles: f32) -> Option<Comb> {
         let Memory { blocks, work, .. } = memory;
         let refinement = self.refinement();
-        let course = Course::steady(cycles);
-        self.collect(blocks, &course, refinement.lines(cycles));
+        let trajectory = Trajectory::steady(cycles);
+        self.collect(blocks, &trajectory, refinement.lines(cycles));
         let (degrees, count) = self.degrees(cycles);
-        let comb = refinement.best(blocks, work, course, degrees.get(..count)?)?;
-        let is_near = f32::abs(comb.course.cycles - cycles) < CYCLES_MIN;
+        let comb = refinement.best(blocks, work, trajectory, degrees.get(..count)?)?;
+        let is_near = f32::abs(comb.trajectory.cycles - cycles) < CYCLES_MIN;
         is_near.then_some(comb)
     }
 
@@ -366,7 +366,7 @@ impl<'w> Window<'w, '_, '_> {
         let refinement = self.refinement();
         let mut peaks = candidates(self.data, blocks, work, self.all, self.scene);
         let mut tried = [0.0f32; PEAKS * DIVISORS];
-        let mut rivals = [Rival::NONE; PEAKS * DIVISORS];
+        let mut others_tried = [CompetingComb::NONE; PEAKS * DIVISORS];
         let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
         for divisor in 1..=DIVISORS.min(refinement.harmonics) {
             for (i, peak) in peaks.iter_mut().enumerate() {
@@ -383,8 +383,8 @@ impl<'w> Window<'w, '_, '_> {
                 if cycles < CYCLES_MIN || is_known || !refinement.band.has(cycles) {
                     continue;
                 }
-                let course = Course::steady(cycles);
-                self.collect(blocks, &course, refinement.lines(cycles));
+                let trajectory = Trajectory::steady(cycles);
+                self.collect(blocks, &trajectory, refinement.lines(cycles));
                 let (degrees, degrees_count) = self.degrees(cycles);
                 let degrees = degrees.get(..degrees_count).unwrap_or_default();
                 let most = degrees.last().copied().unwrap_or(1);
@@ -399,13 +399,14 @@ impl<'w> Window<'w, '_, '_> {
                 {
                     continue;
                 }
-                let (Some(place), Some(rival)) = (tried.get_mut(count), rivals.get_mut(count))
+                let (Some(place), Some(competing)) =
+                    (tried.get_mut(count), others_tried.get_mut(count))
                 else {
                     break;
                 };
                 *place = cycles;
                 count += 1;
-                let Some(comb) = refinement.best(blocks, work, course, degrees) else {
+                let Some(comb) = refinement.best(blocks, work, trajectory, degrees) else {
                     continue;
                 };
                 if divisor == 1 {
@@ -415,9 +416,9 @@ impl<'w> Window<'w, '_, '_> {
                         first = comb.kept;
                     }
                 }
-                *rival = Rival {
+                *competing = CompetingComb {
                     score: comb.score,
-                    cycles: comb.course.cycles,
+                    cycles: comb.trajectory.cycles,
                 };
                 if best.is_none_or(|best| comb.score > best.score) {
                     best = Some(comb);
@@ -425,36 +426,42 @@ impl<'w> Window<'w, '_, '_> {
             }
         }
         let mut best = best?;
-        let cycles = best.course.cycles;
-        let others = rivals
+        let cycles = best.trajectory.cycles;
+        let others = others_tried
             .iter()
-            .filter(|rival| f32::abs(rival.cycles - cycles) > CYCLES_MIN);
-        best.rival = others.fold(Rival::NONE, |most, rival| {
-            if rival.score > most.score {
-                *rival
+            .filter(|competing| f32::abs(competing.cycles - cycles) > CYCLES_MIN);
+        best.competing = others.fold(CompetingComb::NONE, |most, competing| {
+            if competing.score > most.score {
+                *competing
             } else {
                 most
             }
         });
-        best.rival.score -= best.score;
+        best.competing.score -= best.score;
         Some(best)
     }
 
     /// Fits a comb with each degree of the baseline, by blocks that are at it: they were `collected`
     /// near it, or are collected anew.
     #[inline(never)]
-    fn choose_degree(&mut self, memory: &mut Memory, best: &mut Comb, collected: Option<Course>) {
+    fn choose_degree(
+        &mut self,
+        memory: &mut Memory,
+        best: &mut Comb,
+        collected: Option<Trajectory>,
+    ) {
         let Memory { blocks, work, .. } = memory;
         let refinement = self.refinement();
-        let cycles = best.course.cycles;
+        let cycles = best.trajectory.cycles;
         let lines = refinement.lines(cycles).and(best.shape.lines);
-        let twist = collected.map(|from| blocks.twist(&from, &best.course) * lines.most() as f32);
+        let twist =
+            collected.map(|from| blocks.twist(&from, &best.trajectory) * lines.most() as f32);
         if twist.is_none_or(|twist| twist > TWIST_MAX) || blocks.lines() != lines {
-            self.collect(blocks, &best.course, lines);
+            self.collect(blocks, &best.trajectory, lines);
         }
         // Blocks that were turned gave the scores so far; these are exact. The least and the highest
         // degree were compared each at its own frequency; those between are at that of the better one.
-        let (mut at, degree) = (best.course, best.shape.degree);
+        let (mut at, degree) = (best.trajectory, best.shape.degree);
         best.score = f32::NEG_INFINITY;
         work.restore_weights();
         let most = self.scene.degree_max();
@@ -482,7 +489,7 @@ impl<'w> Window<'w, '_, '_> {
             work.solution.project(blocks, steps.shape);
             let score = refinement.score(&work.solution);
             if score > best.score {
-                (best.score, best.shape, best.course) = (score, steps.shape, at);
+                (best.score, best.shape, best.trajectory) = (score, steps.shape, at);
             } else {
                 blocks.turn(&at, &from);
                 at = from;
@@ -501,23 +508,23 @@ impl<'w> Window<'w, '_, '_> {
         solution.project(memory.blocks, comb.shape);
         solution.solve();
         let found = found.as_flattened_mut();
-        impulses::replace(self.data, solution, &comb.course, found) > 0
+        impulses::replace(self.data, solution, &comb.trajectory, found) > 0
     }
 
     /// The verdict on a comb, or on the strongest of its lines where that is likelier: lines next to
     /// a tone whose amplitude moves look like those of a comb.
     #[inline(never)]
-    fn conclude_with_rival(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
+    fn conclude_with_competing(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
         let found = self.conclude(memory, comb, fit);
         if found.strongest < 2 || !fit.status.has_tone() {
             return;
         }
-        let cycles = found.strongest as f32 * comb.course.cycles;
+        let cycles = found.strongest as f32 * comb.trajectory.cycles;
         memory.work.score_of_best = f32::NEG_INFINITY;
         let Some(mut line) = self.near(memory, cycles) else {
             return;
         };
-        self.choose_degree(memory, &mut line, Some(Course::steady(cycles)));
+        self.choose_degree(memory, &mut line, Some(Trajectory::steady(cycles)));
         let mut other = Fit {
             interferer: fit.interferer,
             ..Fit::without_tone(Status::NoTone, fit.frames)
@@ -548,25 +555,25 @@ impl<'w> Window<'w, '_, '_> {
     fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) -> Concluded {
         let Memory { blocks, work, .. } = memory;
         let refinement = self.refinement();
-        let mut followed = Followed::at(comb.course, comb.shape);
+        let mut followed = Followed::at(comb.trajectory, comb.shape);
         work.restore_weights();
-        let mut recollect = |blocks: &mut Blocks, course: &Course, lines: Lines| {
-            self.collect(blocks, course, lines);
+        let mut recollect = |blocks: &mut Blocks, trajectory: &Trajectory, lines: Lines| {
+            self.collect(blocks, trajectory, lines);
         };
         let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
-        let judged = is_known.then(|| self.judge(memory, &followed, &comb.rival, fit));
+        let judged = is_known.then(|| self.judge(memory, &followed, &comb.competing, fit));
         judged.flatten().unwrap_or_else(|| {
             let frequency = |cycles| self.data.span.frequency(cycles);
-            let rival = if comb.rival.cycles > 0.0 {
-                comb.rival.cycles
+            let competing = if comb.competing.cycles > 0.0 {
+                comb.competing.cycles
             } else {
-                0.5 * comb.course.cycles
+                0.5 * comb.trajectory.cycles
             };
             fit.status = Status::Ambiguous;
-            fit.frequency = frequency(comb.course.cycles);
+            fit.frequency = frequency(comb.trajectory.cycles);
             fit.sigma = fit.frequency;
             fit.other_tone = Some(OtherTone {
-                frequency: frequency(rival),
+                frequency: frequency(competing),
                 share: 1.0,
             });
             Concluded::UNKNOWN
@@ -579,27 +586,27 @@ impl<'w> Window<'w, '_, '_> {
         &mut self,
         memory: &mut Memory,
         followed: &Followed,
-        rival: &Rival,
+        competing: &CompetingComb,
         fit: &mut Fit,
     ) -> Option<Concluded> {
         let work = &*memory.work;
-        let (reach, width) = (self.data.reach(), self.data.width());
-        let tested = Tested::new(followed, work, reach, width);
+        let (nyquist, width) = (self.data.nyquist(), self.data.width());
+        let tested = Tested::new(followed, work, nyquist, width);
         let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
         if !(mean.cycles > 0.0 && (mean.cycles + mean.sigma).is_finite()) {
             return None;
         }
         let mut tests = Tests::default();
-        tested.near(&work.neighbours, &mut tests);
-        let nearest = work.neighbours.strongest_near();
+        tested.near(&work.noise_bins, &mut tests);
+        let nearest = work.noise_bins.strongest_near();
         let shape = tested.shape;
         let [strongest, second] = strongest(&tested);
         let span = &*self.data.span;
         let movement = conclude::movement(followed, &work.normal.matrix, &mean, span);
         let overtones = conclude::overtones(&work.solution, &followed.variances, width);
         let statistics = &self.data.statistics;
-        tests.cycles = followed.course.cycles;
-        tests.margin = -rival.score;
+        tests.cycles = followed.trajectory.cycles;
+        tests.margin = -competing.score;
         tests.unfollowed = crate::sqrt(mean.phase.unfollowed);
         tests.fading = fading(followed);
         tests.steady = mean.phase.steady;
@@ -615,16 +622,16 @@ impl<'w> Window<'w, '_, '_> {
             tests: &tests,
             mean: &mean,
             other: &Other::default(),
-            rival,
+            competing,
             image: Some(tested.loudest as f32 * tests.cycles)
-                .filter(|cycles| reach.folds && *cycles > reach.most),
+                .filter(|cycles| nyquist.aliases && *cycles > nyquist.max),
             strongest,
             second,
             nearest,
             hidden: self.hidden(mean.cycles),
             is_crowded,
             lines: shape.lines.count(),
-            reach,
+            nyquist,
         };
         conclude::channels(followed, &work.solution, statistics, fit);
         let mut other = Other::default();
@@ -709,7 +716,7 @@ impl<'w> Window<'w, '_, '_> {
         }
         if self.scene.harmonics() > 1 {
             let mut noise = Noise {
-                neighbours: &mut work.neighbours,
+                noise_bins: &mut work.noise_bins,
                 memory: &mut work.memory,
                 weights: &work.weights,
                 all: self.all,
@@ -732,9 +739,9 @@ impl<'w> Window<'w, '_, '_> {
         (between, other)
     }
 
-    fn collect(&mut self, blocks: &mut Blocks, course: &Course, lines: Lines) {
+    fn collect(&mut self, blocks: &mut Blocks, trajectory: &Trajectory, lines: Lines) {
         let pass = Pass {
-            course: *course,
+            trajectory: *trajectory,
             scale: 1.0,
             lines,
             most: 2 * lines.most(),
@@ -750,7 +757,7 @@ impl<'w> Window<'w, '_, '_> {
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
             is_white: self.scene.is_white(),
-            reach: self.data.reach(),
+            nyquist: self.data.nyquist(),
             band: self.scene.band.over(self.data.span.frequency(1.0)),
         }
     }

@@ -10,8 +10,8 @@ use crate::frame::Frame;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::phase::first_powers;
-use crate::phase_course::Course;
 use crate::source::Values;
+use crate::trajectory::Trajectory;
 use core::f32::consts::PI;
 
 /// Delays of the channels along a path. In time, and at the mean speed, a delay is a phase, and stays
@@ -59,7 +59,7 @@ pub struct Late {
     low_pass: f32,
     /// Mean response to each line, by order.
     mean: [Response; HARMONICS_MAX + 1],
-    course: Course,
+    trajectory: Trajectory,
     lines: Lines,
     /// Cosine and sine of each line.
     waves: [Values; 2 * HARMONICS_MAX],
@@ -84,7 +84,7 @@ impl Late {
 
     /// Response of the low-pass to a line where `u` goes on by `step` a frame.
     fn response(&self, step: f32, line: usize) -> Response {
-        Response::at(PI * self.course.cycles * step * line as f32 * self.low_pass)
+        Response::at(PI * self.trajectory.cycles * step * line as f32 * self.low_pass)
     }
 
     /// Step of `u` from frame to frame, about a frame.
@@ -108,9 +108,9 @@ impl Late {
     /// the mean speed; to second order of the angle by which it is late.
     fn change(&self, domain: &Domain, frame: &Frame) -> Values {
         let step = self.step_at(domain, frame.number);
-        let turn = PI * self.course.cycles * (step - self.step);
+        let turn = PI * self.trajectory.cycles * (step - self.step);
         let powers: [_; HARMONICS_MAX + 1] =
-            first_powers(self.course.at(frame.u, 1.0), self.lines.most());
+            first_powers(self.trajectory.at(frame.u, 1.0), self.lines.most());
         let mut change = [0.0; CHANNELS_MAX];
         let pairs = self.waves.as_chunks::<2>().0.iter();
         for ([of_cos, of_sin], line) in pairs.zip(self.lines.iter()) {

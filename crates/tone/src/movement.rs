@@ -6,14 +6,14 @@ use crate::covariance::{Covariance, ROUNDING, Samples};
 use crate::limits::{BAND, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square, invert};
-use crate::neighbours::{Member, Place};
+use crate::noise_bins::{Member, Place};
 use crate::normal::{Degrees, MOVEMENT_MAX, degrees_max};
-use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
 use crate::residual::Motion;
 use crate::significance::{Z_TEST, deviate};
 use crate::solve::{Power, Shape, Solution};
 use crate::source::Values;
+use crate::trajectory::Trajectory;
 use crate::work::Work;
 use core::ops::Range;
 
@@ -30,9 +30,9 @@ const LINES_AGAIN: [usize; 2] = [2, 4];
 /// than taking out what is not.
 const Z_TAKEN: f32 = 1.64;
 /// Minimum number of noise bins with all harmonics in the model.
-const NEIGHBOURS_WHOLE: usize = 8;
+const NOISE_BINS_WHOLE: usize = 8;
 /// Minimum number of functions next to the lines that noise is known from.
-const NEIGHBOURS_MIN: usize = 3;
+const NOISE_BINS_MIN: usize = 3;
 /// Samples of noise that a degree needs.
 const SAMPLES_PER_DEGREE: usize = 4;
 /// Blocks that are turned against each other by more, in radians of the highest line, are collected
@@ -44,7 +44,7 @@ pub const TWIST_MAX: f32 = 0.1;
 #[derive(Clone, Debug)]
 pub struct Followed {
     /// Phase of the fundamental.
-    pub course: Course,
+    pub trajectory: Trajectory,
     /// Lines and baseline.
     pub shape: Shape,
     /// Variances of the residuals over all frames.
@@ -77,9 +77,9 @@ pub struct Followed {
 
 impl Followed {
     /// A comb that is not followed yet.
-    pub fn at(course: Course, shape: Shape) -> Self {
+    pub fn at(trajectory: Trajectory, shape: Shape) -> Self {
         Self {
-            course,
+            trajectory,
             shape,
             variances: [0.0; CHANNELS_MAX],
             fitted: Degrees::STEADY,
@@ -133,8 +133,8 @@ impl Followed {
     /// Coefficients of the phase by degree from 1 on, relative to the frequency of the trajectory.
     pub fn phase(&self) -> [f32; DEGREES_MAX] {
         let mut phase = self.motion().phase;
-        let in_course = self.course.moved.iter().skip(1);
-        let pairs = phase.iter_mut().zip(in_course).take(self.degrees.phase);
+        let in_trajectory = self.trajectory.moved.iter().skip(1);
+        let pairs = phase.iter_mut().zip(in_trajectory).take(self.degrees.phase);
         pairs.for_each(|(phase, moved)| *phase += moved);
         phase
     }
@@ -186,7 +186,7 @@ impl Followed {
 
 /// Weight of each line's neighbourhood: its share of the information, by its number of functions.
 #[inline(never)]
-fn neighbour_weights(
+fn noise_weights(
     solution: &Solution,
     inverse: &Square<CHANNELS_MAX>,
     counts: &[f32; HARMONICS_MAX],
@@ -213,11 +213,11 @@ impl Refinement<'_> {
         blocks: &mut Blocks,
         work: &mut Work,
         followed: &mut Followed,
-        recollect: &mut dyn FnMut(&mut Blocks, &Course, Lines),
+        recollect: &mut dyn FnMut(&mut Blocks, &Trajectory, Lines),
     ) -> bool {
-        let (mut course, mut shape) = (followed.course, followed.shape);
+        let (mut trajectory, mut shape) = (followed.trajectory, followed.shape);
         let mut fitted = followed.fitted;
-        let (mut turn, mut collected) = (0, course);
+        let (mut turn, mut collected) = (0, trajectory);
         loop {
             let steps = Steps {
                 shape,
@@ -227,14 +227,18 @@ impl Refinement<'_> {
                 noise: Known::Weights,
             };
             for _ in 0..2 {
-                self.refine(blocks, &mut course, steps, work);
-                if blocks.twist(&collected, &course) * shape.lines.most() as f32 <= TWIST_MAX {
+                self.refine(blocks, &mut trajectory, steps, work);
+                if blocks.twist(&collected, &trajectory) * shape.lines.most() as f32 <= TWIST_MAX {
                     break;
                 }
-                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
-                collected = course;
+                recollect(
+                    blocks,
+                    &trajectory,
+                    self.lines(trajectory.cycles).and(shape.lines),
+                );
+                collected = trajectory;
             }
-            (followed.course, followed.shape, followed.fitted) = (course, shape, fitted);
+            (followed.trajectory, followed.shape, followed.fitted) = (trajectory, shape, fitted);
             if !self.noise(blocks, work, followed) {
                 return false;
             }
@@ -263,16 +267,20 @@ impl Refinement<'_> {
             }
             // Lines that the movement had smeared.
             if fitted.phase > 1 && LINES_AGAIN.contains(&turn) {
-                recollect(blocks, &course, self.lines(course.cycles));
+                recollect(blocks, &trajectory, self.lines(trajectory.cycles));
                 let degrees = [1, shape.degree];
                 let count = if shape.degree > 1 { 2 } else { 1 };
                 work.score_of_best = f32::NEG_INFINITY;
-                if let Some(comb) = self.best(blocks, work, course, &degrees[..count]) {
-                    (course, shape) = (comb.course, comb.shape);
+                if let Some(comb) = self.best(blocks, work, trajectory, &degrees[..count]) {
+                    (trajectory, shape) = (comb.trajectory, comb.shape);
                     work.restore_weights();
                 }
-                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
-                collected = course;
+                recollect(
+                    blocks,
+                    &trajectory,
+                    self.lines(trajectory.cycles).and(shape.lines),
+                );
+                collected = trajectory;
             }
         }
     }
@@ -293,7 +301,7 @@ impl Refinement<'_> {
         if self.is_white {
             (followed.noise, followed.count) = (self.weigh(work, free), free);
             (followed.effective, followed.weights) = (free, [1.0; HARMONICS_MAX]);
-            work.neighbours.clear();
+            work.noise_bins.clear();
             work.solution.solve();
             followed.move_by_noise(blocks, work);
             return true;
@@ -303,18 +311,18 @@ impl Refinement<'_> {
             followed.move_by_noise(blocks, work);
             self.collect_less_motion(blocks, work, followed);
         } else {
-            self.collect_beside(blocks, work, followed.course.cycles);
+            self.collect_beside(blocks, work, followed.trajectory.cycles);
         }
         work.solution.solve();
-        let count = work.neighbours.count();
-        if count < NEIGHBOURS_MIN {
+        let count = work.noise_bins.count();
+        if count < NOISE_BINS_MIN {
             return false;
         }
         let mut counts = [0.0; HARMONICS_MAX];
-        for member in work.neighbours.members() {
+        for member in work.noise_bins.members() {
             counts[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX] += 1.0;
         }
-        let of_lines = neighbour_weights(&work.solution, &work.weights, &counts);
+        let of_lines = noise_weights(&work.solution, &work.weights, &counts);
         let squares: f32 = counts.iter().zip(&of_lines).map(|(n, w)| n * w * w).sum();
         let all = count as f32 * self.width as f32;
         followed.weights = of_lines;
@@ -324,8 +332,8 @@ impl Refinement<'_> {
         let weight = |member: &Member| {
             followed.taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
         };
-        let neighbours = &mut work.neighbours;
-        neighbours.products(&work.memory, &weight, &mut work.weights);
+        let noise_bins = &mut work.noise_bins;
+        noise_bins.products(&work.memory, &weight, &mut work.weights);
         let samples = Samples {
             width: self.width,
             count: followed.count,
@@ -333,8 +341,8 @@ impl Refinement<'_> {
             may_share: self.may_share,
         };
         followed.noise = samples.invert(&mut work.weights, Some(&followed.variances));
-        neighbours.measure(&work.memory, &work.weights, &followed.variances);
-        followed.loudest = neighbours.loudest(&work.memory, &followed.noise.variances);
+        noise_bins.measure(&work.memory, &work.weights, &followed.variances);
+        followed.loudest = noise_bins.loudest(&work.memory, &followed.noise.variances);
         followed.move_by_noise(blocks, work);
         true
     }
@@ -350,7 +358,7 @@ impl Refinement<'_> {
         pairs.for_each(|(kept, row)| *kept = *row);
         followed.add_motion(blocks, &work.solution, -1.0);
         work.solution.project(blocks, shape);
-        self.collect_beside(blocks, work, followed.course.cycles);
+        self.collect_beside(blocks, work, followed.trajectory.cycles);
         let solution = &mut work.solution;
         let rows = solution.rows.iter_mut().skip(shape.first_line());
         rows.zip(lines).for_each(|(row, kept)| *row = kept);
@@ -369,22 +377,22 @@ impl Refinement<'_> {
         let place = Place {
             lines: shape.lines,
             cycles,
-            reach: self.reach,
+            nyquist: self.nyquist,
             band: BAND,
         };
         let Work {
-            neighbours,
+            noise_bins,
             memory,
             solution,
             ..
         } = work;
         if whole.lines != shape.lines {
             solution.project(blocks, whole);
-            neighbours.collect(blocks, solution.beside(), place, memory);
+            noise_bins.collect(blocks, solution.beside(), place, memory);
             solution.project(blocks, shape);
         }
-        if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
-            neighbours.collect(blocks, solution.beside(), place, memory);
+        if whole.lines == shape.lines || noise_bins.count() < NOISE_BINS_WHOLE {
+            noise_bins.collect(blocks, solution.beside(), place, memory);
         }
     }
 }

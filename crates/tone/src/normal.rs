@@ -4,7 +4,7 @@
 use crate::blocks::Blocks;
 use crate::legendre::{fill_legendre, legendre_after};
 use crate::limits::{
-    BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX,
+    BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, NOISE_BINS_MAX, UNKNOWNS_MAX,
 };
 use crate::lines::Lines;
 use crate::matrix::Square;
@@ -14,7 +14,7 @@ use crate::totals::{LINE_FUNCTIONS, LIST_MAX, OfLines, OfModel, by_wave, fold, l
 
 /// Maximum number of unknowns of a movement.
 pub const MOVEMENT_MAX: usize = 2 * DEGREES_MAX;
-const _: () = assert!(DEGREES_MAX * LIST_MAX <= NEIGHBOURS_MAX * CHANNELS_MAX);
+const _: () = assert!(DEGREES_MAX * LIST_MAX <= NOISE_BINS_MAX * CHANNELS_MAX);
 
 /// Degrees of phase and amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

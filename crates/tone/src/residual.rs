@@ -4,10 +4,10 @@ use crate::frame::Frame;
 use crate::legendre::{baselines, legendre_after};
 use crate::limits::{DEGREES_MAX, UNKNOWNS_MAX};
 use crate::phase;
-use crate::phase_course::Course;
 use crate::rows::add_rows;
 use crate::solve::Solution;
 use crate::source::Values;
+use crate::trajectory::Trajectory;
 use core::ops::Range;
 
 /// Residual phase and amplitude modulation: coefficients by degree, from 1 on.
@@ -51,7 +51,7 @@ pub struct Model<'m> {
     /// Modulation next to it.
     pub motion: Option<Motion>,
     /// Phase of the fundamental.
-    pub course: Course,
+    pub trajectory: Trajectory,
 }
 
 /// Values of a model's functions, in groups of four.
@@ -61,7 +61,7 @@ impl Model<'_> {
     /// Values of the functions at `u`.
     pub fn functions(&self, u: f32) -> Functions {
         let shape = &self.solution.shape;
-        let mut multiples = phase::powers(self.course.at(u, 1.0));
+        let mut multiples = phase::powers(self.trajectory.at(u, 1.0));
         let moved = self.motion.as_ref().map(|motion| motion.at(u));
         let mut functions = [[0.0; 4]; UNKNOWNS_MAX.div_ceil(4)];
         let (levels, lines) = functions

@@ -115,9 +115,9 @@ fn whitened<'m>(
                 1.0 / crate::sqrt((all.matrix[k][k] + all.least[k]).max(f32::MIN_POSITIVE));
         }
     }
-    let (mut width, mut reach) = (width, 1);
+    let (mut width, mut per_mixture) = (width, 1);
     if frames > FRAMES_FEW && width > CHANNELS_FEW {
-        (width, reach) = (width.div_ceil(2), 2);
+        (width, per_mixture) = (width.div_ceil(2), 2);
         for k in 0..width {
             let [one, other] = [2 * k, 2 * k + 1].map(|k| mixtures[k % CHANNELS_MAX]);
             let sign = if k % 2 == 0 { ROOT_HALF } else { -ROOT_HALF };
@@ -131,7 +131,7 @@ fn whitened<'m>(
         spectrum.clear(end - first);
         let together = mixtures.get(first..end).unwrap_or_default();
         // Independent channels are mixed with none before them.
-        let channels = if may_share { 0 } else { reach * first }..reach * end;
+        let channels = if may_share { 0 } else { per_mixture * first }..per_mixture * end;
         data.visit_channels(channels, &mut |frame| {
             let point = frame.point(&domain, frames, each);
             for (k, mixture) in together.iter().enumerate() {
@@ -140,9 +140,9 @@ fn whitened<'m>(
                 let from = if may_share {
                     0
                 } else {
-                    reach * (first + k) / 4
+                    per_mixture * (first + k) / 4
                 };
-                let reached = (reach * (first + k + 1)).div_ceil(4);
+                let reached = (per_mixture * (first + k + 1)).div_ceil(4);
                 let value = pairs
                     .take(reached)
                     .skip(from)

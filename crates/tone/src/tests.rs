@@ -8,8 +8,8 @@ use crate::limits::{BAND, CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::matrix::Square;
 use crate::movement::Followed;
-use crate::neighbours::{Neighbours, Place, line};
-use crate::reach::Reach;
+use crate::noise_bins::{NoiseBins, Place, line};
+use crate::nyquist::Nyquist;
 use crate::residual::Model;
 use crate::significance::{Sum, Z_TEST, deviate};
 use crate::solve::{Beside, Power, Shape, Solution};
@@ -59,7 +59,7 @@ pub struct Other {
 /// Output for the noise next to the lines, and its inverse covariance.
 pub struct Noise<'n> {
     /// Functions next to lines.
-    pub neighbours: &'n mut Neighbours,
+    pub noise_bins: &'n mut NoiseBins,
     /// Their products with the channels.
     pub memory: &'n mut [Values],
     /// Inverse covariance of the channels' noise.
@@ -87,7 +87,7 @@ pub struct Tested<'t> {
     /// The fitted model.
     pub shape: Shape,
     /// Band of frequencies.
-    pub reach: Reach,
+    pub nyquist: Nyquist,
     /// Number of channels.
     pub width: usize,
 }
@@ -95,7 +95,7 @@ pub struct Tested<'t> {
 impl<'t> Tested<'t> {
     /// Prepares the tests of a tone.
     #[inline(never)]
-    pub fn new(followed: &'t Followed, work: &Work, reach: Reach, width: usize) -> Self {
+    pub fn new(followed: &'t Followed, work: &Work, nyquist: Nyquist, width: usize) -> Self {
         let (all, shape) = (work.solution.line_factors(), followed.shape);
         let factors = all.get(..shape.lines.count()).unwrap_or_default();
         let mut powers = [Power::default(); HARMONICS_MAX];
@@ -139,14 +139,14 @@ impl<'t> Tested<'t> {
             plain: plain.max(f32::MIN_POSITIVE),
             with_tone,
             shape,
-            reach,
+            nyquist,
             width,
         }
     }
 
     /// The lines over their neighbourhoods, and the power next to them.
     #[inline(never)]
-    pub fn near(&self, neighbours: &Neighbours, tests: &mut Tests) {
+    pub fn near(&self, noise_bins: &NoiseBins, tests: &mut Tests) {
         let (followed, powers) = (self.followed, &self.powers);
         let (width, lines) = (self.width as f32, self.shape.lines);
         let strongest = powers
@@ -161,19 +161,19 @@ impl<'t> Tested<'t> {
             });
         tests.line = deviate(strongest.all / (2.0 * width), 2.0, followed.count);
         for number in lines.iter() {
-            tests.line = tests.line.max(self.over_loudest(neighbours, number));
+            tests.line = tests.line.max(self.over_loudest(noise_bins, number));
         }
         // A cosine and a sine are all that two channels can have, whatever they see.
         tests.one_shape =
             self.width <= 2 || strongest.second < width + 4.0 * crate::sqrt(2.0 * width);
         let mut own = Sum::default();
-        for member in neighbours.members() {
+        for member in noise_bins.members() {
             if usize::from(member.line) == lines.least() {
                 own.add(member.power * followed.taken / width);
             }
         }
         let channels = followed.noise.channels;
-        if neighbours.count() == 0 {
+        if noise_bins.count() == 0 {
             // For white noise, all frames count.
             (own.sum, own.count) = (followed.count, followed.count);
         }
@@ -183,18 +183,18 @@ impl<'t> Tested<'t> {
         } else {
             tests.line
         };
-        tests.beside = neighbours.beside(channels);
-        tests.beside_share = neighbours.nearest / self.power;
+        tests.beside = noise_bins.beside(channels);
+        tests.beside_share = noise_bins.nearest / self.power;
     }
 
     /// Deviate of a line in all channels over the loudest place next to it; low where too few places
     /// are known. Their mean would make a line of noise whose spectrum rises, falls, or has a wide
     /// peak.
-    fn over_loudest(&self, neighbours: &Neighbours, number: usize) -> f32 {
+    fn over_loudest(&self, noise_bins: &NoiseBins, number: usize) -> f32 {
         let (followed, width) = (self.followed, self.width as f32);
         let place = self.shape.lines.place(number) % HARMONICS_MAX;
         let (mut loudest, mut sides) = (2.0 * width, [0; 2]);
-        for next in neighbours.places(number) {
+        for next in noise_bins.places(number) {
             loudest = f32::max(loudest, next.power * followed.taken);
             sides[usize::from(next.is_above())] += 1;
         }
@@ -230,7 +230,7 @@ impl<'t> Tested<'t> {
         };
         let places = Places {
             lines: self.shape.lines,
-            cycles: followed.course.cycles,
+            cycles: followed.trajectory.cycles,
             most: half,
             step: spectrum.cycles(1.0),
             last: (spectrum.bin(half - 0.5) as usize).min(spectrum.last()),
@@ -292,7 +292,7 @@ impl<'t> Tested<'t> {
         Model {
             solution,
             motion: self.followed.moves.then(|| self.followed.motion()),
-            course: self.followed.course,
+            trajectory: self.followed.trajectory,
         }
     }
 
@@ -316,7 +316,7 @@ impl<'t> Tested<'t> {
             .iter()
             .fold(Lines::NONE, |lines, line| lines.with(*line));
         let pass = Pass {
-            course: followed.course,
+            trajectory: followed.trajectory,
             scale: 0.5,
             lines,
             most: shape.lines.most() + lines.most(),
@@ -325,8 +325,8 @@ impl<'t> Tested<'t> {
         blocks.collect(data, &pass, moving.as_ref());
         let place = |number: usize| Place {
             lines: Lines::NONE.with(number),
-            cycles: 0.5 * followed.course.cycles,
-            reach: self.reach,
+            cycles: 0.5 * followed.trajectory.cycles,
+            nyquist: self.nyquist,
             band: BAND,
         };
         let beside_model = Beside {
@@ -335,7 +335,7 @@ impl<'t> Tested<'t> {
             projections: moving.is_none().then_some(&solution.rows),
         };
         let Noise {
-            neighbours,
+            noise_bins,
             memory,
             weights,
             all,
@@ -344,12 +344,12 @@ impl<'t> Tested<'t> {
         let rounding = 0.5 * all.rounding(weights, self.width);
         let mut found = f32::NEG_INFINITY;
         for number in BETWEEN {
-            let cycles = 0.5 * number as f32 * followed.course.cycles;
-            if cycles >= self.reach.most || !self.reach.is_clear(cycles) {
+            let cycles = 0.5 * number as f32 * followed.trajectory.cycles;
+            if cycles >= self.nyquist.max || !self.nyquist.is_clear(cycles) {
                 continue;
             }
-            neighbours.collect(blocks, beside_model, place(number), memory);
-            let count = neighbours.count();
+            noise_bins.collect(blocks, beside_model, place(number), memory);
+            let count = noise_bins.count();
             let Some(tested) = line(blocks, beside_model, number) else {
                 continue;
             };

@@ -5,11 +5,11 @@ use crate::blocks::{Blocks, Pass};
 use crate::data::Data;
 use crate::domain::Domain;
 use crate::lines::Lines;
-use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
 use crate::scene::Band;
 use crate::search::strongest;
 use crate::solve::Shape;
+use crate::trajectory::Trajectory;
 use crate::work::Work;
 
 /// Maximum deviation of the frequency from the declared one, as a fraction of it.
@@ -44,7 +44,7 @@ impl Hum {
         let folded = (cycles - centre).abs();
         let band = (folded - off).max(1.0)..(folded + off).min(most - 0.5);
         let found = strongest(data, work.sums(), blocks.scratch(), &all, band)?;
-        let mut course = Course::steady(centre + found.copysign(cycles - centre));
+        let mut trajectory = Trajectory::steady(centre + found.copysign(cycles - centre));
         let lines = Lines::up_to(1);
         let shape = Shape { lines, degree: 1 };
         let refinement = Refinement {
@@ -54,12 +54,12 @@ impl Hum {
             harmonics: 1,
             may_share: true,
             is_white: false,
-            reach: data.reach(),
+            nyquist: data.nyquist(),
             band: Band::default(),
         };
         for most in [STEPS, 1] {
             let pass = Pass {
-                course,
+                trajectory,
                 scale: 1.0,
                 lines,
                 most: 2,
@@ -72,12 +72,12 @@ impl Hum {
                 last: 0.02,
                 noise: Known::Residuals,
             };
-            refinement.refine(blocks, &mut course, steps, work);
+            refinement.refine(blocks, &mut trajectory, steps, work);
         }
         work.solution.project(blocks, shape);
         work.solution.solve();
         Some(Self {
-            cycles_per_frame: course.cycles / count,
+            cycles_per_frame: trajectory.cycles / count,
             middle: 0.5 * (count - 1.0),
             waves: *work.solution.lines().first_chunk()?,
         })

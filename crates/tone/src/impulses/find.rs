@@ -3,11 +3,11 @@
 use super::CHANNELS;
 use crate::data::Data;
 use crate::limits::{CHANNELS_MAX, IMPULSES_MAX};
-use crate::phase_course::Course;
 use crate::residual::Model;
 use crate::significance::Sum;
 use crate::solve::Solution;
 use crate::source::Values;
+use crate::trajectory::Trajectory;
 
 /// Deviate of one value among some thousands.
 const Z_IMPULSE: f32 = 4.8;
@@ -56,11 +56,16 @@ fn far_off<'v>(
 
 /// Replaces what a solution leaves of single values; how many there are. Its memory holds nothing.
 #[inline(never)]
-pub fn replace(data: &mut Data, solution: &Solution, course: &Course, memory: &mut [f32]) -> usize {
+pub fn replace(
+    data: &mut Data,
+    solution: &Solution,
+    trajectory: &Trajectory,
+    memory: &mut [f32],
+) -> usize {
     let model = Model {
         solution,
         motion: None,
-        course: *course,
+        trajectory: *trajectory,
     };
     let width = data.width();
     // The first limit is by all magnitudes, which impulses raise; the second by those below it.

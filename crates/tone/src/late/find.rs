@@ -4,14 +4,19 @@ use super::{Delays, Late, Response};
 use crate::data::Data;
 use crate::domain::Domain;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
-use crate::phase_course::Course;
 use crate::solve::Solution;
+use crate::trajectory::Trajectory;
 use crate::work::Work;
 use core::hint::black_box;
 
 impl Late {
     /// The waves of a solution, where channels are late along a path.
-    fn new(data: &Data, solution: &Solution, course: &Course, delays: &Delays) -> Option<Self> {
+    fn new(
+        data: &Data,
+        solution: &Solution,
+        trajectory: &Trajectory,
+        delays: &Delays,
+    ) -> Option<Self> {
         let last = data.count().checked_sub(1)?;
         if matches!(data.domain, Domain::Time { .. }) || last == 0 {
             return None;
@@ -30,7 +35,7 @@ impl Late {
             last,
             low_pass: delays.low_pass,
             mean: [Response::default(); HARMONICS_MAX + 1],
-            course: *course,
+            trajectory: *trajectory,
             lines: solution.shape.lines,
             waves,
             // Opaque: the compiler would else call the only such function directly.
@@ -43,9 +48,14 @@ impl Late {
     /// Finds what lateness changes, by the latest solution. From then on each visit takes it out of
     /// the frames; false if it is less than the noise, and stays.
     #[inline(never)]
-    pub fn take_out(data: &mut Data, work: &Work, course: &Course, delays: &Delays) -> bool {
+    pub fn take_out(
+        data: &mut Data,
+        work: &Work,
+        trajectory: &Trajectory,
+        delays: &Delays,
+    ) -> bool {
         data.late = None;
-        let Some(late) = Self::new(data, &work.solution, course, delays) else {
+        let Some(late) = Self::new(data, &work.solution, trajectory, delays) else {
             return false;
         };
         let (domain, mut squares) = (data.domain, 0.0);

@@ -5,11 +5,11 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::{add_product, power};
-use crate::limits::{CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
+use crate::limits::{CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, NOISE_BINS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::Square;
+use crate::nyquist::Nyquist;
 use crate::phase::{Wave, cos_sin, from_turns};
-use crate::reach::Reach;
 use crate::significance::{Sum, deviate};
 use crate::solve::Beside;
 use crate::source::Values;
@@ -61,15 +61,15 @@ pub struct Place {
     /// The unit line.
     pub cycles: f32,
     /// Band of frequencies.
-    pub reach: Reach,
+    pub nyquist: Nyquist,
     /// Half-width of the noise band around a line, cycles per window.
     pub band: usize,
 }
 
 /// Functions next to the lines, of unit variance in white noise.
 #[derive(Debug)]
-pub struct Neighbours {
-    members: [Member; NEIGHBOURS_MAX],
+pub struct NoiseBins {
+    members: [Member; NOISE_BINS_MAX],
     count: usize,
     /// Frequencies of the lines.
     place: Place,
@@ -262,16 +262,16 @@ impl<'l> TurnedLine<'l> {
     }
 }
 
-impl Neighbours {
+impl NoiseBins {
     /// Empty; all zeros.
     pub const fn new() -> Self {
         Self {
-            members: [Member::NONE; NEIGHBOURS_MAX],
+            members: [Member::NONE; NOISE_BINS_MAX],
             count: 0,
             place: Place {
                 lines: Lines::NONE,
                 cycles: 0.0,
-                reach: Reach::NONE,
+                nyquist: Nyquist::NONE,
                 band: 0,
             },
             nearest: 0.0,
@@ -290,8 +290,8 @@ impl Neighbours {
             for number in lines.iter() {
                 let at = number as f32 * place.cycles;
                 let is_wanted = |x: f32| {
-                    let seen = place.reach.seen(x);
-                    place.reach.is_clear(x)
+                    let seen = place.nyquist.seen(x);
+                    place.nyquist.is_clear(x)
                         && self.members().iter().all(|other| {
                             usize::from(other.line) == number
                                 || (self.seen(other) - seen).abs() > APART
@@ -310,7 +310,7 @@ impl Neighbours {
                         ..Member::NONE
                     };
                     for is_sine in [false, true] {
-                        let values = if is_wanted && self.count < NEIGHBOURS_MAX {
+                        let values = if is_wanted && self.count < NOISE_BINS_MAX {
                             line.values(i == 0, is_sine, LEFT_MIN)
                         } else {
                             None
@@ -339,7 +339,7 @@ impl Neighbours {
     /// Apparent frequency of a function, cycles per window.
     fn seen(&self, member: &Member) -> f32 {
         let cycles = f32::from(member.line) * self.place.cycles + f32::from(member.offset);
-        self.place.reach.seen(cycles)
+        self.place.nyquist.seen(cycles)
     }
 
     /// Cycles per window from a function to the nearest line.
@@ -347,7 +347,7 @@ impl Neighbours {
         let (place, x) = (&self.place, self.seen(member));
         let lines = place.lines.iter();
         lines
-            .map(|line| (x - place.reach.seen(line as f32 * place.cycles)).abs())
+            .map(|line| (x - place.nyquist.seen(line as f32 * place.cycles)).abs())
             .fold(f32::INFINITY, f32::min)
     }
 
