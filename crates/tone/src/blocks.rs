@@ -3,7 +3,6 @@
 //!
 //! Within a block what modulates a line is taken to be constant, and baselines to be straight.
 
-use crate::data::Data;
 use crate::lean::LEAN_ROWS;
 use crate::legendre::baselines;
 use crate::limits::{BLOCK_LINES, BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX};
@@ -17,6 +16,7 @@ use crate::source::Values;
 use crate::statistics::Products;
 use crate::totals::{Totals, WAVES};
 use crate::trajectory::Trajectory;
+use crate::window_frames::WindowFrames;
 use core::f32::consts::{FRAC_1_PI, PI};
 
 /// Maximum number of functions of a block: cosine and sine of each line.
@@ -99,17 +99,17 @@ impl Blocks {
     /// Divides a window for passes of up to so many lines, and passes over it for what baselines
     /// have and for the products of the channels.
     #[inline(never)]
-    pub fn start(&mut self, data: &mut Data, lines: usize, may_share: bool) -> Products {
-        self.divide(data.count(), BLOCKS_MAX.min(BLOCK_LINES / lines.max(1)));
-        self.groups = data.width().div_ceil(4);
+    pub fn start(&mut self, window: &mut WindowFrames, lines: usize, may_share: bool) -> Products {
+        self.divide(window.count(), BLOCKS_MAX.min(BLOCK_LINES / lines.max(1)));
+        self.groups = window.width().div_ceil(4);
         self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
         self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
         let (mut b, mut sums) = (0, [[0.0; CHANNELS_MAX]; 2]);
         let mut moments = [0.0; 3];
-        let step = data.span.quantization_step;
-        let mut products = Products::new(&data.statistics, step, may_share);
-        let width = data.width();
-        data.visit(|frame| {
+        let step = window.span.quantization_step;
+        let mut products = Products::new(&window.statistics, step, may_share);
+        let width = window.width();
+        window.visit(|frame| {
             products.add(&frame.values, width);
             if !self.is_in(b, frame.u) {
                 self.add_levels(b, &sums, &moments);
@@ -171,7 +171,7 @@ impl Blocks {
 
     /// Passes over the window, or over what a model leaves of it.
     #[inline(never)]
-    pub fn collect(&mut self, data: &mut Data, pass: &Pass, model: Option<&Model>) {
+    pub fn collect(&mut self, window: &mut WindowFrames, pass: &Pass, model: Option<&Model>) {
         self.lines = pass.lines;
         let most = pass.most.min(WAVES - 1);
         self.most = most;
@@ -186,7 +186,7 @@ impl Blocks {
         let places = numbers.iter_mut().zip(pass.lines.iter());
         places.for_each(|(place, line)| *place = line % WAVES);
         let mut batch = Batch::NONE;
-        data.visit_beside(model, |frame| {
+        window.visit_residuals(model, |frame| {
             if !self.is_in(b, frame.u) {
                 batch.add_to(self.rows_of(b, lines), groups);
                 b = self.block(frame.u);
@@ -257,14 +257,14 @@ impl Blocks {
             .unwrap_or_default()
     }
 
-    /// Place of a line among those of all blocks.
-    fn place(&self, b: usize, line: usize) -> usize {
-        (b * self.lines.count() + self.lines.place(line)) % BLOCK_LINES
+    /// Index of a line among those of all blocks.
+    fn index(&self, b: usize, line: usize) -> usize {
+        (b * self.lines.count() + self.lines.index(line)) % BLOCK_LINES
     }
 
     /// Products of a line's cosine and sine with the channels in a block.
     pub fn line(&self, b: usize, line: usize) -> [&Values; 2] {
-        let row = 2 * self.place(b, line);
+        let row = 2 * self.index(b, line);
         [&self.rows[row], &self.rows[row + 1]]
     }
 
@@ -275,7 +275,7 @@ impl Blocks {
 
     /// Products of cosine and sine of a line with the baselines in a block.
     pub fn with_baselines(&self, b: usize, line: usize) -> [Wave; DEGREE_MAX + 1] {
-        let (wave, moment) = (self.wave(b, line), self.moments[self.place(b, line)]);
+        let (wave, moment) = (self.wave(b, line), self.moments[self.index(b, line)]);
         baselines(self.middle(b))
             .map(|[value, slope]| [0, 1].map(|i| value * wave[i] + slope * moment[i]))
     }
@@ -294,7 +294,7 @@ impl Blocks {
             }
             let baselines = baselines(self.middle(b));
             for (sums, line) in totals.baselines.iter_mut().zip(shape.lines.iter()) {
-                let (wave, moment) = (self.wave(b, line), self.moments[self.place(b, line)]);
+                let (wave, moment) = (self.wave(b, line), self.moments[self.index(b, line)]);
                 let pairs = sums.iter_mut().zip(&baselines);
                 for (sum, [value, slope]) in pairs.take(shape.degree + 1) {
                     sum[0] += weight * (value * wave[0] + slope * moment[0]);
@@ -334,7 +334,7 @@ impl Blocks {
         let pairs = self.rows.as_chunks::<2>().0.iter();
         let each = self.lines.count().max(1);
         pairs
-            .skip(self.lines.place(line))
+            .skip(self.lines.index(line))
             .step_by(each)
             .take(self.count())
     }
@@ -358,7 +358,7 @@ impl Blocks {
                 let rotate = |wave: &mut Wave| *wave = times(*wave, power);
                 rotate(&mut self.waves[b][m]);
                 if self.lines.has(m) {
-                    let place = self.place(b, m);
+                    let place = self.index(b, m);
                     rotate(&mut self.moments[place]);
                     let [first, second] = &mut self.rows.as_chunks_mut::<2>().0[place];
                     for (cos, sin) in first.iter_mut().zip(second).take(4 * self.groups) {
@@ -404,7 +404,7 @@ impl Blocks {
                     row.as_chunks_mut::<2>().0[j] = gain(line, product);
                 }
             }
-            let place = self.place(b, one);
+            let place = self.index(b, one);
             let sums = &mut self.rows.as_chunks_mut::<2>().0[place];
             for (sums, factors) in sums.iter_mut().zip(&factors) {
                 add_all(sums, self.groups, coefficients, factors);

@@ -5,11 +5,11 @@ use crate::covariance::Samples;
 use crate::limits::{BAND, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, PIVOT_MIN};
-use crate::noise_bins::Place;
+use crate::noise_bins::LineFrequencies;
 use crate::refine::{Known, Refinement, Steps};
 use crate::solve::{Power, Shape, Solution};
 use crate::trajectory::Trajectory;
-use crate::work::Work;
+use crate::workspace::Workspace;
 
 /// Minimum number of functions next to the lines that a covariance is taken from.
 const NOISE_BINS_MIN: usize = 4;
@@ -55,7 +55,7 @@ impl Refinement<'_> {
     pub fn comb(
         &self,
         blocks: &mut Blocks,
-        work: &mut Work,
+        workspace: &mut Workspace,
         trajectory: &mut Trajectory,
         degree: usize,
     ) -> Comb {
@@ -67,27 +67,27 @@ impl Refinement<'_> {
             noise: Known::Residuals,
             ..Steps::of_comb(all)
         };
-        self.refine(blocks, trajectory, steps, work);
-        work.solution.project(blocks, all);
+        self.refine(blocks, trajectory, steps, workspace);
+        workspace.solution.project(blocks, all);
         if self.is_white {
-            self.weigh(work, self.frames);
+            self.weigh(workspace, self.frames);
         } else {
-            self.weigh_by_noise_bins(blocks, work, trajectory.cycles);
+            self.weigh_by_noise_bins(blocks, workspace, trajectory.cycles);
         }
-        work.solution.solve();
+        workspace.solution.solve();
         let kept = Shape {
-            lines: self.lines_there(work, trajectory.cycles),
+            lines: self.lines_there(workspace, trajectory.cycles),
             degree,
         };
         let steps = Steps {
             most: 1,
             ..Steps::of_comb(kept)
         };
-        self.refine(blocks, trajectory, steps, work);
-        work.solution.project(blocks, kept);
+        self.refine(blocks, trajectory, steps, workspace);
+        workspace.solution.project(blocks, kept);
         let divisor = kept.lines.divisor();
         Comb {
-            score: self.score(&work.solution),
+            score: self.score(&workspace.solution),
             trajectory: trajectory.times(divisor as f32),
             shape: Shape {
                 lines: kept.lines.over(divisor),
@@ -103,14 +103,14 @@ impl Refinement<'_> {
     /// noise next to them, and than all that rounding may have: of these the one whose multiples
     /// have most power, with them. The first where there is none. One that is folded has none.
     #[inline(never)]
-    fn lines_there(&self, work: &Work, cycles: f32) -> Lines {
-        let rounding = self.all.rounding(&work.weights, self.width);
+    fn lines_there(&self, workspace: &Workspace, cycles: f32) -> Lines {
+        let rounding = self.all.rounding(&workspace.weights, self.width);
         let least = 2.0 * self.width as f32 * libm::logf(self.frames) + rounding;
-        let factors = work.solution.line_factors();
-        let lines = work.solution.shape.lines;
+        let factors = workspace.solution.line_factors();
+        let lines = workspace.solution.shape.lines;
         let mut powers = [0.0; HARMONICS_MAX + 1];
         for (line, factors) in lines.iter().zip(&factors) {
-            let power = Power::new(factors, &work.weights).all;
+            let power = Power::new(factors, &workspace.weights).all;
             if let Some(place) = powers.get_mut(line) {
                 *place = if power > least { power } else { 0.0 };
             }
@@ -136,7 +136,7 @@ impl Refinement<'_> {
     pub fn best(
         &self,
         blocks: &mut Blocks,
-        work: &mut Work,
+        workspace: &mut Workspace,
         trajectory: Trajectory,
         degrees: &[usize],
     ) -> Option<Comb> {
@@ -148,21 +148,21 @@ impl Refinement<'_> {
                     lines: best.kept,
                     degree: *degree,
                 };
-                work.solution.project(blocks, shape);
-                if self.score(&work.solution) <= best.score {
+                workspace.solution.project(blocks, shape);
+                if self.score(&workspace.solution) <= best.score {
                     continue;
                 }
             }
             blocks.turn(&at, &trajectory);
             at = trajectory;
-            let comb = self.comb(blocks, work, &mut at, *degree);
+            let comb = self.comb(blocks, workspace, &mut at, *degree);
             if !self.band.has(comb.trajectory.cycles) {
                 continue;
             }
             if best.is_none_or(|best| comb.score > best.score) {
-                if comb.score > work.score_of_best {
-                    work.score_of_best = comb.score;
-                    work.keep_weights();
+                if comb.score > workspace.score_of_best {
+                    workspace.score_of_best = comb.score;
+                    workspace.keep_weights();
                 }
                 best = Some(comb);
             }
@@ -175,20 +175,26 @@ impl Refinement<'_> {
 
     /// A bound of the scores of all combs at the blocks' trajectory with a baseline of up to `degree`, of
     /// as many unknowns as `least` and more: what all lines explain, at the price of the least.
-    pub fn bound(&self, blocks: &Blocks, work: &mut Work, degree: usize, least: &Shape) -> f32 {
+    pub fn bound(
+        &self,
+        blocks: &Blocks,
+        workspace: &mut Workspace,
+        degree: usize,
+        least: &Shape,
+    ) -> f32 {
         let all = Shape {
             lines: blocks.lines(),
             degree,
         };
-        work.solution.project(blocks, all);
-        self.likelihood(&work.solution) - self.price(least)
+        workspace.solution.project(blocks, all);
+        self.likelihood(&workspace.solution) - self.price(least)
     }
 
     /// Weighs the channels by the noise next to the lines of the projected solution.
     #[inline(never)]
-    fn weigh_by_noise_bins(&self, blocks: &Blocks, work: &mut Work, cycles: f32) {
-        let shape = work.solution.shape;
-        let place = Place {
+    fn weigh_by_noise_bins(&self, blocks: &Blocks, workspace: &mut Workspace, cycles: f32) {
+        let shape = workspace.solution.shape;
+        let place = LineFrequencies {
             lines: shape.lines,
             cycles,
             nyquist: self.nyquist,
@@ -198,23 +204,23 @@ impl Refinement<'_> {
                 BAND
             },
         };
-        let (noise_bins, memory) = (&mut work.noise_bins, &mut work.memory);
-        noise_bins.collect(blocks, work.solution.beside(), place, memory);
+        let (noise_bins, memory) = (&mut workspace.noise_bins, &mut workspace.memory);
+        noise_bins.collect(blocks, workspace.solution.projected(), place, memory);
         if noise_bins.count() < NOISE_BINS_MIN {
-            self.weigh(work, self.frames);
+            self.weigh(workspace, self.frames);
             return;
         }
         let count = noise_bins.count() as f32;
-        noise_bins.products(memory, &|_| 1.0, &mut work.weights);
+        noise_bins.products(memory, &|_| 1.0, &mut workspace.weights);
         let samples = Samples {
             width: self.width,
             count,
             effective: count,
             may_share: self.may_share,
         };
-        let squares = work.solution.squares(self.all);
+        let squares = workspace.solution.squares(self.all);
         let variances = squares.map(|square| (square / self.frames).max(f32::MIN_POSITIVE));
-        samples.invert(&mut work.weights, Some(&variances));
+        samples.invert(&mut workspace.weights, Some(&variances));
     }
 
     /// Logarithm of the likelihood, less the price of the unknowns.

@@ -6,6 +6,7 @@ use crate::comb::CompetingComb;
 use crate::covariance::ROUNDING;
 use crate::fit::{Fit, Movement, Status, Tests};
 use crate::frame_span::FrameSpan;
+use crate::hypotheses::{Other, Tested, Z_BETWEEN, Z_LINE};
 use crate::legendre::{legendre, slopes};
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, OVERTONES};
 use crate::matrix::Square;
@@ -20,8 +21,7 @@ use crate::significance::Z_TEST;
 use crate::solve::Solution;
 use crate::source::Values;
 use crate::statistics::Statistics;
-use crate::tests::{Other, Tested, Z_BETWEEN, Z_LINE};
-use crate::work::Work;
+use crate::workspace::Workspace;
 use core::f32::consts::PI;
 
 /// Logarithm of a thousand: odds against another frequency.
@@ -34,7 +34,7 @@ pub const CYCLES_ONE: f32 = 2.0;
 /// Phase beyond the fitted degrees, radians: past it a cycle may be lost.
 const FOLLOWED: f32 = 0.2;
 /// Power of another line, as a fraction of the tone's, that counts as a second tone.
-const BESIDE: f32 = 0.125;
+const SECOND_TONE: f32 = 0.125;
 /// Maximum change of an amplitude, RMS, as a fraction of it.
 const FADING: f32 = 0.7;
 /// Largest relative sigma of a frequency.
@@ -57,12 +57,12 @@ pub struct Mean {
 
 /// Mean frequency and its uncertainty.
 #[inline(never)]
-pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mean {
+pub fn mean(tested: &Tested, workspace: &Workspace, blocks: &Blocks, scene: &Scene) -> Mean {
     let followed = tested.followed;
-    let scale = Scale::new(tested, &work.noise_bins, blocks);
+    let scale = Scale::new(tested, &workspace.noise_bins, blocks);
     let evidence = Evidence {
         phase: followed.phase(),
-        covariance: &work.normal.matrix,
+        covariance: &workspace.normal.matrix,
         scale: scale.factor,
         count: followed.degrees.phase,
         freedom: scale.freedom,
@@ -115,7 +115,7 @@ impl Scale {
         };
         let [mut seen, mut squares, mut power, mut weights, mut weighted] = [0.0; 5];
         for member in noise_bins.members() {
-            let weight = followed.weights[lines.place(usize::from(member.line)) % HARMONICS_MAX];
+            let weight = followed.weights[lines.index(usize::from(member.line)) % HARMONICS_MAX];
             let share = weight * sees(noise_bins.distance(member));
             seen += share;
             squares += share * share;
@@ -289,7 +289,7 @@ impl Figures<'_> {
             line as f32 * self.mean.cycles
         } else if cycles < CYCLES_ONE && self.strongest > 1 {
             self.strongest as f32 * self.mean.cycles
-        } else if tests.beside > Z_TEST && tests.beside_share > BESIDE {
+        } else if tests.beside > Z_TEST && tests.beside_share > SECOND_TONE {
             self.nearest
         } else if self.nyquist.max - cycles < least {
             2.0 * self.nyquist.max - self.mean.cycles

@@ -3,10 +3,10 @@
 use crate::blocks::{Blocks, Pass};
 use crate::comb::{Comb, CompetingComb};
 use crate::conclude::{self, Figures};
-use crate::data::Data;
 use crate::fit::{Fit, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
+use crate::hypotheses::{Noise, Other, Tested, Z_LINE};
 use crate::impulses::{self, Impulses};
 use crate::late::{Delays, Late};
 use crate::lean::follow::{Loop, ROWS, Tracked};
@@ -22,9 +22,9 @@ use crate::solve::Shape;
 use crate::source::{Overwritten, Values};
 use crate::spectrum::Sums;
 use crate::statistics::{Products, Statistics};
-use crate::tests::{Noise, Other, Tested, Z_LINE};
 use crate::trajectory::Trajectory;
-use crate::work::Work;
+use crate::window_frames::WindowFrames;
+use crate::workspace::Workspace;
 
 /// Fits of a window whose impulses are replaced, the last included.
 const ATTEMPTS: usize = 3;
@@ -46,7 +46,7 @@ const CYCLES_CURVED: f32 = 5.0;
 pub struct Fitter {
     impulses: Impulses,
     blocks: Blocks,
-    work: Work,
+    workspace: Workspace,
 }
 
 impl Default for Fitter {
@@ -61,7 +61,7 @@ impl Fitter {
         Self {
             impulses: Impulses::new(),
             blocks: Blocks::new(),
-            work: Work::new(),
+            workspace: Workspace::new(),
         }
     }
 
@@ -95,7 +95,7 @@ impl Fitter {
 
     /// Memory of the loop, which a fit writes over.
     fn loop_rows(&mut self) -> &mut [Values; ROWS] {
-        &mut self.work.memory.as_chunks_mut().0[0]
+        &mut self.workspace.memory.as_chunks_mut().0[0]
     }
 
     /// Ends the loop after a fit that leaves no line to follow.
@@ -118,7 +118,7 @@ impl Fitter {
         scene: &Scene,
         solution: &mut lean::Solution,
     ) -> Result<Fit, Overwritten> {
-        let power = self.work.memory.as_flattened_mut();
+        let power = self.workspace.memory.as_flattened_mut();
         let fit = Lean::new(self.blocks.rows(), power, solution).fit(span, scene);
         match &fit {
             Ok(fit) => Loop::new(self.loop_rows()).start(span, solution, fit),
@@ -138,7 +138,7 @@ impl Fitter {
         delays: &Delays,
     ) -> Result<Fit, Overwritten> {
         let correct: Correct =
-            |data, memory, scene, comb, delays| data.has_late(memory, scene, comb, delays);
+            |window, memory, scene, comb, delays| window.has_late(memory, scene, comb, delays);
         // Opaque: the compiler would else call the only such function directly.
         let correct = core::hint::black_box(correct);
         let correction = Correction { delays, correct };
@@ -167,10 +167,10 @@ impl Fitter {
         let Self {
             impulses,
             blocks,
-            work,
+            workspace,
         } = self;
         impulses.clear();
-        let mut data = Data {
+        let mut window = WindowFrames {
             domain: *span.domain(),
             span,
             statistics,
@@ -181,11 +181,11 @@ impl Fitter {
         };
         let mut memory = Memory {
             blocks,
-            work,
+            workspace,
             correction,
         };
-        data.fit(&mut memory, scene, &mut fit);
-        if data.is_lost {
+        window.fit(&mut memory, scene, &mut fit);
+        if window.is_lost {
             Err(Overwritten)
         } else {
             Ok(fit)
@@ -193,11 +193,11 @@ impl Fitter {
     }
 }
 
-impl<'d, 's> Data<'d, 's> {
+impl<'d, 's> WindowFrames<'d, 's> {
     /// Fits what is there.
     fn fit(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit) {
         if let Some(given) = self.span.interferer {
-            Hum::take_out(self, memory.blocks, memory.work, given);
+            Hum::take_out(self, memory.blocks, memory.workspace, given);
         }
         fit.interferer = self.hum.map(|hum| hum.cycles_per_frame);
         if let Some(expected) = self.span.expected {
@@ -249,7 +249,7 @@ impl<'d, 's> Data<'d, 's> {
         is_expected: bool,
     ) -> Window<'w, 'd, 's> {
         Window {
-            data: self,
+            frames: self,
             scene,
             all,
             is_expected,
@@ -274,7 +274,7 @@ impl<'d, 's> Data<'d, 's> {
         delays: &Delays,
     ) -> bool {
         let mut trajectory = comb.trajectory;
-        memory.work.restore_weights();
+        memory.workspace.restore_weights();
         for number in 0..LATE_FITS {
             let all = self.start(memory, scene);
             let mut window = self.window(scene, &all, false);
@@ -282,11 +282,11 @@ impl<'d, 's> Data<'d, 's> {
                 window.collect(memory.blocks, &trajectory, comb.shape.lines);
                 let steps = Steps::of_comb(comb.shape);
                 let refinement = window.refinement();
-                refinement.refine(memory.blocks, &mut trajectory, steps, memory.work);
+                refinement.refine(memory.blocks, &mut trajectory, steps, memory.workspace);
             }
-            memory.work.solution.project(memory.blocks, comb.shape);
-            memory.work.solution.solve();
-            if !Late::take_out(self, memory.work, &trajectory, delays) {
+            memory.workspace.solution.project(memory.blocks, comb.shape);
+            memory.workspace.solution.solve();
+            if !Late::take_out(self, memory.workspace, &trajectory, delays) {
                 return number > 0;
             }
             self.centre();
@@ -298,7 +298,7 @@ impl<'d, 's> Data<'d, 's> {
 /// Memory of the steps, and what they correct.
 struct Memory<'m> {
     blocks: &'m mut Blocks,
-    work: &'m mut Work,
+    workspace: &'m mut Workspace,
     correction: Option<Correction<'m>>,
 }
 
@@ -311,11 +311,11 @@ struct Correction<'c> {
 }
 
 /// Takes delays out of the frames, by a comb; true if there were some.
-type Correct = fn(&mut Data, &mut Memory, &Scene, &Comb, &Delays) -> bool;
+type Correct = fn(&mut WindowFrames, &mut Memory, &Scene, &Comb, &Delays) -> bool;
 
 /// A window that is fitted.
 struct Window<'w, 'd, 's> {
-    data: &'w mut Data<'d, 's>,
+    frames: &'w mut WindowFrames<'d, 's>,
     scene: &'w Scene,
     all: &'w Products,
     /// True if the tone is looked for where it is expected alone.
@@ -328,7 +328,7 @@ impl<'w> Window<'w, '_, '_> {
     /// The likeliest comb near a known frequency, or anywhere; the blocks are at it.
     #[inline(never)]
     fn best(&mut self, memory: &mut Memory, known: Option<f32>) -> Option<Comb> {
-        memory.work.score_of_best = f32::NEG_INFINITY;
+        memory.workspace.score_of_best = f32::NEG_INFINITY;
         let near = known.and_then(|cycles| Some((self.near(memory, cycles)?, cycles)));
         let (mut best, collected) = match near {
             Some((comb, cycles)) => (comb, Some(Trajectory::steady(cycles))),
@@ -342,12 +342,14 @@ impl<'w> Window<'w, '_, '_> {
     /// The comb near a frequency, with the blocks at its unit. `None` if the likeliest one there
     /// has another frequency.
     fn near(&mut self, memory: &mut Memory, cycles: f32) -> Option<Comb> {
-        let Memory { blocks, work, .. } = memory;
+        let Memory {
+            blocks, workspace, ..
+        } = memory;
         let refinement = self.refinement();
         let trajectory = Trajectory::steady(cycles);
         self.collect(blocks, &trajectory, refinement.lines(cycles));
         let (degrees, count) = self.degrees(cycles);
-        let comb = refinement.best(blocks, work, trajectory, degrees.get(..count)?)?;
+        let comb = refinement.best(blocks, workspace, trajectory, degrees.get(..count)?)?;
         let is_near = f32::abs(comb.trajectory.cycles - cycles) < CYCLES_MIN;
         is_near.then_some(comb)
     }
@@ -362,9 +364,11 @@ impl<'w> Window<'w, '_, '_> {
     /// The likeliest comb of those at the peaks, and at half and at a third of each.
     #[inline(never)]
     fn search(&mut self, memory: &mut Memory) -> Option<Comb> {
-        let Memory { blocks, work, .. } = memory;
+        let Memory {
+            blocks, workspace, ..
+        } = memory;
         let refinement = self.refinement();
-        let mut peaks = candidates(self.data, blocks, work, self.all, self.scene);
+        let mut peaks = candidates(self.frames, blocks, workspace, self.all, self.scene);
         let mut tried = [0.0f32; PEAKS * DIVISORS];
         let mut others_tried = [CompetingComb::NONE; PEAKS * DIVISORS];
         let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
@@ -395,7 +399,7 @@ impl<'w> Window<'w, '_, '_> {
                     degree: 1,
                 };
                 if let Some(best) = &best
-                    && refinement.bound(blocks, work, most, &least) < best.score
+                    && refinement.bound(blocks, workspace, most, &least) < best.score
                 {
                     continue;
                 }
@@ -406,7 +410,7 @@ impl<'w> Window<'w, '_, '_> {
                 };
                 *place = cycles;
                 count += 1;
-                let Some(comb) = refinement.best(blocks, work, trajectory, degrees) else {
+                let Some(comb) = refinement.best(blocks, workspace, trajectory, degrees) else {
                     continue;
                 };
                 if divisor == 1 {
@@ -450,7 +454,9 @@ impl<'w> Window<'w, '_, '_> {
         best: &mut Comb,
         collected: Option<Trajectory>,
     ) {
-        let Memory { blocks, work, .. } = memory;
+        let Memory {
+            blocks, workspace, ..
+        } = memory;
         let refinement = self.refinement();
         let cycles = best.trajectory.cycles;
         let lines = refinement.lines(cycles).and(best.shape.lines);
@@ -463,7 +469,7 @@ impl<'w> Window<'w, '_, '_> {
         // degree were compared each at its own frequency; those between are at that of the better one.
         let (mut at, degree) = (best.trajectory, best.shape.degree);
         best.score = f32::NEG_INFINITY;
-        work.restore_weights();
+        workspace.restore_weights();
         let most = self.scene.degree_max();
         let others = (1..=most).filter(|other| *other != degree);
         let mut are_bounded = false;
@@ -474,20 +480,20 @@ impl<'w> Window<'w, '_, '_> {
                 // The first of the others is the least. Below, lines may be left out beside a baseline.
                 if !are_bounded
                     && cycles >= CYCLES_CURVED
-                    && refinement.bound(blocks, work, most, &steps.shape) <= best.score
+                    && refinement.bound(blocks, workspace, most, &steps.shape) <= best.score
                 {
                     break;
                 }
                 are_bounded = true;
-                work.solution.project(blocks, steps.shape);
-                if refinement.score(&work.solution) <= best.score {
+                workspace.solution.project(blocks, steps.shape);
+                if refinement.score(&workspace.solution) <= best.score {
                     continue;
                 }
             }
             let from = at;
-            refinement.refine(blocks, &mut at, steps, work);
-            work.solution.project(blocks, steps.shape);
-            let score = refinement.score(&work.solution);
+            refinement.refine(blocks, &mut at, steps, workspace);
+            workspace.solution.project(blocks, steps.shape);
+            let score = refinement.score(&workspace.solution);
             if score > best.score {
                 (best.score, best.shape, best.trajectory) = (score, steps.shape, at);
             } else {
@@ -500,15 +506,15 @@ impl<'w> Window<'w, '_, '_> {
     /// Replaces what a comb leaves of single values; whether there are some.
     #[inline(never)]
     fn has_impulses(&mut self, memory: &mut Memory, comb: &Comb) -> bool {
-        let Work {
+        let Workspace {
             solution,
             memory: found,
             ..
-        } = &mut *memory.work;
+        } = &mut *memory.workspace;
         solution.project(memory.blocks, comb.shape);
         solution.solve();
         let found = found.as_flattened_mut();
-        impulses::replace(self.data, solution, &comb.trajectory, found) > 0
+        impulses::replace(self.frames, solution, &comb.trajectory, found) > 0
     }
 
     /// The verdict on a comb, or on the strongest of its lines where that is likelier: lines next to
@@ -520,7 +526,7 @@ impl<'w> Window<'w, '_, '_> {
             return;
         }
         let cycles = found.strongest as f32 * comb.trajectory.cycles;
-        memory.work.score_of_best = f32::NEG_INFINITY;
+        memory.workspace.score_of_best = f32::NEG_INFINITY;
         let Some(mut line) = self.near(memory, cycles) else {
             return;
         };
@@ -553,17 +559,19 @@ impl<'w> Window<'w, '_, '_> {
     /// The verdict on a comb, whose phase is followed and tested.
     #[inline(never)]
     fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) -> Concluded {
-        let Memory { blocks, work, .. } = memory;
+        let Memory {
+            blocks, workspace, ..
+        } = memory;
         let refinement = self.refinement();
         let mut followed = Followed::at(comb.trajectory, comb.shape);
-        work.restore_weights();
+        workspace.restore_weights();
         let mut recollect = |blocks: &mut Blocks, trajectory: &Trajectory, lines: Lines| {
             self.collect(blocks, trajectory, lines);
         };
-        let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
+        let is_known = refinement.follow(blocks, workspace, &mut followed, &mut recollect);
         let judged = is_known.then(|| self.judge(memory, &followed, &comb.competing, fit));
         judged.flatten().unwrap_or_else(|| {
-            let frequency = |cycles| self.data.span.frequency(cycles);
+            let frequency = |cycles| self.frames.span.frequency(cycles);
             let competing = if comb.competing.cycles > 0.0 {
                 comb.competing.cycles
             } else {
@@ -589,22 +597,22 @@ impl<'w> Window<'w, '_, '_> {
         competing: &CompetingComb,
         fit: &mut Fit,
     ) -> Option<Concluded> {
-        let work = &*memory.work;
-        let (nyquist, width) = (self.data.nyquist(), self.data.width());
-        let tested = Tested::new(followed, work, nyquist, width);
-        let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
+        let workspace = &*memory.workspace;
+        let (nyquist, width) = (self.frames.nyquist(), self.frames.width());
+        let tested = Tested::new(followed, workspace, nyquist, width);
+        let mean = conclude::mean(&tested, workspace, memory.blocks, self.scene);
         if !(mean.cycles > 0.0 && (mean.cycles + mean.sigma).is_finite()) {
             return None;
         }
         let mut tests = Tests::default();
-        tested.near(&work.noise_bins, &mut tests);
-        let nearest = work.noise_bins.strongest_near();
+        tested.near(&workspace.noise_bins, &mut tests);
+        let nearest = workspace.noise_bins.strongest_near();
         let shape = tested.shape;
         let [strongest, second] = strongest(&tested);
-        let span = &*self.data.span;
-        let movement = conclude::movement(followed, &work.normal.matrix, &mean, span);
-        let overtones = conclude::overtones(&work.solution, &followed.variances, width);
-        let statistics = &self.data.statistics;
+        let span = &*self.frames.span;
+        let movement = conclude::movement(followed, &workspace.normal.matrix, &mean, span);
+        let overtones = conclude::overtones(&workspace.solution, &followed.variances, width);
+        let statistics = &self.frames.statistics;
         tests.cycles = followed.trajectory.cycles;
         tests.margin = -competing.score;
         tests.unfollowed = crate::sqrt(mean.phase.unfollowed);
@@ -633,11 +641,11 @@ impl<'w> Window<'w, '_, '_> {
             lines: shape.lines.count(),
             nyquist,
         };
-        conclude::channels(followed, &work.solution, statistics, fit);
+        conclude::channels(followed, &workspace.solution, statistics, fit);
         let mut other = Other::default();
         let mut between = 0.0;
         if tests.line >= Z_LINE {
-            (between, other) = self.beside(memory, &tested);
+            (between, other) = self.test_residuals(memory, &tested);
         }
         let tests = Tests {
             between,
@@ -652,7 +660,7 @@ impl<'w> Window<'w, '_, '_> {
         } else {
             f32::NEG_INFINITY
         };
-        let (span, statistics) = (&*self.data.span, &self.data.statistics);
+        let (span, statistics) = (&*self.frames.span, &self.frames.statistics);
         fit.tests = tests;
         if fit.status.has_tone() {
             fit.other_tone = reading.map(|reading| OtherTone {
@@ -678,7 +686,7 @@ impl<'w> Window<'w, '_, '_> {
 
     /// A part of a frequency at which a tone would have gone as hum.
     fn hidden(&self, cycles: f32) -> Option<f32> {
-        let hum = self.data.hum?.cycles_per_frame * self.data.span.effective_frames();
+        let hum = self.frames.hum?.cycles_per_frame * self.frames.span.effective_frames();
         let parts = (2..=self.scene.harmonics()).map(|part| cycles / f32::from(part));
         let mut hidden = parts.filter(|part| f32::abs(part - hum) < HUM_CYCLES);
         hidden.next()
@@ -688,9 +696,9 @@ impl<'w> Window<'w, '_, '_> {
     /// channel, less the Bayesian criterion's price. The solution is solved.
     #[inline(never)]
     fn score(&mut self, memory: &mut Memory, tested: &Tested) -> f32 {
-        let model = tested.model(&memory.work.solution);
-        let (width, mut squares) = (self.data.width(), [0.0; CHANNELS_MAX]);
-        self.data.visit_beside(Some(&model), |frame| {
+        let model = tested.model(&memory.workspace.solution);
+        let (width, mut squares) = (self.frames.width(), [0.0; CHANNELS_MAX]);
+        self.frames.visit_residuals(Some(&model), |frame| {
             let pairs = squares.iter_mut().zip(&frame.values);
             pairs.for_each(|(square, value)| *square += value * value);
         });
@@ -706,36 +714,40 @@ impl<'w> Window<'w, '_, '_> {
 
     /// What a tone leaves: the deviate of lines between its own, and another line.
     #[inline(never)]
-    fn beside(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
-        let Memory { blocks, work, .. } = memory;
+    fn test_residuals(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
+        let Memory {
+            blocks, workspace, ..
+        } = memory;
         let mut between = 0.0;
         if tested.followed.moves {
-            tested.followed.take_out_motion(blocks, &mut work.solution);
+            tested
+                .followed
+                .take_out_motion(blocks, &mut workspace.solution);
         } else {
-            work.solution.project(blocks, tested.shape);
+            workspace.solution.project(blocks, tested.shape);
         }
         if self.scene.harmonics() > 1 {
             let mut noise = Noise {
-                noise_bins: &mut work.noise_bins,
-                memory: &mut work.memory,
-                weights: &work.weights,
+                noise_bins: &mut workspace.noise_bins,
+                memory: &mut workspace.memory,
+                weights: &workspace.weights,
                 all: self.all,
             };
-            between = tested.between(self.data, &work.solution, blocks, &mut noise);
+            between = tested.between(self.frames, &workspace.solution, blocks, &mut noise);
         }
         if !tested.followed.moves {
-            work.solution.solve();
+            workspace.solution.solve();
         }
-        let model = tested.model(&work.solution);
+        let model = tested.model(&workspace.solution);
         // Where the tone was expected, the search before has looked at all other frequencies.
         if self.is_expected {
             return (between, Other::default());
         }
         let sums = Sums {
-            memory: work.memory.as_flattened_mut(),
-            more: work.normal.matrix.as_flattened_mut(),
+            memory: workspace.memory.as_flattened_mut(),
+            more: workspace.normal.matrix.as_flattened_mut(),
         };
-        let other = tested.other(self.data, &model, sums, blocks.scratch());
+        let other = tested.other(self.frames, &model, sums, blocks.scratch());
         (between, other)
     }
 
@@ -746,19 +758,19 @@ impl<'w> Window<'w, '_, '_> {
             lines,
             most: 2 * lines.most(),
         };
-        blocks.collect(self.data, &pass, None);
+        blocks.collect(self.frames, &pass, None);
     }
 
     fn refinement(&self) -> Refinement<'w> {
         Refinement {
             all: self.all,
-            width: self.data.width(),
+            width: self.frames.width(),
             frames: self.all.count,
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
             is_white: self.scene.is_white(),
-            nyquist: self.data.nyquist(),
-            band: self.scene.band.over(self.data.span.frequency(1.0)),
+            nyquist: self.frames.nyquist(),
+            band: self.scene.band.over(self.frames.span.frequency(1.0)),
         }
     }
 }
@@ -819,7 +831,7 @@ mod tests {
     use crate::limits::{
         BLOCK_LINES, BLOCK_LINES_CHIP, IMPULSES_CHIP, IMPULSES_MAX, POINTS_CHIP, POINTS_MAX,
     };
-    use crate::{blocks, work};
+    use crate::{blocks, workspace};
     extern crate std;
     use std::format;
 
@@ -828,7 +840,7 @@ mod tests {
 
     #[test]
     fn on_the_chip_it_takes_no_more_than_its_budget() {
-        let rows = |lines, points| blocks::rows(lines, points) + work::rows(points);
+        let rows = |lines, points| blocks::rows(lines, points) + workspace::rows(points);
         let longer = (rows(BLOCK_LINES, POINTS_MAX) - rows(BLOCK_LINES_CHIP, POINTS_CHIP))
             * size_of::<crate::source::Values>()
             + (BLOCK_LINES - BLOCK_LINES_CHIP) * size_of::<crate::phase::Wave>();

@@ -44,8 +44,8 @@ impl Lines {
         number < 16 && self.0 >> number & 1 == 1
     }
 
-    /// Place of a line among them.
-    pub fn place(self, number: usize) -> usize {
+    /// Index of a line among them.
+    pub fn index(self, number: usize) -> usize {
         let below = (1u32 << (number & 31)) - 1;
         (u32::from(self.0) & below).count_ones() as usize
     }
@@ -94,7 +94,7 @@ mod tests {
             (2, 2, 4, 2)
         );
         assert_eq!(lines.over(2), Lines::up_to(2));
-        assert_eq!((lines.place(4), lines.has(3)), (1, false));
+        assert_eq!((lines.index(4), lines.has(3)), (1, false));
         assert_eq!(Lines::up_to(3).divisor(), 1);
     }
 }

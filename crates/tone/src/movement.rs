@@ -6,7 +6,7 @@ use crate::covariance::{Covariance, ROUNDING, Samples};
 use crate::limits::{BAND, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square, invert};
-use crate::noise_bins::{Member, Place};
+use crate::noise_bins::{LineFrequencies, Member};
 use crate::normal::{Degrees, MOVEMENT_MAX, degrees_max};
 use crate::refine::{Known, Refinement, Steps};
 use crate::residual::Motion;
@@ -14,7 +14,7 @@ use crate::significance::{Z_TEST, deviate};
 use crate::solve::{Power, Shape, Solution};
 use crate::source::Values;
 use crate::trajectory::Trajectory;
-use crate::work::Work;
+use crate::workspace::Workspace;
 use core::ops::Range;
 
 /// Gauss-Newton steps of a turn.
@@ -97,12 +97,12 @@ impl Followed {
     }
 
     /// Estimates the movement by the noise that is known.
-    fn move_by_noise(&mut self, blocks: &Blocks, work: &mut Work) {
+    fn move_by_noise(&mut self, blocks: &Blocks, workspace: &mut Workspace) {
         let n = self.degrees.count().min(MOVEMENT_MAX);
-        let normal = &mut work.normal;
+        let normal = &mut workspace.normal;
         normal.degrees = self.degrees;
-        let memory = work.memory.as_flattened_mut();
-        normal.make(blocks, &work.solution, &work.weights, memory);
+        let memory = workspace.memory.as_flattened_mut();
+        normal.make(blocks, &workspace.solution, &workspace.weights, memory);
         let trace: f32 = (0..n).map(|i| normal.matrix[i][i]).sum();
         for (i, row) in normal.matrix.iter_mut().enumerate().take(n) {
             row[i] += 1e-7 * trace;
@@ -211,7 +211,7 @@ impl Refinement<'_> {
     pub fn follow(
         &self,
         blocks: &mut Blocks,
-        work: &mut Work,
+        workspace: &mut Workspace,
         followed: &mut Followed,
         recollect: &mut dyn FnMut(&mut Blocks, &Trajectory, Lines),
     ) -> bool {
@@ -227,7 +227,7 @@ impl Refinement<'_> {
                 noise: Known::Weights,
             };
             for _ in 0..2 {
-                self.refine(blocks, &mut trajectory, steps, work);
+                self.refine(blocks, &mut trajectory, steps, workspace);
                 if blocks.twist(&collected, &trajectory) * shape.lines.most() as f32 <= TWIST_MAX {
                     break;
                 }
@@ -239,11 +239,11 @@ impl Refinement<'_> {
                 collected = trajectory;
             }
             (followed.trajectory, followed.shape, followed.fitted) = (trajectory, shape, fitted);
-            if !self.noise(blocks, work, followed) {
+            if !self.noise(blocks, workspace, followed) {
                 return false;
             }
             let Degrees { phase, amplitude } = followed.degrees;
-            let covariance = &work.normal.matrix;
+            let covariance = &workspace.normal.matrix;
             let of_phase = followed.shows(covariance, fitted.phase..phase);
             let beyond = phase + fitted.amplitude..phase + amplitude;
             let of_amplitude = followed.shows(covariance, beyond);
@@ -270,10 +270,10 @@ impl Refinement<'_> {
                 recollect(blocks, &trajectory, self.lines(trajectory.cycles));
                 let degrees = [1, shape.degree];
                 let count = if shape.degree > 1 { 2 } else { 1 };
-                work.score_of_best = f32::NEG_INFINITY;
-                if let Some(comb) = self.best(blocks, work, trajectory, &degrees[..count]) {
+                workspace.score_of_best = f32::NEG_INFINITY;
+                if let Some(comb) = self.best(blocks, workspace, trajectory, &degrees[..count]) {
                     (trajectory, shape) = (comb.trajectory, comb.shape);
-                    work.restore_weights();
+                    workspace.restore_weights();
                 }
                 recollect(
                     blocks,
@@ -287,10 +287,15 @@ impl Refinement<'_> {
 
     /// Noise next to the lines, and the residual modulation.
     #[inline(never)]
-    fn noise(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) -> bool {
+    fn noise(
+        &self,
+        blocks: &mut Blocks,
+        workspace: &mut Workspace,
+        followed: &mut Followed,
+    ) -> bool {
         let shape = followed.shape;
-        work.solution.project(blocks, shape);
-        let squares = work.solution.squares(self.all);
+        workspace.solution.project(blocks, shape);
+        let squares = workspace.solution.squares(self.all);
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
         followed.variances = squares.map(|square| square / free + ROUNDING);
         let most = degrees_max(blocks);
@@ -299,30 +304,30 @@ impl Refinement<'_> {
             amplitude: (followed.fitted.amplitude + MOVES).min(most),
         };
         if self.is_white {
-            (followed.noise, followed.count) = (self.weigh(work, free), free);
+            (followed.noise, followed.count) = (self.weigh(workspace, free), free);
             (followed.effective, followed.weights) = (free, [1.0; HARMONICS_MAX]);
-            work.noise_bins.clear();
-            work.solution.solve();
-            followed.move_by_noise(blocks, work);
+            workspace.noise_bins.clear();
+            workspace.solution.solve();
+            followed.move_by_noise(blocks, workspace);
             return true;
         }
         if followed.moves {
-            work.solution.solve();
-            followed.move_by_noise(blocks, work);
-            self.collect_less_motion(blocks, work, followed);
+            workspace.solution.solve();
+            followed.move_by_noise(blocks, workspace);
+            self.collect_less_motion(blocks, workspace, followed);
         } else {
-            self.collect_beside(blocks, work, followed.trajectory.cycles);
+            self.collect_noise_bins(blocks, workspace, followed.trajectory.cycles);
         }
-        work.solution.solve();
-        let count = work.noise_bins.count();
+        workspace.solution.solve();
+        let count = workspace.noise_bins.count();
         if count < NOISE_BINS_MIN {
             return false;
         }
         let mut counts = [0.0; HARMONICS_MAX];
-        for member in work.noise_bins.members() {
-            counts[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX] += 1.0;
+        for member in workspace.noise_bins.members() {
+            counts[shape.lines.index(usize::from(member.line)) % HARMONICS_MAX] += 1.0;
         }
-        let of_lines = noise_weights(&work.solution, &work.weights, &counts);
+        let of_lines = noise_weights(&workspace.solution, &workspace.weights, &counts);
         let squares: f32 = counts.iter().zip(&of_lines).map(|(n, w)| n * w * w).sum();
         let all = count as f32 * self.width as f32;
         followed.weights = of_lines;
@@ -330,36 +335,41 @@ impl Refinement<'_> {
         followed.effective = (count * count) as f32 / squares.max(f32::MIN_POSITIVE);
         followed.taken = all / (all - followed.unknowns() as f32).max(1.0);
         let weight = |member: &Member| {
-            followed.taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
+            followed.taken * of_lines[shape.lines.index(usize::from(member.line)) % HARMONICS_MAX]
         };
-        let noise_bins = &mut work.noise_bins;
-        noise_bins.products(&work.memory, &weight, &mut work.weights);
+        let noise_bins = &mut workspace.noise_bins;
+        noise_bins.products(&workspace.memory, &weight, &mut workspace.weights);
         let samples = Samples {
             width: self.width,
             count: followed.count,
             effective: followed.effective,
             may_share: self.may_share,
         };
-        followed.noise = samples.invert(&mut work.weights, Some(&followed.variances));
-        noise_bins.measure(&work.memory, &work.weights, &followed.variances);
-        followed.loudest = noise_bins.loudest(&work.memory, &followed.noise.variances);
-        followed.move_by_noise(blocks, work);
+        followed.noise = samples.invert(&mut workspace.weights, Some(&followed.variances));
+        noise_bins.measure(&workspace.memory, &workspace.weights, &followed.variances);
+        followed.loudest = noise_bins.loudest(&workspace.memory, &followed.noise.variances);
+        followed.move_by_noise(blocks, workspace);
         true
     }
 
     /// Collects the noise bins next to the lines after subtracting the modulation; the solution
     /// must be solved.
     #[inline(never)]
-    fn collect_less_motion(&self, blocks: &mut Blocks, work: &mut Work, followed: &Followed) {
-        let shape = work.solution.shape;
+    fn collect_less_motion(
+        &self,
+        blocks: &mut Blocks,
+        workspace: &mut Workspace,
+        followed: &Followed,
+    ) {
+        let shape = workspace.solution.shape;
         // Memory of a second solution would lie deepest on the stack.
         let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
-        let pairs = lines.iter_mut().zip(work.solution.lines());
+        let pairs = lines.iter_mut().zip(workspace.solution.lines());
         pairs.for_each(|(kept, row)| *kept = *row);
-        followed.add_motion(blocks, &work.solution, -1.0);
-        work.solution.project(blocks, shape);
-        self.collect_beside(blocks, work, followed.trajectory.cycles);
-        let solution = &mut work.solution;
+        followed.add_motion(blocks, &workspace.solution, -1.0);
+        workspace.solution.project(blocks, shape);
+        self.collect_noise_bins(blocks, workspace, followed.trajectory.cycles);
+        let solution = &mut workspace.solution;
         let rows = solution.rows.iter_mut().skip(shape.first_line());
         rows.zip(lines).for_each(|(row, kept)| *row = kept);
         followed.add_motion(blocks, solution, 1.0);
@@ -367,32 +377,32 @@ impl Refinement<'_> {
     }
 
     /// Collects the functions next to the lines of the projected solution.
-    fn collect_beside(&self, blocks: &Blocks, work: &mut Work, cycles: f32) {
-        let shape = work.solution.shape;
+    fn collect_noise_bins(&self, blocks: &Blocks, workspace: &mut Workspace, cycles: f32) {
+        let shape = workspace.solution.shape;
         // Harmonics that are too weak to be kept are no noise either, where there is room without.
         let whole = Shape {
             lines: self.lines(cycles).and(shape.lines),
             ..shape
         };
-        let place = Place {
+        let place = LineFrequencies {
             lines: shape.lines,
             cycles,
             nyquist: self.nyquist,
             band: BAND,
         };
-        let Work {
+        let Workspace {
             noise_bins,
             memory,
             solution,
             ..
-        } = work;
+        } = workspace;
         if whole.lines != shape.lines {
             solution.project(blocks, whole);
-            noise_bins.collect(blocks, solution.beside(), place, memory);
+            noise_bins.collect(blocks, solution.projected(), place, memory);
             solution.project(blocks, shape);
         }
         if whole.lines == shape.lines || noise_bins.count() < NOISE_BINS_WHOLE {
-            noise_bins.collect(blocks, solution.beside(), place, memory);
+            noise_bins.collect(blocks, solution.projected(), place, memory);
         }
     }
 }

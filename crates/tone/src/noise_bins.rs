@@ -11,7 +11,7 @@ use crate::matrix::Square;
 use crate::nyquist::Nyquist;
 use crate::phase::{Wave, cos_sin, from_turns};
 use crate::significance::{Sum, deviate};
-use crate::solve::Beside;
+use crate::solve::ProjectedModel;
 use crate::source::Values;
 use crate::totals::WAVES;
 
@@ -55,7 +55,7 @@ impl Member {
 
 /// Frequencies of the lines, cycles per window.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct LineFrequencies {
     /// Numbers of the lines.
     pub lines: Lines,
     /// The unit line.
@@ -72,7 +72,7 @@ pub struct NoiseBins {
     members: [Member; NOISE_BINS_MAX],
     count: usize,
     /// Frequencies of the lines.
-    place: Place,
+    place: LineFrequencies,
     /// Power of the functions nearest to the lines over the residuals' variances.
     pub nearest: f32,
 }
@@ -134,7 +134,7 @@ impl Sums {
 /// A line, turned by some cycles.
 struct TurnedLine<'l> {
     blocks: &'l Blocks,
-    model: Beside<'l>,
+    model: ProjectedModel<'l>,
     sums: &'l Sums,
     number: usize,
     /// Products with the baselines.
@@ -148,7 +148,7 @@ struct TurnedLine<'l> {
 }
 
 impl<'l> TurnedLine<'l> {
-    fn new(blocks: &'l Blocks, model: Beside<'l>, sums: &'l Sums, number: usize) -> Self {
+    fn new(blocks: &'l Blocks, model: ProjectedModel<'l>, sums: &'l Sums, number: usize) -> Self {
         let mut baselines = [[0.0; 4]; DEGREE_MAX + 1];
         let (mut frames, mut even, mut odd) = (0.0, 0.0, 0.0);
         for (b, turn) in sums.turns.iter().enumerate().take(blocks.count()) {
@@ -195,7 +195,7 @@ impl<'l> TurnedLine<'l> {
     /// Products of the cosine or the sine with the channels, of unit variance after projecting out
     /// the model. None if the model explains too much of it.
     fn values(&self, is_forwards: bool, is_sine: bool, least: f32) -> Option<Values> {
-        let Beside {
+        let ProjectedModel {
             shape,
             factor,
             projections,
@@ -268,7 +268,7 @@ impl NoiseBins {
         Self {
             members: [Member::NONE; NOISE_BINS_MAX],
             count: 0,
-            place: Place {
+            place: LineFrequencies {
                 lines: Lines::NONE,
                 cycles: 0.0,
                 nyquist: Nyquist::NONE,
@@ -281,7 +281,13 @@ impl NoiseBins {
     /// Collects the noise bins of lines after projecting out a model. Their products with the
     /// residuals go into rows of `memory`.
     #[inline(never)]
-    pub fn collect(&mut self, blocks: &Blocks, model: Beside, place: Place, memory: &mut [Values]) {
+    pub fn collect(
+        &mut self,
+        blocks: &Blocks,
+        model: ProjectedModel,
+        place: LineFrequencies,
+        memory: &mut [Values],
+    ) {
         let lines = place.lines;
         (self.count, self.place) = (0, place);
         let most = lines.most() + model.shape.lines.most();
@@ -358,7 +364,7 @@ impl NoiseBins {
 
     /// Deviate of the power near the lines over that further from them, of so many independent
     /// channels; zero where there is nothing to compare.
-    pub fn beside(&self, channels: f32) -> f32 {
+    pub fn near_over_far(&self, channels: f32) -> f32 {
         let [mut near, mut far] = [Sum::default(); 2];
         for member in self.members() {
             let sum = if self.is_near(member) {
@@ -453,7 +459,7 @@ impl NoiseBins {
 
 /// Cosine and sine of a line, of unit variance after projecting out a model: their products with
 /// the channels. None if the model explains too much of them.
-pub fn line(blocks: &Blocks, model: Beside, number: usize) -> Option<[Values; 2]> {
+pub fn line(blocks: &Blocks, model: ProjectedModel, number: usize) -> Option<[Values; 2]> {
     let sums = Sums::new(blocks, 0, number + model.shape.lines.most());
     let line = TurnedLine::new(blocks, model, &sums, number);
     Some([

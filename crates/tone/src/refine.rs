@@ -12,7 +12,7 @@ use crate::scene::Band;
 use crate::solve::Shape;
 use crate::statistics::Products;
 use crate::trajectory::Trajectory;
-use crate::work::Work;
+use crate::workspace::Workspace;
 
 /// Maximum number of steps of a comb at a time.
 const STEPS: usize = 2;
@@ -102,22 +102,22 @@ impl Refinement<'_> {
         blocks: &mut Blocks,
         trajectory: &mut Trajectory,
         steps: Steps,
-        work: &mut Work,
+        workspace: &mut Workspace,
     ) {
         let n = steps.degrees.min(MOVES_MAX);
         for number in 0..steps.most {
-            work.solution.project(blocks, steps.shape);
+            workspace.solution.project(blocks, steps.shape);
             if number == 0 && steps.noise == Known::Residuals {
-                self.weigh(work, self.frames);
+                self.weigh(workspace, self.frames);
             }
-            work.solution.solve();
-            let normal = &mut work.normal;
+            workspace.solution.solve();
+            let normal = &mut workspace.normal;
             normal.degrees = Degrees {
                 phase: n,
                 amplitude: 0,
             };
-            let memory = work.memory.as_flattened_mut();
-            normal.make(blocks, &work.solution, &work.weights, memory);
+            let memory = workspace.memory.as_flattened_mut();
+            normal.make(blocks, &workspace.solution, &workspace.weights, memory);
             let mut information = [0.0; MOVES_MAX];
             for i in 0..n {
                 information[i] = normal.matrix[i][i];
@@ -146,14 +146,14 @@ impl Refinement<'_> {
     /// Weighs the channels by the inverse covariance of the residuals after the projections, of a
     /// number of samples.
     #[inline(never)]
-    pub fn weigh(&self, work: &mut Work, count: f32) -> Covariance {
-        work.weights = work.solution.residuals(self.all);
+    pub fn weigh(&self, workspace: &mut Workspace, count: f32) -> Covariance {
+        workspace.weights = workspace.solution.residuals(self.all);
         let samples = Samples {
             width: self.width,
             count,
             effective: count,
             may_share: self.may_share,
         };
-        samples.invert(&mut work.weights, None)
+        samples.invert(&mut workspace.weights, None)
     }
 }

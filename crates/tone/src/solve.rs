@@ -37,7 +37,7 @@ pub type Rows = [Values; UNKNOWNS_MAX.next_multiple_of(4)];
 
 /// A model to project out of functions, as the factor of its normal equations.
 #[derive(Clone, Copy, Debug)]
-pub struct Beside<'b> {
+pub struct ProjectedModel<'b> {
     /// The fitted model.
     pub shape: &'b Shape,
     /// Factor of the normal equations.
@@ -80,8 +80,8 @@ impl Solution {
     }
 
     /// The model to project out of functions, with the projections.
-    pub fn beside(&self) -> Beside<'_> {
-        Beside {
+    pub fn projected(&self) -> ProjectedModel<'_> {
+        ProjectedModel {
             shape: &self.shape,
             factor: self.factor(),
             projections: Some(&self.rows),

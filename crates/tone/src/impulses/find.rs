@@ -1,13 +1,13 @@
 //! Search for impulses in the residuals of a solution.
 
 use super::CHANNELS;
-use crate::data::Data;
 use crate::limits::{CHANNELS_MAX, IMPULSES_MAX};
 use crate::residual::Model;
 use crate::significance::Sum;
 use crate::solve::Solution;
 use crate::source::Values;
 use crate::trajectory::Trajectory;
+use crate::window_frames::WindowFrames;
 
 /// Deviate of one value among some thousands.
 const Z_IMPULSE: f32 = 4.8;
@@ -19,10 +19,10 @@ const MEAN_MAGNITUDE: f32 = 0.797_884_6;
 const SHARE_MAX: f32 = 0.1;
 
 /// Visits the residuals of a window, frame after frame, each with those beside it.
-fn residuals(data: &mut Data, model: &Model, visit: &mut dyn FnMut(u32, &[Values; 3])) {
+fn residuals(window: &mut WindowFrames, model: &Model, visit: &mut dyn FnMut(u32, &[Values; 3])) {
     let mut last = [[0.0; CHANNELS_MAX]; 3];
     let (mut count, mut numbers) = (0u32, [0; 2]);
-    data.visit_beside(Some(model), |frame| {
+    window.visit_residuals(Some(model), |frame| {
         last = [last[1], last[2], frame.values];
         numbers = [numbers[1], frame.number];
         count += 1;
@@ -57,7 +57,7 @@ fn far_off<'v>(
 /// Replaces what a solution leaves of single values; how many there are. Its memory holds nothing.
 #[inline(never)]
 pub fn replace(
-    data: &mut Data,
+    window: &mut WindowFrames,
     solution: &Solution,
     trajectory: &Trajectory,
     memory: &mut [f32],
@@ -67,12 +67,12 @@ pub fn replace(
         motion: None,
         trajectory: *trajectory,
     };
-    let width = data.width();
+    let width = window.width();
     // The first limit is by all magnitudes, which impulses raise; the second by those below it.
     let mut limits = [f32::INFINITY; CHANNELS_MAX];
     for round in 0..2 {
         let (mut magnitudes, mut most) = ([Sum::default(); CHANNELS_MAX], [0.0; CHANNELS_MAX]);
-        data.visit_beside(Some(&model), |frame| {
+        window.visit_residuals(Some(&model), |frame| {
             for (k, value) in frame.values.iter().enumerate().take(width) {
                 let magnitude = value.abs();
                 if magnitude > most[k] {
@@ -90,24 +90,24 @@ pub fn replace(
         }
     }
     let (mut found, mut all) = (0, 0);
-    residuals(data, &model, &mut |_, values| {
+    residuals(window, &model, &mut |_, values| {
         all += width;
         found += far_off(values, &limits).count();
     });
     if found as f32 > SHARE_MAX * all as f32
-        || found > IMPULSES_MAX - data.impulses.count
+        || found > IMPULSES_MAX - window.impulses.count
         || 2 * found > memory.len()
     {
         return 0;
     }
     let mut pairs = memory.as_chunks_mut::<2>().0.iter_mut();
-    residuals(data, &model, &mut |number, values| {
+    residuals(window, &model, &mut |number, values| {
         for ((channel, value), pair) in far_off(values, &limits).zip(&mut pairs) {
             *pair = [(number * CHANNELS + channel) as f32, value];
         }
     });
     for [place, off] in memory.as_chunks::<2>().0.iter().take(found) {
-        data.impulses.add(*place as u32, *off);
+        window.impulses.add(*place as u32, *off);
     }
     found
 }

@@ -1,28 +1,28 @@
 //! Corrections for multiplexing delay, from a solution.
 
 use super::{Delays, Late, Response};
-use crate::data::Data;
 use crate::domain::Domain;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
 use crate::solve::Solution;
 use crate::trajectory::Trajectory;
-use crate::work::Work;
+use crate::window_frames::WindowFrames;
+use crate::workspace::Workspace;
 use core::hint::black_box;
 
 impl Late {
     /// The waves of a solution, where channels are late along a path.
     fn new(
-        data: &Data,
+        window: &WindowFrames,
         solution: &Solution,
         trajectory: &Trajectory,
         delays: &Delays,
     ) -> Option<Self> {
-        let last = data.count().checked_sub(1)?;
-        if matches!(data.domain, Domain::Time { .. }) || last == 0 {
+        let last = window.count().checked_sub(1)?;
+        if matches!(window.domain, Domain::Time { .. }) || last == 0 {
             return None;
         }
         let mut frames = [0.0; CHANNELS_MAX];
-        let order = data.statistics.order.iter().take(data.width());
+        let order = window.statistics.order.iter().take(window.width());
         for (frames, channel) in frames.iter_mut().zip(order) {
             *frames = delays.frames[usize::from(*channel) % CHANNELS_MAX];
         }
@@ -31,7 +31,7 @@ impl Late {
         pairs.for_each(|(wave, line)| *wave = *line);
         let mut late = Self {
             frames,
-            step: (data.domain.u(last) - data.domain.u(0)) / last as f32,
+            step: (window.domain.u(last) - window.domain.u(0)) / last as f32,
             last,
             low_pass: delays.low_pass,
             mean: [Response::default(); HARMONICS_MAX + 1],
@@ -41,7 +41,7 @@ impl Late {
             // Opaque: the compiler would else call the only such function directly.
             subtract: black_box(Self::take_change),
         };
-        late.mean = late.mean_response(&data.domain);
+        late.mean = late.mean_response(&window.domain);
         Some(late)
     }
 
@@ -49,23 +49,23 @@ impl Late {
     /// the frames; false if it is less than the noise, and stays.
     #[inline(never)]
     pub fn take_out(
-        data: &mut Data,
-        work: &Work,
+        window: &mut WindowFrames,
+        workspace: &Workspace,
         trajectory: &Trajectory,
         delays: &Delays,
     ) -> bool {
-        data.late = None;
-        let Some(late) = Self::new(data, &work.solution, trajectory, delays) else {
+        window.late = None;
+        let Some(late) = Self::new(window, &workspace.solution, trajectory, delays) else {
             return false;
         };
-        let (domain, mut squares) = (data.domain, 0.0);
-        data.visit(|frame| {
+        let (domain, mut squares) = (window.domain, 0.0);
+        window.visit(|frame| {
             let change = late.change(&domain, frame);
             for (k, change) in change.iter().enumerate() {
-                squares += work.weights[k][k] * change * change;
+                squares += workspace.weights[k][k] * change * change;
             }
         });
-        data.late = (squares > 1.0).then_some(late);
-        data.late.is_some()
+        window.late = (squares > 1.0).then_some(late);
+        window.late.is_some()
     }
 }

@@ -2,21 +2,21 @@
 
 use crate::blocks::{Blocks, Pass};
 use crate::covariance::power;
-use crate::data::Data;
 use crate::fit::Tests;
 use crate::limits::{BAND, CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::matrix::Square;
 use crate::movement::Followed;
-use crate::noise_bins::{NoiseBins, Place, line};
+use crate::noise_bins::{LineFrequencies, NoiseBins, line};
 use crate::nyquist::Nyquist;
 use crate::residual::Model;
 use crate::significance::{Sum, Z_TEST, deviate};
-use crate::solve::{Beside, Power, Shape, Solution};
+use crate::solve::{Power, ProjectedModel, Shape, Solution};
 use crate::source::Values;
 use crate::spectrum::{Spectrum, Sums};
 use crate::statistics::Products;
-use crate::work::Work;
+use crate::window_frames::WindowFrames;
+use crate::workspace::Workspace;
 
 /// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
 pub const Z_LINE: f32 = 4.3;
@@ -30,8 +30,8 @@ const OF_SQUARES: f32 = 1.22;
 /// Another line is as far from those of the comb.
 const CLEAR_CYCLES: f32 = 0.9;
 /// Distance of the middle of another line's neighbourhood, and how far it goes to either side.
-const BESIDE_CYCLES: f32 = 2.5;
-const BESIDE_WIDTH: f32 = 1.6;
+const NOISE_CYCLES: f32 = 2.5;
+const NOISE_WIDTH: f32 = 1.6;
 /// Minimum number of places that a neighbourhood is known from.
 const PLACES_MIN: usize = 4;
 /// Minimum number of places on each side of a line that its neighbourhood is known from.
@@ -95,12 +95,17 @@ pub struct Tested<'t> {
 impl<'t> Tested<'t> {
     /// Prepares the tests of a tone.
     #[inline(never)]
-    pub fn new(followed: &'t Followed, work: &Work, nyquist: Nyquist, width: usize) -> Self {
-        let (all, shape) = (work.solution.line_factors(), followed.shape);
+    pub fn new(
+        followed: &'t Followed,
+        workspace: &Workspace,
+        nyquist: Nyquist,
+        width: usize,
+    ) -> Self {
+        let (all, shape) = (workspace.solution.line_factors(), followed.shape);
         let factors = all.get(..shape.lines.count()).unwrap_or_default();
         let mut powers = [Power::default(); HARMONICS_MAX];
         for (power, factors) in powers.iter_mut().zip(factors) {
-            *power = Power::new(factors, &work.weights);
+            *power = Power::new(factors, &workspace.weights);
         }
         let mut plains = [0.0; HARMONICS_MAX];
         for (plain, [cos, sin]) in plains.iter_mut().zip(factors) {
@@ -183,7 +188,7 @@ impl<'t> Tested<'t> {
         } else {
             tests.line
         };
-        tests.beside = noise_bins.beside(channels);
+        tests.beside = noise_bins.near_over_far(channels);
         tests.beside_share = noise_bins.nearest / self.power;
     }
 
@@ -192,7 +197,7 @@ impl<'t> Tested<'t> {
     /// peak.
     fn over_loudest(&self, noise_bins: &NoiseBins, number: usize) -> f32 {
         let (followed, width) = (self.followed, self.width as f32);
-        let place = self.shape.lines.place(number) % HARMONICS_MAX;
+        let place = self.shape.lines.index(number) % HARMONICS_MAX;
         let (mut loudest, mut sides) = (2.0 * width, [0; 2]);
         for next in noise_bins.places(number) {
             loudest = f32::max(loudest, next.power * followed.taken);
@@ -217,18 +222,18 @@ impl<'t> Tested<'t> {
     #[inline(never)]
     pub fn other(
         &self,
-        data: &mut Data,
+        window: &mut WindowFrames,
         model: &Model,
         sums: Sums,
         transforms: &mut [f32],
     ) -> Other {
         let followed = self.followed;
-        let (domain, each, frames) = (data.domain, data.frames_each(), data.count());
-        let half = data.cycles_max() / each as f32;
-        let Some(mut spectrum) = Spectrum::new(data, each, sums, transforms) else {
+        let (domain, each, frames) = (window.domain, window.frames_each(), window.count());
+        let half = window.cycles_max() / each as f32;
+        let Some(mut spectrum) = Spectrum::new(window, each, sums, transforms) else {
             return Other::default();
         };
-        let places = Places {
+        let places = Bins {
             lines: self.shape.lines,
             cycles: followed.trajectory.cycles,
             most: half,
@@ -242,14 +247,14 @@ impl<'t> Tested<'t> {
             // No line of the other channels has more power than all that is left of them.
             let variances = followed.variances.iter().take(self.width);
             let left: f32 = variances.skip(first).sum();
-            let most = OF_SQUARES * data.statistics.frames as f32 * left;
+            let most = OF_SQUARES * window.statistics.frames as f32 * left;
             let all_with_tone = (every & !self.with_tone) >> first == 0;
             if all_with_tone && spectrum.strongest_plain() + most < OTHER * self.plain {
                 break;
             }
             let channels = first..(first + spectrum.channels()).min(self.width);
             spectrum.clear(channels.len());
-            data.visit_channels(channels.clone(), &mut |frame| {
+            window.visit_channels(channels.clone(), &mut |frame| {
                 let values = model.residual(frame, channels.clone());
                 let point = frame.point(&domain, frames, each);
                 let values = values.get(channels.clone()).unwrap_or_default();
@@ -302,7 +307,7 @@ impl<'t> Tested<'t> {
     #[inline(never)]
     pub fn between(
         &self,
-        data: &mut Data,
+        window: &mut WindowFrames,
         solution: &Solution,
         blocks: &mut Blocks,
         noise: &mut Noise,
@@ -322,14 +327,14 @@ impl<'t> Tested<'t> {
             most: shape.lines.most() + lines.most(),
         };
         let moving = followed.moves.then(|| self.model(solution));
-        blocks.collect(data, &pass, moving.as_ref());
-        let place = |number: usize| Place {
+        blocks.collect(window, &pass, moving.as_ref());
+        let place = |number: usize| LineFrequencies {
             lines: Lines::NONE.with(number),
             cycles: 0.5 * followed.trajectory.cycles,
             nyquist: self.nyquist,
             band: BAND,
         };
-        let beside_model = Beside {
+        let projected = ProjectedModel {
             shape: &shape,
             factor: solution.factor(),
             projections: moving.is_none().then_some(&solution.rows),
@@ -348,9 +353,9 @@ impl<'t> Tested<'t> {
             if cycles >= self.nyquist.max || !self.nyquist.is_clear(cycles) {
                 continue;
             }
-            noise_bins.collect(blocks, beside_model, place(number), memory);
+            noise_bins.collect(blocks, projected, place(number), memory);
             let count = noise_bins.count();
-            let Some(tested) = line(blocks, beside_model, number) else {
+            let Some(tested) = line(blocks, projected, number) else {
                 continue;
             };
             if count < PLACES_MIN {
@@ -372,7 +377,7 @@ impl<'t> Tested<'t> {
 }
 
 /// Bins of a spectrum.
-struct Places {
+struct Bins {
     lines: Lines,
     cycles: f32,
     /// Half the pieces' rate, cycles per window.
@@ -382,7 +387,7 @@ struct Places {
     last: usize,
 }
 
-impl Places {
+impl Bins {
     /// Cycles per window.
     fn at(&self, i: usize) -> f32 {
         i as f32 * self.step
@@ -395,8 +400,8 @@ impl Places {
             return f32::NEG_INFINITY;
         }
         let mut beside = Sum::default();
-        let far = ((BESIDE_CYCLES + BESIDE_WIDTH) / self.step) as usize;
-        let near = ((BESIDE_CYCLES - BESIDE_WIDTH) / self.step) as usize + 1;
+        let far = ((NOISE_CYCLES + NOISE_WIDTH) / self.step) as usize;
+        let near = ((NOISE_CYCLES - NOISE_WIDTH) / self.step) as usize + 1;
         for distance in near..=far {
             for j in [i.saturating_sub(distance), i + distance] {
                 if j > 0 && j < self.last && self.is_clear(j) {

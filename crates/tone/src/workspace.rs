@@ -29,7 +29,7 @@ const _: () = assert!(size_of::<Square<MOVEMENT_MAX>>() / 4 >= POINTS_CHIP / 2);
 
 /// Memory of the steps.
 #[derive(Debug)]
-pub struct Work {
+pub struct Workspace {
     /// What no step leaves to the next: products of noise bins with the channels, sums over blocks
     /// of a movement, or sums of transforms.
     pub memory: [Values; ROWS],
@@ -45,7 +45,7 @@ pub struct Work {
     pub score_of_best: f32,
 }
 
-impl Work {
+impl Workspace {
     /// All zeros.
     pub const fn new() -> Self {
         Self {

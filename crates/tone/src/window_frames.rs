@@ -65,7 +65,7 @@ impl Units {
 }
 
 /// The frames of a window.
-pub struct Data<'d, 's> {
+pub struct WindowFrames<'d, 's> {
     /// Source of the frames.
     pub span: &'d mut FrameSpan<'s>,
     /// Levels, slopes and scales.
@@ -82,7 +82,7 @@ pub struct Data<'d, 's> {
     pub is_lost: bool,
 }
 
-impl Data<'_, '_> {
+impl WindowFrames<'_, '_> {
     /// Number of channels.
     pub fn width(&self) -> usize {
         self.statistics.width.min(CHANNELS_MAX)
@@ -158,7 +158,7 @@ impl Data<'_, '_> {
     }
 
     /// Visits the frames, or what a model leaves of them.
-    pub fn visit_beside(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
+    pub fn visit_residuals(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
         let width = self.width();
         self.visit(|frame| match model {
             Some(model) => {
