@@ -54,7 +54,7 @@ pub struct Blocks {
     /// Groups of four channels that are used.
     groups: usize,
     lines: Lines,
-    most: usize,
+    multiple_max: usize,
 }
 
 /// Frames to pass over.
@@ -66,7 +66,7 @@ pub struct Pass {
     /// Lines for which products with the channels are needed.
     pub lines: Lines,
     /// Highest multiple of the unit for which sums are needed.
-    pub most: usize,
+    pub multiple_max: usize,
 }
 
 impl Blocks {
@@ -82,7 +82,7 @@ impl Blocks {
             count: 0,
             groups: 0,
             lines: Lines::NONE,
-            most: 0,
+            multiple_max: 0,
         }
     }
 
@@ -173,8 +173,8 @@ impl Blocks {
     #[inline(never)]
     pub fn collect(&mut self, window: &mut WindowFrames, pass: &Pass, model: Option<&Model>) {
         self.lines = pass.lines;
-        let most = pass.most.min(WAVES - 1);
-        self.most = most;
+        let max = pass.multiple_max.min(WAVES - 1);
+        self.multiple_max = max;
         let lines = pass.lines.count().min(HARMONICS_MAX);
         let used = (2 * lines * self.count).min(2 * BLOCK_LINES);
         self.rows[..used].fill([0.0; CHANNELS_MAX]);
@@ -194,7 +194,7 @@ impl Blocks {
             }
             let places = powers.iter_mut().zip(&mut self.waves[b % BLOCKS_MAX]);
             let multiples = phase::powers(pass.trajectory.at(frame.u, pass.scale));
-            for ((place, wave), power) in places.zip(multiples).take(most + 1) {
+            for ((place, wave), power) in places.zip(multiples).take(max + 1) {
                 *place = power;
                 wave[0] += power[0];
                 wave[1] += power[1];
@@ -215,13 +215,13 @@ impl Blocks {
         batch.add_to(self.rows_of(b, lines), groups);
     }
 
-    /// Divides the window into up to `most` blocks of whole frames. They are shortest at the ends,
+    /// Divides the window into up to `max` blocks of whole frames. They are shortest at the ends,
     /// where Legendre polynomials change fastest.
-    fn divide(&mut self, frames: u32, most: usize) {
+    fn divide(&mut self, frames: u32, max: usize) {
         let (mut first, half) = (0, 0.5 * frames as f32);
         self.count = 0;
-        for i in 1..=most {
-            let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / most as f32));
+        for i in 1..=max {
+            let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / max as f32));
             let end = (half * (1.0 - cos) + 0.5) as u32;
             if end > first
                 && let Some(place) = self.ends.get_mut(self.count)
@@ -280,15 +280,15 @@ impl Blocks {
             .map(|[value, slope]| [0, 1].map(|i| value * wave[i] + slope * moment[i]))
     }
 
-    /// Sums over all blocks, each with its weight: of the multiples of the phase up to `most`, and
+    /// Sums over all blocks, each with its weight: of the multiples of the phase up to `max`, and
     /// of the lines' products with the baselines of a shape.
     pub fn totals(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> Totals {
-        let most = (2 * shape.lines.most()).min(self.most);
+        let max = (2 * shape.lines.max()).min(self.multiple_max);
         let mut totals = Totals::NONE;
         for b in 0..self.count() {
             let weight = weights[b];
             let waves = totals.waves.iter_mut().zip(&self.waves[b]);
-            for (sum, wave) in waves.take(most + 1) {
+            for (sum, wave) in waves.take(max + 1) {
                 sum[0] += weight * wave[0];
                 sum[1] += weight * wave[1];
             }
@@ -353,7 +353,7 @@ impl Blocks {
                 + 0.5 * FRAC_1_PI * (to.movement(u) - from.movement(u));
             let (cos, sin) = cos_sin(from_turns(turns));
             let mut power = [1.0, 0.0];
-            for m in 1..=self.most.min(WAVES - 1) {
+            for m in 1..=self.multiple_max.min(WAVES - 1) {
                 power = times(power, [cos, sin]);
                 let rotate = |wave: &mut Wave| *wave = times(*wave, power);
                 rotate(&mut self.waves[b][m]);

@@ -80,7 +80,7 @@ impl Refinement<'_> {
             degree,
         };
         let steps = Steps {
-            most: 1,
+            max: 1,
             ..Steps::of_comb(kept)
         };
         self.refine(blocks, trajectory, steps, workspace);
@@ -105,14 +105,14 @@ impl Refinement<'_> {
     #[inline(never)]
     fn lines_there(&self, workspace: &Workspace, cycles: f32) -> Lines {
         let rounding = self.all.rounding(&workspace.weights, self.width);
-        let least = 2.0 * self.width as f32 * libm::logf(self.frames) + rounding;
+        let min = 2.0 * self.width as f32 * libm::logf(self.frames) + rounding;
         let factors = workspace.solution.line_factors();
         let lines = workspace.solution.shape.lines;
         let mut powers = [0.0; HARMONICS_MAX + 1];
         for (line, factors) in lines.iter().zip(&factors) {
             let power = Power::new(factors, &workspace.weights).all;
             if let Some(place) = powers.get_mut(line) {
-                *place = if power > least { power } else { 0.0 };
+                *place = if power > min { power } else { 0.0 };
             }
         }
         let own = |line: usize| powers.get(line).copied().unwrap_or_default();
@@ -174,20 +174,20 @@ impl Refinement<'_> {
     }
 
     /// A bound of the scores of all combs at the blocks' trajectory with a baseline of up to `degree`, of
-    /// as many unknowns as `least` and more: what all lines explain, at the price of the least.
+    /// as many unknowns as `min` and more: what all lines explain, at the price of the least.
     pub fn bound(
         &self,
         blocks: &Blocks,
         workspace: &mut Workspace,
         degree: usize,
-        least: &Shape,
+        min: &Shape,
     ) -> f32 {
         let all = Shape {
             lines: blocks.lines(),
             degree,
         };
         workspace.solution.project(blocks, all);
-        self.likelihood(&workspace.solution) - self.price(least)
+        self.likelihood(&workspace.solution) - self.price(min)
     }
 
     /// Weighs the channels by the noise next to the lines of the projected solution.
@@ -233,9 +233,9 @@ impl Refinement<'_> {
         let log_det = if self.may_share {
             let mut residuals = solution.residuals(self.all);
             // The part of a channel that the others do not explain is at least its rounding.
-            let least =
-                core::array::from_fn(|k| self.all.least[k].max(PIVOT_MIN * residuals[k][k]));
-            Factor::new(&mut residuals, self.width).log_det_above(&least)
+            let min =
+                core::array::from_fn(|k| self.all.squares_min[k].max(PIVOT_MIN * residuals[k][k]));
+            Factor::new(&mut residuals, self.width).log_det_above(&min)
         } else {
             let squares = solution.squares(self.all);
             squares
@@ -255,7 +255,7 @@ impl Refinement<'_> {
 
     /// Degrees of freedom of the determinant, after Bartlett.
     fn bartlett(&self) -> f32 {
-        let most = crate::limits::UNKNOWNS_MAX as f32 - 2.0;
-        (self.frames - most - 0.5 * (self.width as f32 + 1.0)).max(4.0)
+        let max = crate::limits::UNKNOWNS_MAX as f32 - 2.0;
+        (self.frames - max - 0.5 * (self.width as f32 + 1.0)).max(4.0)
     }
 }

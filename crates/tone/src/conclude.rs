@@ -266,7 +266,7 @@ impl Figures<'_> {
     /// The reading that makes a tone ambiguous; `None` if nothing does.
     pub fn other_reading(&self) -> Option<Reading> {
         let (tests, cycles) = (self.tests, self.tests.cycles);
-        let least = if tests.one_shape { CYCLES_ONE } else { CYCLES };
+        let min = if tests.one_shape { CYCLES_ONE } else { CYCLES };
         if self.other.deviate > Z_TEST {
             let Other { cycles, share, .. } = *self.other;
             return Some(Reading { cycles, share });
@@ -291,9 +291,9 @@ impl Figures<'_> {
             self.strongest as f32 * self.mean.cycles
         } else if tests.beside > Z_TEST && tests.beside_share > SECOND_TONE {
             self.nearest
-        } else if self.nyquist.max - cycles < least {
+        } else if self.nyquist.max - cycles < min {
             2.0 * self.nyquist.max - self.mean.cycles
-        } else if cycles < least || self.is_crowded || tests.margin < ODDS {
+        } else if cycles < min || self.is_crowded || tests.margin < ODDS {
             // Without a competing comb a part of a cycle is left: of a slower tone.
             if self.competing.cycles > 0.0 {
                 self.competing.cycles

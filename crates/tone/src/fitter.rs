@@ -356,9 +356,9 @@ impl<'w> Window<'w, '_, '_> {
 
     /// Degrees of the baseline to try with a candidate, and their number.
     fn degrees(&self, cycles: f32) -> ([usize; 2], usize) {
-        let most = self.scene.degree_max();
-        let is_curved = cycles < CYCLES_CURVED && most > 1;
-        ([1, most], 1 + usize::from(is_curved))
+        let max = self.scene.degree_max();
+        let is_curved = cycles < CYCLES_CURVED && max > 1;
+        ([1, max], 1 + usize::from(is_curved))
     }
 
     /// The likeliest comb of those at the peaks, and at half and at a third of each.
@@ -391,15 +391,15 @@ impl<'w> Window<'w, '_, '_> {
                 self.collect(blocks, &trajectory, refinement.lines(cycles));
                 let (degrees, degrees_count) = self.degrees(cycles);
                 let degrees = degrees.get(..degrees_count).unwrap_or_default();
-                let most = degrees.last().copied().unwrap_or(1);
+                let max = degrees.last().copied().unwrap_or(1);
                 // A part of a peak's frequency needs a line next to the peak's own.
                 let fewest = if divisor > 1 { 2 } else { 1 };
-                let least = Shape {
+                let min = Shape {
                     lines: Lines::up_to(fewest),
                     degree: 1,
                 };
                 if let Some(best) = &best
-                    && refinement.bound(blocks, workspace, most, &least) < best.score
+                    && refinement.bound(blocks, workspace, max, &min) < best.score
                 {
                     continue;
                 }
@@ -434,11 +434,11 @@ impl<'w> Window<'w, '_, '_> {
         let others = others_tried
             .iter()
             .filter(|competing| f32::abs(competing.cycles - cycles) > CYCLES_MIN);
-        best.competing = others.fold(CompetingComb::NONE, |most, competing| {
-            if competing.score > most.score {
+        best.competing = others.fold(CompetingComb::NONE, |max, competing| {
+            if competing.score > max.score {
                 *competing
             } else {
-                most
+                max
             }
         });
         best.competing.score -= best.score;
@@ -461,7 +461,7 @@ impl<'w> Window<'w, '_, '_> {
         let cycles = best.trajectory.cycles;
         let lines = refinement.lines(cycles).and(best.shape.lines);
         let twist =
-            collected.map(|from| blocks.twist(&from, &best.trajectory) * lines.most() as f32);
+            collected.map(|from| blocks.twist(&from, &best.trajectory) * lines.max() as f32);
         if twist.is_none_or(|twist| twist > TWIST_MAX) || blocks.lines() != lines {
             self.collect(blocks, &best.trajectory, lines);
         }
@@ -470,8 +470,8 @@ impl<'w> Window<'w, '_, '_> {
         let (mut at, degree) = (best.trajectory, best.shape.degree);
         best.score = f32::NEG_INFINITY;
         workspace.restore_weights();
-        let most = self.scene.degree_max();
-        let others = (1..=most).filter(|other| *other != degree);
+        let max = self.scene.degree_max();
+        let others = (1..=max).filter(|other| *other != degree);
         let mut are_bounded = false;
         for other in core::iter::once(degree).chain(others) {
             let mut steps = Steps::of_comb(best.shape);
@@ -480,7 +480,7 @@ impl<'w> Window<'w, '_, '_> {
                 // The first of the others is the least. Below, lines may be left out beside a baseline.
                 if !are_bounded
                     && cycles >= CYCLES_CURVED
-                    && refinement.bound(blocks, workspace, most, &steps.shape) <= best.score
+                    && refinement.bound(blocks, workspace, max, &steps.shape) <= best.score
                 {
                     break;
                 }
@@ -671,7 +671,7 @@ impl<'w> Window<'w, '_, '_> {
             // No frequency is known better than it is written.
             fit.sigma = libm::hypotf(span.frequency(mean.sigma), f32::EPSILON * fit.frequency);
             fit.movement = movement;
-            fit.harmonics = shape.lines.most() as u8;
+            fit.harmonics = shape.lines.max() as u8;
             fit.overtones = overtones;
             for (k, channel) in statistics.order.iter().enumerate().take(statistics.width) {
                 fit.with_tone |= (tested.with_tone >> k & 1) << channel;
@@ -703,9 +703,9 @@ impl<'w> Window<'w, '_, '_> {
             pairs.for_each(|(square, value)| *square += value * value);
         });
         let frames = self.all.count;
-        let pairs = squares.iter().zip(&self.all.least).take(width);
+        let pairs = squares.iter().zip(&self.all.squares_min).take(width);
         let logs: f32 = pairs
-            .map(|(square, least)| libm::logf(square.max(*least) / frames))
+            .map(|(square, min)| libm::logf(square.max(*min) / frames))
             .sum();
         let unknowns = width * tested.shape.unknowns()
             + tested.followed.unknowns().max(tested.followed.fitted.phase);
@@ -756,7 +756,7 @@ impl<'w> Window<'w, '_, '_> {
             trajectory: *trajectory,
             scale: 1.0,
             lines,
-            most: 2 * lines.most(),
+            multiple_max: 2 * lines.max(),
         };
         blocks.collect(self.frames, &pass, None);
     }

@@ -115,24 +115,24 @@ impl<'t> Tested<'t> {
         }
         let (mut tone, mut plain, mut with_tone) = (0.0, 0.0, 0);
         for k in 0..width.min(CHANNELS_MAX) {
-            let mut most = 0.0;
+            let mut max = 0.0;
             for [cos, sin] in factors {
                 let power = cos[k] * cos[k] + sin[k] * sin[k];
                 tone += power / followed.variances[k];
                 plain += power;
-                most = f32::max(most, power);
+                max = f32::max(max, power);
             }
-            let over = most / (2.0 * followed.noise.variances[k]);
+            let over = max / (2.0 * followed.noise.variances[k]);
             if deviate(over, 2.0, followed.count) > Z_TEST {
                 with_tone |= 1 << k;
             }
         }
-        let (mut loudest, mut most) = (1, 0.0);
+        let (mut loudest, mut max) = (1, 0.0);
         for (line, [cos, sin]) in shape.lines.iter().zip(factors) {
             let squares = cos.iter().zip(sin).take(width);
             let own = squares.map(|(cos, sin)| cos * cos + sin * sin).sum();
-            if own > most {
-                (loudest, most) = (line, own);
+            if own > max {
+                (loudest, max) = (line, own);
             }
         }
         Self {
@@ -173,7 +173,7 @@ impl<'t> Tested<'t> {
             self.width <= 2 || strongest.second < width + 4.0 * crate::sqrt(2.0 * width);
         let mut own = Sum::default();
         for member in noise_bins.members() {
-            if usize::from(member.line) == lines.least() {
+            if usize::from(member.line) == lines.min() {
                 own.add(member.power * followed.taken / width);
             }
         }
@@ -236,7 +236,7 @@ impl<'t> Tested<'t> {
         let places = Bins {
             lines: self.shape.lines,
             cycles: followed.trajectory.cycles,
-            most: half,
+            max: half,
             step: spectrum.cycles(1.0),
             last: (spectrum.bin(half - 0.5) as usize).min(spectrum.last()),
         };
@@ -247,9 +247,9 @@ impl<'t> Tested<'t> {
             // No line of the other channels has more power than all that is left of them.
             let variances = followed.variances.iter().take(self.width);
             let left: f32 = variances.skip(first).sum();
-            let most = OF_SQUARES * window.statistics.frames as f32 * left;
+            let max = OF_SQUARES * window.statistics.frames as f32 * left;
             let all_with_tone = (every & !self.with_tone) >> first == 0;
-            if all_with_tone && spectrum.strongest_plain() + most < OTHER * self.plain {
+            if all_with_tone && spectrum.strongest_plain() + max < OTHER * self.plain {
                 break;
             }
             let channels = first..(first + spectrum.channels()).min(self.width);
@@ -324,7 +324,7 @@ impl<'t> Tested<'t> {
             trajectory: followed.trajectory,
             scale: 0.5,
             lines,
-            most: shape.lines.most() + lines.most(),
+            multiple_max: shape.lines.max() + lines.max(),
         };
         let moving = followed.moves.then(|| self.model(solution));
         blocks.collect(window, &pass, moving.as_ref());
@@ -381,7 +381,7 @@ struct Bins {
     lines: Lines,
     cycles: f32,
     /// Half the pieces' rate, cycles per window.
-    most: f32,
+    max: f32,
     /// Cycles per window from one to the next.
     step: f32,
     last: usize,
@@ -424,7 +424,7 @@ impl Bins {
         let x = self.at(i);
         let far = |line: usize| {
             let line = line as f32 * self.cycles;
-            let folded = line - 2.0 * self.most * libm::roundf(0.5 * line / self.most);
+            let folded = line - 2.0 * self.max * libm::roundf(0.5 * line / self.max);
             (x - folded.abs()).abs() > CLEAR_CYCLES
         };
         self.lines.iter().all(far)

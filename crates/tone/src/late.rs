@@ -110,7 +110,7 @@ impl Late {
         let step = self.step_at(domain, frame.number);
         let turn = PI * self.trajectory.cycles * (step - self.step);
         let powers: [_; HARMONICS_MAX + 1] =
-            first_powers(self.trajectory.at(frame.u, 1.0), self.lines.most());
+            first_powers(self.trajectory.at(frame.u, 1.0), self.lines.max());
         let mut change = [0.0; CHANNELS_MAX];
         let pairs = self.waves.as_chunks::<2>().0.iter();
         for ([of_cos, of_sin], line) in pairs.zip(self.lines.iter()) {

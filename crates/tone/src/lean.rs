@@ -125,9 +125,9 @@ impl<'m> Lean<'m> {
 
     /// Lines of a frequency below half the frame rate.
     fn lines(span: &FrameSpan, cycles: f32, harmonics: usize) -> usize {
-        let most = 0.5 * (span.frames as f32 - 1.0);
+        let max = 0.5 * (span.frames as f32 - 1.0);
         (1..=harmonics.min(LINES))
-            .take_while(|line| *line == 1 || *line as f32 * cycles < most)
+            .take_while(|line| *line == 1 || *line as f32 * cycles < max)
             .count()
     }
 
@@ -159,7 +159,7 @@ impl<'m> Lean<'m> {
             let pass = Pass {
                 cycles,
                 lines,
-                blocks: Blocks::most(span.frames, lines),
+                blocks: Blocks::max(span.frames, lines),
             };
             let scratch = self.search.scratch();
             self.blocks.collect(span, reference, pass, scratch)?;
@@ -201,7 +201,7 @@ impl<'m> Lean<'m> {
         let lines = Self::lines(span, peak.cycles, harmonics);
         self.solution.choose((2 << lines) - 2);
         let mut cycles = peak.cycles;
-        let most = Blocks::most(span.frames, lines);
+        let max = Blocks::max(span.frames, lines);
         let is_open = peak.is_searched && harmonics == 1 && cycles < CYCLES_FEW;
         for pass in 1..=PASSES {
             let (blocks, solution) = (&mut self.blocks, &mut *self.solution);
@@ -209,7 +209,7 @@ impl<'m> Lean<'m> {
             let pass = Pass {
                 cycles,
                 lines,
-                blocks: if is_open { BLOCKS_FEWER } else { most },
+                blocks: if is_open { BLOCKS_FEWER } else { max },
             };
             let scratch = self.search.scratch();
             blocks.collect(span, reference, pass, scratch)?;

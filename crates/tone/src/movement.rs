@@ -221,14 +221,14 @@ impl Refinement<'_> {
         loop {
             let steps = Steps {
                 shape,
-                most: STEPS,
+                max: STEPS,
                 degrees: fitted.phase,
                 last: 0.3,
                 noise: Known::Weights,
             };
             for _ in 0..2 {
                 self.refine(blocks, &mut trajectory, steps, workspace);
-                if blocks.twist(&collected, &trajectory) * shape.lines.most() as f32 <= TWIST_MAX {
+                if blocks.twist(&collected, &trajectory) * shape.lines.max() as f32 <= TWIST_MAX {
                     break;
                 }
                 recollect(
@@ -249,9 +249,9 @@ impl Refinement<'_> {
             let of_amplitude = followed.shows(covariance, beyond);
             let samples = followed.count as usize * self.width;
             let has_room = (phase + amplitude + 2 * (MOVES - 1)) * SAMPLES_PER_DEGREE < samples;
-            let most = MOVES_MAX.min(degrees_max(blocks) + 1 - MOVES);
-            let grows = has_room && of_phase > Z_TEST && fitted.phase < most;
-            let fades = has_room && of_amplitude > Z_TEST && fitted.amplitude < most;
+            let max = MOVES_MAX.min(degrees_max(blocks) + 1 - MOVES);
+            let grows = has_room && of_phase > Z_TEST && fitted.phase < max;
+            let fades = has_room && of_amplitude > Z_TEST && fitted.amplitude < max;
             turn += 1;
             let moves = of_phase.max(of_amplitude) > Z_TAKEN;
             let is_known = followed.moves || !moves;
@@ -260,10 +260,10 @@ impl Refinement<'_> {
             }
             followed.moves = moves;
             if grows {
-                fitted.phase = (fitted.phase + MOVES - 1).min(most);
+                fitted.phase = (fitted.phase + MOVES - 1).min(max);
             }
             if fades {
-                fitted.amplitude = (fitted.amplitude + MOVES - 1).min(most);
+                fitted.amplitude = (fitted.amplitude + MOVES - 1).min(max);
             }
             // Lines that the movement had smeared.
             if fitted.phase > 1 && LINES_AGAIN.contains(&turn) {
@@ -298,10 +298,10 @@ impl Refinement<'_> {
         let squares = workspace.solution.squares(self.all);
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
         followed.variances = squares.map(|square| square / free + ROUNDING);
-        let most = degrees_max(blocks);
+        let max = degrees_max(blocks);
         followed.degrees = Degrees {
-            phase: (followed.fitted.phase + MOVES - 1).min(most),
-            amplitude: (followed.fitted.amplitude + MOVES).min(most),
+            phase: (followed.fitted.phase + MOVES - 1).min(max),
+            amplitude: (followed.fitted.amplitude + MOVES).min(max),
         };
         if self.is_white {
             (followed.noise, followed.count) = (self.weigh(workspace, free), free);

@@ -103,7 +103,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(blocks: &Blocks, cycles: usize, most: usize) -> Self {
+    fn new(blocks: &Blocks, cycles: usize, max: usize) -> Self {
         let mut sums = Self {
             turns: [[1.0, 0.0]; crate::limits::BLOCKS_MAX],
             multiples: [[0.0; 4]; WAVES],
@@ -111,7 +111,7 @@ impl Sums {
         for (b, turn) in sums.turns.iter_mut().enumerate().take(blocks.count()) {
             let (cos, sin) = cos_sin(from_turns(0.5 * cycles as f32 * blocks.middle(b)));
             *turn = [cos, sin];
-            for (m, sum) in sums.multiples.iter_mut().enumerate().take(most + 1) {
+            for (m, sum) in sums.multiples.iter_mut().enumerate().take(max + 1) {
                 let products = turned(blocks.wave(b, m), [cos, sin]);
                 sum.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
             }
@@ -194,7 +194,7 @@ impl<'l> TurnedLine<'l> {
 
     /// Products of the cosine or the sine with the channels, of unit variance after projecting out
     /// the model. None if the model explains too much of it.
-    fn values(&self, is_forwards: bool, is_sine: bool, least: f32) -> Option<Values> {
+    fn values(&self, is_forwards: bool, is_sine: bool, min: f32) -> Option<Values> {
         let ProjectedModel {
             shape,
             factor,
@@ -231,7 +231,7 @@ impl<'l> TurnedLine<'l> {
             square
         };
         let left = all - explained.iter().map(|x| x * x).sum::<f32>();
-        if left <= least * all.max(f32::MIN_POSITIVE) {
+        if left <= min * all.max(f32::MIN_POSITIVE) {
             return None;
         }
         let scale = 1.0 / crate::sqrt(left);
@@ -290,9 +290,9 @@ impl NoiseBins {
     ) {
         let lines = place.lines;
         (self.count, self.place) = (0, place);
-        let most = lines.most() + model.shape.lines.most();
+        let max = lines.max() + model.shape.lines.max();
         for cycles in 1..=place.band {
-            let sums = Sums::new(blocks, cycles, most);
+            let sums = Sums::new(blocks, cycles, max);
             for number in lines.iter() {
                 let at = number as f32 * place.cycles;
                 let is_wanted = |x: f32| {
@@ -460,7 +460,7 @@ impl NoiseBins {
 /// Cosine and sine of a line, of unit variance after projecting out a model: their products with
 /// the channels. None if the model explains too much of them.
 pub fn line(blocks: &Blocks, model: ProjectedModel, number: usize) -> Option<[Values; 2]> {
-    let sums = Sums::new(blocks, 0, number + model.shape.lines.most());
+    let sums = Sums::new(blocks, 0, number + model.shape.lines.max());
     let line = TurnedLine::new(blocks, model, &sums, number);
     Some([
         line.values(true, false, LEFT_LINE)?,

@@ -247,7 +247,7 @@ impl Normal {
         };
         let by_wave = by_wave(power, 0, lines);
         for b in 0..blocks.count() {
-            let waves = by_wave.iter().enumerate().take(2 * lines.most() + 1);
+            let waves = by_wave.iter().enumerate().take(2 * lines.max() + 1);
             let information = waves
                 .map(|(m, [cos, sin])| {
                     let wave = blocks.wave(b, m);

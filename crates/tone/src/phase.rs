@@ -70,10 +70,10 @@ pub(crate) fn powers(phase: u32) -> impl Iterator<Item = Wave> {
     core::iter::successors(Some([1.0, 0.0]), move |wave| Some(times(*wave, [cos, sin])))
 }
 
-/// The first of them, up to the multiple `most`, and zeros.
-pub(crate) fn first_powers<const N: usize>(phase: u32, most: usize) -> [Wave; N] {
+/// The first of them, up to the multiple `max`, and zeros.
+pub(crate) fn first_powers<const N: usize>(phase: u32, max: usize) -> [Wave; N] {
     let mut first = [[0.0; 2]; N];
-    let places = first.iter_mut().take(most + 1);
+    let places = first.iter_mut().take(max + 1);
     places
         .zip(powers(phase))
         .for_each(|(place, power)| *place = power);

@@ -47,7 +47,7 @@ pub struct Steps {
     /// Lines and baseline.
     pub shape: Shape,
     /// Maximum number of steps.
-    pub most: usize,
+    pub max: usize,
     /// Degrees of the phase.
     pub degrees: usize,
     /// A step of less than this many sigmas is the last.
@@ -61,7 +61,7 @@ impl Steps {
     pub fn of_comb(shape: Shape) -> Self {
         Self {
             shape,
-            most: STEPS,
+            max: STEPS,
             degrees: 1,
             last: 1.0,
             noise: Known::Weights,
@@ -105,7 +105,7 @@ impl Refinement<'_> {
         workspace: &mut Workspace,
     ) {
         let n = steps.degrees.min(MOVES_MAX);
-        for number in 0..steps.most {
+        for number in 0..steps.max {
             workspace.solution.project(blocks, steps.shape);
             if number == 0 && steps.noise == Known::Residuals {
                 self.weigh(workspace, self.frames);

@@ -105,14 +105,14 @@ fn whitened<'m>(
         for (k, (mixture, row)) in rows.take(width) {
             let pairs = mixture.iter_mut().zip(row).take(k + 1);
             pairs.for_each(|(to, from)| *to = *from);
-            mixture[k] += all.least[k].max(CLEAR * mixture[k]);
+            mixture[k] += all.squares_min[k].max(CLEAR * mixture[k]);
         }
         Factor::new(&mut mixtures, width);
         invert_lower(&mut mixtures, width);
     } else {
         for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
             mixture[k] =
-                1.0 / crate::sqrt((all.matrix[k][k] + all.least[k]).max(f32::MIN_POSITIVE));
+                1.0 / crate::sqrt((all.matrix[k][k] + all.squares_min[k]).max(f32::MIN_POSITIVE));
         }
     }
     let (mut width, mut per_mixture) = (width, 1);
@@ -160,9 +160,9 @@ fn whitened<'m>(
 }
 
 /// Takes peaks between two numbers of cycles that are higher than those found.
-fn peaks(spectrum: &Spectrum, least: f32, most: f32, peaks: &mut [Peak; PEAKS]) {
-    let first = spectrum.bin(CYCLES_PEAK.max(least)) as usize + 1;
-    let last = (spectrum.bin(most) as usize).min(spectrum.last());
+fn peaks(spectrum: &Spectrum, min: f32, max: f32, peaks: &mut [Peak; PEAKS]) {
+    let first = spectrum.bin(CYCLES_PEAK.max(min)) as usize + 1;
+    let last = (spectrum.bin(max) as usize).min(spectrum.last());
     let ratio = |bin: usize| {
         let [cos, both, sin] = spectrum.line(bin);
         let left = (1.0 - cos) * (1.0 - sin) - both * both;

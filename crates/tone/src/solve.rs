@@ -110,8 +110,8 @@ impl Solution {
             let pairs = squares.iter_mut().zip(row);
             pairs.for_each(|(square, x)| *square -= x * x);
         }
-        let pairs = squares.iter_mut().zip(&all.least);
-        pairs.for_each(|(square, least)| *square = square.max(*least));
+        let pairs = squares.iter_mut().zip(&all.squares_min);
+        pairs.for_each(|(square, min)| *square = square.max(*min));
         squares
     }
 

@@ -58,7 +58,7 @@ impl Totals {
 
     /// The numbers of a shape as a list.
     pub fn list(&self, shape: &Shape, list: &mut [f32]) {
-        let waves = self.waves.iter().take(2 * shape.lines.most() + 1);
+        let waves = self.waves.iter().take(2 * shape.lines.max() + 1);
         let baselines = self.baselines.iter().take(shape.lines.count());
         let baselines = baselines.flat_map(|row| row.iter().take(shape.first_line()));
         let numbers = waves.chain(baselines).flatten();
@@ -70,14 +70,14 @@ impl Totals {
 
 /// Numbers of a list of a shape.
 pub fn list_len(shape: &Shape) -> usize {
-    2 * (2 * shape.lines.most() + 1) + 2 * shape.lines.count() * shape.first_line()
+    2 * (2 * shape.lines.max() + 1) + 2 * shape.lines.count() * shape.first_line()
 }
 
 /// Products of the lines of a shape with its unknowns' functions, from a list of totals.
 #[inline(never)]
 pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
     let mut totals = Totals::NONE;
-    let Some((waves, baselines)) = list.split_at_checked(2 * (2 * shape.lines.most() + 1)) else {
+    let Some((waves, baselines)) = list.split_at_checked(2 * (2 * shape.lines.max() + 1)) else {
         return;
     };
     let pairs = totals.waves.as_flattened_mut().iter_mut().zip(waves);
@@ -95,7 +95,7 @@ pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
 pub fn fold(shape: &Shape, weights: &OfModel, list: &mut [f32; LIST_MAX]) {
     let first = shape.first_line();
     let by_wave = by_wave(weights, first, shape.lines);
-    let Some((waves, baselines)) = list.split_at_mut_checked(2 * (2 * shape.lines.most() + 1))
+    let Some((waves, baselines)) = list.split_at_mut_checked(2 * (2 * shape.lines.max() + 1))
     else {
         return;
     };

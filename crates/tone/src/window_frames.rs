@@ -111,12 +111,12 @@ impl WindowFrames<'_, '_> {
 
     /// Frames of a point of a transform that has twice as many points.
     pub fn frames_each(&self) -> u32 {
-        let most = if self.count() as usize <= POINTS_CHIP {
+        let max = if self.count() as usize <= POINTS_CHIP {
             POINTS_CHIP / 2
         } else {
             POINTS_MAX / 2
         };
-        self.count().div_ceil(most as u32).max(1)
+        self.count().div_ceil(max as u32).max(1)
     }
 
     /// Visits the frames.

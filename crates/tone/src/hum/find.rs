@@ -49,10 +49,10 @@ impl Hum {
         let off = (OFF * given * count).max(OFF_CYCLES);
         let all = blocks.start(window, 1, true);
         // Frequencies that the transform does not reach are where it folds them to.
-        let most = window.cycles_max() / window.frames_each() as f32;
-        let centre = 2.0 * most * libm::roundf(0.5 * cycles / most);
+        let max = window.cycles_max() / window.frames_each() as f32;
+        let centre = 2.0 * max * libm::roundf(0.5 * cycles / max);
         let folded = (cycles - centre).abs();
-        let band = (folded - off).max(1.0)..(folded + off).min(most - 0.5);
+        let band = (folded - off).max(1.0)..(folded + off).min(max - 0.5);
         let found = strongest(window, workspace.sums(), blocks.scratch(), &all, band)?;
         let mut trajectory = Trajectory::steady(centre + found.copysign(cycles - centre));
         let lines = Lines::up_to(1);
@@ -67,17 +67,17 @@ impl Hum {
             nyquist: window.nyquist(),
             band: Band::default(),
         };
-        for most in [STEPS, 1] {
+        for max in [STEPS, 1] {
             let pass = Pass {
                 trajectory,
                 scale: 1.0,
                 lines,
-                most: 2,
+                multiple_max: 2,
             };
             blocks.collect(window, &pass, None);
             let steps = Steps {
                 shape,
-                most,
+                max,
                 degrees: 1,
                 last: 0.02,
                 noise: Known::Residuals,

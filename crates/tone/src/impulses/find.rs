@@ -48,8 +48,8 @@ fn far_off<'v>(
     let channels = values.iter().zip(limits).zip(beside).zip(0..);
     channels.filter_map(|(((value, limit), (before, after)), channel)| {
         let sign = 1f32.copysign(*value);
-        let least = ((value - before) * sign).min((value - after) * sign);
-        let is_far = value.abs() > *limit && least > STEP * limit && *limit > 0.0;
+        let min = ((value - before) * sign).min((value - after) * sign);
+        let is_far = value.abs() > *limit && min > STEP * limit && *limit > 0.0;
         is_far.then_some((channel, *value))
     })
 }
@@ -71,12 +71,12 @@ pub fn replace(
     // The first limit is by all magnitudes, which impulses raise; the second by those below it.
     let mut limits = [f32::INFINITY; CHANNELS_MAX];
     for round in 0..2 {
-        let (mut magnitudes, mut most) = ([Sum::default(); CHANNELS_MAX], [0.0; CHANNELS_MAX]);
+        let (mut magnitudes, mut max) = ([Sum::default(); CHANNELS_MAX], [0.0; CHANNELS_MAX]);
         window.visit_residuals(Some(&model), |frame| {
             for (k, value) in frame.values.iter().enumerate().take(width) {
                 let magnitude = value.abs();
-                if magnitude > most[k] {
-                    most[k] = magnitude;
+                if magnitude > max[k] {
+                    max[k] = magnitude;
                 }
                 if magnitude < limits[k] {
                     magnitudes[k].add(magnitude);
@@ -84,8 +84,8 @@ pub fn replace(
             }
         });
         limits = magnitudes.map(|sum| Z_IMPULSE / MEAN_MAGNITUDE * sum.mean());
-        let mut pairs = most.iter().zip(&limits);
-        if round == 0 && pairs.all(|(most, limit)| most <= limit) {
+        let mut pairs = max.iter().zip(&limits);
+        if round == 0 && pairs.all(|(max, limit)| max <= limit) {
             return 0;
         }
     }

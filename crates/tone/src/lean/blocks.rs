@@ -134,7 +134,7 @@ impl<'m> Blocks<'m> {
     }
 
     /// Maximum number of blocks for so many frames and lines.
-    pub fn most(frames: u32, lines: usize) -> usize {
+    pub fn max(frames: u32, lines: usize) -> usize {
         if lines > 1 || frames < FRAMES_FEW as u32 {
             BLOCKS_FEWER
         } else {

@@ -120,9 +120,9 @@ impl Totals {
     /// Sums up the first lines of blocks that are turned. The others stay as they are.
     #[inline(always)]
     fn set(&mut self, blocks: &Blocks, turn: f32, lines: usize) {
-        let (lines, most) = (lines.min(LINES), (2 * lines).min(WAVES));
+        let (lines, max) = (lines.min(LINES), (2 * lines).min(WAVES));
         for sums in &mut self.waves {
-            sums[..=most].fill([0.0; 2]);
+            sums[..=max].fill([0.0; 2]);
         }
         for sums in &mut self.with_u {
             sums[..lines].fill([0.0; 2]);
@@ -136,7 +136,7 @@ impl Totals {
             plain[0][0] += block.frames;
             once[0][0] += u * block.frames;
             twice[0][0] += u * (u * block.frames);
-            for m in 1..=most {
+            for m in 1..=max {
                 let wave = turned.waves[m];
                 let with_u = wave.map(|x| u * x);
                 add(&mut plain[m], wave);
@@ -367,8 +367,8 @@ impl Solution {
         for k in 0..4 {
             if inverse[k] > 0.0 {
                 let of_sums = ROUNDING * squares[k];
-                let least = quantized[k] * blocks.frames();
-                let own = if left[k] > least { left[k] } else { least } + of_sums;
+                let min = quantized[k] * blocks.frames();
+                let own = if left[k] > min { left[k] } else { min } + of_sums;
                 let own = if own > 0.0 { own } else { f32::MIN_POSITIVE };
                 self.left += own * inverse[k] * inverse[k];
                 rounding[k] = of_sums / self.freedom;
