@@ -284,7 +284,7 @@ impl Blocks {
     /// of the lines' products with the baselines of a shape.
     pub fn totals(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> Totals {
         let max = (2 * shape.lines.max()).min(self.multiple_max);
-        let mut totals = Totals::NONE;
+        let mut totals = Totals::default();
         for b in 0..self.count() {
             let weight = weights[b];
             let waves = totals.waves.iter_mut().zip(&self.waves[b]);

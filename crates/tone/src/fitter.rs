@@ -12,7 +12,7 @@ use crate::late::{Delays, Late};
 use crate::lean::follow::{Loop, ROWS, Tracked};
 use crate::lean::{self, Lean};
 use crate::legendre::legendre;
-use crate::limits::{CHANNELS_MAX, FRAMES_MIN};
+use crate::limits::{CHANNELS_MAX, DEGREE_MAX, FRAMES_MIN};
 use crate::lines::Lines;
 use crate::movement::{Followed, TWIST_MAX};
 use crate::refine::{Refinement, Steps};
@@ -348,17 +348,18 @@ impl<'w> Window<'w, '_, '_> {
         let refinement = self.refinement();
         let trajectory = Trajectory::steady(cycles);
         self.collect(blocks, &trajectory, refinement.lines(cycles));
-        let (degrees, count) = self.degrees(cycles);
-        let comb = refinement.best(blocks, workspace, trajectory, degrees.get(..count)?)?;
+        let comb = refinement.best(blocks, workspace, trajectory, self.degrees(cycles))?;
         let is_near = f32::abs(comb.trajectory.cycles - cycles) < CYCLES_MIN;
         is_near.then_some(comb)
     }
 
-    /// Degrees of the baseline to try with a candidate, and their number.
-    fn degrees(&self, cycles: f32) -> ([usize; 2], usize) {
-        let max = self.scene.degree_max();
-        let is_curved = cycles < CYCLES_CURVED && max > 1;
-        ([1, max], 1 + usize::from(is_curved))
+    /// Degrees of the baseline to try with a candidate.
+    fn degrees(&self, cycles: f32) -> &'static [usize] {
+        if cycles < CYCLES_CURVED && self.scene.degree_max() > 1 {
+            &[1, DEGREE_MAX]
+        } else {
+            &[1]
+        }
     }
 
     /// The likeliest comb of those at the peaks, and at half and at a third of each.
@@ -389,8 +390,7 @@ impl<'w> Window<'w, '_, '_> {
                 }
                 let trajectory = Trajectory::steady(cycles);
                 self.collect(blocks, &trajectory, refinement.lines(cycles));
-                let (degrees, degrees_count) = self.degrees(cycles);
-                let degrees = degrees.get(..degrees_count).unwrap_or_default();
+                let degrees = self.degrees(cycles);
                 let max = degrees.last().copied().unwrap_or(1);
                 // A part of a peak's frequency needs a line next to the peak's own.
                 let fewest = if divisor > 1 { 2 } else { 1 };

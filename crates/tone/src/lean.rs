@@ -92,7 +92,11 @@ impl<'m> Lean<'m> {
         let per_cycle = span.frequency(1.0);
         let harmonics = usize::from(scene.harmonics());
         if let Some(expected) = span.expected {
-            let peak = Peak::expected(expected / per_cycle);
+            let cycles = expected / per_cycle;
+            let peak = Peak {
+                cycles,
+                is_searched: false,
+            };
             let fit = self.fit_at(span, &reference, &peak, harmonics)?;
             let moved = f32::abs(fit.frequency / per_cycle - peak.cycles);
             if fit.status == Status::Good && moved < EXPECTED_NEAR {

@@ -117,7 +117,7 @@ impl Followed {
 
     /// Phase modulation relative to the trajectory.
     pub fn motion(&self) -> Motion {
-        let mut motion = Motion::NONE;
+        let mut motion = Motion::default();
         let Degrees { phase, amplitude } = self.degrees;
         motion.degrees = phase.max(amplitude);
         let phases = motion.phase.iter_mut().zip(&self.moved);

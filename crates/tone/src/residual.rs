@@ -11,7 +11,7 @@ use crate::trajectory::Trajectory;
 use core::ops::Range;
 
 /// Residual phase and amplitude modulation: coefficients by degree, from 1 on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
     /// Radians of the unit line.
     pub phase: [f32; DEGREES_MAX],
@@ -22,13 +22,6 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Empty.
-    pub const NONE: Self = Self {
-        phase: [0.0; DEGREES_MAX],
-        amplitude: [0.0; DEGREES_MAX],
-        degrees: 0,
-    };
-
     /// Phase and amplitude at `u`.
     pub fn at(&self, u: f32) -> [f32; 2] {
         let (mut before, mut p) = (0.0, 1.0);

@@ -23,7 +23,7 @@ pub type OfModel = [[f32; UNKNOWNS_MAX]; LINE_FUNCTIONS];
 pub const LIST_MAX: usize = 2 * (2 * HARMONICS_MAX + 1) + (DEGREE_MAX + 1) * LINE_FUNCTIONS;
 
 /// Sums over all blocks.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Totals {
     /// Multiples of the phase.
     pub waves: [Wave; WAVES],
@@ -32,12 +32,6 @@ pub struct Totals {
 }
 
 impl Totals {
-    /// Zeros.
-    pub const NONE: Self = Self {
-        waves: [[0.0; 2]; WAVES],
-        baselines: [[[0.0; 2]; DEGREE_MAX + 1]; HARMONICS_MAX],
-    };
-
     /// Products of the lines of a shape with its unknowns' functions, into rows.
     pub fn of_shape(&self, shape: &Shape, products: &mut [[f32; UNKNOWNS_MAX]]) {
         let first = shape.first_line();
@@ -76,7 +70,7 @@ pub fn list_len(shape: &Shape) -> usize {
 /// Products of the lines of a shape with its unknowns' functions, from a list of totals.
 #[inline(never)]
 pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
-    let mut totals = Totals::NONE;
+    let mut totals = Totals::default();
     let Some((waves, baselines)) = list.split_at_checked(2 * (2 * shape.lines.max() + 1)) else {
         return;
     };
@@ -144,7 +138,7 @@ mod tests {
             lines: Lines::up_to(3).with(5),
             degree: 2,
         };
-        let mut totals = Totals::NONE;
+        let mut totals = Totals::default();
         let mut number = 0.0;
         let mut next = || {
             number += 1.0;

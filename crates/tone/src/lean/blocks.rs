@@ -36,7 +36,7 @@ const fn rows(lines: usize) -> usize {
 }
 
 /// Sums over a block; `d` is `u` less the block's middle.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Block {
     /// `u` at its middle.
     pub middle: f32,
@@ -50,17 +50,6 @@ pub struct Block {
     pub moments: [Wave; LINES],
     /// The channels' values.
     pub level: Values,
-}
-
-impl Block {
-    const NONE: Self = Self {
-        middle: 0.0,
-        frames: 0.0,
-        d: 0.0,
-        waves: [[0.0; 2]; WAVES],
-        moments: [[0.0; 2]; LINES],
-        level: [0.0; CHANNELS_MAX],
-    };
 }
 
 /// Sums over all blocks of a window, of values less the reference.
@@ -95,14 +84,14 @@ impl<'m> Blocks<'m> {
     #[inline(always)]
     pub fn new(rows: &'m mut [Values]) -> Self {
         Self {
-            blocks: [Block::NONE; BLOCKS],
+            blocks: [Block::default(); BLOCKS],
             rows,
             count: 0,
             lines: 1,
             powers: [0.0; 3],
             sums: [[0.0; CHANNELS_MAX]; 3],
             cycles: 0.0,
-            run: Run::NONE,
+            run: Run::default(),
         }
     }
 
@@ -165,7 +154,7 @@ impl<'m> Blocks<'m> {
         for (b, (block, rows)) in blocks.enumerate().take(self.count) {
             let end = (b + 1) * frames / self.count.max(1);
             rows.fill([0.0; CHANNELS_MAX]);
-            *block = Block::NONE;
+            *block = Block::default();
             block.middle = run.u(0.5 * (from + end - 1) as f32);
             run.dd = 0.0;
             let part = from as u32..end as u32;
@@ -211,6 +200,7 @@ struct FirstLine<'s> {
 }
 
 /// Frames in a row that are multiplied by waves.
+#[derive(Default)]
 struct Run {
     lines: usize,
     /// Phase of the line from one frame to the next, and at the window's centre.
@@ -227,16 +217,6 @@ struct Run {
 }
 
 impl Run {
-    const NONE: Self = Self {
-        lines: 0,
-        step: 0,
-        centre: 0,
-        turn: [0.0; 2],
-        u_step: 0.0,
-        dd: 0.0,
-        waves: [[[0.0; 2]; READ_FRAMES]; LINES],
-    };
-
     /// Starts a window.
     fn start(&mut self, frames: usize, cycles: f32, lines: usize) {
         let frames = frames as f32;

@@ -97,7 +97,7 @@ pub fn test(
     let is_few = blocks.count() <= BLOCKS_FEWER;
     // Sum of the squares of the correlations of a block's level, cosine and sine.
     let mut together = 0.0f32;
-    let mut turned = Turned::NONE;
+    let mut turned = Turned::default();
     for (b, (block, rows)) in blocks.iter().enumerate() {
         if block.frames <= 0.0 {
             continue;

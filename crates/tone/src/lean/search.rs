@@ -72,16 +72,6 @@ pub struct Peak {
     pub is_searched: bool,
 }
 
-impl Peak {
-    /// The frequency of the window before.
-    pub const fn expected(cycles: f32) -> Self {
-        Self {
-            cycles,
-            is_searched: false,
-        }
-    }
-}
-
 /// Lines at the multiples of a frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct Comb {

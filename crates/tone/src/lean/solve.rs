@@ -58,7 +58,7 @@ pub struct Solution {
 }
 
 /// A block's sums at a turned phase: of the multiples from 0 on, and of the lines times `u`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Turned {
     /// Rotation of each line, cosine and sine, from 1 on.
     pub turns: [Wave; LINES],
@@ -67,12 +67,6 @@ pub struct Turned {
 }
 
 impl Turned {
-    pub const NONE: Self = Self {
-        turns: [[0.0; 2]; LINES],
-        waves: [[0.0; 2]; WAVES + 1],
-        with_u: [[0.0; 2]; LINES],
-    };
-
     /// Turns the first lines of a block by `turn` radians at `u` = 1. The others stay as they are.
     #[inline(always)]
     pub fn set(&mut self, block: &Block, turn: f32, lines: usize) {
@@ -128,7 +122,7 @@ impl Totals {
             sums[..lines].fill([0.0; 2]);
         }
         let add = |to: &mut Wave, [x, y]: Wave| *to = [to[0] + x, to[1] + y];
-        let mut turned = Turned::NONE;
+        let mut turned = Turned::default();
         for (b, (block, _)) in blocks.iter().enumerate().take(BLOCKS) {
             turned.set(block, turn, lines);
             let u = block.middle;
