@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 const DB_MIN: f32 = -120.0;
 
 /// The neighbourhood of a line reaches five cycles per window to both sides: the estimator takes
-/// the noise there (`crates/tone/src/neighbours.rs`).
+/// the noise there (`crates/tone/src/noise_bins.rs`).
 pub const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 
 /// Points of the shortest spectrum: with this many, its lines look smooth.

@@ -3,19 +3,20 @@
 //!
 //! Within a block what modulates a line is taken to be constant, and baselines to be straight.
 
-use crate::data::Data;
 use crate::lean::LEAN_ROWS;
 use crate::legendre::baselines;
 use crate::limits::{BLOCK_LINES, BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, POINTS_MAX};
 use crate::lines::Lines;
-use crate::phase::{self, cos_sin, from_turns};
-use crate::phase_course::Course;
+use crate::matrix::Factor;
+use crate::phase::{self, Wave, cos_sin, from_turns, line_products, times};
 use crate::residual::Model;
 use crate::rows::add_all;
-use crate::solve::Shape;
+use crate::solve::{Shape, Solution};
 use crate::source::Values;
 use crate::statistics::Products;
-use crate::totals::{Totals, of_lines};
+use crate::totals::{Totals, WAVES};
+use crate::trajectory::Trajectory;
+use crate::window_frames::WindowFrames;
 use core::f32::consts::{FRAC_1_PI, PI};
 
 /// Maximum number of functions of a block: cosine and sine of each line.
@@ -32,11 +33,8 @@ pub const fn rows(lines: usize, points: usize) -> usize {
     }
 }
 
-/// Multiples of the unit line whose sums are kept.
-pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
-
-/// A cosine and a sine.
-pub type Wave = [f32; 2];
+/// Minimum fraction of a function that those before it leave: less is what turned blocks err by.
+const LEFT_MIN: f32 = 1e-3;
 
 /// Sums over the blocks of a window.
 #[derive(Debug)]
@@ -56,19 +54,19 @@ pub struct Blocks {
     /// Groups of four channels that are used.
     groups: usize,
     lines: Lines,
-    most: usize,
+    multiple_max: usize,
 }
 
 /// Frames to pass over.
 pub struct Pass {
     /// The unit line's phase.
-    pub course: Course,
+    pub trajectory: Trajectory,
     /// The unit is this part of the trajectory's phase: 1, or a half.
     pub scale: f32,
     /// Lines for which products with the channels are needed.
     pub lines: Lines,
     /// Highest multiple of the unit for which sums are needed.
-    pub most: usize,
+    pub multiple_max: usize,
 }
 
 impl Blocks {
@@ -84,7 +82,7 @@ impl Blocks {
             count: 0,
             groups: 0,
             lines: Lines::NONE,
-            most: 0,
+            multiple_max: 0,
         }
     }
 
@@ -101,15 +99,17 @@ impl Blocks {
     /// Divides a window for passes of up to so many lines, and passes over it for what baselines
     /// have and for the products of the channels.
     #[inline(never)]
-    pub fn start(&mut self, data: &mut Data, lines: usize, may_share: bool) -> Products {
-        self.divide(data.count(), BLOCKS_MAX.min(BLOCK_LINES / lines.max(1)));
-        self.groups = data.width().div_ceil(4);
+    pub fn start(&mut self, window: &mut WindowFrames, lines: usize, may_share: bool) -> Products {
+        self.divide(window.count(), BLOCKS_MAX.min(BLOCK_LINES / lines.max(1)));
+        self.groups = window.width().div_ceil(4);
         self.levels = [[0.0; CHANNELS_MAX]; DEGREE_MAX + 1];
         self.gram = [[0.0; DEGREE_MAX + 1]; DEGREE_MAX + 1];
         let (mut b, mut sums) = (0, [[0.0; CHANNELS_MAX]; 2]);
         let mut moments = [0.0; 3];
-        let (mut products, width) = (data.products(may_share), data.width());
-        data.visit(|frame| {
+        let step = window.span.quantization_step;
+        let mut products = Products::new(&window.statistics, step, may_share);
+        let width = window.width();
+        window.visit(|frame| {
             products.add(&frame.values, width);
             if !self.is_in(b, frame.u) {
                 self.add_levels(b, &sums, &moments);
@@ -171,10 +171,10 @@ impl Blocks {
 
     /// Passes over the window, or over what a model leaves of it.
     #[inline(never)]
-    pub fn collect(&mut self, data: &mut Data, pass: &Pass, model: Option<&Model>) {
+    pub fn collect(&mut self, window: &mut WindowFrames, pass: &Pass, model: Option<&Model>) {
         self.lines = pass.lines;
-        let most = pass.most.min(WAVES - 1);
-        self.most = most;
+        let max = pass.multiple_max.min(WAVES - 1);
+        self.multiple_max = max;
         let lines = pass.lines.count().min(HARMONICS_MAX);
         let used = (2 * lines * self.count).min(2 * BLOCK_LINES);
         self.rows[..used].fill([0.0; CHANNELS_MAX]);
@@ -186,15 +186,15 @@ impl Blocks {
         let places = numbers.iter_mut().zip(pass.lines.iter());
         places.for_each(|(place, line)| *place = line % WAVES);
         let mut batch = Batch::NONE;
-        data.visit_beside(model, |frame| {
+        window.visit_residuals(model, |frame| {
             if !self.is_in(b, frame.u) {
                 batch.add_to(self.rows_of(b, lines), groups);
                 b = self.block(frame.u);
                 middle = self.middle(b);
             }
             let places = powers.iter_mut().zip(&mut self.waves[b % BLOCKS_MAX]);
-            let multiples = phase::powers(pass.course.at(frame.u, pass.scale));
-            for ((place, wave), power) in places.zip(multiples).take(most + 1) {
+            let multiples = phase::powers(pass.trajectory.at(frame.u, pass.scale));
+            for ((place, wave), power) in places.zip(multiples).take(max + 1) {
                 *place = power;
                 wave[0] += power[0];
                 wave[1] += power[1];
@@ -215,13 +215,13 @@ impl Blocks {
         batch.add_to(self.rows_of(b, lines), groups);
     }
 
-    /// Divides the window into up to `most` blocks of whole frames. They are shortest at the ends,
+    /// Divides the window into up to `max` blocks of whole frames. They are shortest at the ends,
     /// where Legendre polynomials change fastest.
-    fn divide(&mut self, frames: u32, most: usize) {
+    fn divide(&mut self, frames: u32, max: usize) {
         let (mut first, half) = (0, 0.5 * frames as f32);
         self.count = 0;
-        for i in 1..=most {
-            let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / most as f32));
+        for i in 1..=max {
+            let (cos, _) = cos_sin(from_turns(0.5 * i as f32 / max as f32));
             let end = (half * (1.0 - cos) + 0.5) as u32;
             if end > first
                 && let Some(place) = self.ends.get_mut(self.count)
@@ -257,14 +257,14 @@ impl Blocks {
             .unwrap_or_default()
     }
 
-    /// Place of a line among those of all blocks.
-    fn place(&self, b: usize, line: usize) -> usize {
-        (b * self.lines.count() + self.lines.place(line)) % BLOCK_LINES
+    /// Index of a line among those of all blocks.
+    fn index(&self, b: usize, line: usize) -> usize {
+        (b * self.lines.count() + self.lines.index(line)) % BLOCK_LINES
     }
 
     /// Products of a line's cosine and sine with the channels in a block.
     pub fn line(&self, b: usize, line: usize) -> [&Values; 2] {
-        let row = 2 * self.place(b, line);
+        let row = 2 * self.index(b, line);
         [&self.rows[row], &self.rows[row + 1]]
     }
 
@@ -273,38 +273,28 @@ impl Blocks {
         self.waves[b % BLOCKS_MAX][multiple.min(WAVES - 1)]
     }
 
-    /// Products of the baselines with the channels.
-    pub fn levels(&self) -> &[Values; DEGREE_MAX + 1] {
-        &self.levels
-    }
-
-    /// Products of the baselines with each other.
-    pub fn of_baselines(&self) -> &[[f32; DEGREE_MAX + 1]; DEGREE_MAX + 1] {
-        &self.gram
-    }
-
     /// Products of cosine and sine of a line with the baselines in a block.
     pub fn with_baselines(&self, b: usize, line: usize) -> [Wave; DEGREE_MAX + 1] {
-        let (wave, moment) = (self.wave(b, line), self.moments[self.place(b, line)]);
+        let (wave, moment) = (self.wave(b, line), self.moments[self.index(b, line)]);
         baselines(self.middle(b))
             .map(|[value, slope]| [0, 1].map(|i| value * wave[i] + slope * moment[i]))
     }
 
-    /// Sums over all blocks, each with its weight: of the multiples of the phase up to `most`, and
+    /// Sums over all blocks, each with its weight: of the multiples of the phase up to `max`, and
     /// of the lines' products with the baselines of a shape.
     pub fn totals(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> Totals {
-        let most = (2 * shape.lines.most()).min(self.most);
-        let mut totals = Totals::NONE;
+        let max = (2 * shape.lines.max()).min(self.multiple_max);
+        let mut totals = Totals::default();
         for b in 0..self.count() {
             let weight = weights[b];
             let waves = totals.waves.iter_mut().zip(&self.waves[b]);
-            for (sum, wave) in waves.take(most + 1) {
+            for (sum, wave) in waves.take(max + 1) {
                 sum[0] += weight * wave[0];
                 sum[1] += weight * wave[1];
             }
             let baselines = baselines(self.middle(b));
             for (sums, line) in totals.baselines.iter_mut().zip(shape.lines.iter()) {
-                let (wave, moment) = (self.wave(b, line), self.moments[self.place(b, line)]);
+                let (wave, moment) = (self.wave(b, line), self.moments[self.index(b, line)]);
                 let pairs = sums.iter_mut().zip(&baselines);
                 for (sum, [value, slope]) in pairs.take(shape.degree + 1) {
                     sum[0] += weight * (value * wave[0] + slope * moment[0]);
@@ -316,7 +306,7 @@ impl Blocks {
     }
 
     /// Products of the lines of a shape with the channels, into rows.
-    pub fn products(&self, shape: &Shape, rows: &mut [Values]) {
+    fn products(&self, shape: &Shape, rows: &mut [Values]) {
         let pairs = rows.as_chunks_mut::<2>().0.iter_mut();
         for (pair, line) in pairs.zip(shape.lines.iter()) {
             for (i, sums) in pair.iter_mut().enumerate() {
@@ -344,7 +334,7 @@ impl Blocks {
         let pairs = self.rows.as_chunks::<2>().0.iter();
         let each = self.lines.count().max(1);
         pairs
-            .skip(self.lines.place(line))
+            .skip(self.lines.index(line))
             .step_by(each)
             .take(self.count())
     }
@@ -356,24 +346,24 @@ impl Blocks {
 
     /// Rotates the unit line to another phase trajectory.
     #[inline(never)]
-    pub fn turn(&mut self, from: &Course, to: &Course) {
+    pub fn turn(&mut self, from: &Trajectory, to: &Trajectory) {
         for b in 0..self.count() {
             let u = self.middle(b);
             let turns = 0.5 * (to.cycles - from.cycles) * u
                 + 0.5 * FRAC_1_PI * (to.movement(u) - from.movement(u));
             let (cos, sin) = cos_sin(from_turns(turns));
             let mut power = [1.0, 0.0];
-            for m in 1..=self.most.min(WAVES - 1) {
-                let [c, s] = power;
-                power = [c * cos - s * sin, s * cos + c * sin];
-                rotate(&mut self.waves[b][m], power);
+            for m in 1..=self.multiple_max.min(WAVES - 1) {
+                power = times(power, [cos, sin]);
+                let rotate = |wave: &mut Wave| *wave = times(*wave, power);
+                rotate(&mut self.waves[b][m]);
                 if self.lines.has(m) {
-                    let place = self.place(b, m);
-                    rotate(&mut self.moments[place], power);
+                    let place = self.index(b, m);
+                    rotate(&mut self.moments[place]);
                     let [first, second] = &mut self.rows.as_chunks_mut::<2>().0[place];
                     for (cos, sin) in first.iter_mut().zip(second).take(4 * self.groups) {
                         let mut wave = [*cos, *sin];
-                        rotate(&mut wave, power);
+                        rotate(&mut wave);
                         [*cos, *sin] = wave;
                     }
                 }
@@ -381,9 +371,9 @@ impl Blocks {
         }
     }
 
-    /// How far, in radians of the unit line, two courses turn neighbouring blocks against each other:
+    /// How far, in radians of the unit line, two trajectories turn neighbouring blocks against each other:
     /// what a block's own frames lack after a turn from the one to the other.
-    pub fn twist(&self, from: &Course, to: &Course) -> f32 {
+    pub fn twist(&self, from: &Trajectory, to: &Trajectory) -> f32 {
         let turned = |b: usize| {
             let u = self.middle(b);
             PI * (to.cycles - from.cycles) * u + to.movement(u) - from.movement(u)
@@ -406,11 +396,15 @@ impl Blocks {
         for one in self.lines.iter() {
             let mut factors = [[0.0; FUNCTIONS]; 2];
             for (j, line) in lines() {
-                for (row, product) in factors.iter_mut().zip(self.of_lines(b, one, line)) {
+                for (row, product) in
+                    factors
+                        .iter_mut()
+                        .zip(line_products(&self.waves[b % BLOCKS_MAX], one, line))
+                {
                     row.as_chunks_mut::<2>().0[j] = gain(line, product);
                 }
             }
-            let place = self.place(b, one);
+            let place = self.index(b, one);
             let sums = &mut self.rows.as_chunks_mut::<2>().0[place];
             for (sums, factors) in sums.iter_mut().zip(&factors) {
                 add_all(sums, self.groups, coefficients, factors);
@@ -427,10 +421,25 @@ impl Blocks {
             add_all(level, self.groups, coefficients, factors);
         }
     }
+}
 
-    /// Products of two lines in a block.
-    fn of_lines(&self, b: usize, one: usize, other: usize) -> [Wave; 2] {
-        of_lines(&self.waves[b % BLOCKS_MAX], one, other)
+impl Solution {
+    /// Projects the channels onto a shape's functions.
+    #[inline(never)]
+    pub fn project(&mut self, blocks: &Blocks, shape: Shape) {
+        let first = shape.first_line();
+        self.shape = shape;
+        for (row, known) in self.lower.iter_mut().zip(&blocks.gram).take(first) {
+            row[..=DEGREE_MAX].copy_from_slice(known);
+        }
+        self.rows[..first].copy_from_slice(&blocks.levels[..first]);
+        let totals = blocks.totals(&shape, &[1.0; BLOCKS_MAX]);
+        totals.of_shape(&shape, &mut self.lower[first..]);
+        blocks.products(&shape, &mut self.rows[first..]);
+        // What an earlier solution has in the last group is not of this one.
+        self.rows[shape.unknowns()..].fill([0.0; CHANNELS_MAX]);
+        let factor = Factor::with_pivots(&mut self.lower, shape.unknowns(), LEFT_MIN);
+        factor.forward_rows(&mut self.rows);
     }
 }
 
@@ -488,10 +497,4 @@ impl Batch {
         }
         self.count = 0;
     }
-}
-
-/// Multiplies a complex number by another.
-fn rotate(wave: &mut Wave, by: Wave) {
-    let [c, s] = *wave;
-    *wave = [c * by[0] - s * by[1], s * by[0] + c * by[1]];
 }

@@ -2,19 +2,17 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::Samples;
-use crate::limits::HARMONICS_MAX;
+use crate::limits::{BAND, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, PIVOT_MIN};
-use crate::neighbours::{BAND, Place};
-use crate::phase_course::Course;
+use crate::noise_bins::LineFrequencies;
 use crate::refine::{Known, Refinement, Steps};
 use crate::solve::{Power, Shape, Solution};
-use crate::work::Work;
+use crate::trajectory::Trajectory;
+use crate::workspace::Workspace;
 
-/// Maximum number of functions next to the lines of a comb.
-pub const NEIGHBOURS_COMB: usize = 4 * (BAND / 2) * HARMONICS_MAX;
 /// Minimum number of functions next to the lines that a covariance is taken from.
-const NEIGHBOURS_MIN: usize = 4;
+const NOISE_BINS_MIN: usize = 4;
 
 /// A candidate after its refinement.
 #[derive(Clone, Copy, Debug)]
@@ -22,27 +20,27 @@ pub struct Comb {
     /// Logarithm of its likelihood, less the Bayesian criterion's price.
     pub score: f32,
     /// Phase of the fundamental.
-    pub course: Course,
+    pub trajectory: Trajectory,
     /// Lines and baseline of the comb.
     pub shape: Shape,
     /// Phase of the unit that was tried, after its refinement.
-    pub unit: Course,
+    pub unit: Trajectory,
     /// Lines that stand out of the local noise.
     pub kept: Lines,
     /// The likeliest comb of another frequency.
-    pub rival: Rival,
+    pub competing: CompetingComb,
 }
 
 /// A comb of another frequency.
 #[derive(Clone, Copy, Debug)]
-pub struct Rival {
+pub struct CompetingComb {
     /// Score, in the end relative to the likeliest.
     pub score: f32,
     /// Cycles per window.
     pub cycles: f32,
 }
 
-impl Rival {
+impl CompetingComb {
     /// Empty.
     pub const NONE: Self = Self {
         score: f32::NEG_INFINITY,
@@ -51,14 +49,14 @@ impl Rival {
 }
 
 impl Refinement<'_> {
-    /// The comb at the trajectory `course`, to which the blocks are rotated, with a baseline of
+    /// The comb at a `trajectory`, to which the blocks are rotated, with a baseline of
     /// `degree`. The blocks stay at the refined unit line.
     #[inline(never)]
     pub fn comb(
         &self,
         blocks: &mut Blocks,
-        work: &mut Work,
-        course: &mut Course,
+        workspace: &mut Workspace,
+        trajectory: &mut Trajectory,
         degree: usize,
     ) -> Comb {
         let all = Shape {
@@ -69,35 +67,35 @@ impl Refinement<'_> {
             noise: Known::Residuals,
             ..Steps::of_comb(all)
         };
-        self.refine(blocks, course, steps, work);
-        work.solution.project(blocks, all);
+        self.refine(blocks, trajectory, steps, workspace);
+        workspace.solution.project(blocks, all);
         if self.is_white {
-            self.weigh(work, self.frames);
+            self.weigh(workspace, self.frames);
         } else {
-            self.weigh_by_neighbours(blocks, work, course.cycles);
+            self.weigh_by_noise_bins(blocks, workspace, trajectory.cycles);
         }
-        work.solution.solve();
+        workspace.solution.solve();
         let kept = Shape {
-            lines: self.lines_there(work, course.cycles),
+            lines: self.lines_there(workspace, trajectory.cycles),
             degree,
         };
         let steps = Steps {
-            most: 1,
+            max: 1,
             ..Steps::of_comb(kept)
         };
-        self.refine(blocks, course, steps, work);
-        work.solution.project(blocks, kept);
+        self.refine(blocks, trajectory, steps, workspace);
+        workspace.solution.project(blocks, kept);
         let divisor = kept.lines.divisor();
         Comb {
-            score: self.score(&work.solution),
-            course: course.times(divisor as f32),
+            score: self.score(&workspace.solution),
+            trajectory: trajectory.times(divisor as f32),
             shape: Shape {
                 lines: kept.lines.over(divisor),
                 degree,
             },
-            unit: *course,
+            unit: *trajectory,
             kept: kept.lines,
-            rival: Rival::NONE,
+            competing: CompetingComb::NONE,
         }
     }
 
@@ -105,23 +103,23 @@ impl Refinement<'_> {
     /// noise next to them, and than all that rounding may have: of these the one whose multiples
     /// have most power, with them. The first where there is none. One that is folded has none.
     #[inline(never)]
-    fn lines_there(&self, work: &Work, cycles: f32) -> Lines {
-        let rounding = self.all.rounding(&work.weights, self.width);
-        let least = 2.0 * self.width as f32 * libm::logf(self.frames) + rounding;
-        let factors = work.solution.line_factors();
-        let lines = work.solution.shape.lines;
+    fn lines_there(&self, workspace: &Workspace, cycles: f32) -> Lines {
+        let rounding = self.all.rounding(&workspace.weights, self.width);
+        let min = 2.0 * self.width as f32 * libm::logf(self.frames) + rounding;
+        let factors = workspace.solution.line_factors();
+        let lines = workspace.solution.shape.lines;
         let mut powers = [0.0; HARMONICS_MAX + 1];
         for (line, factors) in lines.iter().zip(&factors) {
-            let power = Power::new(factors, &work.weights).all;
+            let power = Power::new(factors, &workspace.weights).all;
             if let Some(place) = powers.get_mut(line) {
-                *place = if power > least { power } else { 0.0 };
+                *place = if power > min { power } else { 0.0 };
             }
         }
         let own = |line: usize| powers.get(line).copied().unwrap_or_default();
         let there = || lines.iter().filter(|line| own(*line) > 0.0);
         let multiples = |unit: usize| there().filter(move |line| line.is_multiple_of(unit));
         let power = |unit: usize| multiples(unit).map(own).sum::<f32>();
-        let mut units = there().filter(|line| *line as f32 * cycles < self.reach.most);
+        let mut units = there().filter(|line| *line as f32 * cycles < self.nyquist.max);
         let first = units.next().unwrap_or(1);
         let unit = units.fold(first, |best, unit| {
             if power(unit) > power(best) {
@@ -133,38 +131,38 @@ impl Refinement<'_> {
         multiples(unit).fold(Lines::NONE.with(unit), Lines::with)
     }
 
-    /// The likeliest of the combs at `course` with baselines of some degrees, whose fundamental is in
+    /// The likeliest of the combs at a `trajectory` with baselines of some degrees, whose fundamental is in
     /// the band; the blocks are turned to its unit. The weights of the best so far are kept.
     pub fn best(
         &self,
         blocks: &mut Blocks,
-        work: &mut Work,
-        course: Course,
+        workspace: &mut Workspace,
+        trajectory: Trajectory,
         degrees: &[usize],
     ) -> Option<Comb> {
-        let (mut at, mut best) = (course, None::<Comb>);
+        let (mut at, mut best) = (trajectory, None::<Comb>);
         for degree in degrees {
-            // A baseline that explains nothing at the best course so far explains nothing at all.
+            // A baseline that explains nothing at the best trajectory so far explains nothing at all.
             if let Some(best) = &best {
                 let shape = Shape {
                     lines: best.kept,
                     degree: *degree,
                 };
-                work.solution.project(blocks, shape);
-                if self.score(&work.solution) <= best.score {
+                workspace.solution.project(blocks, shape);
+                if self.score(&workspace.solution) <= best.score {
                     continue;
                 }
             }
-            blocks.turn(&at, &course);
-            at = course;
-            let comb = self.comb(blocks, work, &mut at, *degree);
-            if !self.band.has(comb.course.cycles) {
+            blocks.turn(&at, &trajectory);
+            at = trajectory;
+            let comb = self.comb(blocks, workspace, &mut at, *degree);
+            if !self.band.has(comb.trajectory.cycles) {
                 continue;
             }
             if best.is_none_or(|best| comb.score > best.score) {
-                if comb.score > work.score_of_best {
-                    work.score_of_best = comb.score;
-                    work.keep_weights();
+                if comb.score > workspace.score_of_best {
+                    workspace.score_of_best = comb.score;
+                    workspace.keep_weights();
                 }
                 best = Some(comb);
             }
@@ -175,48 +173,54 @@ impl Refinement<'_> {
         best
     }
 
-    /// A bound of the scores of all combs at the blocks' course with a baseline of up to `degree`, of
-    /// as many unknowns as `least` and more: what all lines explain, at the price of the least.
-    pub fn bound(&self, blocks: &Blocks, work: &mut Work, degree: usize, least: &Shape) -> f32 {
+    /// A bound of the scores of all combs at the blocks' trajectory with a baseline of up to `degree`, of
+    /// as many unknowns as `min` and more: what all lines explain, at the price of the least.
+    pub fn bound(
+        &self,
+        blocks: &Blocks,
+        workspace: &mut Workspace,
+        degree: usize,
+        min: &Shape,
+    ) -> f32 {
         let all = Shape {
             lines: blocks.lines(),
             degree,
         };
-        work.solution.project(blocks, all);
-        self.likelihood(&work.solution) - self.price(least)
+        workspace.solution.project(blocks, all);
+        self.likelihood(&workspace.solution) - self.price(min)
     }
 
     /// Weighs the channels by the noise next to the lines of the projected solution.
     #[inline(never)]
-    fn weigh_by_neighbours(&self, blocks: &Blocks, work: &mut Work, cycles: f32) {
-        let shape = work.solution.shape;
-        let place = Place {
+    fn weigh_by_noise_bins(&self, blocks: &Blocks, workspace: &mut Workspace, cycles: f32) {
+        let shape = workspace.solution.shape;
+        let place = LineFrequencies {
             lines: shape.lines,
             cycles,
-            reach: self.reach,
+            nyquist: self.nyquist,
             band: if shape.lines.count() > 2 {
                 BAND / 2
             } else {
                 BAND
             },
         };
-        let (neighbours, memory) = (&mut work.neighbours, &mut work.memory);
-        neighbours.collect(blocks, work.solution.beside(), place, memory);
-        if neighbours.count() < NEIGHBOURS_MIN {
-            self.weigh(work, self.frames);
+        let (noise_bins, memory) = (&mut workspace.noise_bins, &mut workspace.memory);
+        noise_bins.collect(blocks, workspace.solution.projected(), place, memory);
+        if noise_bins.count() < NOISE_BINS_MIN {
+            self.weigh(workspace, self.frames);
             return;
         }
-        let count = neighbours.count() as f32;
-        neighbours.products(memory, &|_| 1.0, &mut work.weights);
+        let count = noise_bins.count() as f32;
+        noise_bins.products(memory, &|_| 1.0, &mut workspace.weights);
         let samples = Samples {
             width: self.width,
             count,
             effective: count,
             may_share: self.may_share,
         };
-        let squares = work.solution.squares(self.all);
+        let squares = workspace.solution.squares(self.all);
         let variances = squares.map(|square| (square / self.frames).max(f32::MIN_POSITIVE));
-        samples.invert(&mut work.weights, Some(&variances));
+        samples.invert(&mut workspace.weights, Some(&variances));
     }
 
     /// Logarithm of the likelihood, less the price of the unknowns.
@@ -229,9 +233,9 @@ impl Refinement<'_> {
         let log_det = if self.may_share {
             let mut residuals = solution.residuals(self.all);
             // The part of a channel that the others do not explain is at least its rounding.
-            let least =
-                core::array::from_fn(|k| self.all.least[k].max(PIVOT_MIN * residuals[k][k]));
-            Factor::new(&mut residuals, self.width).log_det_above(&least)
+            let min =
+                core::array::from_fn(|k| self.all.squares_min[k].max(PIVOT_MIN * residuals[k][k]));
+            Factor::new(&mut residuals, self.width).log_det_above(&min)
         } else {
             let squares = solution.squares(self.all);
             squares
@@ -251,7 +255,7 @@ impl Refinement<'_> {
 
     /// Degrees of freedom of the determinant, after Bartlett.
     fn bartlett(&self) -> f32 {
-        let most = crate::limits::UNKNOWNS_MAX as f32 - 2.0;
-        (self.frames - most - 0.5 * (self.width as f32 + 1.0)).max(4.0)
+        let max = crate::limits::UNKNOWNS_MAX as f32 - 2.0;
+        (self.frames - max - 0.5 * (self.width as f32 + 1.0)).max(4.0)
     }
 }

@@ -2,26 +2,26 @@
 //! set.
 
 use crate::blocks::Blocks;
-use crate::comb::Rival;
+use crate::comb::CompetingComb;
 use crate::covariance::ROUNDING;
 use crate::fit::{Fit, Movement, Status, Tests};
 use crate::frame_span::FrameSpan;
+use crate::hypotheses::{Other, Tested, Z_BETWEEN, Z_LINE};
 use crate::legendre::{legendre, slopes};
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, OVERTONES};
 use crate::matrix::Square;
 use crate::mean::{Evidence, MeanPhase};
 use crate::movement::Followed;
-use crate::neighbours::Neighbours;
+use crate::noise_bins::NoiseBins;
 use crate::normal::MOVEMENT_MAX;
+use crate::nyquist::Nyquist;
 use crate::phase::{cos_sin, from_turns};
-use crate::reach::Reach;
 use crate::scene::Scene;
 use crate::significance::Z_TEST;
 use crate::solve::Solution;
 use crate::source::Values;
 use crate::statistics::Statistics;
-use crate::tests::{Other, Tested, Z_BETWEEN, Z_LINE};
-use crate::work::Work;
+use crate::workspace::Workspace;
 use core::f32::consts::PI;
 
 /// Logarithm of a thousand: odds against another frequency.
@@ -34,7 +34,7 @@ pub const CYCLES_ONE: f32 = 2.0;
 /// Phase beyond the fitted degrees, radians: past it a cycle may be lost.
 const FOLLOWED: f32 = 0.2;
 /// Power of another line, as a fraction of the tone's, that counts as a second tone.
-const BESIDE: f32 = 0.125;
+const SECOND_TONE: f32 = 0.125;
 /// Maximum change of an amplitude, RMS, as a fraction of it.
 const FADING: f32 = 0.7;
 /// Largest relative sigma of a frequency.
@@ -57,12 +57,12 @@ pub struct Mean {
 
 /// Mean frequency and its uncertainty.
 #[inline(never)]
-pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mean {
+pub fn mean(tested: &Tested, workspace: &Workspace, blocks: &Blocks, scene: &Scene) -> Mean {
     let followed = tested.followed;
-    let scale = Scale::new(tested, &work.neighbours, blocks);
+    let scale = Scale::new(tested, &workspace.noise_bins, blocks);
     let evidence = Evidence {
         phase: followed.phase(),
-        covariance: &work.normal.matrix,
+        covariance: &workspace.normal.matrix,
         scale: scale.factor,
         count: followed.degrees.phase,
         freedom: scale.freedom,
@@ -70,7 +70,7 @@ pub fn mean(tested: &Tested, work: &Work, blocks: &Blocks, scene: &Scene) -> Mea
     };
     let phase = evidence.mean_phase();
     Mean {
-        cycles: followed.course.cycles + phase.mean / PI,
+        cycles: followed.trajectory.cycles + phase.mean / PI,
         sigma: crate::sqrt(phase.variance) / PI,
         phase,
         scale: scale.factor,
@@ -86,7 +86,7 @@ struct Scale {
 
 impl Scale {
     /// The noise where the mean frequency sees it, from as many samples as there are.
-    fn new(tested: &Tested, neighbours: &Neighbours, blocks: &Blocks) -> Self {
+    fn new(tested: &Tested, noise_bins: &NoiseBins, blocks: &Blocks) -> Self {
         let (followed, lines) = (tested.followed, tested.shape.lines);
         let n = followed.fitted.phase;
         let at = |u: f32| {
@@ -114,9 +114,9 @@ impl Scale {
             seen_there
         };
         let [mut seen, mut squares, mut power, mut weights, mut weighted] = [0.0; 5];
-        for member in neighbours.members() {
-            let weight = followed.weights[lines.place(usize::from(member.line)) % HARMONICS_MAX];
-            let share = weight * sees(neighbours.distance(member));
+        for member in noise_bins.members() {
+            let weight = followed.weights[lines.index(usize::from(member.line)) % HARMONICS_MAX];
+            let share = weight * sees(noise_bins.distance(member));
             seen += share;
             squares += share * share;
             power += share * member.power;
@@ -125,7 +125,7 @@ impl Scale {
         }
         // White noise has no place of its own.
         let (mut local, mut equal) = (1.0, followed.count);
-        if neighbours.count() > 0 {
+        if noise_bins.count() > 0 {
             local = power
                 / seen.max(f32::MIN_POSITIVE)
                 / (weighted / weights.max(f32::MIN_POSITIVE)).max(f32::MIN_POSITIVE);
@@ -223,7 +223,7 @@ pub struct Figures<'v> {
     /// Another line.
     pub other: &'v Other,
     /// The likeliest comb of another frequency.
-    pub rival: &'v Rival,
+    pub competing: &'v CompetingComb,
     /// The strongest line.
     pub strongest: usize,
     /// The strongest of the other lines.
@@ -240,7 +240,7 @@ pub struct Figures<'v> {
     /// Number of lines.
     pub lines: usize,
     /// Band of frequencies.
-    pub reach: Reach,
+    pub nyquist: Nyquist,
 }
 
 impl Figures<'_> {
@@ -266,7 +266,7 @@ impl Figures<'_> {
     /// The reading that makes a tone ambiguous; `None` if nothing does.
     pub fn other_reading(&self) -> Option<Reading> {
         let (tests, cycles) = (self.tests, self.tests.cycles);
-        let least = if tests.one_shape { CYCLES_ONE } else { CYCLES };
+        let min = if tests.one_shape { CYCLES_ONE } else { CYCLES };
         if self.other.deviate > Z_TEST {
             let Other { cycles, share, .. } = *self.other;
             return Some(Reading { cycles, share });
@@ -274,7 +274,7 @@ impl Figures<'_> {
         let reading = if self.other.own > Z_LINE {
             self.other.own_cycles
         } else if let Some(image) = self.image {
-            self.reach.seen(image)
+            self.nyquist.seen(image)
         } else if let Some(hidden) = self.hidden {
             hidden
         } else if tests.between > Z_BETWEEN {
@@ -289,14 +289,14 @@ impl Figures<'_> {
             line as f32 * self.mean.cycles
         } else if cycles < CYCLES_ONE && self.strongest > 1 {
             self.strongest as f32 * self.mean.cycles
-        } else if tests.beside > Z_TEST && tests.beside_share > BESIDE {
+        } else if tests.beside > Z_TEST && tests.beside_share > SECOND_TONE {
             self.nearest
-        } else if self.reach.most - cycles < least {
-            2.0 * self.reach.most - self.mean.cycles
-        } else if cycles < least || self.is_crowded || tests.margin < ODDS {
-            // Without a rival a part of a cycle is left: of a slower tone.
-            if self.rival.cycles > 0.0 {
-                self.rival.cycles
+        } else if self.nyquist.max - cycles < min {
+            2.0 * self.nyquist.max - self.mean.cycles
+        } else if cycles < min || self.is_crowded || tests.margin < ODDS {
+            // Without a competing comb a part of a cycle is left: of a slower tone.
+            if self.competing.cycles > 0.0 {
+                self.competing.cycles
             } else {
                 0.5 * self.mean.cycles
             }

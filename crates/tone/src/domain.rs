@@ -40,26 +40,26 @@ impl<'a> Domain<'a> {
     /// The domain of `frames` frames along a path. `None` if it does not move, or a position is not
     /// finite.
     pub fn positions(position: &'a dyn Fn(u32) -> f32, frames: u32) -> Option<Self> {
-        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+        let (mut min, mut max) = (f32::INFINITY, f32::NEG_INFINITY);
         let (mut length, mut from) = (0.0, position(0));
         for frame in 0..frames {
             let to = position(frame);
             if !to.is_finite() {
                 return None;
             }
-            (least, most) = (least.min(to), most.max(to));
+            (min, max) = (min.min(to), max.max(to));
             if frame.is_multiple_of(STRIDE_FRAMES) || frame + 1 == frames {
                 length += (to - from).abs();
                 from = to;
             }
         }
-        let range = 0.5 * (most - least);
+        let range = 0.5 * (max - min);
         let travel = (0.5 * length / range).max(1.0);
         // As in time, the ends lie half a frame beyond the first and the last one.
         let half = range * (1.0 + travel / frames.max(1) as f32);
         (range > 0.0).then_some(Self::Position {
             position,
-            centre: least + range,
+            centre: min + range,
             half,
             travel,
         })

@@ -141,24 +141,12 @@ pub struct Fit {
 
 impl Fit {
     /// A fit without a tone.
-    pub const fn without_tone(status: Status, frames: u32) -> Self {
-        const NONE: ChannelFit = ChannelFit {
-            offset: 0.0,
-            amplitude: 0.0,
-            phase_rad: 0.0,
-            phase_variance: 0.0,
-            residual: 0.0,
-        };
+    pub fn without_tone(status: Status, frames: u32) -> Self {
         Self {
             status,
             frequency: 0.0,
             sigma: 0.0,
-            movement: Movement {
-                wander: 0.0,
-                wander_sigma: 0.0,
-                chirp: 0.0,
-                chirp_sigma: 0.0,
-            },
+            movement: Movement::default(),
             other_tone: None,
             interferer: None,
             harmonics: 0,
@@ -166,24 +154,8 @@ impl Fit {
             frames,
             usable: 0,
             with_tone: 0,
-            channels: [NONE; CHANNELS_MAX],
-            tests: Tests {
-                margin: 0.0,
-                line: 0.0,
-                fundamental: 0.0,
-                other: 0.0,
-                between: 0.0,
-                beside: 0.0,
-                beside_share: 0.0,
-                unfollowed: 0.0,
-                fading: 0.0,
-                cycles: 0.0,
-                one_shape: false,
-                steady: 0.0,
-                degree: 0,
-                degrees: 0,
-                lines: 0,
-            },
+            channels: [ChannelFit::default(); CHANNELS_MAX],
+            tests: Tests::default(),
         }
     }
 }

@@ -1,21 +1,20 @@
 //! The order of the steps.
 
 use crate::blocks::{Blocks, Pass};
-use crate::comb::{Comb, Rival};
+use crate::comb::{Comb, CompetingComb};
 use crate::conclude::{self, Figures};
-use crate::data::Data;
 use crate::fit::{Fit, OtherTone, Status, Tests};
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
+use crate::hypotheses::{Noise, Other, Tested, Z_LINE};
 use crate::impulses::{self, Impulses};
 use crate::late::{Delays, Late};
 use crate::lean::follow::{Loop, ROWS, Tracked};
 use crate::lean::{self, Lean};
 use crate::legendre::legendre;
-use crate::limits::{CHANNELS_MAX, FRAMES_MIN};
+use crate::limits::{CHANNELS_MAX, DEGREE_MAX, FRAMES_MIN};
 use crate::lines::Lines;
 use crate::movement::{Followed, TWIST_MAX};
-use crate::phase_course::Course;
 use crate::refine::{Refinement, Steps};
 use crate::scene::Scene;
 use crate::search::{PEAKS, candidates};
@@ -23,8 +22,9 @@ use crate::solve::Shape;
 use crate::source::{Overwritten, Values};
 use crate::spectrum::Sums;
 use crate::statistics::{Products, Statistics};
-use crate::tests::{Noise, Other, Tested, Z_LINE};
-use crate::work::Work;
+use crate::trajectory::Trajectory;
+use crate::window_frames::WindowFrames;
+use crate::workspace::Workspace;
 
 /// Fits of a window whose impulses are replaced, the last included.
 const ATTEMPTS: usize = 3;
@@ -46,7 +46,7 @@ const CYCLES_CURVED: f32 = 5.0;
 pub struct Fitter {
     impulses: Impulses,
     blocks: Blocks,
-    work: Work,
+    workspace: Workspace,
 }
 
 impl Default for Fitter {
@@ -61,7 +61,7 @@ impl Fitter {
         Self {
             impulses: Impulses::new(),
             blocks: Blocks::new(),
-            work: Work::new(),
+            workspace: Workspace::new(),
         }
     }
 
@@ -95,7 +95,7 @@ impl Fitter {
 
     /// Memory of the loop, which a fit writes over.
     fn loop_rows(&mut self) -> &mut [Values; ROWS] {
-        &mut self.work.memory.as_chunks_mut().0[0]
+        &mut self.workspace.memory.as_chunks_mut().0[0]
     }
 
     /// Ends the loop after a fit that leaves no line to follow.
@@ -118,7 +118,7 @@ impl Fitter {
         scene: &Scene,
         solution: &mut lean::Solution,
     ) -> Result<Fit, Overwritten> {
-        let power = self.work.memory.as_flattened_mut();
+        let power = self.workspace.memory.as_flattened_mut();
         let fit = Lean::new(self.blocks.rows(), power, solution).fit(span, scene);
         match &fit {
             Ok(fit) => Loop::new(self.loop_rows()).start(span, solution, fit),
@@ -138,7 +138,7 @@ impl Fitter {
         delays: &Delays,
     ) -> Result<Fit, Overwritten> {
         let correct: Correct =
-            |data, memory, scene, comb, delays| data.has_late(memory, scene, comb, delays);
+            |window, memory, scene, comb, delays| window.has_late(memory, scene, comb, delays);
         // Opaque: the compiler would else call the only such function directly.
         let correct = core::hint::black_box(correct);
         let correction = Correction { delays, correct };
@@ -167,10 +167,10 @@ impl Fitter {
         let Self {
             impulses,
             blocks,
-            work,
+            workspace,
         } = self;
         impulses.clear();
-        let mut data = Data {
+        let mut window = WindowFrames {
             domain: *span.domain(),
             span,
             statistics,
@@ -181,11 +181,11 @@ impl Fitter {
         };
         let mut memory = Memory {
             blocks,
-            work,
+            workspace,
             correction,
         };
-        data.fit(&mut memory, scene, &mut fit);
-        if data.is_lost {
+        window.fit(&mut memory, scene, &mut fit);
+        if window.is_lost {
             Err(Overwritten)
         } else {
             Ok(fit)
@@ -193,11 +193,11 @@ impl Fitter {
     }
 }
 
-impl Data<'_, '_> {
+impl<'d, 's> WindowFrames<'d, 's> {
     /// Fits what is there.
     fn fit(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit) {
         if let Some(given) = self.span.interferer {
-            Hum::take_out(self, memory.blocks, memory.work, given);
+            Hum::take_out(self, memory.blocks, memory.workspace, given);
         }
         fit.interferer = self.hum.map(|hum| hum.cycles_per_frame);
         if let Some(expected) = self.span.expected {
@@ -221,13 +221,7 @@ impl Data<'_, '_> {
         let (mut known, is_expected) = (expected, expected.is_some());
         for attempt in 1..=ATTEMPTS {
             let all = self.start(memory, scene);
-            let mut window = Window {
-                data: self,
-                scene,
-                all: &all,
-                is_expected,
-                is_scored: false,
-            };
+            let mut window = self.window(scene, &all, is_expected);
             let Some(comb) = window.best(memory, known) else {
                 fit.status = Status::NoTone;
                 return;
@@ -236,21 +230,30 @@ impl Data<'_, '_> {
                 && let Some(Correction { delays, correct }) = memory.correction
                 && correct(self, memory, scene, &comb, delays)
             {
-                known = Some(comb.course.cycles);
+                known = Some(comb.trajectory.cycles);
                 continue;
             }
-            let mut window = Window {
-                data: self,
-                scene,
-                all: &all,
-                is_expected,
-                is_scored: false,
-            };
+            let mut window = self.window(scene, &all, is_expected);
             if !scene.impulses || attempt == ATTEMPTS || !window.has_impulses(memory, &comb) {
-                window.conclude_with_rival(memory, &comb, fit);
+                window.conclude_with_competing(memory, &comb, fit);
                 return;
             }
             self.centre();
+        }
+    }
+
+    fn window<'w>(
+        &'w mut self,
+        scene: &'w Scene,
+        all: &'w Products,
+        is_expected: bool,
+    ) -> Window<'w, 'd, 's> {
+        Window {
+            frames: self,
+            scene,
+            all,
+            is_expected,
+            is_scored: false,
         }
     }
 
@@ -270,26 +273,20 @@ impl Data<'_, '_> {
         comb: &Comb,
         delays: &Delays,
     ) -> bool {
-        let mut course = comb.course;
-        memory.work.restore_weights();
+        let mut trajectory = comb.trajectory;
+        memory.workspace.restore_weights();
         for number in 0..LATE_FITS {
             let all = self.start(memory, scene);
-            let mut window = Window {
-                data: self,
-                scene,
-                all: &all,
-                is_expected: false,
-                is_scored: false,
-            };
+            let mut window = self.window(scene, &all, false);
             if number > 0 {
-                window.collect(memory.blocks, &course, comb.shape.lines);
+                window.collect(memory.blocks, &trajectory, comb.shape.lines);
                 let steps = Steps::of_comb(comb.shape);
                 let refinement = window.refinement();
-                refinement.refine(memory.blocks, &mut course, steps, memory.work);
+                refinement.refine(memory.blocks, &mut trajectory, steps, memory.workspace);
             }
-            memory.work.solution.project(memory.blocks, comb.shape);
-            memory.work.solution.solve();
-            if !Late::take_out(self, memory.work, &course, delays) {
+            memory.workspace.solution.project(memory.blocks, comb.shape);
+            memory.workspace.solution.solve();
+            if !Late::take_out(self, memory.workspace, &trajectory, delays) {
                 return number > 0;
             }
             self.centre();
@@ -301,7 +298,7 @@ impl Data<'_, '_> {
 /// Memory of the steps, and what they correct.
 struct Memory<'m> {
     blocks: &'m mut Blocks,
-    work: &'m mut Work,
+    workspace: &'m mut Workspace,
     correction: Option<Correction<'m>>,
 }
 
@@ -314,11 +311,11 @@ struct Correction<'c> {
 }
 
 /// Takes delays out of the frames, by a comb; true if there were some.
-type Correct = fn(&mut Data, &mut Memory, &Scene, &Comb, &Delays) -> bool;
+type Correct = fn(&mut WindowFrames, &mut Memory, &Scene, &Comb, &Delays) -> bool;
 
 /// A window that is fitted.
 struct Window<'w, 'd, 's> {
-    data: &'w mut Data<'d, 's>,
+    frames: &'w mut WindowFrames<'d, 's>,
     scene: &'w Scene,
     all: &'w Products,
     /// True if the tone is looked for where it is expected alone.
@@ -331,10 +328,10 @@ impl<'w> Window<'w, '_, '_> {
     /// The likeliest comb near a known frequency, or anywhere; the blocks are at it.
     #[inline(never)]
     fn best(&mut self, memory: &mut Memory, known: Option<f32>) -> Option<Comb> {
-        memory.work.score_of_best = f32::NEG_INFINITY;
+        memory.workspace.score_of_best = f32::NEG_INFINITY;
         let near = known.and_then(|cycles| Some((self.near(memory, cycles)?, cycles)));
         let (mut best, collected) = match near {
-            Some((comb, cycles)) => (comb, Some(Course::steady(cycles))),
+            Some((comb, cycles)) => (comb, Some(Trajectory::steady(cycles))),
             None if self.is_expected => return None,
             None => (self.search(memory)?, None),
         };
@@ -345,31 +342,36 @@ impl<'w> Window<'w, '_, '_> {
     /// The comb near a frequency, with the blocks at its unit. `None` if the likeliest one there
     /// has another frequency.
     fn near(&mut self, memory: &mut Memory, cycles: f32) -> Option<Comb> {
-        let Memory { blocks, work, .. } = memory;
+        let Memory {
+            blocks, workspace, ..
+        } = memory;
         let refinement = self.refinement();
-        let course = Course::steady(cycles);
-        self.collect(blocks, &course, refinement.lines(cycles));
-        let (degrees, count) = self.degrees(cycles);
-        let comb = refinement.best(blocks, work, course, degrees.get(..count)?)?;
-        let is_near = f32::abs(comb.course.cycles - cycles) < CYCLES_MIN;
+        let trajectory = Trajectory::steady(cycles);
+        self.collect(blocks, &trajectory, refinement.lines(cycles));
+        let comb = refinement.best(blocks, workspace, trajectory, self.degrees(cycles))?;
+        let is_near = f32::abs(comb.trajectory.cycles - cycles) < CYCLES_MIN;
         is_near.then_some(comb)
     }
 
-    /// Degrees of the baseline to try with a candidate, and their number.
-    fn degrees(&self, cycles: f32) -> ([usize; 2], usize) {
-        let most = self.scene.degree_max();
-        let is_curved = cycles < CYCLES_CURVED && most > 1;
-        ([1, most], 1 + usize::from(is_curved))
+    /// Degrees of the baseline to try with a candidate.
+    fn degrees(&self, cycles: f32) -> &'static [usize] {
+        if cycles < CYCLES_CURVED && self.scene.degree_max() > 1 {
+            &[1, DEGREE_MAX]
+        } else {
+            &[1]
+        }
     }
 
     /// The likeliest comb of those at the peaks, and at half and at a third of each.
     #[inline(never)]
     fn search(&mut self, memory: &mut Memory) -> Option<Comb> {
-        let Memory { blocks, work, .. } = memory;
+        let Memory {
+            blocks, workspace, ..
+        } = memory;
         let refinement = self.refinement();
-        let mut peaks = self.candidates(blocks, work);
+        let mut peaks = candidates(self.frames, blocks, workspace, self.all, self.scene);
         let mut tried = [0.0f32; PEAKS * DIVISORS];
-        let mut rivals = [Rival::NONE; PEAKS * DIVISORS];
+        let mut others_tried = [CompetingComb::NONE; PEAKS * DIVISORS];
         let (mut best, mut count, mut first) = (None::<Comb>, 0, Lines::NONE);
         for divisor in 1..=DIVISORS.min(refinement.harmonics) {
             for (i, peak) in peaks.iter_mut().enumerate() {
@@ -386,29 +388,29 @@ impl<'w> Window<'w, '_, '_> {
                 if cycles < CYCLES_MIN || is_known || !refinement.band.has(cycles) {
                     continue;
                 }
-                let course = Course::steady(cycles);
-                self.collect(blocks, &course, refinement.lines(cycles));
-                let (degrees, degrees_count) = self.degrees(cycles);
-                let degrees = degrees.get(..degrees_count).unwrap_or_default();
-                let most = degrees.last().copied().unwrap_or(1);
+                let trajectory = Trajectory::steady(cycles);
+                self.collect(blocks, &trajectory, refinement.lines(cycles));
+                let degrees = self.degrees(cycles);
+                let max = degrees.last().copied().unwrap_or(1);
                 // A part of a peak's frequency needs a line next to the peak's own.
                 let fewest = if divisor > 1 { 2 } else { 1 };
-                let least = Shape {
+                let min = Shape {
                     lines: Lines::up_to(fewest),
                     degree: 1,
                 };
                 if let Some(best) = &best
-                    && refinement.bound(blocks, work, most, &least) < best.score
+                    && refinement.bound(blocks, workspace, max, &min) < best.score
                 {
                     continue;
                 }
-                let (Some(place), Some(rival)) = (tried.get_mut(count), rivals.get_mut(count))
+                let (Some(place), Some(competing)) =
+                    (tried.get_mut(count), others_tried.get_mut(count))
                 else {
                     break;
                 };
                 *place = cycles;
                 count += 1;
-                let Some(comb) = refinement.best(blocks, work, course, degrees) else {
+                let Some(comb) = refinement.best(blocks, workspace, trajectory, degrees) else {
                     continue;
                 };
                 if divisor == 1 {
@@ -418,9 +420,9 @@ impl<'w> Window<'w, '_, '_> {
                         first = comb.kept;
                     }
                 }
-                *rival = Rival {
+                *competing = CompetingComb {
                     score: comb.score,
-                    cycles: comb.course.cycles,
+                    cycles: comb.trajectory.cycles,
                 };
                 if best.is_none_or(|best| comb.score > best.score) {
                     best = Some(comb);
@@ -428,40 +430,48 @@ impl<'w> Window<'w, '_, '_> {
             }
         }
         let mut best = best?;
-        let cycles = best.course.cycles;
-        let others = rivals
+        let cycles = best.trajectory.cycles;
+        let others = others_tried
             .iter()
-            .filter(|rival| f32::abs(rival.cycles - cycles) > CYCLES_MIN);
-        best.rival = others.fold(Rival::NONE, |most, rival| {
-            if rival.score > most.score {
-                *rival
+            .filter(|competing| f32::abs(competing.cycles - cycles) > CYCLES_MIN);
+        best.competing = others.fold(CompetingComb::NONE, |max, competing| {
+            if competing.score > max.score {
+                *competing
             } else {
-                most
+                max
             }
         });
-        best.rival.score -= best.score;
+        best.competing.score -= best.score;
         Some(best)
     }
 
     /// Fits a comb with each degree of the baseline, by blocks that are at it: they were `collected`
     /// near it, or are collected anew.
     #[inline(never)]
-    fn choose_degree(&mut self, memory: &mut Memory, best: &mut Comb, collected: Option<Course>) {
-        let Memory { blocks, work, .. } = memory;
+    fn choose_degree(
+        &mut self,
+        memory: &mut Memory,
+        best: &mut Comb,
+        collected: Option<Trajectory>,
+    ) {
+        let Memory {
+            blocks, workspace, ..
+        } = memory;
         let refinement = self.refinement();
-        let cycles = best.course.cycles;
+        let cycles = best.trajectory.cycles;
         let lines = refinement.lines(cycles).and(best.shape.lines);
-        let twist = collected.map(|from| blocks.twist(&from, &best.course) * lines.most() as f32);
+        let twist =
+            collected.map(|from| blocks.twist(&from, &best.trajectory) * lines.max() as f32);
         if twist.is_none_or(|twist| twist > TWIST_MAX) || blocks.lines() != lines {
-            self.collect(blocks, &best.course, lines);
+            self.collect(blocks, &best.trajectory, lines);
         }
         // Blocks that were turned gave the scores so far; these are exact. The least and the highest
         // degree were compared each at its own frequency; those between are at that of the better one.
-        let (mut at, degree) = (best.course, best.shape.degree);
+        let (mut at, degree) = (best.trajectory, best.shape.degree);
         best.score = f32::NEG_INFINITY;
-        work.restore_weights();
-        let most = self.scene.degree_max();
-        let others = (1..=most).filter(|other| *other != degree);
+        workspace.restore_weights();
+        let max = self.scene.degree_max();
+        let others = (1..=max).filter(|other| *other != degree);
         let mut are_bounded = false;
         for other in core::iter::once(degree).chain(others) {
             let mut steps = Steps::of_comb(best.shape);
@@ -470,22 +480,22 @@ impl<'w> Window<'w, '_, '_> {
                 // The first of the others is the least. Below, lines may be left out beside a baseline.
                 if !are_bounded
                     && cycles >= CYCLES_CURVED
-                    && refinement.bound(blocks, work, most, &steps.shape) <= best.score
+                    && refinement.bound(blocks, workspace, max, &steps.shape) <= best.score
                 {
                     break;
                 }
                 are_bounded = true;
-                work.solution.project(blocks, steps.shape);
-                if refinement.score(&work.solution) <= best.score {
+                workspace.solution.project(blocks, steps.shape);
+                if refinement.score(&workspace.solution) <= best.score {
                     continue;
                 }
             }
             let from = at;
-            refinement.refine(blocks, &mut at, steps, work);
-            work.solution.project(blocks, steps.shape);
-            let score = refinement.score(&work.solution);
+            refinement.refine(blocks, &mut at, steps, workspace);
+            workspace.solution.project(blocks, steps.shape);
+            let score = refinement.score(&workspace.solution);
             if score > best.score {
-                (best.score, best.shape, best.course) = (score, steps.shape, at);
+                (best.score, best.shape, best.trajectory) = (score, steps.shape, at);
             } else {
                 blocks.turn(&at, &from);
                 at = from;
@@ -496,31 +506,31 @@ impl<'w> Window<'w, '_, '_> {
     /// Replaces what a comb leaves of single values; whether there are some.
     #[inline(never)]
     fn has_impulses(&mut self, memory: &mut Memory, comb: &Comb) -> bool {
-        let Work {
+        let Workspace {
             solution,
             memory: found,
             ..
-        } = &mut *memory.work;
+        } = &mut *memory.workspace;
         solution.project(memory.blocks, comb.shape);
         solution.solve();
         let found = found.as_flattened_mut();
-        impulses::replace(self.data, solution, &comb.course, found) > 0
+        impulses::replace(self.frames, solution, &comb.trajectory, found) > 0
     }
 
     /// The verdict on a comb, or on the strongest of its lines where that is likelier: lines next to
     /// a tone whose amplitude moves look like those of a comb.
     #[inline(never)]
-    fn conclude_with_rival(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
+    fn conclude_with_competing(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
         let found = self.conclude(memory, comb, fit);
         if found.strongest < 2 || !fit.status.has_tone() {
             return;
         }
-        let cycles = found.strongest as f32 * comb.course.cycles;
-        memory.work.score_of_best = f32::NEG_INFINITY;
+        let cycles = found.strongest as f32 * comb.trajectory.cycles;
+        memory.workspace.score_of_best = f32::NEG_INFINITY;
         let Some(mut line) = self.near(memory, cycles) else {
             return;
         };
-        self.choose_degree(memory, &mut line, Some(Course::steady(cycles)));
+        self.choose_degree(memory, &mut line, Some(Trajectory::steady(cycles)));
         let mut other = Fit {
             interferer: fit.interferer,
             ..Fit::without_tone(Status::NoTone, fit.frames)
@@ -549,27 +559,29 @@ impl<'w> Window<'w, '_, '_> {
     /// The verdict on a comb, whose phase is followed and tested.
     #[inline(never)]
     fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) -> Concluded {
-        let Memory { blocks, work, .. } = memory;
+        let Memory {
+            blocks, workspace, ..
+        } = memory;
         let refinement = self.refinement();
-        let mut followed = Followed::at(comb.course, comb.shape);
-        work.restore_weights();
-        let mut recollect = |blocks: &mut Blocks, course: &Course, lines: Lines| {
-            self.collect(blocks, course, lines);
+        let mut followed = Followed::at(comb.trajectory, comb.shape);
+        workspace.restore_weights();
+        let mut recollect = |blocks: &mut Blocks, trajectory: &Trajectory, lines: Lines| {
+            self.collect(blocks, trajectory, lines);
         };
-        let is_known = refinement.follow(blocks, work, &mut followed, &mut recollect);
-        let judged = is_known.then(|| self.judge(memory, &followed, &comb.rival, fit));
+        let is_known = refinement.follow(blocks, workspace, &mut followed, &mut recollect);
+        let judged = is_known.then(|| self.judge(memory, &followed, &comb.competing, fit));
         judged.flatten().unwrap_or_else(|| {
-            let frequency = |cycles| self.data.span.frequency(cycles);
-            let rival = if comb.rival.cycles > 0.0 {
-                comb.rival.cycles
+            let frequency = |cycles| self.frames.span.frequency(cycles);
+            let competing = if comb.competing.cycles > 0.0 {
+                comb.competing.cycles
             } else {
-                0.5 * comb.course.cycles
+                0.5 * comb.trajectory.cycles
             };
             fit.status = Status::Ambiguous;
-            fit.frequency = frequency(comb.course.cycles);
+            fit.frequency = frequency(comb.trajectory.cycles);
             fit.sigma = fit.frequency;
             fit.other_tone = Some(OtherTone {
-                frequency: frequency(rival),
+                frequency: frequency(competing),
                 share: 1.0,
             });
             Concluded::UNKNOWN
@@ -582,27 +594,27 @@ impl<'w> Window<'w, '_, '_> {
         &mut self,
         memory: &mut Memory,
         followed: &Followed,
-        rival: &Rival,
+        competing: &CompetingComb,
         fit: &mut Fit,
     ) -> Option<Concluded> {
-        let work = &*memory.work;
-        let (reach, width) = (self.data.reach(), self.data.width());
-        let tested = Tested::new(followed, work, reach, width);
-        let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
+        let workspace = &*memory.workspace;
+        let (nyquist, width) = (self.frames.nyquist(), self.frames.width());
+        let tested = Tested::new(followed, workspace, nyquist, width);
+        let mean = conclude::mean(&tested, workspace, memory.blocks, self.scene);
         if !(mean.cycles > 0.0 && (mean.cycles + mean.sigma).is_finite()) {
             return None;
         }
         let mut tests = Tests::default();
-        tested.near(&work.neighbours, &mut tests);
-        let nearest = work.neighbours.strongest_near();
+        tested.near(&workspace.noise_bins, &mut tests);
+        let nearest = workspace.noise_bins.strongest_near();
         let shape = tested.shape;
         let [strongest, second] = strongest(&tested);
-        let span = &*self.data.span;
-        let movement = conclude::movement(followed, &work.normal.matrix, &mean, span);
-        let overtones = conclude::overtones(&work.solution, &followed.variances, width);
-        let statistics = &self.data.statistics;
-        tests.cycles = followed.course.cycles;
-        tests.margin = -rival.score;
+        let span = &*self.frames.span;
+        let movement = conclude::movement(followed, &workspace.normal.matrix, &mean, span);
+        let overtones = conclude::overtones(&workspace.solution, &followed.variances, width);
+        let statistics = &self.frames.statistics;
+        tests.cycles = followed.trajectory.cycles;
+        tests.margin = -competing.score;
         tests.unfollowed = crate::sqrt(mean.phase.unfollowed);
         tests.fading = fading(followed);
         tests.steady = mean.phase.steady;
@@ -618,22 +630,22 @@ impl<'w> Window<'w, '_, '_> {
             tests: &tests,
             mean: &mean,
             other: &Other::default(),
-            rival,
+            competing,
             image: Some(tested.loudest as f32 * tests.cycles)
-                .filter(|cycles| reach.folds && *cycles > reach.most),
+                .filter(|cycles| nyquist.aliases && *cycles > nyquist.max),
             strongest,
             second,
             nearest,
             hidden: self.hidden(mean.cycles),
             is_crowded,
             lines: shape.lines.count(),
-            reach,
+            nyquist,
         };
-        conclude::channels(followed, &work.solution, statistics, fit);
+        conclude::channels(followed, &workspace.solution, statistics, fit);
         let mut other = Other::default();
         let mut between = 0.0;
         if tests.line >= Z_LINE {
-            (between, other) = self.beside(memory, &tested);
+            (between, other) = self.test_residuals(memory, &tested);
         }
         let tests = Tests {
             between,
@@ -648,7 +660,7 @@ impl<'w> Window<'w, '_, '_> {
         } else {
             f32::NEG_INFINITY
         };
-        let (span, statistics) = (&*self.data.span, &self.data.statistics);
+        let (span, statistics) = (&*self.frames.span, &self.frames.statistics);
         fit.tests = tests;
         if fit.status.has_tone() {
             fit.other_tone = reading.map(|reading| OtherTone {
@@ -659,7 +671,7 @@ impl<'w> Window<'w, '_, '_> {
             // No frequency is known better than it is written.
             fit.sigma = libm::hypotf(span.frequency(mean.sigma), f32::EPSILON * fit.frequency);
             fit.movement = movement;
-            fit.harmonics = shape.lines.most() as u8;
+            fit.harmonics = shape.lines.max() as u8;
             fit.overtones = overtones;
             for (k, channel) in statistics.order.iter().enumerate().take(statistics.width) {
                 fit.with_tone |= (tested.with_tone >> k & 1) << channel;
@@ -674,7 +686,7 @@ impl<'w> Window<'w, '_, '_> {
 
     /// A part of a frequency at which a tone would have gone as hum.
     fn hidden(&self, cycles: f32) -> Option<f32> {
-        let hum = self.data.hum?.cycles_per_frame * self.data.span.effective_frames();
+        let hum = self.frames.hum?.cycles_per_frame * self.frames.span.effective_frames();
         let parts = (2..=self.scene.harmonics()).map(|part| cycles / f32::from(part));
         let mut hidden = parts.filter(|part| f32::abs(part - hum) < HUM_CYCLES);
         hidden.next()
@@ -684,16 +696,16 @@ impl<'w> Window<'w, '_, '_> {
     /// channel, less the Bayesian criterion's price. The solution is solved.
     #[inline(never)]
     fn score(&mut self, memory: &mut Memory, tested: &Tested) -> f32 {
-        let model = tested.model(&memory.work.solution);
-        let (width, mut squares) = (self.data.width(), [0.0; CHANNELS_MAX]);
-        self.data.visit_beside(Some(&model), |frame| {
+        let model = tested.model(&memory.workspace.solution);
+        let (width, mut squares) = (self.frames.width(), [0.0; CHANNELS_MAX]);
+        self.frames.visit_residuals(Some(&model), |frame| {
             let pairs = squares.iter_mut().zip(&frame.values);
             pairs.for_each(|(square, value)| *square += value * value);
         });
         let frames = self.all.count;
-        let pairs = squares.iter().zip(&self.all.least).take(width);
+        let pairs = squares.iter().zip(&self.all.squares_min).take(width);
         let logs: f32 = pairs
-            .map(|(square, least)| libm::logf(square.max(*least) / frames))
+            .map(|(square, min)| libm::logf(square.max(*min) / frames))
             .sum();
         let unknowns = width * tested.shape.unknowns()
             + tested.followed.unknowns().max(tested.followed.fitted.phase);
@@ -702,65 +714,63 @@ impl<'w> Window<'w, '_, '_> {
 
     /// What a tone leaves: the deviate of lines between its own, and another line.
     #[inline(never)]
-    fn beside(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
-        let Memory { blocks, work, .. } = memory;
+    fn test_residuals(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
+        let Memory {
+            blocks, workspace, ..
+        } = memory;
         let mut between = 0.0;
         if tested.followed.moves {
-            tested.followed.take_out_motion(blocks, &mut work.solution);
+            tested
+                .followed
+                .take_out_motion(blocks, &mut workspace.solution);
         } else {
-            work.solution.project(blocks, tested.shape);
+            workspace.solution.project(blocks, tested.shape);
         }
         if self.scene.harmonics() > 1 {
             let mut noise = Noise {
-                neighbours: &mut work.neighbours,
-                memory: &mut work.memory,
-                weights: &work.weights,
+                noise_bins: &mut workspace.noise_bins,
+                memory: &mut workspace.memory,
+                weights: &workspace.weights,
                 all: self.all,
             };
-            between = tested.between(self.data, &work.solution, blocks, &mut noise);
+            between = tested.between(self.frames, &workspace.solution, blocks, &mut noise);
         }
         if !tested.followed.moves {
-            work.solution.solve();
+            workspace.solution.solve();
         }
-        let model = tested.model(&work.solution);
+        let model = tested.model(&workspace.solution);
         // Where the tone was expected, the search before has looked at all other frequencies.
         if self.is_expected {
             return (between, Other::default());
         }
         let sums = Sums {
-            memory: work.memory.as_flattened_mut(),
-            more: work.normal.matrix.as_flattened_mut(),
+            memory: workspace.memory.as_flattened_mut(),
+            more: workspace.normal.matrix.as_flattened_mut(),
         };
-        let other = tested.other(self.data, &model, sums, blocks.scratch());
+        let other = tested.other(self.frames, &model, sums, blocks.scratch());
         (between, other)
     }
 
-    fn collect(&mut self, blocks: &mut Blocks, course: &Course, lines: Lines) {
+    fn collect(&mut self, blocks: &mut Blocks, trajectory: &Trajectory, lines: Lines) {
         let pass = Pass {
-            course: *course,
+            trajectory: *trajectory,
             scale: 1.0,
             lines,
-            most: 2 * lines.most(),
+            multiple_max: 2 * lines.max(),
         };
-        blocks.collect(self.data, &pass, None);
-    }
-
-    #[inline(never)]
-    fn candidates(&mut self, blocks: &mut Blocks, work: &mut Work) -> [f32; PEAKS] {
-        let (all, scene) = (self.all, self.scene);
-        candidates(self.data, blocks, work, all, scene)
+        blocks.collect(self.frames, &pass, None);
     }
 
     fn refinement(&self) -> Refinement<'w> {
         Refinement {
             all: self.all,
-            width: self.data.width(),
+            width: self.frames.width(),
             frames: self.all.count,
             harmonics: usize::from(self.scene.harmonics()),
             may_share: self.scene.may_share(),
             is_white: self.scene.is_white(),
-            reach: self.data.reach(),
-            band: self.scene.band.over(self.data.span.frequency(1.0)),
+            nyquist: self.frames.nyquist(),
+            band: self.scene.band.over(self.frames.span.frequency(1.0)),
         }
     }
 }
@@ -821,7 +831,7 @@ mod tests {
     use crate::limits::{
         BLOCK_LINES, BLOCK_LINES_CHIP, IMPULSES_CHIP, IMPULSES_MAX, POINTS_CHIP, POINTS_MAX,
     };
-    use crate::{blocks, work};
+    use crate::{blocks, workspace};
     extern crate std;
     use std::format;
 
@@ -830,10 +840,10 @@ mod tests {
 
     #[test]
     fn on_the_chip_it_takes_no_more_than_its_budget() {
-        let rows = |lines, points| blocks::rows(lines, points) + work::rows(points);
+        let rows = |lines, points| blocks::rows(lines, points) + workspace::rows(points);
         let longer = (rows(BLOCK_LINES, POINTS_MAX) - rows(BLOCK_LINES_CHIP, POINTS_CHIP))
             * size_of::<crate::source::Values>()
-            + (BLOCK_LINES - BLOCK_LINES_CHIP) * size_of::<blocks::Wave>();
+            + (BLOCK_LINES - BLOCK_LINES_CHIP) * size_of::<crate::phase::Wave>();
         let more = size_of::<Impulses>() / IMPULSES_MAX * (IMPULSES_MAX - IMPULSES_CHIP);
         let size = size_of::<Fitter>() - longer - more;
         assert!(size <= BUDGET, "{size} bytes");

@@ -122,17 +122,7 @@ impl<'a> FrameSpan<'a> {
         channels: u16,
         visit: &mut dyn FnMut(u32, &Values),
     ) -> Result<(), Overwritten> {
-        self.visit_range(0..self.frames, channels, visit)
-    }
-
-    /// Visits the frames of a part of the span whose `channels` are all valid.
-    pub(crate) fn visit_range(
-        &mut self,
-        part: Range<u32>,
-        channels: u16,
-        visit: &mut dyn FnMut(u32, &Values),
-    ) -> Result<(), Overwritten> {
-        self.visit_runs(part, channels, &mut |first, run| {
+        self.visit_runs(0..self.frames, channels, &mut |first, run| {
             for (number, values) in (first..).zip(run) {
                 visit(number, values);
             }
@@ -151,11 +141,11 @@ impl<'a> FrameSpan<'a> {
         let mut frame = part.start;
         let end = part.end.min(self.frames);
         while frame < end {
-            let most = READ_FRAMES.min((end - frame) as usize);
+            let max = READ_FRAMES.min((end - frame) as usize);
             let mut read = 0;
             let from = self.first.wrapping_add(frame);
-            self.source.read(from, most, &mut |values, valid| {
-                let count = most.min(values.len()).min(valid.len());
+            self.source.read(from, max, &mut |values, valid| {
+                let count = max.min(values.len()).min(valid.len());
                 let mut at = 0;
                 while at < count {
                     let left = valid.get(at..count).unwrap_or_default();
@@ -191,11 +181,11 @@ impl<'a> FrameSpan<'a> {
         };
         let mut frame = 0;
         while frame < self.frames {
-            let most = READ_FRAMES.min((self.frames - frame) as usize);
+            let max = READ_FRAMES.min((self.frames - frame) as usize);
             let mut read = 0;
             self.source
-                .read(self.first.wrapping_add(frame), most, &mut |_, valid| {
-                    let valid = valid.get(..most).unwrap_or(valid);
+                .read(self.first.wrapping_add(frame), max, &mut |_, valid| {
+                    let valid = valid.get(..max).unwrap_or(valid);
                     if valid.iter().all(|valid| *valid == mask) {
                         run += valid.len() as u32;
                         read += valid.len() as u32;
@@ -213,8 +203,8 @@ impl<'a> FrameSpan<'a> {
             frame += read.max(1);
         }
         add(mask, run);
-        let most = counts.iter().copied().max().unwrap_or(0);
-        let is_used = |c: &usize| counts[*c] > 0 && 10 * counts[*c] >= 9 * most;
+        let max = counts.iter().copied().max().unwrap_or(0);
+        let is_used = |c: &usize| counts[*c] > 0 && 10 * counts[*c] >= 9 * max;
         Ok((0..CHANNELS_MAX)
             .filter(is_used)
             .fold(0, |mask, c| mask | 1 << c))

@@ -3,17 +3,16 @@
 //! that is a phase and an amplitude, and stays in them; what it is next to the mean is subtracted
 //! from the frames, by the waves that were fitted.
 
-use crate::data::{Data, Frame};
+mod find;
+
 use crate::domain::Domain;
+use crate::frame::Frame;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::phase::first_powers;
-use crate::phase_course::Course;
-use crate::solve::Solution;
 use crate::source::Values;
-use crate::work::Work;
+use crate::trajectory::Trajectory;
 use core::f32::consts::PI;
-use core::hint::black_box;
 
 /// Delays of the channels along a path. In time, and at the mean speed, a delay is a phase, and stays
 /// in it.
@@ -60,7 +59,7 @@ pub struct Late {
     low_pass: f32,
     /// Mean response to each line, by order.
     mean: [Response; HARMONICS_MAX + 1],
-    course: Course,
+    trajectory: Trajectory,
     lines: Lines,
     /// Cosine and sine of each line.
     waves: [Values; 2 * HARMONICS_MAX],
@@ -69,36 +68,6 @@ pub struct Late {
 }
 
 impl Late {
-    /// The waves of a solution, where channels are late along a path.
-    fn new(data: &Data, solution: &Solution, course: &Course, delays: &Delays) -> Option<Self> {
-        let last = data.count().checked_sub(1)?;
-        if matches!(data.domain, Domain::Time { .. }) || last == 0 {
-            return None;
-        }
-        let mut frames = [0.0; CHANNELS_MAX];
-        let order = data.statistics.order.iter().take(data.width());
-        for (frames, channel) in frames.iter_mut().zip(order) {
-            *frames = delays.frames[usize::from(*channel) % CHANNELS_MAX];
-        }
-        let mut waves = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
-        let pairs = waves.iter_mut().zip(solution.lines());
-        pairs.for_each(|(wave, line)| *wave = *line);
-        let mut late = Self {
-            frames,
-            step: (data.domain.u(last) - data.domain.u(0)) / last as f32,
-            last,
-            low_pass: delays.low_pass,
-            mean: [Response::default(); HARMONICS_MAX + 1],
-            course: *course,
-            lines: solution.shape.lines,
-            waves,
-            // Opaque: the compiler would else call the only such function directly.
-            subtract: black_box(Self::take_change),
-        };
-        late.mean = late.mean_response(&data.domain);
-        Some(late)
-    }
-
     /// Mean responses of the low-pass to the lines.
     fn mean_response(&self, domain: &Domain) -> [Response; HARMONICS_MAX + 1] {
         let mut mean = [Response::default(); HARMONICS_MAX + 1];
@@ -115,32 +84,13 @@ impl Late {
 
     /// Response of the low-pass to a line where `u` goes on by `step` a frame.
     fn response(&self, step: f32, line: usize) -> Response {
-        Response::at(PI * self.course.cycles * step * line as f32 * self.low_pass)
+        Response::at(PI * self.trajectory.cycles * step * line as f32 * self.low_pass)
     }
 
     /// Step of `u` from frame to frame, about a frame.
     fn step_at(&self, domain: &Domain, frame: u32) -> f32 {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(self.last));
         (domain.u(after) - domain.u(before)) / (after - before).max(1) as f32
-    }
-
-    /// Finds what lateness changes, by the latest solution. From then on each visit takes it out of
-    /// the frames; false if it is less than the noise, and stays.
-    #[inline(never)]
-    pub fn take_out(data: &mut Data, work: &Work, course: &Course, delays: &Delays) -> bool {
-        data.late = None;
-        let Some(late) = Self::new(data, &work.solution, course, delays) else {
-            return false;
-        };
-        let (domain, mut squares) = (data.domain, 0.0);
-        data.visit(|frame| {
-            let change = late.change(&domain, frame);
-            for (k, change) in change.iter().enumerate() {
-                squares += work.weights[k][k] * change * change;
-            }
-        });
-        data.late = (squares > 1.0).then_some(late);
-        data.late.is_some()
     }
 
     /// Takes the change out of a frame.
@@ -158,9 +108,9 @@ impl Late {
     /// the mean speed; to second order of the angle by which it is late.
     fn change(&self, domain: &Domain, frame: &Frame) -> Values {
         let step = self.step_at(domain, frame.number);
-        let turn = PI * self.course.cycles * (step - self.step);
+        let turn = PI * self.trajectory.cycles * (step - self.step);
         let powers: [_; HARMONICS_MAX + 1] =
-            first_powers(self.course.at(frame.u, 1.0), self.lines.most());
+            first_powers(self.trajectory.at(frame.u, 1.0), self.lines.max());
         let mut change = [0.0; CHANNELS_MAX];
         let pairs = self.waves.as_chunks::<2>().0.iter();
         for ([of_cos, of_sin], line) in pairs.zip(self.lines.iter()) {

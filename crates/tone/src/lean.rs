@@ -53,19 +53,6 @@ pub struct Lean<'m> {
     solution: &'m mut Solution,
 }
 
-impl Scene {
-    /// True for the scenes of the lean path: lines in white, independent noise at a steady speed,
-    /// without impulses or curved baselines.
-    pub(crate) fn is_lean(&self) -> bool {
-        usize::from(self.harmonics()) <= LINES
-            && self.baseline == Baseline::Slope
-            && self.noise == Noise::White
-            && self.channels == Channels::Independent
-            && self.speed == Speed::Steady
-            && !self.impulses
-    }
-}
-
 impl<'m> Lean<'m> {
     /// The path in rows for [`POINTS_MAX`](crate::limits::POINTS_MAX) points and [`LEAN_ROWS`]
     /// more, in memory for half as many powers, and in that of a solution.
@@ -79,9 +66,17 @@ impl<'m> Lean<'m> {
         }
     }
 
-    /// True if the path can fit this span: evenly spaced in time, without an interferer.
+    /// True for the scenes and the spans of the path: lines in white, independent noise at a steady
+    /// speed, without impulses or curved baselines; evenly spaced in time, without an interferer.
     pub fn takes(span: &FrameSpan, scene: &Scene) -> bool {
-        scene.is_lean() && span.interferer.is_none() && matches!(span.domain(), Domain::Time { .. })
+        usize::from(scene.harmonics()) <= LINES
+            && scene.baseline == Baseline::Slope
+            && scene.noise == Noise::White
+            && scene.channels == Channels::Independent
+            && scene.speed == Speed::Steady
+            && !scene.impulses
+            && span.interferer.is_none()
+            && matches!(span.domain(), Domain::Time { .. })
     }
 
     /// Fits all usable channels of a span.
@@ -97,7 +92,11 @@ impl<'m> Lean<'m> {
         let per_cycle = span.frequency(1.0);
         let harmonics = usize::from(scene.harmonics());
         if let Some(expected) = span.expected {
-            let peak = Peak::expected(expected / per_cycle);
+            let cycles = expected / per_cycle;
+            let peak = Peak {
+                cycles,
+                is_searched: false,
+            };
             let fit = self.fit_at(span, &reference, &peak, harmonics)?;
             let moved = f32::abs(fit.frequency / per_cycle - peak.cycles);
             if fit.status == Status::Good && moved < EXPECTED_NEAR {
@@ -130,9 +129,9 @@ impl<'m> Lean<'m> {
 
     /// Lines of a frequency below half the frame rate.
     fn lines(span: &FrameSpan, cycles: f32, harmonics: usize) -> usize {
-        let most = 0.5 * (span.frames as f32 - 1.0);
+        let max = 0.5 * (span.frames as f32 - 1.0);
         (1..=harmonics.min(LINES))
-            .take_while(|line| *line == 1 || *line as f32 * cycles < most)
+            .take_while(|line| *line == 1 || *line as f32 * cycles < max)
             .count()
     }
 
@@ -164,7 +163,7 @@ impl<'m> Lean<'m> {
             let pass = Pass {
                 cycles,
                 lines,
-                blocks: Blocks::most(span.frames, lines),
+                blocks: Blocks::max(span.frames, lines),
             };
             let scratch = self.search.scratch();
             self.blocks.collect(span, reference, pass, scratch)?;
@@ -206,7 +205,7 @@ impl<'m> Lean<'m> {
         let lines = Self::lines(span, peak.cycles, harmonics);
         self.solution.choose((2 << lines) - 2);
         let mut cycles = peak.cycles;
-        let most = Blocks::most(span.frames, lines);
+        let max = Blocks::max(span.frames, lines);
         let is_open = peak.is_searched && harmonics == 1 && cycles < CYCLES_FEW;
         for pass in 1..=PASSES {
             let (blocks, solution) = (&mut self.blocks, &mut *self.solution);
@@ -214,7 +213,7 @@ impl<'m> Lean<'m> {
             let pass = Pass {
                 cycles,
                 lines,
-                blocks: if is_open { BLOCKS_FEWER } else { most },
+                blocks: if is_open { BLOCKS_FEWER } else { max },
             };
             let scratch = self.search.scratch();
             blocks.collect(span, reference, pass, scratch)?;

@@ -27,8 +27,12 @@ pub const MOVES: usize = 4;
 pub const MOVES_MAX: usize = 10;
 /// Maximum number of degrees of either that a test looks at.
 pub const DEGREES_MAX: usize = MOVES_MAX + MOVES - 1;
+/// Maximum distance of a noise bin from its line, cycles per window.
+pub const BAND: usize = 4;
+/// Maximum number of functions next to the lines of a comb.
+pub const NOISE_BINS_COMB: usize = 4 * (BAND / 2) * HARMONICS_MAX;
 /// Maximum number of functions next to the lines.
-pub const NEIGHBOURS_MAX: usize = 64;
+pub const NOISE_BINS_MAX: usize = 64;
 /// Longest transform on the chip, points.
 pub const POINTS_CHIP: usize = 1024;
 /// Longest transform, points.

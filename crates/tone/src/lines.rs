@@ -8,9 +8,9 @@ impl Lines {
     /// No line.
     pub const NONE: Self = Self(0);
 
-    /// The lines 1 to `most`.
-    pub fn up_to(most: usize) -> Self {
-        (1..=most).fold(Self::NONE, Self::with)
+    /// The lines 1 to `max`.
+    pub fn up_to(max: usize) -> Self {
+        (1..=max).fold(Self::NONE, Self::with)
     }
 
     /// Adds a line.
@@ -44,19 +44,19 @@ impl Lines {
         number < 16 && self.0 >> number & 1 == 1
     }
 
-    /// Place of a line among them.
-    pub fn place(self, number: usize) -> usize {
+    /// Index of a line among them.
+    pub fn index(self, number: usize) -> usize {
         let below = (1u32 << (number & 31)) - 1;
         (u32::from(self.0) & below).count_ones() as usize
     }
 
     /// The highest number; 0 of none.
-    pub fn most(self) -> usize {
+    pub fn max(self) -> usize {
         self.0.checked_ilog2().unwrap_or(0) as usize
     }
 
     /// The lowest number; 0 of none.
-    pub fn least(self) -> usize {
+    pub fn min(self) -> usize {
         self.iter().next().unwrap_or(0)
     }
 
@@ -90,11 +90,11 @@ mod tests {
     fn second_and_fourth_are_first_and_second_of_twice_the_unit() {
         let lines = Lines::NONE.with(4).with(2);
         assert_eq!(
-            (lines.count(), lines.least(), lines.most(), lines.divisor()),
+            (lines.count(), lines.min(), lines.max(), lines.divisor()),
             (2, 2, 4, 2)
         );
         assert_eq!(lines.over(2), Lines::up_to(2));
-        assert_eq!((lines.place(4), lines.has(3)), (1, false));
+        assert_eq!((lines.index(4), lines.has(3)), (1, false));
         assert_eq!(Lines::up_to(3).divisor(), 1);
     }
 }

@@ -21,7 +21,7 @@ impl<'a, const N: usize> Factor<'a, N> {
     }
 
     /// Factors them without unknowns of which the others leave less than a share.
-    pub fn with_pivots(a: &'a mut Square<N>, n: usize, least: f32) -> Self {
+    pub fn with_pivots(a: &'a mut Square<N>, n: usize, min: f32) -> Self {
         let n = n.min(N);
         for i in 0..n {
             let diagonal = a[i][i];
@@ -35,7 +35,7 @@ impl<'a, const N: usize> Factor<'a, N> {
                 };
             }
             let beside = diagonal - a[i][..i].iter().map(|x| x * x).sum::<f32>();
-            if beside > least * diagonal {
+            if beside > min * diagonal {
                 a[i][i] = crate::sqrt(beside);
             } else {
                 a[i][..=i].fill(0.0);
@@ -130,10 +130,10 @@ impl<'a, const N: usize> Factor<'a, N> {
 
     /// Logarithm of the determinant of A, each of whose squared pivots is at least so much, those
     /// that are left out too.
-    pub fn log_det_above(&self, least: &[f32; N]) -> f32 {
+    pub fn log_det_above(&self, min: &[f32; N]) -> f32 {
         let pivots = self.lower.iter().enumerate().take(self.n);
         let squares = pivots.map(|(i, row)| row[i] * row[i]);
-        let squares = squares.zip(least).map(|(square, least)| square.max(*least));
+        let squares = squares.zip(min).map(|(square, min)| square.max(*min));
         squares.map(libm::logf).sum()
     }
 }

@@ -300,9 +300,9 @@ impl Evidence<'_> {
             unfollowed: 0.0,
         };
         average.add(&steady);
-        let least = 0.5 * crate::sqrt(self.covariance(1, 1));
+        let min = 0.5 * crate::sqrt(self.covariance(1, 1));
         let strengths = (0..=STRENGTHS)
-            .map(|j| least * (1u32 << j) as f32)
+            .map(|j| min * (1u32 << j) as f32)
             .take_while(|strength| *strength < WALK_MAX)
             .count()
             .max(1);
@@ -310,7 +310,7 @@ impl Evidence<'_> {
         for order in 1..=WALKS {
             let walk = Walk::new(order, self.count);
             for j in 0..strengths {
-                let strength = least * (1u32 << j) as f32;
+                let strength = min * (1u32 << j) as f32;
                 let mut answer = self.answer(&walk, strength * strength, &mut matrix);
                 answer.log_weight += prior;
                 average.add(&answer);

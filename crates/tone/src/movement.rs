@@ -3,18 +3,18 @@
 
 use crate::blocks::Blocks;
 use crate::covariance::{Covariance, ROUNDING, Samples};
-use crate::limits::{CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
+use crate::limits::{BAND, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, MOVES, MOVES_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square, invert};
-use crate::neighbours::{BAND, Member, Place};
+use crate::noise_bins::{LineFrequencies, Member};
 use crate::normal::{Degrees, MOVEMENT_MAX, degrees_max};
-use crate::phase_course::Course;
 use crate::refine::{Known, Refinement, Steps};
 use crate::residual::Motion;
 use crate::significance::{Z_TEST, deviate};
 use crate::solve::{Power, Shape, Solution};
 use crate::source::Values;
-use crate::work::Work;
+use crate::trajectory::Trajectory;
+use crate::workspace::Workspace;
 use core::ops::Range;
 
 /// Gauss-Newton steps of a turn.
@@ -30,9 +30,9 @@ const LINES_AGAIN: [usize; 2] = [2, 4];
 /// than taking out what is not.
 const Z_TAKEN: f32 = 1.64;
 /// Minimum number of noise bins with all harmonics in the model.
-const NEIGHBOURS_WHOLE: usize = 8;
+const NOISE_BINS_WHOLE: usize = 8;
 /// Minimum number of functions next to the lines that noise is known from.
-const NEIGHBOURS_MIN: usize = 3;
+const NOISE_BINS_MIN: usize = 3;
 /// Samples of noise that a degree needs.
 const SAMPLES_PER_DEGREE: usize = 4;
 /// Blocks that are turned against each other by more, in radians of the highest line, are collected
@@ -44,7 +44,7 @@ pub const TWIST_MAX: f32 = 0.1;
 #[derive(Clone, Debug)]
 pub struct Followed {
     /// Phase of the fundamental.
-    pub course: Course,
+    pub trajectory: Trajectory,
     /// Lines and baseline.
     pub shape: Shape,
     /// Variances of the residuals over all frames.
@@ -77,9 +77,9 @@ pub struct Followed {
 
 impl Followed {
     /// A comb that is not followed yet.
-    pub fn at(course: Course, shape: Shape) -> Self {
+    pub fn at(trajectory: Trajectory, shape: Shape) -> Self {
         Self {
-            course,
+            trajectory,
             shape,
             variances: [0.0; CHANNELS_MAX],
             fitted: Degrees::STEADY,
@@ -97,12 +97,12 @@ impl Followed {
     }
 
     /// Estimates the movement by the noise that is known.
-    fn move_by_noise(&mut self, blocks: &Blocks, work: &mut Work) {
+    fn move_by_noise(&mut self, blocks: &Blocks, workspace: &mut Workspace) {
         let n = self.degrees.count().min(MOVEMENT_MAX);
-        let normal = &mut work.normal;
+        let normal = &mut workspace.normal;
         normal.degrees = self.degrees;
-        let memory = work.memory.as_flattened_mut();
-        normal.make(blocks, &work.solution, &work.weights, memory);
+        let memory = workspace.memory.as_flattened_mut();
+        normal.make(blocks, &workspace.solution, &workspace.weights, memory);
         let trace: f32 = (0..n).map(|i| normal.matrix[i][i]).sum();
         for (i, row) in normal.matrix.iter_mut().enumerate().take(n) {
             row[i] += 1e-7 * trace;
@@ -117,7 +117,7 @@ impl Followed {
 
     /// Phase modulation relative to the trajectory.
     pub fn motion(&self) -> Motion {
-        let mut motion = Motion::NONE;
+        let mut motion = Motion::default();
         let Degrees { phase, amplitude } = self.degrees;
         motion.degrees = phase.max(amplitude);
         let phases = motion.phase.iter_mut().zip(&self.moved);
@@ -133,8 +133,8 @@ impl Followed {
     /// Coefficients of the phase by degree from 1 on, relative to the frequency of the trajectory.
     pub fn phase(&self) -> [f32; DEGREES_MAX] {
         let mut phase = self.motion().phase;
-        let in_course = self.course.moved.iter().skip(1);
-        let pairs = phase.iter_mut().zip(in_course).take(self.degrees.phase);
+        let in_trajectory = self.trajectory.moved.iter().skip(1);
+        let pairs = phase.iter_mut().zip(in_trajectory).take(self.degrees.phase);
         pairs.for_each(|(phase, moved)| *phase += moved);
         phase
     }
@@ -186,7 +186,7 @@ impl Followed {
 
 /// Weight of each line's neighbourhood: its share of the information, by its number of functions.
 #[inline(never)]
-fn neighbour_weights(
+fn noise_weights(
     solution: &Solution,
     inverse: &Square<CHANNELS_MAX>,
     counts: &[f32; HARMONICS_MAX],
@@ -211,43 +211,47 @@ impl Refinement<'_> {
     pub fn follow(
         &self,
         blocks: &mut Blocks,
-        work: &mut Work,
+        workspace: &mut Workspace,
         followed: &mut Followed,
-        recollect: &mut dyn FnMut(&mut Blocks, &Course, Lines),
+        recollect: &mut dyn FnMut(&mut Blocks, &Trajectory, Lines),
     ) -> bool {
-        let (mut course, mut shape) = (followed.course, followed.shape);
+        let (mut trajectory, mut shape) = (followed.trajectory, followed.shape);
         let mut fitted = followed.fitted;
-        let (mut turn, mut collected) = (0, course);
+        let (mut turn, mut collected) = (0, trajectory);
         loop {
             let steps = Steps {
                 shape,
-                most: STEPS,
+                max: STEPS,
                 degrees: fitted.phase,
                 last: 0.3,
                 noise: Known::Weights,
             };
             for _ in 0..2 {
-                self.refine(blocks, &mut course, steps, work);
-                if blocks.twist(&collected, &course) * shape.lines.most() as f32 <= TWIST_MAX {
+                self.refine(blocks, &mut trajectory, steps, workspace);
+                if blocks.twist(&collected, &trajectory) * shape.lines.max() as f32 <= TWIST_MAX {
                     break;
                 }
-                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
-                collected = course;
+                recollect(
+                    blocks,
+                    &trajectory,
+                    self.lines(trajectory.cycles).and(shape.lines),
+                );
+                collected = trajectory;
             }
-            (followed.course, followed.shape, followed.fitted) = (course, shape, fitted);
-            if !self.noise(blocks, work, followed) {
+            (followed.trajectory, followed.shape, followed.fitted) = (trajectory, shape, fitted);
+            if !self.noise(blocks, workspace, followed) {
                 return false;
             }
             let Degrees { phase, amplitude } = followed.degrees;
-            let covariance = &work.normal.matrix;
+            let covariance = &workspace.normal.matrix;
             let of_phase = followed.shows(covariance, fitted.phase..phase);
             let beyond = phase + fitted.amplitude..phase + amplitude;
             let of_amplitude = followed.shows(covariance, beyond);
             let samples = followed.count as usize * self.width;
             let has_room = (phase + amplitude + 2 * (MOVES - 1)) * SAMPLES_PER_DEGREE < samples;
-            let most = MOVES_MAX.min(degrees_max(blocks) + 1 - MOVES);
-            let grows = has_room && of_phase > Z_TEST && fitted.phase < most;
-            let fades = has_room && of_amplitude > Z_TEST && fitted.amplitude < most;
+            let max = MOVES_MAX.min(degrees_max(blocks) + 1 - MOVES);
+            let grows = has_room && of_phase > Z_TEST && fitted.phase < max;
+            let fades = has_room && of_amplitude > Z_TEST && fitted.amplitude < max;
             turn += 1;
             let moves = of_phase.max(of_amplitude) > Z_TAKEN;
             let is_known = followed.moves || !moves;
@@ -256,65 +260,74 @@ impl Refinement<'_> {
             }
             followed.moves = moves;
             if grows {
-                fitted.phase = (fitted.phase + MOVES - 1).min(most);
+                fitted.phase = (fitted.phase + MOVES - 1).min(max);
             }
             if fades {
-                fitted.amplitude = (fitted.amplitude + MOVES - 1).min(most);
+                fitted.amplitude = (fitted.amplitude + MOVES - 1).min(max);
             }
             // Lines that the movement had smeared.
             if fitted.phase > 1 && LINES_AGAIN.contains(&turn) {
-                recollect(blocks, &course, self.lines(course.cycles));
+                recollect(blocks, &trajectory, self.lines(trajectory.cycles));
                 let degrees = [1, shape.degree];
                 let count = if shape.degree > 1 { 2 } else { 1 };
-                work.score_of_best = f32::NEG_INFINITY;
-                if let Some(comb) = self.best(blocks, work, course, &degrees[..count]) {
-                    (course, shape) = (comb.course, comb.shape);
-                    work.restore_weights();
+                workspace.score_of_best = f32::NEG_INFINITY;
+                if let Some(comb) = self.best(blocks, workspace, trajectory, &degrees[..count]) {
+                    (trajectory, shape) = (comb.trajectory, comb.shape);
+                    workspace.restore_weights();
                 }
-                recollect(blocks, &course, self.lines(course.cycles).and(shape.lines));
-                collected = course;
+                recollect(
+                    blocks,
+                    &trajectory,
+                    self.lines(trajectory.cycles).and(shape.lines),
+                );
+                collected = trajectory;
             }
         }
     }
 
     /// Noise next to the lines, and the residual modulation.
     #[inline(never)]
-    fn noise(&self, blocks: &mut Blocks, work: &mut Work, followed: &mut Followed) -> bool {
+    fn noise(
+        &self,
+        blocks: &mut Blocks,
+        workspace: &mut Workspace,
+        followed: &mut Followed,
+    ) -> bool {
         let shape = followed.shape;
-        work.solution.project(blocks, shape);
-        let squares = work.solution.squares(self.all);
+        workspace.solution.project(blocks, shape);
+        let squares = workspace.solution.squares(self.all);
         let free = (self.frames - shape.unknowns() as f32).max(1.0);
         followed.variances = squares.map(|square| square / free + ROUNDING);
-        let most = degrees_max(blocks);
+        let max = degrees_max(blocks);
         followed.degrees = Degrees {
-            phase: (followed.fitted.phase + MOVES - 1).min(most),
-            amplitude: (followed.fitted.amplitude + MOVES).min(most),
+            phase: (followed.fitted.phase + MOVES - 1).min(max),
+            amplitude: (followed.fitted.amplitude + MOVES).min(max),
         };
         if self.is_white {
-            (followed.noise, followed.count) = (self.weigh(work, free), free);
+            (followed.noise, followed.count) = (self.weigh(workspace, free), free);
             (followed.effective, followed.weights) = (free, [1.0; HARMONICS_MAX]);
-            work.neighbours.clear();
-            work.solution.solve();
-            followed.move_by_noise(blocks, work);
+            workspace.noise_bins.clear();
+            workspace.solution.solve();
+            followed.move_by_noise(blocks, workspace);
             return true;
         }
         if followed.moves {
-            work.solution.solve();
-            followed.move_by_noise(blocks, work);
-            self.collect_less_motion(blocks, work, followed);
+            workspace.solution.solve();
+            followed.move_by_noise(blocks, workspace);
+            self.collect_less_motion(blocks, workspace, followed);
         } else {
-            self.collect_beside(blocks, work, followed.course.cycles);
+            self.collect_noise_bins(blocks, workspace, followed.trajectory.cycles);
         }
-        work.solution.solve();
-        let count = work.neighbours.count();
-        if count < NEIGHBOURS_MIN {
+        workspace.solution.solve();
+        let count = workspace.noise_bins.count();
+        if count < NOISE_BINS_MIN {
             return false;
         }
         let mut counts = [0.0; HARMONICS_MAX];
-        for member in work.neighbours.members() {
-            counts[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX] += 1.0;
+        for member in workspace.noise_bins.members() {
+            counts[shape.lines.index(usize::from(member.line)) % HARMONICS_MAX] += 1.0;
         }
-        let of_lines = neighbour_weights(&work.solution, &work.weights, &counts);
+        let of_lines = noise_weights(&workspace.solution, &workspace.weights, &counts);
         let squares: f32 = counts.iter().zip(&of_lines).map(|(n, w)| n * w * w).sum();
         let all = count as f32 * self.width as f32;
         followed.weights = of_lines;
@@ -322,36 +335,41 @@ impl Refinement<'_> {
         followed.effective = (count * count) as f32 / squares.max(f32::MIN_POSITIVE);
         followed.taken = all / (all - followed.unknowns() as f32).max(1.0);
         let weight = |member: &Member| {
-            followed.taken * of_lines[shape.lines.place(usize::from(member.line)) % HARMONICS_MAX]
+            followed.taken * of_lines[shape.lines.index(usize::from(member.line)) % HARMONICS_MAX]
         };
-        let neighbours = &mut work.neighbours;
-        neighbours.products(&work.memory, &weight, &mut work.weights);
+        let noise_bins = &mut workspace.noise_bins;
+        noise_bins.products(&workspace.memory, &weight, &mut workspace.weights);
         let samples = Samples {
             width: self.width,
             count: followed.count,
             effective: followed.effective,
             may_share: self.may_share,
         };
-        followed.noise = samples.invert(&mut work.weights, Some(&followed.variances));
-        neighbours.measure(&work.memory, &work.weights, &followed.variances);
-        followed.loudest = neighbours.loudest(&work.memory, &followed.noise.variances);
-        followed.move_by_noise(blocks, work);
+        followed.noise = samples.invert(&mut workspace.weights, Some(&followed.variances));
+        noise_bins.measure(&workspace.memory, &workspace.weights, &followed.variances);
+        followed.loudest = noise_bins.loudest(&workspace.memory, &followed.noise.variances);
+        followed.move_by_noise(blocks, workspace);
         true
     }
 
     /// Collects the noise bins next to the lines after subtracting the modulation; the solution
     /// must be solved.
     #[inline(never)]
-    fn collect_less_motion(&self, blocks: &mut Blocks, work: &mut Work, followed: &Followed) {
-        let shape = work.solution.shape;
+    fn collect_less_motion(
+        &self,
+        blocks: &mut Blocks,
+        workspace: &mut Workspace,
+        followed: &Followed,
+    ) {
+        let shape = workspace.solution.shape;
         // Memory of a second solution would lie deepest on the stack.
         let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
-        let pairs = lines.iter_mut().zip(work.solution.lines());
+        let pairs = lines.iter_mut().zip(workspace.solution.lines());
         pairs.for_each(|(kept, row)| *kept = *row);
-        followed.add_motion(blocks, &work.solution, -1.0);
-        work.solution.project(blocks, shape);
-        self.collect_beside(blocks, work, followed.course.cycles);
-        let solution = &mut work.solution;
+        followed.add_motion(blocks, &workspace.solution, -1.0);
+        workspace.solution.project(blocks, shape);
+        self.collect_noise_bins(blocks, workspace, followed.trajectory.cycles);
+        let solution = &mut workspace.solution;
         let rows = solution.rows.iter_mut().skip(shape.first_line());
         rows.zip(lines).for_each(|(row, kept)| *row = kept);
         followed.add_motion(blocks, solution, 1.0);
@@ -359,32 +377,32 @@ impl Refinement<'_> {
     }
 
     /// Collects the functions next to the lines of the projected solution.
-    fn collect_beside(&self, blocks: &Blocks, work: &mut Work, cycles: f32) {
-        let shape = work.solution.shape;
+    fn collect_noise_bins(&self, blocks: &Blocks, workspace: &mut Workspace, cycles: f32) {
+        let shape = workspace.solution.shape;
         // Harmonics that are too weak to be kept are no noise either, where there is room without.
         let whole = Shape {
             lines: self.lines(cycles).and(shape.lines),
             ..shape
         };
-        let place = Place {
+        let place = LineFrequencies {
             lines: shape.lines,
             cycles,
-            reach: self.reach,
+            nyquist: self.nyquist,
             band: BAND,
         };
-        let Work {
-            neighbours,
+        let Workspace {
+            noise_bins,
             memory,
             solution,
             ..
-        } = work;
+        } = workspace;
         if whole.lines != shape.lines {
             solution.project(blocks, whole);
-            neighbours.collect(blocks, solution.beside(), place, memory);
+            noise_bins.collect(blocks, solution.projected(), place, memory);
             solution.project(blocks, shape);
         }
-        if whole.lines == shape.lines || neighbours.count() < NEIGHBOURS_WHOLE {
-            neighbours.collect(blocks, solution.beside(), place, memory);
+        if whole.lines == shape.lines || noise_bins.count() < NOISE_BINS_WHOLE {
+            noise_bins.collect(blocks, solution.projected(), place, memory);
         }
     }
 }

@@ -4,7 +4,7 @@
 use crate::blocks::Blocks;
 use crate::legendre::{fill_legendre, legendre_after};
 use crate::limits::{
-    BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX,
+    BLOCKS_MAX, CHANNELS_MAX, DEGREES_MAX, HARMONICS_MAX, NOISE_BINS_MAX, UNKNOWNS_MAX,
 };
 use crate::lines::Lines;
 use crate::matrix::Square;
@@ -14,7 +14,7 @@ use crate::totals::{LINE_FUNCTIONS, LIST_MAX, OfLines, OfModel, by_wave, fold, l
 
 /// Maximum number of unknowns of a movement.
 pub const MOVEMENT_MAX: usize = 2 * DEGREES_MAX;
-const _: () = assert!(DEGREES_MAX * LIST_MAX <= NEIGHBOURS_MAX * CHANNELS_MAX);
+const _: () = assert!(DEGREES_MAX * LIST_MAX <= NOISE_BINS_MAX * CHANNELS_MAX);
 
 /// Degrees of phase and amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -247,7 +247,7 @@ impl Normal {
         };
         let by_wave = by_wave(power, 0, lines);
         for b in 0..blocks.count() {
-            let waves = by_wave.iter().enumerate().take(2 * lines.most() + 1);
+            let waves = by_wave.iter().enumerate().take(2 * lines.max() + 1);
             let information = waves
                 .map(|(m, [cos, sin])| {
                     let wave = blocks.wave(b, m);

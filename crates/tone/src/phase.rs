@@ -7,6 +7,9 @@
 /// One turn as a phase, in units of `u32`: 2^32.
 pub(crate) const TURN: f32 = 4_294_967_296.0;
 
+/// A cosine and a sine, or sums of them.
+pub(crate) type Wave = [f32; 2];
+
 /// A phase from turns (any sign, magnitude below 2^31): the fraction of a turn in units of 2^-32.
 pub fn from_turns(turns: f32) -> u32 {
     // The nearest whole turns are subtracted first, exactly, so that the fraction keeps all its
@@ -34,17 +37,43 @@ pub fn cos_sin(phase: u32) -> (f32, f32) {
     }
 }
 
-/// Cosine and sine of the multiples 0, 1, 2... of a phase.
-pub(crate) fn powers(phase: u32) -> impl Iterator<Item = [f32; 2]> {
-    let (cos, sin) = cos_sin(phase);
-    let next = move |[c, s]: &[f32; 2]| Some([c * cos - s * sin, s * cos + c * sin]);
-    core::iter::successors(Some([1.0, 0.0]), next)
+/// Product of two complex numbers.
+pub(crate) fn times(a: Wave, b: Wave) -> Wave {
+    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
-/// The first of them, up to the multiple `most`, and zeros.
-pub(crate) fn first_powers<const N: usize>(phase: u32, most: usize) -> [[f32; 2]; N] {
+/// Products of two lines, cosine and sine of the one with those of the other, from the multiples of
+/// their phase.
+pub(crate) fn line_products<const N: usize>(
+    waves: &[Wave; N],
+    one: usize,
+    other: usize,
+) -> [Wave; 2] {
+    let [cos, sin] = waves[one.abs_diff(other) % N];
+    let difference = [cos, if one < other { -sin } else { sin }];
+    let sum = waves[(one + other) % N];
+    [
+        [
+            0.5 * (difference[0] + sum[0]),
+            0.5 * (sum[1] - difference[1]),
+        ],
+        [
+            0.5 * (sum[1] + difference[1]),
+            0.5 * (difference[0] - sum[0]),
+        ],
+    ]
+}
+
+/// Cosine and sine of the multiples 0, 1, 2... of a phase.
+pub(crate) fn powers(phase: u32) -> impl Iterator<Item = Wave> {
+    let (cos, sin) = cos_sin(phase);
+    core::iter::successors(Some([1.0, 0.0]), move |wave| Some(times(*wave, [cos, sin])))
+}
+
+/// The first of them, up to the multiple `max`, and zeros.
+pub(crate) fn first_powers<const N: usize>(phase: u32, max: usize) -> [Wave; N] {
     let mut first = [[0.0; 2]; N];
-    let places = first.iter_mut().take(most + 1);
+    let places = first.iter_mut().take(max + 1);
     places
         .zip(powers(phase))
         .for_each(|(place, power)| *place = power);

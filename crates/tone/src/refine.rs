@@ -5,14 +5,14 @@ use crate::covariance::{Covariance, Samples};
 use crate::limits::MOVES_MAX;
 use crate::lines::Lines;
 use crate::matrix::Factor;
-use crate::neighbours::APART;
+use crate::noise_bins::APART;
 use crate::normal::Degrees;
-use crate::phase_course::Course;
-use crate::reach::Reach;
+use crate::nyquist::Nyquist;
 use crate::scene::Band;
 use crate::solve::Shape;
 use crate::statistics::Products;
-use crate::work::Work;
+use crate::trajectory::Trajectory;
+use crate::workspace::Workspace;
 
 /// Maximum number of steps of a comb at a time.
 const STEPS: usize = 2;
@@ -36,7 +36,7 @@ pub struct Refinement<'r> {
     /// True if noise is the same at all frequencies.
     pub is_white: bool,
     /// Band of frequencies.
-    pub reach: Reach,
+    pub nyquist: Nyquist,
     /// Cycles per window that the fundamental may have.
     pub band: Band,
 }
@@ -47,7 +47,7 @@ pub struct Steps {
     /// Lines and baseline.
     pub shape: Shape,
     /// Maximum number of steps.
-    pub most: usize,
+    pub max: usize,
     /// Degrees of the phase.
     pub degrees: usize,
     /// A step of less than this many sigmas is the last.
@@ -61,7 +61,7 @@ impl Steps {
     pub fn of_comb(shape: Shape) -> Self {
         Self {
             shape,
-            most: STEPS,
+            max: STEPS,
             degrees: 1,
             last: 1.0,
             noise: Known::Weights,
@@ -82,12 +82,12 @@ impl Refinement<'_> {
     /// The harmonics of a fundamental that are seen clear of zero, of half the frame rate and, where
     /// they are folded, of each other.
     pub fn lines(&self, cycles: f32) -> Lines {
-        let seen = |line: usize| self.reach.seen(line as f32 * cycles);
+        let seen = |line: usize| self.nyquist.seen(line as f32 * cycles);
         (2..=self.harmonics).fold(Lines::up_to(1), |lines, line| {
             let at = line as f32 * cycles;
             let is_apart = |other: usize| (seen(other) - seen(line)).abs() > APART;
-            let is_below = at < self.reach.most;
-            if self.reach.is_clear(at) && (is_below || lines.iter().all(is_apart)) {
+            let is_below = at < self.nyquist.max;
+            if self.nyquist.is_clear(at) && (is_below || lines.iter().all(is_apart)) {
                 lines.with(line)
             } else {
                 lines
@@ -95,23 +95,29 @@ impl Refinement<'_> {
         })
     }
 
-    /// Steps of the trajectory `course`, to which the blocks are rotated.
+    /// Steps of a `trajectory`, to which the blocks are rotated.
     #[inline(never)]
-    pub fn refine(&self, blocks: &mut Blocks, course: &mut Course, steps: Steps, work: &mut Work) {
+    pub fn refine(
+        &self,
+        blocks: &mut Blocks,
+        trajectory: &mut Trajectory,
+        steps: Steps,
+        workspace: &mut Workspace,
+    ) {
         let n = steps.degrees.min(MOVES_MAX);
-        for number in 0..steps.most {
-            work.solution.project(blocks, steps.shape);
+        for number in 0..steps.max {
+            workspace.solution.project(blocks, steps.shape);
             if number == 0 && steps.noise == Known::Residuals {
-                self.weigh(work, self.frames);
+                self.weigh(workspace, self.frames);
             }
-            work.solution.solve();
-            let normal = &mut work.normal;
+            workspace.solution.solve();
+            let normal = &mut workspace.normal;
             normal.degrees = Degrees {
                 phase: n,
                 amplitude: 0,
             };
-            let memory = work.memory.as_flattened_mut();
-            normal.make(blocks, &work.solution, &work.weights, memory);
+            let memory = workspace.memory.as_flattened_mut();
+            normal.make(blocks, &workspace.solution, &workspace.weights, memory);
             let mut information = [0.0; MOVES_MAX];
             for i in 0..n {
                 information[i] = normal.matrix[i][i];
@@ -125,11 +131,11 @@ impl Refinement<'_> {
             }
             let scale = 1.0 / largest.max(1.0);
             step.iter_mut().for_each(|x| *x *= scale);
-            let before = *course;
-            course.step(step);
+            let before = *trajectory;
+            trajectory.step(step);
             // `clamp` may panic.
-            course.cycles = course.cycles.max(CYCLES_MIN).min(self.reach.most);
-            blocks.turn(&before, course);
+            trajectory.cycles = trajectory.cycles.max(CYCLES_MIN).min(self.nyquist.max);
+            blocks.turn(&before, trajectory);
             let mut sizes = step.iter().zip(&information);
             if sizes.all(|(step, x)| step.abs() * crate::sqrt(x.max(0.0)) < steps.last) {
                 return;
@@ -140,14 +146,14 @@ impl Refinement<'_> {
     /// Weighs the channels by the inverse covariance of the residuals after the projections, of a
     /// number of samples.
     #[inline(never)]
-    pub fn weigh(&self, work: &mut Work, count: f32) -> Covariance {
-        work.weights = work.solution.residuals(self.all);
+    pub fn weigh(&self, workspace: &mut Workspace, count: f32) -> Covariance {
+        workspace.weights = workspace.solution.residuals(self.all);
         let samples = Samples {
             width: self.width,
             count,
             effective: count,
             may_share: self.may_share,
         };
-        samples.invert(&mut work.weights, None)
+        samples.invert(&mut workspace.weights, None)
     }
 }

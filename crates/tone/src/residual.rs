@@ -1,17 +1,17 @@
 //! Residuals of the frames after a solution and its modulation.
 
-use crate::data::Frame;
+use crate::frame::Frame;
 use crate::legendre::{baselines, legendre_after};
 use crate::limits::{DEGREES_MAX, UNKNOWNS_MAX};
 use crate::phase;
-use crate::phase_course::Course;
 use crate::rows::add_rows;
 use crate::solve::Solution;
 use crate::source::Values;
+use crate::trajectory::Trajectory;
 use core::ops::Range;
 
 /// Residual phase and amplitude modulation: coefficients by degree, from 1 on.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
     /// Radians of the unit line.
     pub phase: [f32; DEGREES_MAX],
@@ -22,13 +22,6 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Empty.
-    pub const NONE: Self = Self {
-        phase: [0.0; DEGREES_MAX],
-        amplitude: [0.0; DEGREES_MAX],
-        degrees: 0,
-    };
-
     /// Phase and amplitude at `u`.
     pub fn at(&self, u: f32) -> [f32; 2] {
         let (mut before, mut p) = (0.0, 1.0);
@@ -51,7 +44,7 @@ pub struct Model<'m> {
     /// Modulation next to it.
     pub motion: Option<Motion>,
     /// Phase of the fundamental.
-    pub course: Course,
+    pub trajectory: Trajectory,
 }
 
 /// Values of a model's functions, in groups of four.
@@ -61,7 +54,7 @@ impl Model<'_> {
     /// Values of the functions at `u`.
     pub fn functions(&self, u: f32) -> Functions {
         let shape = &self.solution.shape;
-        let mut multiples = phase::powers(self.course.at(u, 1.0));
+        let mut multiples = phase::powers(self.trajectory.at(u, 1.0));
         let moved = self.motion.as_ref().map(|motion| motion.at(u));
         let mut functions = [[0.0; 4]; UNKNOWNS_MAX.div_ceil(4)];
         let (levels, lines) = functions

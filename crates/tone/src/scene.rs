@@ -103,12 +103,8 @@ impl Scene {
         baseline: Baseline::Slope,
         noise: Noise::White,
         channels: Channels::Independent,
-        speed: Speed::Steady,
         impulses: false,
-        band: Band {
-            least: 0.0,
-            most: 0.0,
-        },
+        ..Self::DEFAULT
     };
 
     /// The default one with this many harmonics at most, the fundamental included.

@@ -4,13 +4,13 @@
 //! 471-494.
 
 use crate::blocks::Blocks;
-use crate::data::Data;
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::{Factor, invert_lower};
 use crate::scene::Scene;
 use crate::spectrum::{Spectrum, Sums};
 use crate::statistics::Products;
-use crate::work::Work;
+use crate::window_frames::WindowFrames;
+use crate::workspace::Workspace;
 use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
 use core::ops::Range;
 
@@ -38,25 +38,25 @@ struct Peak {
 /// the products of the channels.
 #[inline(never)]
 pub fn candidates(
-    data: &mut Data,
+    window: &mut WindowFrames,
     blocks: &mut Blocks,
-    work: &mut Work,
+    workspace: &mut Workspace,
     all: &Products,
     scene: &Scene,
 ) -> [f32; PEAKS] {
-    let unit = data.span.frequency(1.0);
-    let mut end = data.cycles_max() - 0.25;
+    let unit = window.span.frequency(1.0);
+    let mut end = window.cycles_max() - 0.25;
     if scene.band.most > 0.0 {
         // Overtones of a fundamental within the band are lines too.
         end = end.min(scene.band.most / unit * f32::from(scene.harmonics()));
     }
     let (mut found, mut from) = ([Peak::default(); PEAKS], scene.band.least / unit);
-    let mut each = data.frames_each();
+    let mut each = window.frames_each();
     // A long window's transform reaches further with half the frames a point, at half the resolution.
     while each > 0 {
-        let reached = end.min(data.cycles_max() / each as f32 - 0.25);
-        let sums = work.sums();
-        if let Some(spectrum) = whitened(data, each, sums, blocks.scratch(), all) {
+        let reached = end.min(window.cycles_max() / each as f32 - 0.25);
+        let sums = workspace.sums();
+        if let Some(spectrum) = whitened(window, each, sums, blocks.scratch(), all) {
             peaks(&spectrum, from, reached, &mut found);
         }
         if reached >= end {
@@ -70,15 +70,15 @@ pub fn candidates(
 /// The most likely line between two numbers of cycles per window, if its likelihood is worth the
 /// price of its unknowns by the Bayesian criterion.
 pub fn strongest(
-    data: &mut Data,
+    window: &mut WindowFrames,
     sums: Sums,
     transforms: &mut [f32],
     all: &Products,
     band: Range<f32>,
 ) -> Option<f32> {
-    let frames = data.count() as f32;
-    let price = 2.0 * data.width() as f32 * libm::logf(frames) / frames;
-    let spectrum = whitened(data, data.frames_each(), sums, transforms, all)?;
+    let frames = window.count() as f32;
+    let price = 2.0 * window.width() as f32 * libm::logf(frames) / frames;
+    let spectrum = whitened(window, window.frames_each(), sums, transforms, all)?;
     let mut found = [Peak::default(); PEAKS];
     peaks(&spectrum, band.start, band.end, &mut found);
     (found[0].height > price).then_some(found[0].cycles)
@@ -87,16 +87,16 @@ pub fn strongest(
 /// The spectrum of the channels that are made white, with `each` frames a point. None if the window
 /// is too long.
 fn whitened<'m>(
-    data: &mut Data,
+    window: &mut WindowFrames,
     each: u32,
     sums: Sums<'m>,
     transforms: &'m mut [f32],
     all: &Products,
 ) -> Option<Spectrum<'m>> {
-    let (width, may_share) = (data.width(), all.may_share);
-    let domain = data.domain;
-    let frames = data.count();
-    let mut spectrum = Spectrum::new(data, each, sums, transforms)?;
+    let (width, may_share) = (window.width(), all.may_share);
+    let domain = window.domain;
+    let frames = window.count();
+    let mut spectrum = Spectrum::new(window, each, sums, transforms)?;
     // Rows of the inverse of the factor make channels white. A long window has power enough for half
     // as many: sums and differences of two.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
@@ -105,19 +105,19 @@ fn whitened<'m>(
         for (k, (mixture, row)) in rows.take(width) {
             let pairs = mixture.iter_mut().zip(row).take(k + 1);
             pairs.for_each(|(to, from)| *to = *from);
-            mixture[k] += all.least[k].max(CLEAR * mixture[k]);
+            mixture[k] += all.squares_min[k].max(CLEAR * mixture[k]);
         }
         Factor::new(&mut mixtures, width);
         invert_lower(&mut mixtures, width);
     } else {
         for (k, mixture) in mixtures.iter_mut().enumerate().take(width) {
             mixture[k] =
-                1.0 / crate::sqrt((all.matrix[k][k] + all.least[k]).max(f32::MIN_POSITIVE));
+                1.0 / crate::sqrt((all.matrix[k][k] + all.squares_min[k]).max(f32::MIN_POSITIVE));
         }
     }
-    let (mut width, mut reach) = (width, 1);
+    let (mut width, mut per_mixture) = (width, 1);
     if frames > FRAMES_FEW && width > CHANNELS_FEW {
-        (width, reach) = (width.div_ceil(2), 2);
+        (width, per_mixture) = (width.div_ceil(2), 2);
         for k in 0..width {
             let [one, other] = [2 * k, 2 * k + 1].map(|k| mixtures[k % CHANNELS_MAX]);
             let sign = if k % 2 == 0 { ROOT_HALF } else { -ROOT_HALF };
@@ -131,8 +131,8 @@ fn whitened<'m>(
         spectrum.clear(end - first);
         let together = mixtures.get(first..end).unwrap_or_default();
         // Independent channels are mixed with none before them.
-        let channels = if may_share { 0 } else { reach * first }..reach * end;
-        data.visit_channels(channels, &mut |frame| {
+        let channels = if may_share { 0 } else { per_mixture * first }..per_mixture * end;
+        window.visit_channels(channels, &mut |frame| {
             let point = frame.point(&domain, frames, each);
             for (k, mixture) in together.iter().enumerate() {
                 let groups = mixture.as_chunks::<4>().0.iter();
@@ -140,9 +140,9 @@ fn whitened<'m>(
                 let from = if may_share {
                     0
                 } else {
-                    reach * (first + k) / 4
+                    per_mixture * (first + k) / 4
                 };
-                let reached = (reach * (first + k + 1)).div_ceil(4);
+                let reached = (per_mixture * (first + k + 1)).div_ceil(4);
                 let value = pairs
                     .take(reached)
                     .skip(from)
@@ -160,9 +160,9 @@ fn whitened<'m>(
 }
 
 /// Takes peaks between two numbers of cycles that are higher than those found.
-fn peaks(spectrum: &Spectrum, least: f32, most: f32, peaks: &mut [Peak; PEAKS]) {
-    let first = spectrum.bin(CYCLES_PEAK.max(least)) as usize + 1;
-    let last = (spectrum.bin(most) as usize).min(spectrum.last());
+fn peaks(spectrum: &Spectrum, min: f32, max: f32, peaks: &mut [Peak; PEAKS]) {
+    let first = spectrum.bin(CYCLES_PEAK.max(min)) as usize + 1;
+    let last = (spectrum.bin(max) as usize).min(spectrum.last());
     let ratio = |bin: usize| {
         let [cos, both, sin] = spectrum.line(bin);
         let left = (1.0 - cos) * (1.0 - sin) - both * both;

@@ -1,11 +1,9 @@
 //! Least squares of all channels for lines and a baseline, from the sums over blocks.
 
-use crate::blocks::Blocks;
 use crate::covariance::{add_product, form};
-use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
+use crate::limits::{CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::{Factor, Square, invert};
-use crate::neighbours::Beside;
 use crate::source::Values;
 use crate::statistics::Products;
 
@@ -37,8 +35,16 @@ impl Shape {
 /// Rows of the unknowns, in groups of four.
 pub type Rows = [Values; UNKNOWNS_MAX.next_multiple_of(4)];
 
-/// Minimum fraction of a function that those before it leave: less is what turned blocks err by.
-const LEFT_MIN: f32 = 1e-3;
+/// A model to project out of functions, as the factor of its normal equations.
+#[derive(Clone, Copy, Debug)]
+pub struct ProjectedModel<'b> {
+    /// The fitted model.
+    pub shape: &'b Shape,
+    /// Factor of the normal equations.
+    pub factor: Factor<'b, UNKNOWNS_MAX>,
+    /// The part of the channels that the model explains; `None` where the blocks have residuals.
+    pub projections: Option<&'b Rows>,
+}
 
 /// A solution of all channels.
 #[derive(Clone, Debug)]
@@ -46,7 +52,7 @@ pub struct Solution {
     /// The fitted lines.
     pub shape: Shape,
     /// Factor of the normal equations.
-    lower: Square<UNKNOWNS_MAX>,
+    pub lower: Square<UNKNOWNS_MAX>,
     /// Levels, then cosine and sine of each line: projections of the channels onto orthonormal
     /// functions, and once solved the coefficients.
     pub rows: Rows,
@@ -63,24 +69,6 @@ impl Solution {
         rows: [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX.next_multiple_of(4)],
     };
 
-    /// Projects the channels onto a shape's functions.
-    #[inline(never)]
-    pub fn project(&mut self, blocks: &Blocks, shape: Shape) {
-        let first = shape.first_line();
-        self.shape = shape;
-        for (row, known) in self.lower.iter_mut().zip(blocks.of_baselines()).take(first) {
-            row[..=DEGREE_MAX].copy_from_slice(known);
-        }
-        self.rows[..first].copy_from_slice(&blocks.levels()[..first]);
-        let totals = blocks.totals(&shape, &[1.0; BLOCKS_MAX]);
-        totals.of_shape(&shape, &mut self.lower[first..]);
-        blocks.products(&shape, &mut self.rows[first..]);
-        // What an earlier solution has in the last group is not of this one.
-        self.rows[shape.unknowns()..].fill([0.0; CHANNELS_MAX]);
-        let factor = Factor::with_pivots(&mut self.lower, shape.unknowns(), LEFT_MIN);
-        factor.forward_rows(&mut self.rows);
-    }
-
     /// Turns the projections into coefficients.
     pub fn solve(&mut self) {
         Factor::of(&self.lower, self.shape.unknowns()).backward_rows(&mut self.rows);
@@ -92,8 +80,8 @@ impl Solution {
     }
 
     /// The model to project out of functions, with the projections.
-    pub fn beside(&self) -> Beside<'_> {
-        Beside {
+    pub fn projected(&self) -> ProjectedModel<'_> {
+        ProjectedModel {
             shape: &self.shape,
             factor: self.factor(),
             projections: Some(&self.rows),
@@ -122,8 +110,8 @@ impl Solution {
             let pairs = squares.iter_mut().zip(row);
             pairs.for_each(|(square, x)| *square -= x * x);
         }
-        let pairs = squares.iter_mut().zip(&all.least);
-        pairs.for_each(|(square, least)| *square = square.max(*least));
+        let pairs = squares.iter_mut().zip(&all.squares_min);
+        pairs.for_each(|(square, min)| *square = square.max(*min));
         squares
     }
 

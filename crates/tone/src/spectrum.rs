@@ -1,8 +1,8 @@
 //! Transforms of channels, and Wilks' ratio of a line at each of their bins.
 
-use crate::data::Data;
 use crate::limits::{CHANNELS_MAX, POINTS_MAX};
 use crate::phase::{cos_sin, from_turns};
+use crate::window_frames::WindowFrames;
 use core::f32::consts::PI;
 use core::num::NonZeroUsize;
 use core::ops::Range;
@@ -45,8 +45,13 @@ impl<'m> Spectrum<'m> {
     /// An empty one of a window, whose points are `each` frames, and whose transforms and sums are in
     /// two memories: of the middle of a window of more points than a transform has. None if it does
     /// not fit.
-    pub fn new(data: &Data, each: u32, sums: Sums<'m>, transforms: &'m mut [f32]) -> Option<Self> {
-        let count = data.count().div_ceil(each) as usize;
+    pub fn new(
+        window: &WindowFrames,
+        each: u32,
+        sums: Sums<'m>,
+        transforms: &'m mut [f32],
+    ) -> Option<Self> {
+        let count = window.count().div_ceil(each) as usize;
         let transformed = if count > POINTS_MAX {
             let first = (count - POINTS_MAX / OVERSAMPLING) / 2;
             first..first + POINTS_MAX / OVERSAMPLING
@@ -74,7 +79,7 @@ impl<'m> Spectrum<'m> {
             sin,
             both,
             count: count as f32,
-            frames: data.count().min(transformed.len() as u32 * each) as f32,
+            frames: window.count().min(transformed.len() as u32 * each) as f32,
             transformed,
         })
     }

@@ -1,7 +1,6 @@
 //! First passes: level, slope and scale of each channel; then the products of the channels.
 
 use crate::covariance::{ROUNDING, add_product, add_products};
-use crate::data::Data;
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
@@ -39,10 +38,10 @@ struct Sums {
     sum: f32,
     sum_u: f32,
     squares: f32,
-    most: f32,
-    least: f32,
-    at_most: u32,
-    at_least: u32,
+    max: f32,
+    min: f32,
+    at_max: u32,
+    at_min: u32,
 }
 
 impl Sums {
@@ -51,22 +50,22 @@ impl Sums {
         self.sum += value;
         self.sum_u += u * value;
         self.squares += value * value;
-        if value >= self.most {
-            if value > self.most {
-                (self.most, self.at_most) = (value, 0);
+        if value >= self.max {
+            if value > self.max {
+                (self.max, self.at_max) = (value, 0);
             }
-            self.at_most += 1;
+            self.at_max += 1;
         }
-        if value <= self.least {
-            if value < self.least {
-                (self.least, self.at_least) = (value, 0);
+        if value <= self.min {
+            if value < self.min {
+                (self.min, self.at_min) = (value, 0);
             }
-            self.at_least += 1;
+            self.at_min += 1;
         }
     }
 
     fn is_clipped(&self, frames: u32) -> bool {
-        self.at_most.max(self.at_least) as f32 > CLIPPED_SHARE * frames as f32
+        self.at_max.max(self.at_min) as f32 > CLIPPED_SHARE * frames as f32
     }
 }
 
@@ -108,7 +107,7 @@ impl Statistics {
         let (mut clear, mut is_exact, mut ranges) = (true, true, [1.0; CHANNELS_MAX]);
         for _ in 0..2 {
             for (c, sums) in sums.iter().enumerate() {
-                let is_used = wanted >> c & 1 == 1 && sums.most > sums.least;
+                let is_used = wanted >> c & 1 == 1 && sums.max > sums.min;
                 if !is_used || clear && sums.is_clipped(frames) {
                     continue;
                 }
@@ -122,7 +121,7 @@ impl Statistics {
                 let variance = square - mean * mean - slope * slope * spread / n;
                 is_exact &= variance > LEFT_MIN * square;
                 statistics.scale[k] = crate::sqrt(variance.max(0.0));
-                ranges[k] = 0.5 * (sums.most - sums.least);
+                ranges[k] = 0.5 * (sums.max - sums.min);
                 statistics.width += 1;
             }
             if statistics.width > 0 {
@@ -194,45 +193,6 @@ impl Statistics {
     }
 }
 
-impl Data<'_, '_> {
-    /// Takes level and slope out of what replaced values leave.
-    pub fn centre(&mut self) {
-        let (mut sums, mut slopes) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
-        let [mut n, mut sum_u, mut sum_uu] = [0.0; 3];
-        self.visit(|frame| {
-            n += 1.0;
-            sum_u += frame.u;
-            sum_uu += frame.u * frame.u;
-            for (k, value) in frame.values.iter().enumerate() {
-                sums[k] += value;
-                slopes[k] += frame.u * value;
-            }
-        });
-        let spread = (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE);
-        for k in 0..CHANNELS_MAX {
-            slopes[k] = (slopes[k] - sum_u / n * sums[k]) / spread;
-            sums[k] = (sums[k] - slopes[k] * sum_u) / n;
-        }
-        let statistics = &mut self.statistics;
-        for k in 0..CHANNELS_MAX {
-            statistics.level[k] += statistics.scale[k] * sums[k];
-            statistics.slope[k] += statistics.scale[k] * slopes[k];
-        }
-    }
-
-    /// No products yet, of channels that may share noise or of each with itself alone.
-    pub fn products(&self, may_share: bool) -> Products {
-        Products {
-            matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
-            squares: [0.0; CHANNELS_MAX],
-            least: self.statistics.rounding(self.span.quantization_step),
-            count: 0.0,
-            may_share,
-            pending: None,
-        }
-    }
-}
-
 /// Products of the channels.
 #[derive(Clone, Debug)]
 pub struct Products {
@@ -241,7 +201,7 @@ pub struct Products {
     /// Sums of squares, while frames are added.
     squares: Values,
     /// Minimum square sums of residuals: rounding, of the values and of sums.
-    pub least: Values,
+    pub squares_min: Values,
     /// Frames that count.
     pub count: f32,
     /// True if there are any between channels.
@@ -251,6 +211,19 @@ pub struct Products {
 }
 
 impl Products {
+    /// No products yet, of channels that may share noise or of each with itself alone; values are
+    /// rounded to multiples of `step`.
+    pub fn new(statistics: &Statistics, step: f32, may_share: bool) -> Self {
+        Self {
+            matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
+            squares: [0.0; CHANNELS_MAX],
+            squares_min: statistics.rounding(step),
+            count: 0.0,
+            may_share,
+            pending: None,
+        }
+    }
+
     /// Adds a frame.
     #[inline]
     pub fn add(&mut self, values: &Values, width: usize) {
@@ -281,7 +254,7 @@ impl Products {
         for (k, square) in self.squares.iter().enumerate() {
             self.matrix[k][k] = *square;
         }
-        self.least = self.least.map(|variance| self.count * variance);
+        self.squares_min = self.squares_min.map(|variance| self.count * variance);
         self
     }
 
@@ -293,7 +266,7 @@ impl Products {
         // A step is the root of 12 standard deviations of rounding.
         const SPREAD: f32 = core::f32::consts::PI * core::f32::consts::PI / 3.0;
         let of_channel = |k: usize| {
-            let power = weights[k][k] * self.least[k];
+            let power = weights[k][k] * self.squares_min[k];
             let noise = (self.count / power.max(f32::MIN_POSITIVE) - 1.0).max(0.0);
             power * libm::expf(-SPREAD * noise)
         };

@@ -3,11 +3,14 @@
 //! Products of two lines are sums of multiples of the phase, so that a few numbers hold them all:
 //! cosine and sine of each multiple, and of each line with each baseline.
 
-use crate::blocks::{WAVES, Wave};
 use crate::limits::{DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
 use crate::matrix::Square;
+use crate::phase::{Wave, line_products};
 use crate::solve::Shape;
+
+/// Multiples of the unit line whose sums are kept.
+pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
 
 /// Functions of all lines: cosine and sine of each.
 pub const LINE_FUNCTIONS: usize = 2 * HARMONICS_MAX;
@@ -20,7 +23,7 @@ pub type OfModel = [[f32; UNKNOWNS_MAX]; LINE_FUNCTIONS];
 pub const LIST_MAX: usize = 2 * (2 * HARMONICS_MAX + 1) + (DEGREE_MAX + 1) * LINE_FUNCTIONS;
 
 /// Sums over all blocks.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Totals {
     /// Multiples of the phase.
     pub waves: [Wave; WAVES],
@@ -29,12 +32,6 @@ pub struct Totals {
 }
 
 impl Totals {
-    /// Zeros.
-    pub const NONE: Self = Self {
-        waves: [[0.0; 2]; WAVES],
-        baselines: [[[0.0; 2]; DEGREE_MAX + 1]; HARMONICS_MAX],
-    };
-
     /// Products of the lines of a shape with its unknowns' functions, into rows.
     pub fn of_shape(&self, shape: &Shape, products: &mut [[f32; UNKNOWNS_MAX]]) {
         let first = shape.first_line();
@@ -44,7 +41,7 @@ impl Totals {
                 (rows[0][j], rows[1][j]) = (wave[0], wave[1]);
             }
             for (j, other) in shape.lines.iter().enumerate().take(HARMONICS_MAX) {
-                let product = of_lines(&self.waves, line, other);
+                let product = line_products(&self.waves, line, other);
                 for (row, product) in rows.iter_mut().zip(product) {
                     row[first + 2 * j] = product[0];
                     row[first + 2 * j + 1] = product[1];
@@ -55,7 +52,7 @@ impl Totals {
 
     /// The numbers of a shape as a list.
     pub fn list(&self, shape: &Shape, list: &mut [f32]) {
-        let waves = self.waves.iter().take(2 * shape.lines.most() + 1);
+        let waves = self.waves.iter().take(2 * shape.lines.max() + 1);
         let baselines = self.baselines.iter().take(shape.lines.count());
         let baselines = baselines.flat_map(|row| row.iter().take(shape.first_line()));
         let numbers = waves.chain(baselines).flatten();
@@ -67,14 +64,14 @@ impl Totals {
 
 /// Numbers of a list of a shape.
 pub fn list_len(shape: &Shape) -> usize {
-    2 * (2 * shape.lines.most() + 1) + 2 * shape.lines.count() * shape.first_line()
+    2 * (2 * shape.lines.max() + 1) + 2 * shape.lines.count() * shape.first_line()
 }
 
 /// Products of the lines of a shape with its unknowns' functions, from a list of totals.
 #[inline(never)]
 pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
-    let mut totals = Totals::NONE;
-    let Some((waves, baselines)) = list.split_at_checked(2 * (2 * shape.lines.most() + 1)) else {
+    let mut totals = Totals::default();
+    let Some((waves, baselines)) = list.split_at_checked(2 * (2 * shape.lines.max() + 1)) else {
         return;
     };
     let pairs = totals.waves.as_flattened_mut().iter_mut().zip(waves);
@@ -92,7 +89,7 @@ pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
 pub fn fold(shape: &Shape, weights: &OfModel, list: &mut [f32; LIST_MAX]) {
     let first = shape.first_line();
     let by_wave = by_wave(weights, first, shape.lines);
-    let Some((waves, baselines)) = list.split_at_mut_checked(2 * (2 * shape.lines.most() + 1))
+    let Some((waves, baselines)) = list.split_at_mut_checked(2 * (2 * shape.lines.max() + 1))
     else {
         return;
     };
@@ -105,23 +102,6 @@ pub fn fold(shape: &Shape, weights: &OfModel, list: &mut [f32; LIST_MAX]) {
             *pair = [*cos, *sin];
         }
     }
-}
-
-/// Products of two lines: of cosine and sine of the one with those of the other.
-pub fn of_lines(waves: &[Wave; WAVES], one: usize, other: usize) -> [Wave; 2] {
-    let [cos, sin] = waves[one.abs_diff(other) % WAVES];
-    let difference = [cos, if one < other { -sin } else { sin }];
-    let sum = waves[(one + other) % WAVES];
-    [
-        [
-            0.5 * (difference[0] + sum[0]),
-            0.5 * (sum[1] - difference[1]),
-        ],
-        [
-            0.5 * (sum[1] + difference[1]),
-            0.5 * (difference[0] - sum[0]),
-        ],
-    ]
 }
 
 /// Coefficients of the multiples of the phase in the sum of all products of two lines, each with its
@@ -158,7 +138,7 @@ mod tests {
             lines: Lines::up_to(3).with(5),
             degree: 2,
         };
-        let mut totals = Totals::NONE;
+        let mut totals = Totals::default();
         let mut number = 0.0;
         let mut next = || {
             number += 1.0;

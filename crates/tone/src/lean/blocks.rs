@@ -4,7 +4,7 @@
 use super::reference::Reference;
 use crate::frame_span::{FrameSpan, READ_FRAMES};
 use crate::limits::CHANNELS_MAX;
-use crate::phase::{cos_sin, from_turns};
+use crate::phase::{Wave, cos_sin, from_turns, times};
 use crate::source::{Overwritten, Values};
 
 /// Maximum number of blocks of a window.
@@ -35,11 +35,8 @@ const fn rows(lines: usize) -> usize {
     if rows > 2 { rows } else { 2 }
 }
 
-/// Cosine and sine, or sums of them.
-pub type Wave = [f32; 2];
-
 /// Sums over a block; `d` is `u` less the block's middle.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Block {
     /// `u` at its middle.
     pub middle: f32,
@@ -53,17 +50,6 @@ pub struct Block {
     pub moments: [Wave; LINES],
     /// The channels' values.
     pub level: Values,
-}
-
-impl Block {
-    const NONE: Self = Self {
-        middle: 0.0,
-        frames: 0.0,
-        d: 0.0,
-        waves: [[0.0; 2]; WAVES],
-        moments: [[0.0; 2]; LINES],
-        level: [0.0; CHANNELS_MAX],
-    };
 }
 
 /// Sums over all blocks of a window, of values less the reference.
@@ -98,14 +84,14 @@ impl<'m> Blocks<'m> {
     #[inline(always)]
     pub fn new(rows: &'m mut [Values]) -> Self {
         Self {
-            blocks: [Block::NONE; BLOCKS],
+            blocks: [Block::default(); BLOCKS],
             rows,
             count: 0,
             lines: 1,
             powers: [0.0; 3],
             sums: [[0.0; CHANNELS_MAX]; 3],
             cycles: 0.0,
-            run: Run::NONE,
+            run: Run::default(),
         }
     }
 
@@ -137,7 +123,7 @@ impl<'m> Blocks<'m> {
     }
 
     /// Maximum number of blocks for so many frames and lines.
-    pub fn most(frames: u32, lines: usize) -> usize {
+    pub fn max(frames: u32, lines: usize) -> usize {
         if lines > 1 || frames < FRAMES_FEW as u32 {
             BLOCKS_FEWER
         } else {
@@ -168,7 +154,7 @@ impl<'m> Blocks<'m> {
         for (b, (block, rows)) in blocks.enumerate().take(self.count) {
             let end = (b + 1) * frames / self.count.max(1);
             rows.fill([0.0; CHANNELS_MAX]);
-            *block = Block::NONE;
+            *block = Block::default();
             block.middle = run.u(0.5 * (from + end - 1) as f32);
             run.dd = 0.0;
             let part = from as u32..end as u32;
@@ -214,6 +200,7 @@ struct FirstLine<'s> {
 }
 
 /// Frames in a row that are multiplied by waves.
+#[derive(Default)]
 struct Run {
     lines: usize,
     /// Phase of the line from one frame to the next, and at the window's centre.
@@ -230,16 +217,6 @@ struct Run {
 }
 
 impl Run {
-    const NONE: Self = Self {
-        lines: 0,
-        step: 0,
-        centre: 0,
-        turn: [0.0; 2],
-        u_step: 0.0,
-        dd: 0.0,
-        waves: [[[0.0; 2]; READ_FRAMES]; LINES],
-    };
-
     /// Starts a window.
     fn start(&mut self, frames: usize, cycles: f32, lines: usize) {
         let frames = frames as f32;
@@ -392,9 +369,4 @@ fn add_line(values: &[Values], waves: &[Wave; READ_FRAMES], [cosines, sines]: &m
             sines.as_chunks_mut::<8>().0[half][k] += sin[k];
         }
     }
-}
-
-/// Product of two complex numbers.
-pub fn times(a: Wave, b: Wave) -> Wave {
-    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }

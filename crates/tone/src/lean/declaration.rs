@@ -5,11 +5,11 @@
 //! correlations of the levels between channels tell noise that channels share. Where the line may be
 //! a harmonic, the lines of the lower fundamentals are looked for.
 
-use super::blocks::{BLOCKS, BLOCKS_FEWER, Block, Blocks, LINES, Wave};
+use super::blocks::{BLOCKS, BLOCKS_FEWER, Block, Blocks, LINES};
 use super::reference::Reference;
-use super::solve::{Solution, Turned, products};
+use super::solve::{Solution, Turned};
 use crate::limits::CHANNELS_MAX;
-use crate::phase::{cos_sin, from_turns};
+use crate::phase::{Wave, cos_sin, from_turns, line_products};
 use crate::significance::{deviate, square_root};
 use crate::source::Values;
 use core::f32::consts::SQRT_2;
@@ -97,7 +97,7 @@ pub fn test(
     let is_few = blocks.count() <= BLOCKS_FEWER;
     // Sum of the squares of the correlations of a block's level, cosine and sine.
     let mut together = 0.0f32;
-    let mut turned = Turned::NONE;
+    let mut turned = Turned::default();
     for (b, (block, rows)) in blocks.iter().enumerate() {
         if block.frames <= 0.0 {
             continue;
@@ -127,7 +127,7 @@ pub fn test(
             let [c, s] = turned.waves[order % turned.waves.len()];
             explained += 2.0 * inverse * (c * c + s * s);
         }
-        let [[cc, cs], [_, ss]] = products(&turned.waves, tested, tested);
+        let [[cc, cs], [_, ss]] = line_products(&turned.waves, tested, tested);
         let [c, s] = turned.waves[tested % turned.waves.len()];
         let squares = cc * cc + 2.0 * cs * cs + ss * ss + c * c + s * s;
         together += 1.0 + 4.0 * inverse * inverse * squares;
@@ -191,7 +191,7 @@ fn residuals(block: &Block, rows: &[Values], model: &Model, rest: [&mut Values; 
     let pairs = seen.as_chunks_mut::<2>().0.iter_mut().skip(1);
     for (seen, order) in pairs.zip(solution.orders()) {
         let [c, s]: Wave = turned.waves[order % turned.waves.len()];
-        let [of_cos, of_sin] = products(&turned.waves, *order, tested);
+        let [of_cos, of_sin] = line_products(&turned.waves, *order, tested);
         *seen = [[c, of_cos[0], of_cos[1]], [s, of_sin[0], of_sin[1]]];
     }
     let functions = solution.functions();

@@ -72,16 +72,6 @@ pub struct Peak {
     pub is_searched: bool,
 }
 
-impl Peak {
-    /// The frequency of the window before.
-    pub const fn expected(cycles: f32) -> Self {
-        Self {
-            cycles,
-            is_searched: false,
-        }
-    }
-}
-
 /// Lines at the multiples of a frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct Comb {
@@ -111,14 +101,14 @@ impl Comb {
 
     /// Distance in cycles of the nearest line.
     fn distance(&self, cycles: f32) -> f32 {
-        let mut least = f32::abs(cycles - self.at[0]);
+        let mut min = f32::abs(cycles - self.at[0]);
         for line in self.lines().iter().skip(1) {
             let distance = f32::abs(cycles - line);
-            if distance < least {
-                least = distance;
+            if distance < min {
+                min = distance;
             }
         }
-        least
+        min
     }
 }
 
@@ -253,9 +243,9 @@ impl<'m> Search<'m> {
         self.power.iter_mut().take(bins).for_each(|bin| *bin = 0.0);
         let counts = reference.inverse.as_chunks::<MIXED>().0;
         let counts = [0, 1].map(|half| counts[half].iter().filter(|x| **x > 0.0).count());
-        let most = MIXTURES.min(counts[0].max(counts[1]).next_power_of_two());
+        let max = MIXTURES.min(counts[0].max(counts[1]).next_power_of_two());
         let mut peak = Peak::default();
-        for number in 0..2 * most {
+        for number in 0..2 * max {
             let half = number % 2;
             if counts[half] == 0 {
                 continue;
@@ -358,12 +348,12 @@ impl<'m> Search<'m> {
     }
 
     /// Mean power of the same bins up to a power.
-    fn mean(&self, comb: &Comb, most: f32) -> f32 {
+    fn mean(&self, comb: &Comb, max: f32) -> f32 {
         let step = self.grid.step;
         let (mut sum, mut count) = (0.0, 0.0f32);
         let bins = self.bins().iter().enumerate();
         for (bin, power) in bins.skip((LOBE / step) as usize) {
-            if *power <= most && comb.distance(bin as f32 * step) > LOBE {
+            if *power <= max && comb.distance(bin as f32 * step) > LOBE {
                 sum += power;
                 count += 1.0;
             }
@@ -443,7 +433,7 @@ fn offset(before: f32, after: f32, step: f32) -> f32 {
     }
     let difference = 0.5 * libm::logf(after / before);
     let linear = 4.0 * SQUARE * step + 8.0 * QUARTIC * step * step * step;
-    let most = 0.5 * step;
+    let max = 0.5 * step;
     let mut x = 0.0;
     for _ in 0..3 {
         // A bin's distance from the line is that of the peak, the other way round.
@@ -455,7 +445,7 @@ fn offset(before: f32, after: f32, step: f32) -> f32 {
             true => 0.0,
             false => libm::logf(f32::abs(lobe(step - x) / lobe(step + x))),
         };
-        x = (x + (difference - at) / linear).max(-most).min(most);
+        x = (x + (difference - at) / linear).max(-max).min(max);
     }
     x
 }

@@ -5,10 +5,10 @@
 //! constant in a block: what they have next to the first ones gives the step of all channels at
 //! once (variable projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 
-use super::blocks::{BLOCKS, Block, Blocks, LINES, WAVES, Wave, times};
+use super::blocks::{BLOCKS, Block, Blocks, LINES, WAVES};
 use super::reference::Reference;
 use crate::limits::CHANNELS_MAX;
-use crate::phase::{cos_sin, from_turns};
+use crate::phase::{Wave, cos_sin, from_turns, line_products, times};
 use crate::significance::square_root;
 use crate::source::Values;
 use core::f32::consts::{FRAC_1_PI, PI};
@@ -58,7 +58,7 @@ pub struct Solution {
 }
 
 /// A block's sums at a turned phase: of the multiples from 0 on, and of the lines times `u`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Turned {
     /// Rotation of each line, cosine and sine, from 1 on.
     pub turns: [Wave; LINES],
@@ -67,12 +67,6 @@ pub struct Turned {
 }
 
 impl Turned {
-    pub const NONE: Self = Self {
-        turns: [[0.0; 2]; LINES],
-        waves: [[0.0; 2]; WAVES + 1],
-        with_u: [[0.0; 2]; LINES],
-    };
-
     /// Turns the first lines of a block by `turn` radians at `u` = 1. The others stay as they are.
     #[inline(always)]
     pub fn set(&mut self, block: &Block, turn: f32, lines: usize) {
@@ -99,28 +93,6 @@ impl Turned {
 /// Sums of products of two lines, by their numbers.
 pub type Waves = [Wave; WAVES + 1];
 
-fn cos_cos(waves: &Waves, i: usize, j: usize) -> f32 {
-    0.5 * (waves[i.abs_diff(j) % (WAVES + 1)][0] + waves[(i + j) % (WAVES + 1)][0])
-}
-
-fn sin_sin(waves: &Waves, i: usize, j: usize) -> f32 {
-    0.5 * (waves[i.abs_diff(j) % (WAVES + 1)][0] - waves[(i + j) % (WAVES + 1)][0])
-}
-
-fn cos_sin_of(waves: &Waves, i: usize, j: usize) -> f32 {
-    let difference = waves[i.abs_diff(j) % (WAVES + 1)][1];
-    let difference = if i > j { -difference } else { difference };
-    0.5 * (waves[(i + j) % (WAVES + 1)][1] + difference)
-}
-
-/// Products of a line, cosine or sine, with those of another one, in a block.
-pub fn products(waves: &Waves, i: usize, j: usize) -> [[f32; 2]; 2] {
-    [
-        [cos_cos(waves, i, j), cos_sin_of(waves, i, j)],
-        [cos_sin_of(waves, j, i), sin_sin(waves, i, j)],
-    ]
-}
-
 /// Sums over the blocks that the functions' products are made of.
 #[derive(Clone, Copy, Debug)]
 struct Totals {
@@ -142,15 +114,15 @@ impl Totals {
     /// Sums up the first lines of blocks that are turned. The others stay as they are.
     #[inline(always)]
     fn set(&mut self, blocks: &Blocks, turn: f32, lines: usize) {
-        let (lines, most) = (lines.min(LINES), (2 * lines).min(WAVES));
+        let (lines, max) = (lines.min(LINES), (2 * lines).min(WAVES));
         for sums in &mut self.waves {
-            sums[..=most].fill([0.0; 2]);
+            sums[..=max].fill([0.0; 2]);
         }
         for sums in &mut self.with_u {
             sums[..lines].fill([0.0; 2]);
         }
         let add = |to: &mut Wave, [x, y]: Wave| *to = [to[0] + x, to[1] + y];
-        let mut turned = Turned::NONE;
+        let mut turned = Turned::default();
         for (b, (block, _)) in blocks.iter().enumerate().take(BLOCKS) {
             turned.set(block, turn, lines);
             let u = block.middle;
@@ -158,7 +130,7 @@ impl Totals {
             plain[0][0] += block.frames;
             once[0][0] += u * block.frames;
             twice[0][0] += u * (u * block.frames);
-            for m in 1..=most {
+            for m in 1..=max {
                 let wave = turned.waves[m];
                 let with_u = wave.map(|x| u * x);
                 add(&mut plain[m], wave);
@@ -303,9 +275,9 @@ impl Solution {
             for j in 0..self.lines.min(LINES) {
                 let other = self.orders[j].clamp(1, LINES);
                 let (to, to_along) = (2 + 2 * j, derivatives + 2 * j);
-                let functions = products(plain, order, other);
-                let mixed = products(once, order, other);
-                let all = products(twice, order, other);
+                let functions = line_products(plain, order, other);
+                let mixed = line_products(once, order, other);
+                let all = line_products(twice, order, other);
                 for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                     lower[along + a][to + b] = mixed[a][b];
                     if j <= i {
@@ -389,8 +361,8 @@ impl Solution {
         for k in 0..4 {
             if inverse[k] > 0.0 {
                 let of_sums = ROUNDING * squares[k];
-                let least = quantized[k] * blocks.frames();
-                let own = if left[k] > least { left[k] } else { least } + of_sums;
+                let min = quantized[k] * blocks.frames();
+                let own = if left[k] > min { left[k] } else { min } + of_sums;
                 let own = if own > 0.0 { own } else { f32::MIN_POSITIVE };
                 self.left += own * inverse[k] * inverse[k];
                 rounding[k] = of_sums / self.freedom;

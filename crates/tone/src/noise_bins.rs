@@ -3,19 +3,18 @@
 //!
 //! They are whole cycles apart, so that they are all but orthogonal.
 
-use crate::blocks::{Blocks, WAVES, Wave};
+use crate::blocks::Blocks;
 use crate::covariance::{add_product, power};
-use crate::limits::{CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, NEIGHBOURS_MAX, UNKNOWNS_MAX};
+use crate::limits::{CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, NOISE_BINS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
-use crate::matrix::{Factor, Square};
-use crate::phase::{cos_sin, from_turns};
-use crate::reach::Reach;
+use crate::matrix::Square;
+use crate::nyquist::Nyquist;
+use crate::phase::{Wave, cos_sin, from_turns};
 use crate::significance::{Sum, deviate};
-use crate::solve::{Rows, Shape};
+use crate::solve::ProjectedModel;
 use crate::source::Values;
+use crate::totals::WAVES;
 
-/// Maximum distance of a noise bin from its line, cycles per window.
-pub const BAND: usize = 4;
 /// Minimum distance of a noise bin from its line, cycles per window.
 const NEAR_CYCLES: f32 = 1.5;
 /// Minimum distance between noise bins of different lines, cycles per window.
@@ -56,35 +55,24 @@ impl Member {
 
 /// Frequencies of the lines, cycles per window.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub struct LineFrequencies {
     /// Numbers of the lines.
     pub lines: Lines,
     /// The unit line.
     pub cycles: f32,
     /// Band of frequencies.
-    pub reach: Reach,
+    pub nyquist: Nyquist,
     /// Half-width of the noise band around a line, cycles per window.
     pub band: usize,
 }
 
-/// A model to project out of functions, as the factor of its normal equations.
-#[derive(Clone, Copy, Debug)]
-pub struct Beside<'b> {
-    /// The fitted model.
-    pub shape: &'b Shape,
-    /// Factor of the normal equations.
-    pub factor: Factor<'b, UNKNOWNS_MAX>,
-    /// The part of the channels that the model explains; `None` where the blocks have residuals.
-    pub projections: Option<&'b Rows>,
-}
-
 /// Functions next to the lines, of unit variance in white noise.
 #[derive(Debug)]
-pub struct Neighbours {
-    members: [Member; NEIGHBOURS_MAX],
+pub struct NoiseBins {
+    members: [Member; NOISE_BINS_MAX],
     count: usize,
     /// Frequencies of the lines.
-    place: Place,
+    place: LineFrequencies,
     /// Power of the functions nearest to the lines over the residuals' variances.
     pub nearest: f32,
 }
@@ -115,7 +103,7 @@ struct Sums {
 }
 
 impl Sums {
-    fn new(blocks: &Blocks, cycles: usize, most: usize) -> Self {
+    fn new(blocks: &Blocks, cycles: usize, max: usize) -> Self {
         let mut sums = Self {
             turns: [[1.0, 0.0]; crate::limits::BLOCKS_MAX],
             multiples: [[0.0; 4]; WAVES],
@@ -123,7 +111,7 @@ impl Sums {
         for (b, turn) in sums.turns.iter_mut().enumerate().take(blocks.count()) {
             let (cos, sin) = cos_sin(from_turns(0.5 * cycles as f32 * blocks.middle(b)));
             *turn = [cos, sin];
-            for (m, sum) in sums.multiples.iter_mut().enumerate().take(most + 1) {
+            for (m, sum) in sums.multiples.iter_mut().enumerate().take(max + 1) {
                 let products = turned(blocks.wave(b, m), [cos, sin]);
                 sum.iter_mut().zip(products).for_each(|(sum, x)| *sum += x);
             }
@@ -146,7 +134,7 @@ impl Sums {
 /// A line, turned by some cycles.
 struct TurnedLine<'l> {
     blocks: &'l Blocks,
-    model: Beside<'l>,
+    model: ProjectedModel<'l>,
     sums: &'l Sums,
     number: usize,
     /// Products with the baselines.
@@ -160,7 +148,7 @@ struct TurnedLine<'l> {
 }
 
 impl<'l> TurnedLine<'l> {
-    fn new(blocks: &'l Blocks, model: Beside<'l>, sums: &'l Sums, number: usize) -> Self {
+    fn new(blocks: &'l Blocks, model: ProjectedModel<'l>, sums: &'l Sums, number: usize) -> Self {
         let mut baselines = [[0.0; 4]; DEGREE_MAX + 1];
         let (mut frames, mut even, mut odd) = (0.0, 0.0, 0.0);
         for (b, turn) in sums.turns.iter().enumerate().take(blocks.count()) {
@@ -206,8 +194,8 @@ impl<'l> TurnedLine<'l> {
 
     /// Products of the cosine or the sine with the channels, of unit variance after projecting out
     /// the model. None if the model explains too much of it.
-    fn values(&self, is_forwards: bool, is_sine: bool, least: f32) -> Option<Values> {
-        let Beside {
+    fn values(&self, is_forwards: bool, is_sine: bool, min: f32) -> Option<Values> {
+        let ProjectedModel {
             shape,
             factor,
             projections,
@@ -243,7 +231,7 @@ impl<'l> TurnedLine<'l> {
             square
         };
         let left = all - explained.iter().map(|x| x * x).sum::<f32>();
-        if left <= least * all.max(f32::MIN_POSITIVE) {
+        if left <= min * all.max(f32::MIN_POSITIVE) {
             return None;
         }
         let scale = 1.0 / crate::sqrt(left);
@@ -274,16 +262,16 @@ impl<'l> TurnedLine<'l> {
     }
 }
 
-impl Neighbours {
+impl NoiseBins {
     /// Empty; all zeros.
     pub const fn new() -> Self {
         Self {
-            members: [Member::NONE; NEIGHBOURS_MAX],
+            members: [Member::NONE; NOISE_BINS_MAX],
             count: 0,
-            place: Place {
+            place: LineFrequencies {
                 lines: Lines::NONE,
                 cycles: 0.0,
-                reach: Reach::NONE,
+                nyquist: Nyquist::NONE,
                 band: 0,
             },
             nearest: 0.0,
@@ -293,17 +281,23 @@ impl Neighbours {
     /// Collects the noise bins of lines after projecting out a model. Their products with the
     /// residuals go into rows of `memory`.
     #[inline(never)]
-    pub fn collect(&mut self, blocks: &Blocks, model: Beside, place: Place, memory: &mut [Values]) {
+    pub fn collect(
+        &mut self,
+        blocks: &Blocks,
+        model: ProjectedModel,
+        place: LineFrequencies,
+        memory: &mut [Values],
+    ) {
         let lines = place.lines;
         (self.count, self.place) = (0, place);
-        let most = lines.most() + model.shape.lines.most();
+        let max = lines.max() + model.shape.lines.max();
         for cycles in 1..=place.band {
-            let sums = Sums::new(blocks, cycles, most);
+            let sums = Sums::new(blocks, cycles, max);
             for number in lines.iter() {
                 let at = number as f32 * place.cycles;
                 let is_wanted = |x: f32| {
-                    let seen = place.reach.seen(x);
-                    place.reach.is_clear(x)
+                    let seen = place.nyquist.seen(x);
+                    place.nyquist.is_clear(x)
                         && self.members().iter().all(|other| {
                             usize::from(other.line) == number
                                 || (self.seen(other) - seen).abs() > APART
@@ -322,7 +316,7 @@ impl Neighbours {
                         ..Member::NONE
                     };
                     for is_sine in [false, true] {
-                        let values = if is_wanted && self.count < NEIGHBOURS_MAX {
+                        let values = if is_wanted && self.count < NOISE_BINS_MAX {
                             line.values(i == 0, is_sine, LEFT_MIN)
                         } else {
                             None
@@ -351,7 +345,7 @@ impl Neighbours {
     /// Apparent frequency of a function, cycles per window.
     fn seen(&self, member: &Member) -> f32 {
         let cycles = f32::from(member.line) * self.place.cycles + f32::from(member.offset);
-        self.place.reach.seen(cycles)
+        self.place.nyquist.seen(cycles)
     }
 
     /// Cycles per window from a function to the nearest line.
@@ -359,7 +353,7 @@ impl Neighbours {
         let (place, x) = (&self.place, self.seen(member));
         let lines = place.lines.iter();
         lines
-            .map(|line| (x - place.reach.seen(line as f32 * place.cycles)).abs())
+            .map(|line| (x - place.nyquist.seen(line as f32 * place.cycles)).abs())
             .fold(f32::INFINITY, f32::min)
     }
 
@@ -370,7 +364,7 @@ impl Neighbours {
 
     /// Deviate of the power near the lines over that further from them, of so many independent
     /// channels; zero where there is nothing to compare.
-    pub fn beside(&self, channels: f32) -> f32 {
+    pub fn near_over_far(&self, channels: f32) -> f32 {
         let [mut near, mut far] = [Sum::default(); 2];
         for member in self.members() {
             let sum = if self.is_near(member) {
@@ -465,8 +459,8 @@ impl Neighbours {
 
 /// Cosine and sine of a line, of unit variance after projecting out a model: their products with
 /// the channels. None if the model explains too much of them.
-pub fn line(blocks: &Blocks, model: Beside, number: usize) -> Option<[Values; 2]> {
-    let sums = Sums::new(blocks, 0, number + model.shape.lines.most());
+pub fn line(blocks: &Blocks, model: ProjectedModel, number: usize) -> Option<[Values; 2]> {
+    let sums = Sums::new(blocks, 0, number + model.shape.lines.max());
     let line = TurnedLine::new(blocks, model, &sums, number);
     Some([
         line.values(true, false, LEFT_LINE)?,

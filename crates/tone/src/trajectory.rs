@@ -7,7 +7,7 @@ use core::f32::consts::{FRAC_1_PI, PI};
 
 /// The phase of the unit line at `u`: pi x cycles x u + sum of moved[k] P_k(u), radians.
 #[derive(Clone, Copy, Debug)]
-pub struct Course {
+pub struct Trajectory {
     /// Cycles in the window, without what the polynomials of odd degree add.
     pub cycles: f32,
     /// Radians, by degree; 0 and 1 are not used.
@@ -16,7 +16,7 @@ pub struct Course {
     pub degrees: usize,
 }
 
-impl Course {
+impl Trajectory {
     /// A steady one.
     pub fn steady(cycles: f32) -> Self {
         Self {

@@ -2,37 +2,17 @@
 //! single values that are far off. Each pass reads them from their source.
 
 use crate::domain::Domain;
+use crate::frame::Frame;
 use crate::frame_span::FrameSpan;
 use crate::hum::Hum;
 use crate::impulses::Impulses;
 use crate::late::Late;
 use crate::limits::{CHANNELS_MAX, POINTS_CHIP, POINTS_MAX};
-use crate::reach::Reach;
+use crate::nyquist::Nyquist;
 use crate::residual::Model;
 use crate::source::Values;
 use crate::statistics::Statistics;
 use core::ops::Range;
-
-/// A frame, centred and scaled.
-pub struct Frame {
-    /// Number of the frame in the window.
-    pub number: u32,
-    /// Time or position of the frame, -1 to 1 over the window.
-    pub u: f32,
-    /// Values by place in [`Statistics::order`].
-    pub values: Values,
-}
-
-impl Frame {
-    /// Point in a transform, whose points are `each` of `frames` that are evenly spaced.
-    pub fn point(&self, domain: &Domain, frames: u32, each: u32) -> usize {
-        let number = match domain {
-            Domain::Time { .. } => self.number,
-            Domain::Position { .. } => (0.5 * (self.u + 1.0) * frames as f32) as u32,
-        };
-        number.checked_div(each).unwrap_or_default() as usize
-    }
-}
 
 /// Fraction of a channel's standard deviation beyond which steps of its level show.
 const COARSE: f32 = 1e-5;
@@ -85,7 +65,7 @@ impl Units {
 }
 
 /// The frames of a window.
-pub struct Data<'d, 's> {
+pub struct WindowFrames<'d, 's> {
     /// Source of the frames.
     pub span: &'d mut FrameSpan<'s>,
     /// Levels, slopes and scales.
@@ -102,7 +82,7 @@ pub struct Data<'d, 's> {
     pub is_lost: bool,
 }
 
-impl Data<'_, '_> {
+impl WindowFrames<'_, '_> {
     /// Number of channels.
     pub fn width(&self) -> usize {
         self.statistics.width.min(CHANNELS_MAX)
@@ -122,21 +102,21 @@ impl Data<'_, '_> {
     }
 
     /// Band of frequencies.
-    pub fn reach(&self) -> Reach {
-        Reach {
-            most: self.cycles_max(),
-            folds: matches!(self.domain, Domain::Time { .. }),
+    pub fn nyquist(&self) -> Nyquist {
+        Nyquist {
+            max: self.cycles_max(),
+            aliases: matches!(self.domain, Domain::Time { .. }),
         }
     }
 
     /// Frames of a point of a transform that has twice as many points.
     pub fn frames_each(&self) -> u32 {
-        let most = if self.count() as usize <= POINTS_CHIP {
+        let max = if self.count() as usize <= POINTS_CHIP {
             POINTS_CHIP / 2
         } else {
             POINTS_MAX / 2
         };
-        self.count().div_ceil(most as u32).max(1)
+        self.count().div_ceil(max as u32).max(1)
     }
 
     /// Visits the frames.
@@ -178,7 +158,7 @@ impl Data<'_, '_> {
     }
 
     /// Visits the frames, or what a model leaves of them.
-    pub fn visit_beside(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
+    pub fn visit_residuals(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
         let width = self.width();
         self.visit(|frame| match model {
             Some(model) => {
@@ -187,5 +167,30 @@ impl Data<'_, '_> {
             }
             None => visit(frame),
         });
+    }
+
+    /// Takes level and slope out of what replaced values leave.
+    pub fn centre(&mut self) {
+        let (mut sums, mut slopes) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
+        let [mut n, mut sum_u, mut sum_uu] = [0.0; 3];
+        self.visit(|frame| {
+            n += 1.0;
+            sum_u += frame.u;
+            sum_uu += frame.u * frame.u;
+            for (k, value) in frame.values.iter().enumerate() {
+                sums[k] += value;
+                slopes[k] += frame.u * value;
+            }
+        });
+        let spread = (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE);
+        for k in 0..CHANNELS_MAX {
+            slopes[k] = (slopes[k] - sum_u / n * sums[k]) / spread;
+            sums[k] = (sums[k] - slopes[k] * sum_u) / n;
+        }
+        let statistics = &mut self.statistics;
+        for k in 0..CHANNELS_MAX {
+            statistics.level[k] += statistics.scale[k] * sums[k];
+            statistics.slope[k] += statistics.scale[k] * slopes[k];
+        }
     }
 }

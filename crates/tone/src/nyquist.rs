@@ -5,26 +5,26 @@ const CLEAR_CYCLES: f32 = 0.5;
 
 /// Band of frequencies, cycles per window.
 #[derive(Clone, Copy, Debug)]
-pub struct Reach {
+pub struct Nyquist {
     /// Half the frame rate.
-    pub most: f32,
+    pub max: f32,
     /// True if frames are evenly spaced: a line above half their rate is seen as one below.
-    pub folds: bool,
+    pub aliases: bool,
 }
 
-impl Reach {
+impl Nyquist {
     /// Zeros.
     pub const NONE: Self = Self {
-        most: 0.0,
-        folds: false,
+        max: 0.0,
+        aliases: false,
     };
 
     /// Apparent frequency of a line.
     pub fn seen(&self, cycles: f32) -> f32 {
         // Nothing is folded below half the frame rate.
-        if self.folds && cycles.abs() >= self.most {
-            (cycles - 2.0 * self.most * libm::roundf(0.5 * cycles / self.most)).abs()
-        } else if self.folds {
+        if self.aliases && cycles.abs() >= self.max {
+            (cycles - 2.0 * self.max * libm::roundf(0.5 * cycles / self.max)).abs()
+        } else if self.aliases {
             cycles.abs()
         } else {
             cycles
@@ -34,6 +34,6 @@ impl Reach {
     /// True if a line is seen clear of zero and of half the frame rate.
     pub fn is_clear(&self, cycles: f32) -> bool {
         let seen = self.seen(cycles);
-        seen > CLEAR_CYCLES && seen < self.most - CLEAR_CYCLES
+        seen > CLEAR_CYCLES && seen < self.max - CLEAR_CYCLES
     }
 }

@@ -2,21 +2,21 @@
 
 use crate::blocks::{Blocks, Pass};
 use crate::covariance::power;
-use crate::data::Data;
 use crate::fit::Tests;
-use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
+use crate::limits::{BAND, CHANNELS_MAX, HARMONICS_MAX};
 use crate::lines::Lines;
 use crate::matrix::Square;
 use crate::movement::Followed;
-use crate::neighbours::{BAND, Beside, Neighbours, Place, line};
-use crate::reach::Reach;
+use crate::noise_bins::{LineFrequencies, NoiseBins, line};
+use crate::nyquist::Nyquist;
 use crate::residual::Model;
 use crate::significance::{Sum, Z_TEST, deviate};
-use crate::solve::{Power, Shape, Solution};
+use crate::solve::{Power, ProjectedModel, Shape, Solution};
 use crate::source::Values;
 use crate::spectrum::{Spectrum, Sums};
 use crate::statistics::Products;
-use crate::work::Work;
+use crate::window_frames::WindowFrames;
+use crate::workspace::Workspace;
 
 /// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
 pub const Z_LINE: f32 = 4.3;
@@ -30,8 +30,8 @@ const OF_SQUARES: f32 = 1.22;
 /// Another line is as far from those of the comb.
 const CLEAR_CYCLES: f32 = 0.9;
 /// Distance of the middle of another line's neighbourhood, and how far it goes to either side.
-const BESIDE_CYCLES: f32 = 2.5;
-const BESIDE_WIDTH: f32 = 1.6;
+const NOISE_CYCLES: f32 = 2.5;
+const NOISE_WIDTH: f32 = 1.6;
 /// Minimum number of places that a neighbourhood is known from.
 const PLACES_MIN: usize = 4;
 /// Minimum number of places on each side of a line that its neighbourhood is known from.
@@ -59,7 +59,7 @@ pub struct Other {
 /// Output for the noise next to the lines, and its inverse covariance.
 pub struct Noise<'n> {
     /// Functions next to lines.
-    pub neighbours: &'n mut Neighbours,
+    pub noise_bins: &'n mut NoiseBins,
     /// Their products with the channels.
     pub memory: &'n mut [Values],
     /// Inverse covariance of the channels' noise.
@@ -87,7 +87,7 @@ pub struct Tested<'t> {
     /// The fitted model.
     pub shape: Shape,
     /// Band of frequencies.
-    pub reach: Reach,
+    pub nyquist: Nyquist,
     /// Number of channels.
     pub width: usize,
 }
@@ -95,12 +95,17 @@ pub struct Tested<'t> {
 impl<'t> Tested<'t> {
     /// Prepares the tests of a tone.
     #[inline(never)]
-    pub fn new(followed: &'t Followed, work: &Work, reach: Reach, width: usize) -> Self {
-        let (all, shape) = (work.solution.line_factors(), followed.shape);
+    pub fn new(
+        followed: &'t Followed,
+        workspace: &Workspace,
+        nyquist: Nyquist,
+        width: usize,
+    ) -> Self {
+        let (all, shape) = (workspace.solution.line_factors(), followed.shape);
         let factors = all.get(..shape.lines.count()).unwrap_or_default();
         let mut powers = [Power::default(); HARMONICS_MAX];
         for (power, factors) in powers.iter_mut().zip(factors) {
-            *power = Power::new(factors, &work.weights);
+            *power = Power::new(factors, &workspace.weights);
         }
         let mut plains = [0.0; HARMONICS_MAX];
         for (plain, [cos, sin]) in plains.iter_mut().zip(factors) {
@@ -110,24 +115,24 @@ impl<'t> Tested<'t> {
         }
         let (mut tone, mut plain, mut with_tone) = (0.0, 0.0, 0);
         for k in 0..width.min(CHANNELS_MAX) {
-            let mut most = 0.0;
+            let mut max = 0.0;
             for [cos, sin] in factors {
                 let power = cos[k] * cos[k] + sin[k] * sin[k];
                 tone += power / followed.variances[k];
                 plain += power;
-                most = f32::max(most, power);
+                max = f32::max(max, power);
             }
-            let over = most / (2.0 * followed.noise.variances[k]);
+            let over = max / (2.0 * followed.noise.variances[k]);
             if deviate(over, 2.0, followed.count) > Z_TEST {
                 with_tone |= 1 << k;
             }
         }
-        let (mut loudest, mut most) = (1, 0.0);
+        let (mut loudest, mut max) = (1, 0.0);
         for (line, [cos, sin]) in shape.lines.iter().zip(factors) {
             let squares = cos.iter().zip(sin).take(width);
             let own = squares.map(|(cos, sin)| cos * cos + sin * sin).sum();
-            if own > most {
-                (loudest, most) = (line, own);
+            if own > max {
+                (loudest, max) = (line, own);
             }
         }
         Self {
@@ -139,14 +144,14 @@ impl<'t> Tested<'t> {
             plain: plain.max(f32::MIN_POSITIVE),
             with_tone,
             shape,
-            reach,
+            nyquist,
             width,
         }
     }
 
     /// The lines over their neighbourhoods, and the power next to them.
     #[inline(never)]
-    pub fn near(&self, neighbours: &Neighbours, tests: &mut Tests) {
+    pub fn near(&self, noise_bins: &NoiseBins, tests: &mut Tests) {
         let (followed, powers) = (self.followed, &self.powers);
         let (width, lines) = (self.width as f32, self.shape.lines);
         let strongest = powers
@@ -161,19 +166,19 @@ impl<'t> Tested<'t> {
             });
         tests.line = deviate(strongest.all / (2.0 * width), 2.0, followed.count);
         for number in lines.iter() {
-            tests.line = tests.line.max(self.over_loudest(neighbours, number));
+            tests.line = tests.line.max(self.over_loudest(noise_bins, number));
         }
         // A cosine and a sine are all that two channels can have, whatever they see.
         tests.one_shape =
             self.width <= 2 || strongest.second < width + 4.0 * crate::sqrt(2.0 * width);
         let mut own = Sum::default();
-        for member in neighbours.members() {
-            if usize::from(member.line) == lines.least() {
+        for member in noise_bins.members() {
+            if usize::from(member.line) == lines.min() {
                 own.add(member.power * followed.taken / width);
             }
         }
         let channels = followed.noise.channels;
-        if neighbours.count() == 0 {
+        if noise_bins.count() == 0 {
             // For white noise, all frames count.
             (own.sum, own.count) = (followed.count, followed.count);
         }
@@ -183,18 +188,18 @@ impl<'t> Tested<'t> {
         } else {
             tests.line
         };
-        tests.beside = neighbours.beside(channels);
-        tests.beside_share = neighbours.nearest / self.power;
+        tests.beside = noise_bins.near_over_far(channels);
+        tests.beside_share = noise_bins.nearest / self.power;
     }
 
     /// Deviate of a line in all channels over the loudest place next to it; low where too few places
     /// are known. Their mean would make a line of noise whose spectrum rises, falls, or has a wide
     /// peak.
-    fn over_loudest(&self, neighbours: &Neighbours, number: usize) -> f32 {
+    fn over_loudest(&self, noise_bins: &NoiseBins, number: usize) -> f32 {
         let (followed, width) = (self.followed, self.width as f32);
-        let place = self.shape.lines.place(number) % HARMONICS_MAX;
+        let place = self.shape.lines.index(number) % HARMONICS_MAX;
         let (mut loudest, mut sides) = (2.0 * width, [0; 2]);
-        for next in neighbours.places(number) {
+        for next in noise_bins.places(number) {
             loudest = f32::max(loudest, next.power * followed.taken);
             sides[usize::from(next.is_above())] += 1;
         }
@@ -217,21 +222,21 @@ impl<'t> Tested<'t> {
     #[inline(never)]
     pub fn other(
         &self,
-        data: &mut Data,
+        window: &mut WindowFrames,
         model: &Model,
         sums: Sums,
         transforms: &mut [f32],
     ) -> Other {
         let followed = self.followed;
-        let (domain, each, frames) = (data.domain, data.frames_each(), data.count());
-        let half = data.cycles_max() / each as f32;
-        let Some(mut spectrum) = Spectrum::new(data, each, sums, transforms) else {
+        let (domain, each, frames) = (window.domain, window.frames_each(), window.count());
+        let half = window.cycles_max() / each as f32;
+        let Some(mut spectrum) = Spectrum::new(window, each, sums, transforms) else {
             return Other::default();
         };
-        let places = Places {
+        let places = Bins {
             lines: self.shape.lines,
-            cycles: followed.course.cycles,
-            most: half,
+            cycles: followed.trajectory.cycles,
+            max: half,
             step: spectrum.cycles(1.0),
             last: (spectrum.bin(half - 0.5) as usize).min(spectrum.last()),
         };
@@ -242,14 +247,14 @@ impl<'t> Tested<'t> {
             // No line of the other channels has more power than all that is left of them.
             let variances = followed.variances.iter().take(self.width);
             let left: f32 = variances.skip(first).sum();
-            let most = OF_SQUARES * data.statistics.frames as f32 * left;
+            let max = OF_SQUARES * window.statistics.frames as f32 * left;
             let all_with_tone = (every & !self.with_tone) >> first == 0;
-            if all_with_tone && spectrum.strongest_plain() + most < OTHER * self.plain {
+            if all_with_tone && spectrum.strongest_plain() + max < OTHER * self.plain {
                 break;
             }
             let channels = first..(first + spectrum.channels()).min(self.width);
             spectrum.clear(channels.len());
-            data.visit_channels(channels.clone(), &mut |frame| {
+            window.visit_channels(channels.clone(), &mut |frame| {
                 let values = model.residual(frame, channels.clone());
                 let point = frame.point(&domain, frames, each);
                 let values = values.get(channels.clone()).unwrap_or_default();
@@ -292,7 +297,7 @@ impl<'t> Tested<'t> {
         Model {
             solution,
             motion: self.followed.moves.then(|| self.followed.motion()),
-            course: self.followed.course,
+            trajectory: self.followed.trajectory,
         }
     }
 
@@ -302,7 +307,7 @@ impl<'t> Tested<'t> {
     #[inline(never)]
     pub fn between(
         &self,
-        data: &mut Data,
+        window: &mut WindowFrames,
         solution: &Solution,
         blocks: &mut Blocks,
         noise: &mut Noise,
@@ -316,26 +321,26 @@ impl<'t> Tested<'t> {
             .iter()
             .fold(Lines::NONE, |lines, line| lines.with(*line));
         let pass = Pass {
-            course: followed.course,
+            trajectory: followed.trajectory,
             scale: 0.5,
             lines,
-            most: shape.lines.most() + lines.most(),
+            multiple_max: shape.lines.max() + lines.max(),
         };
         let moving = followed.moves.then(|| self.model(solution));
-        blocks.collect(data, &pass, moving.as_ref());
-        let place = |number: usize| Place {
+        blocks.collect(window, &pass, moving.as_ref());
+        let place = |number: usize| LineFrequencies {
             lines: Lines::NONE.with(number),
-            cycles: 0.5 * followed.course.cycles,
-            reach: self.reach,
+            cycles: 0.5 * followed.trajectory.cycles,
+            nyquist: self.nyquist,
             band: BAND,
         };
-        let beside_model = Beside {
+        let projected = ProjectedModel {
             shape: &shape,
             factor: solution.factor(),
             projections: moving.is_none().then_some(&solution.rows),
         };
         let Noise {
-            neighbours,
+            noise_bins,
             memory,
             weights,
             all,
@@ -344,13 +349,13 @@ impl<'t> Tested<'t> {
         let rounding = 0.5 * all.rounding(weights, self.width);
         let mut found = f32::NEG_INFINITY;
         for number in BETWEEN {
-            let cycles = 0.5 * number as f32 * followed.course.cycles;
-            if cycles >= self.reach.most || !self.reach.is_clear(cycles) {
+            let cycles = 0.5 * number as f32 * followed.trajectory.cycles;
+            if cycles >= self.nyquist.max || !self.nyquist.is_clear(cycles) {
                 continue;
             }
-            neighbours.collect(blocks, beside_model, place(number), memory);
-            let count = neighbours.count();
-            let Some(tested) = line(blocks, beside_model, number) else {
+            noise_bins.collect(blocks, projected, place(number), memory);
+            let count = noise_bins.count();
+            let Some(tested) = line(blocks, projected, number) else {
                 continue;
             };
             if count < PLACES_MIN {
@@ -372,17 +377,17 @@ impl<'t> Tested<'t> {
 }
 
 /// Bins of a spectrum.
-struct Places {
+struct Bins {
     lines: Lines,
     cycles: f32,
     /// Half the pieces' rate, cycles per window.
-    most: f32,
+    max: f32,
     /// Cycles per window from one to the next.
     step: f32,
     last: usize,
 }
 
-impl Places {
+impl Bins {
     /// Cycles per window.
     fn at(&self, i: usize) -> f32 {
         i as f32 * self.step
@@ -395,8 +400,8 @@ impl Places {
             return f32::NEG_INFINITY;
         }
         let mut beside = Sum::default();
-        let far = ((BESIDE_CYCLES + BESIDE_WIDTH) / self.step) as usize;
-        let near = ((BESIDE_CYCLES - BESIDE_WIDTH) / self.step) as usize + 1;
+        let far = ((NOISE_CYCLES + NOISE_WIDTH) / self.step) as usize;
+        let near = ((NOISE_CYCLES - NOISE_WIDTH) / self.step) as usize + 1;
         for distance in near..=far {
             for j in [i.saturating_sub(distance), i + distance] {
                 if j > 0 && j < self.last && self.is_clear(j) {
@@ -419,7 +424,7 @@ impl Places {
         let x = self.at(i);
         let far = |line: usize| {
             let line = line as f32 * self.cycles;
-            let folded = line - 2.0 * self.most * libm::roundf(0.5 * line / self.most);
+            let folded = line - 2.0 * self.max * libm::roundf(0.5 * line / self.max);
             (x - folded.abs()).abs() > CLEAR_CYCLES
         };
         self.lines.iter().all(far)

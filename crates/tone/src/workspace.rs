@@ -1,9 +1,10 @@
 //! Memory that the steps share.
 
-use crate::comb::NEIGHBOURS_COMB;
-use crate::limits::{CHANNELS_MAX, IMPULSES_MAX, NEIGHBOURS_MAX, POINTS_CHIP, POINTS_MAX};
+use crate::limits::{
+    CHANNELS_MAX, IMPULSES_MAX, NOISE_BINS_COMB, NOISE_BINS_MAX, POINTS_CHIP, POINTS_MAX,
+};
 use crate::matrix::Square;
-use crate::neighbours::Neighbours;
+use crate::noise_bins::NoiseBins;
 use crate::normal::{MOVEMENT_MAX, Normal};
 use crate::solve::Solution;
 use crate::source::Values;
@@ -17,23 +18,23 @@ pub const fn rows(points: usize) -> usize {
     if points > POINTS_CHIP {
         (3 * points / 2).div_ceil(CHANNELS_MAX)
     } else {
-        NEIGHBOURS_MAX
+        NOISE_BINS_MAX
     }
 }
 /// First row of the kept weights, which neither combs nor impulses reach.
 const KEPT: usize = ROWS - CHANNELS_MAX;
-const _: () = assert!(KEPT >= NEIGHBOURS_COMB && KEPT * CHANNELS_MAX >= 2 * IMPULSES_MAX);
+const _: () = assert!(KEPT >= NOISE_BINS_COMB && KEPT * CHANNELS_MAX >= 2 * IMPULSES_MAX);
 const _: () = assert!(rows(POINTS_CHIP) * CHANNELS_MAX >= POINTS_CHIP);
 const _: () = assert!(size_of::<Square<MOVEMENT_MAX>>() / 4 >= POINTS_CHIP / 2);
 
 /// Memory of the steps.
 #[derive(Debug)]
-pub struct Work {
-    /// What no step leaves to the next: products of neighbours with the channels, sums over blocks
+pub struct Workspace {
+    /// What no step leaves to the next: products of noise bins with the channels, sums over blocks
     /// of a movement, or sums of transforms.
     pub memory: [Values; ROWS],
     /// Functions next to the lines.
-    pub neighbours: Neighbours,
+    pub noise_bins: NoiseBins,
     /// The latest solution.
     pub solution: Solution,
     /// Equations of the movement; in the end its covariance.
@@ -44,12 +45,12 @@ pub struct Work {
     pub score_of_best: f32,
 }
 
-impl Work {
+impl Workspace {
     /// All zeros.
     pub const fn new() -> Self {
         Self {
             memory: [[0.0; CHANNELS_MAX]; ROWS],
-            neighbours: Neighbours::new(),
+            noise_bins: NoiseBins::new(),
             solution: Solution::NONE,
             normal: Normal::NONE,
             weights: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],

@@ -1,0 +1,113 @@
+//! Search for impulses in the residuals of a solution.
+
+use super::CHANNELS;
+use crate::limits::{CHANNELS_MAX, IMPULSES_MAX};
+use crate::residual::Model;
+use crate::significance::Sum;
+use crate::solve::Solution;
+use crate::source::Values;
+use crate::trajectory::Trajectory;
+use crate::window_frames::WindowFrames;
+
+/// Deviate of one value among some thousands.
+const Z_IMPULSE: f32 = 4.8;
+/// A step from a value to the one next to it has twice the noise: nearly the root of 2.
+const STEP: f32 = 1.41;
+/// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
+const MEAN_MAGNITUDE: f32 = 0.797_884_6;
+/// Most of a window's values that may be impulses.
+const SHARE_MAX: f32 = 0.1;
+
+/// Visits the residuals of a window, frame after frame, each with those beside it.
+fn residuals(window: &mut WindowFrames, model: &Model, visit: &mut dyn FnMut(u32, &[Values; 3])) {
+    let mut last = [[0.0; CHANNELS_MAX]; 3];
+    let (mut count, mut numbers) = (0u32, [0; 2]);
+    window.visit_residuals(Some(model), |frame| {
+        last = [last[1], last[2], frame.values];
+        numbers = [numbers[1], frame.number];
+        count += 1;
+        if count == 2 {
+            // The first frame has one next to it, twice.
+            visit(numbers[0], &[last[2], last[1], last[2]]);
+        } else if count > 2 {
+            visit(numbers[0], &last);
+        }
+    });
+    if count > 1 {
+        visit(numbers[1], &[last[1], last[2], last[1]]);
+    }
+}
+
+/// Residuals that are beyond their channel's limit, and as far from those before and after: channel
+/// and value.
+fn far_off<'v>(
+    [before, values, after]: &'v [Values; 3],
+    limits: &'v Values,
+) -> impl Iterator<Item = (u32, f32)> {
+    let beside = before.iter().zip(after);
+    let channels = values.iter().zip(limits).zip(beside).zip(0..);
+    channels.filter_map(|(((value, limit), (before, after)), channel)| {
+        let sign = 1f32.copysign(*value);
+        let min = ((value - before) * sign).min((value - after) * sign);
+        let is_far = value.abs() > *limit && min > STEP * limit && *limit > 0.0;
+        is_far.then_some((channel, *value))
+    })
+}
+
+/// Replaces what a solution leaves of single values; how many there are. Its memory holds nothing.
+#[inline(never)]
+pub fn replace(
+    window: &mut WindowFrames,
+    solution: &Solution,
+    trajectory: &Trajectory,
+    memory: &mut [f32],
+) -> usize {
+    let model = Model {
+        solution,
+        motion: None,
+        trajectory: *trajectory,
+    };
+    let width = window.width();
+    // The first limit is by all magnitudes, which impulses raise; the second by those below it.
+    let mut limits = [f32::INFINITY; CHANNELS_MAX];
+    for round in 0..2 {
+        let (mut magnitudes, mut max) = ([Sum::default(); CHANNELS_MAX], [0.0; CHANNELS_MAX]);
+        window.visit_residuals(Some(&model), |frame| {
+            for (k, value) in frame.values.iter().enumerate().take(width) {
+                let magnitude = value.abs();
+                if magnitude > max[k] {
+                    max[k] = magnitude;
+                }
+                if magnitude < limits[k] {
+                    magnitudes[k].add(magnitude);
+                }
+            }
+        });
+        limits = magnitudes.map(|sum| Z_IMPULSE / MEAN_MAGNITUDE * sum.mean());
+        let mut pairs = max.iter().zip(&limits);
+        if round == 0 && pairs.all(|(max, limit)| max <= limit) {
+            return 0;
+        }
+    }
+    let (mut found, mut all) = (0, 0);
+    residuals(window, &model, &mut |_, values| {
+        all += width;
+        found += far_off(values, &limits).count();
+    });
+    if found as f32 > SHARE_MAX * all as f32
+        || found > IMPULSES_MAX - window.impulses.count
+        || 2 * found > memory.len()
+    {
+        return 0;
+    }
+    let mut pairs = memory.as_chunks_mut::<2>().0.iter_mut();
+    residuals(window, &model, &mut |number, values| {
+        for ((channel, value), pair) in far_off(values, &limits).zip(&mut pairs) {
+            *pair = [(number * CHANNELS + channel) as f32, value];
+        }
+    });
+    for [place, off] in memory.as_chunks::<2>().0.iter().take(found) {
+        window.impulses.add(*place as u32, *off);
+    }
+    found
+}

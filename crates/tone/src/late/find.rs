@@ -1,0 +1,71 @@
+//! Corrections for multiplexing delay, from a solution.
+
+use super::{Delays, Late, Response};
+use crate::domain::Domain;
+use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
+use crate::solve::Solution;
+use crate::trajectory::Trajectory;
+use crate::window_frames::WindowFrames;
+use crate::workspace::Workspace;
+use core::hint::black_box;
+
+impl Late {
+    /// The waves of a solution, where channels are late along a path.
+    fn new(
+        window: &WindowFrames,
+        solution: &Solution,
+        trajectory: &Trajectory,
+        delays: &Delays,
+    ) -> Option<Self> {
+        let last = window.count().checked_sub(1)?;
+        if matches!(window.domain, Domain::Time { .. }) || last == 0 {
+            return None;
+        }
+        let mut frames = [0.0; CHANNELS_MAX];
+        let order = window.statistics.order.iter().take(window.width());
+        for (frames, channel) in frames.iter_mut().zip(order) {
+            *frames = delays.frames[usize::from(*channel) % CHANNELS_MAX];
+        }
+        let mut waves = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
+        let pairs = waves.iter_mut().zip(solution.lines());
+        pairs.for_each(|(wave, line)| *wave = *line);
+        let mut late = Self {
+            frames,
+            step: (window.domain.u(last) - window.domain.u(0)) / last as f32,
+            last,
+            low_pass: delays.low_pass,
+            mean: [Response::default(); HARMONICS_MAX + 1],
+            trajectory: *trajectory,
+            lines: solution.shape.lines,
+            waves,
+            // Opaque: the compiler would else call the only such function directly.
+            subtract: black_box(Self::take_change),
+        };
+        late.mean = late.mean_response(&window.domain);
+        Some(late)
+    }
+
+    /// Finds what lateness changes, by the latest solution. From then on each visit takes it out of
+    /// the frames; false if it is less than the noise, and stays.
+    #[inline(never)]
+    pub fn take_out(
+        window: &mut WindowFrames,
+        workspace: &Workspace,
+        trajectory: &Trajectory,
+        delays: &Delays,
+    ) -> bool {
+        window.late = None;
+        let Some(late) = Self::new(window, &workspace.solution, trajectory, delays) else {
+            return false;
+        };
+        let (domain, mut squares) = (window.domain, 0.0);
+        window.visit(|frame| {
+            let change = late.change(&domain, frame);
+            for (k, change) in change.iter().enumerate() {
+                squares += workspace.weights[k][k] * change * change;
+            }
+        });
+        window.late = (squares > 1.0).then_some(late);
+        window.late.is_some()
+    }
+}
