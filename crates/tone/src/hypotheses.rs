@@ -173,7 +173,7 @@ impl<'t> Tested<'t> {
             self.width <= 2 || strongest.second < width + 4.0 * crate::sqrt(2.0 * width);
         let mut own = Sum::default();
         for member in noise_bins.members() {
-            if usize::from(member.line) == lines.min() {
+            if lines.iter().next() == Some(usize::from(member.line)) {
                 own.add(member.power * followed.taken / width);
             }
         }

@@ -55,11 +55,6 @@ impl Lines {
         self.0.checked_ilog2().unwrap_or(0) as usize
     }
 
-    /// The lowest number; 0 of none.
-    pub fn min(self) -> usize {
-        self.iter().next().unwrap_or(0)
-    }
-
     /// Greatest common divisor of the numbers.
     pub fn divisor(self) -> usize {
         fn common(a: usize, b: usize) -> usize {
@@ -89,10 +84,7 @@ mod tests {
     #[test]
     fn second_and_fourth_are_first_and_second_of_twice_the_unit() {
         let lines = Lines::NONE.with(4).with(2);
-        assert_eq!(
-            (lines.count(), lines.min(), lines.max(), lines.divisor()),
-            (2, 2, 4, 2)
-        );
+        assert_eq!((lines.count(), lines.max(), lines.divisor()), (2, 4, 2));
         assert_eq!(lines.over(2), Lines::up_to(2));
         assert_eq!((lines.index(4), lines.has(3)), (1, false));
         assert_eq!(Lines::up_to(3).divisor(), 1);
