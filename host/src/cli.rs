@@ -22,6 +22,7 @@ mod serve;
 mod settings;
 mod settings_command;
 pub mod source;
+mod table;
 mod view;
 
 use crate::teletaction;

@@ -30,6 +30,7 @@ pub mod status;
 use crate::feed::{Feed, Following};
 use crate::note;
 use crate::stop;
+use crate::tables::TableForm;
 use answer::App;
 use anyhow::{Context, Result};
 use hub::{Hub, UPDATE_EVERY};
@@ -66,6 +67,10 @@ pub struct RunFile {
     pub path: PathBuf,
     /// Settings instead of its own.
     pub settings: Option<Settings>,
+    /// Rows per second of a table, in place of its stamps.
+    pub rate_hz: Option<f64>,
+    /// How to read a table.
+    pub form: TableForm,
     /// Nothing is played next to it: what cannot be opened ends the command.
     pub is_alone: bool,
 }
@@ -78,6 +83,8 @@ impl RunFile {
         );
         let how = How {
             settings: self.settings,
+            rate_hz: self.rate_hz,
+            form: self.form,
             max_bytes: usize::MAX,
             ..How::default()
         };

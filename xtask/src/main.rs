@@ -108,10 +108,11 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Builds the images of the real boards as ELF and raw files, and static commands for Linux with
-    /// two images in them, with their SHA-256 checksums, and says what cannot be made here.
+    /// Builds the images of the real boards as ELF and raw files, and static commands for Linux and
+    /// a Python wheel with two images in them, with their SHA-256 checksums, and says what cannot be
+    /// made here.
     Release {
-        /// Besides the images only this package: fails if it cannot be made.
+        /// Only this package and the two images in it: fails if it cannot be made.
         #[arg(long, value_enum)]
         only: Option<release::Package>,
     },

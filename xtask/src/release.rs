@@ -9,7 +9,7 @@ use crate::images::{self, Board};
 use crate::tools::{announce, create, read, remove, target_dir, write};
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum;
-use command::{Made, Processor};
+use command::{EMBEDDED, Made, Processor};
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
@@ -57,17 +57,18 @@ impl Package {
     }
 }
 
-/// Builds each image, writes it as ELF and as raw bytes (for dfu-util, and for the drive that an
-/// ST-LINK shows), checks that these hold the image's sections, makes the packages, `only` one or
-/// all that can be made here, and writes the checksums. A static command replaces that for this
-/// system.
+/// Builds each image, or those in the package if it makes `only` that, writes it as ELF and as raw
+/// bytes (for dfu-util, and for the drive that an ST-LINK shows), checks that these hold the image's
+/// sections, makes the packages, `only` one or all that can be made here, and writes the checksums.
+/// A static command replaces that for this system.
 pub fn run(only: Option<Package>) -> Result<()> {
     let folder = target_dir().join(FOLDER);
     remove(&folder)?;
     create(&folder)?;
     let version = env!("CARGO_PKG_VERSION");
     let mut sums = String::new();
-    for image in Board::REAL.map(Board::image) {
+    let boards = only.map_or(&Board::REAL[..], |_| &EMBEDDED);
+    for image in boards.iter().map(|board| board.image()) {
         let (path, sizes) = images::build(image)?;
         let elf = read(&path)?;
         let binary = raw(&segments(&elf)?)?;

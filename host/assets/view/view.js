@@ -18,6 +18,7 @@ const $ = (id) => document.getElementById(id);
 const OWN_KEYS = ["BUTTON", "SELECT", "INPUT", "A"];
 // Below this pace an emulated board is slow.
 const SLOW = 0.95;
+const EMULATED = "emulated board";
 const model = new Model();
 // The state when the page was paused.
 let paused = null;
@@ -90,7 +91,9 @@ function showStatus({ state }) {
   for (const id of ["runs", "settings"]) $(id).inert = !isConnected;
   const status = scrub.run === null ? state.status : `This is ${scrub.run.name}.`;
   $("status").textContent = isConnected ? status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
-  $("status").classList.toggle("alarm", !isConnected || ["disconnected", "waiting"].includes(state.live.connection.state));
+  // An emulated board takes a while to start.
+  const waits = ["disconnected", "waiting"].includes(state.live.connection.state) && state.live.source !== EMULATED;
+  $("status").classList.toggle("alarm", !isConnected || waits);
 }
 
 function draw(withPlots) {
@@ -121,7 +124,7 @@ function draw(withPlots) {
 // A slow computer is not a slow finger.
 function slowness() {
   const { source: name, now_s } = model.state.live;
-  const found = scrub.run === null && name === "emulated board" && now_s !== null ? pace.take(1e-3 * performance.now(), now_s) : null;
+  const found = scrub.run === null && name === EMULATED && now_s !== null ? pace.take(1e-3 * performance.now(), now_s) : null;
   return found !== null && found < SLOW ? ` (${found.toFixed(2)} of real time)` : "";
 }
 

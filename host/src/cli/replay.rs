@@ -1,9 +1,10 @@
 //! `replay`: a recording or a scene through the library.
 
 use super::lines::{LineOptions, Printer, print, report};
-use super::parse::{number, positive};
+use super::parse::number;
 use super::scene::SceneOptions;
 use super::settings::SettingsOptions;
+use super::table::{OF_A_FILE, TableOptions};
 use crate::feed::{Feed, Requester};
 use crate::frames::{self, Frames, Reading};
 use crate::messages::Form;
@@ -12,7 +13,7 @@ use crate::output::with_progress;
 use crate::recording::Recorded;
 use crate::samples::Samples;
 use crate::seen::Seen;
-use crate::tables::{TableForm, TimeColumn};
+use crate::tables::TableForm;
 use crate::usage::{NoEstimate, UsageError};
 use crate::{replay, stop};
 use anyhow::Result;
@@ -53,16 +54,8 @@ pub struct ReplayArgs {
         requires = "file"
     )]
     scale: f64,
-    /// Rows per second of a table, whatever the stamps say [default: from the stamps].
-    #[arg(long, value_name = "HZ", value_parser = positive, requires = "file")]
-    rate: Option<f64>,
-    /// Column of a table that is the time, with its unit (s, ms, us, ns, min, h, d) if its name does not say
-    /// it; `none` if none is [default: time_s, or a column whose name says that it is the time].
-    #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse, requires = "file")]
-    time_column: Option<TimeColumn>,
-    /// Rows of a table hold consecutive samples of one series: read them one after the other.
-    #[arg(long, requires = "file")]
-    flatten: bool,
+    #[command(flatten)]
+    table: TableOptions,
     /// Scene file, such as hal-mock/scenes/c1.toml; hal-mock/scenes/every_key.toml explains all keys
     /// [default: a plain scene].
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["scene_speed", "period", "pure_tone", "snr"])]
@@ -79,12 +72,15 @@ impl ReplayArgs {
     pub(super) fn run(self) -> Result<()> {
         stop::on_signal()?;
         let Some(file) = &self.file else {
+            if self.table.is_given() {
+                return Err(UsageError(OF_A_FILE.into()).into());
+            }
             return self.play_scene();
         };
         // A file that cannot be read is left to the reader of tables, whose message names the
         // problem.
         let form = Form::of(file).unwrap_or(Form::Table);
-        if form != Form::Table && (self.time_column.is_some() || self.flatten) {
+        if form != Form::Table && (self.table.form() != TableForm::default()) {
             let why = format!(
                 "{}: --time-column and --flatten are for tables: telemetry has its own time",
                 file.display()
@@ -101,17 +97,13 @@ impl ReplayArgs {
 
     fn reading(&self) -> Reading {
         Reading {
-            rate_hz: self.rate,
+            rate_hz: self.table.rate,
             volts_per_unit: self.scale,
         }
     }
 
     fn play_frames(&self, file: &Path) -> Result<()> {
-        let form = TableForm {
-            is_flat: self.flatten,
-            ..TableForm::timed(self.time_column.clone())
-        };
-        let samples = Samples::file_as(file, form)?;
+        let samples = Samples::file_as(file, self.table.form())?;
         let frames = Frames::open(&samples, self.reading())?;
         let settings = self.settings.over(&frames.settings, samples.name())?;
         frames.check_window(samples.name(), &settings)?;

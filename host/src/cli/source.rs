@@ -4,6 +4,7 @@ use super::board::BoardOptions;
 use super::parse::number;
 use crate::feed::{Feed, Pace};
 use crate::recording::{self, Recorded};
+use crate::tables::TableForm;
 use crate::view::RunFile;
 use anyhow::Result;
 use clap::Args;
@@ -50,6 +51,8 @@ impl SourceOptions {
         Ok(Some(RunFile {
             path: path.clone(),
             settings: None,
+            rate_hz: None,
+            form: TableForm::default(),
             is_alone: self.pace.is_none() || !recording::is_telemetry(path)?,
         }))
     }

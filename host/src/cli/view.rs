@@ -2,7 +2,9 @@
 
 use super::lines::report;
 use super::source::SourceOptions;
+use super::table::{OF_A_FILE, TableOptions};
 use crate::feed::{Feed, NoBoard};
+use crate::usage::UsageError;
 use crate::view::{Options, RunFile};
 use crate::{note, settings_form, stop, view};
 use anyhow::Result;
@@ -25,10 +27,13 @@ Examples:
   ridgetone view --emulated --open
   ridgetone view --emulated=hal-mock/scenes/c7.toml
   ridgetone view touch.rec
-  ridgetone view recording.csv")]
+  ridgetone view recording.csv
+  ridgetone view slist.txt --rate 200 --flatten")]
 pub struct ViewArgs {
     #[command(flatten)]
     source: SourceOptions,
+    #[command(flatten)]
+    table: TableOptions,
     /// Apply these settings first, without storing them.
     #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
     settings: Option<PathBuf>,
@@ -45,7 +50,16 @@ impl ViewArgs {
             .map(settings_form::load)
             .transpose()?;
         stop::on_signal()?;
-        let run = self.source.run()?.map(|run| RunFile { settings, ..run });
+        let run = self.source.run()?;
+        if run.is_none() && self.table.is_given() {
+            return Err(UsageError(OF_A_FILE.into()).into());
+        }
+        let run = run.map(|run| RunFile {
+            settings,
+            rate_hz: self.table.rate,
+            form: self.table.form(),
+            ..run
+        });
         let alone = run.as_ref().filter(|run| run.is_alone);
         let feed = match alone {
             Some(run) => Feed::new(NoBoard(run.path.display().to_string())),

@@ -3,14 +3,15 @@
 use super::cells::Kind;
 use super::head_line::HeadLine;
 use super::refused::Refused;
-use super::units::per_second;
+use super::time_column::named;
+use super::units::{is_unit, per_second};
 use hal_mock::escaped;
 
 /// LabVIEW's column without numbers.
 pub const COMMENT: &str = "Comment";
 
-/// The names of the columns and the line that they stand on. It may be a comment, and a row of
-/// units may follow it.
+/// The names of the columns and the line that they begin on. It may be a comment, and a line of
+/// units or of descriptions may follow; names that repeat have those of groups above them.
 pub fn names(
     lines: &[HeadLine],
     first: usize,
@@ -22,15 +23,17 @@ pub fn names(
     let mut at = first;
     while let Some(above) = at.checked_sub(1) {
         at = above;
-        let Some(names) = fitting(&lines[above], width) else {
+        let Some(mut names) = fitting(&lines[above], width) else {
             break;
         };
         let next = above.checked_sub(1).map(|next| &lines[next]);
-        let has_names_above = next.is_some_and(|next| fitting(next, width).is_some());
-        if has_names_above && is_units(&lines[above]) {
+        if let Some(next) = next.filter(|next| fitting(next, width).is_some())
+            && (is_units(&lines[above]) || is_described(next, &lines[above]))
+        {
             continue;
         }
-        return Ok((Some(names), Some(above)));
+        let at = name_by_group(&mut names, &lines[..above], above);
+        return Ok((Some(names), Some(at)));
     }
     match first.checked_sub(1).map(|above| &lines[above]) {
         Some(above) if above.cells.len() > 1 && is_words(above) => {
@@ -113,18 +116,67 @@ fn is_units(line: &HeadLine) -> bool {
     let mut cells = line.cells.iter().filter(|cell| !cell.is_empty());
     let is_bracketed = |cell: &String| cell.starts_with(['(', '[']) && cell.ends_with([')', ']']);
     let is_all_bracketed = cells.clone().all(is_bracketed);
+    let is_all_known = cells.clone().all(|cell| is_unit(cell));
     let has_time_unit = cells.clone().any(|cell| per_second(cell).is_some());
     let has_number = line.count(Kind::Number) > 0;
     let repeats = cells
         .next()
         .is_some_and(|first| cells.clone().count() > 0 && cells.all(|cell| cell == first));
-    is_all_bracketed || has_time_unit || has_number || repeats
+    is_all_bracketed || is_all_known || has_time_unit || has_number || repeats
+}
+
+/// True if `line` describes the columns that the line above it names: that one has a name of its
+/// own for each of at least three, and names a time if `line` does.
+fn is_described(above: &HeadLine, line: &HeadLine) -> bool {
+    let names_time = |line: &HeadLine| line.cells.iter().any(|cell| named(cell, false).is_some());
+    let width = above.cells.len();
+    let is_complete = above.count(Kind::Text) == width && is_names(above);
+    let is_header = names_time(above) || width > 2 && !names_time(line);
+    is_complete && is_header && (0..width).all(|at| !is_repeated(&above.cells, at))
+}
+
+/// True for a line of names: no value, and no remark or keys.
+fn is_names(line: &HeadLine) -> bool {
+    let has_value = line.count(Kind::Number) + line.count(Kind::Clock) > 0;
+    !line.is_comment() && !has_value && !line.cells.iter().any(|cell| cell.ends_with(['=', ':']))
+}
+
+/// True if another name is the same.
+fn is_repeated(names: &[String], at: usize) -> bool {
+    let mut others = names.iter().enumerate().filter(|(other, _)| *other != at);
+    others.any(|(_, name)| *name == names[at])
+}
+
+/// Puts the names of groups in front of names that repeat, and in place of missing ones: a group
+/// ends where the next is named. Gives the line that the names begin on.
+fn name_by_group(names: &mut [String], lines_above: &[HeadLine], mut at: usize) -> usize {
+    for line in lines_above.iter().rev() {
+        let is_open: Vec<bool> = (0..names.len())
+            .map(|column| is_repeated(names, column))
+            .collect();
+        let is_groups = fitting(line, names.len()).is_some() && is_names(line);
+        if !is_groups || !is_open.contains(&true) {
+            break;
+        }
+        at -= 1;
+        let mut group = "";
+        for ((name, cell), is_open) in names.iter_mut().zip(&line.cells).zip(is_open) {
+            if !cell.is_empty() {
+                group = cell;
+            }
+            if is_open && group != name {
+                let joined = format!("{} {name}", escaped(group));
+                joined.trim().clone_into(name);
+            }
+        }
+    }
+    at
 }
 
 /// The line of units between header and first row.
 pub fn unit_row(lines: &[HeadLine], first: usize, header: Option<u64>) -> Option<&HeadLine> {
     let above = &lines[first.checked_sub(1)?];
     let width = lines[first].cells.len();
-    (header.is_some_and(|header| header < above.number) && above.cells.len() == width)
-        .then_some(above)
+    let is_below = header.is_some_and(|header| header < above.number);
+    (is_below && above.cells.len() == width && is_units(above)).then_some(above)
 }

@@ -71,6 +71,31 @@ fn read(text: &[u8]) -> (Vec<String>, Vec<Vec<f64>>, Option<String>) {
 }
 
 #[test]
+fn two_lines_above_the_rows_give_one_name_each() {
+    for (head, expected) in [
+        ("time,fx,fy\ns,N,N", ["fx", "fy"]),
+        ("n,fx,fy\n-,m/s^2,°/s", ["fx", "fy"]),
+        ("time,fx,fy\n,V,mV", ["fx", "fy"]),
+        ("s,N,N\ntime,fx,fy", ["fx", "fy"]),
+        ("time,fx,fy\ntime of the row,force x,force y", ["fx", "fy"]),
+        ("time,fx,fy\nstamp,left,right\ns,N,N", ["fx", "fy"]),
+        ("n,fx,fy\nnumber,left,right", ["fx", "fy"]),
+        ("Device,left,right\ntime,fx,fy", ["fx", "fy"]),
+        (",A 1,\ntime,fx,fy\n,N,N", ["fx", "fy"]),
+        ("time,A 1,B 2\ntime,x,x", ["A 1", "B 2"]),
+        (",A 1,\ntime,x,x", ["A 1 x", "A 1 x"]),
+        (",A 1,B 2\ntime,x,x\ns,N,V", ["A 1 x", "B 2 x"]),
+        (",acc,gyro\n,x,x\ntime,,", ["acc x", "gyro x"]),
+        ("Sample Rate,10,Hz\ntime,a,a", ["a", "a"]),
+    ] {
+        let text = format!("{head}\n0.0,1,2\n0.1,2,1\n0.2,3,2\n0.3,3,2\n0.4,1,1\n");
+        let (names, ..) = read(text.as_bytes());
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        assert!(names.ends_with(&expected), "{head}: {names:?}");
+    }
+}
+
+#[test]
 fn what_is_no_row_is_passed_over_and_counted() {
     let two = vec![vec![1.0], vec![2.0]];
     for (text, said) in [

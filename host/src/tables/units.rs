@@ -270,6 +270,38 @@ pub fn of_channel(name: &str) -> Option<String> {
     SUFFIXES.contains(&suffix).then(|| suffix.to_owned())
 }
 
+/// Units that may have a prefix.
+const UNITS: [&str; 26] = [
+    "V", "A", "N", "g", "m", "s", "Pa", "Hz", "W", "J", "C", "K", "T", "F", "Ohm", "ohm", "Ω",
+    "\u{2126}", "bar", "rad", "gauss", "G", "Nm", "Vrms", "volts", "LSB",
+];
+
+/// Units without one, and words in their place.
+const UNITS_ALONE: [&str; 34] = [
+    "%", "°", "°C", "°F", "deg", "degC", "degF", "degrees", "rpm", "psi", "lb", "lbf", "lbs",
+    "kgf", "in", "inch", "inches", "ft", "ppm", "dB", "counts", "count", "raw", "bits", "Volts",
+    "Volt", "Newtons", "newtons", "Newton", "px", "a.u.", "au", "-", "n/a",
+];
+
+/// Prefixes of units, and none. Micro has two signs.
+const PREFIXES: [&str; 13] = [
+    "", "G", "M", "k", "h", "d", "c", "m", "u", "µ", "μ", "n", "p",
+];
+
+/// True for a unit of anything: `mV`, `[m/s^2]`, `N·m`, `°/s`, `ms`, and `-` for none.
+pub fn is_unit(cell: &str) -> bool {
+    let cell = cell.trim_matches(|c: char| c.is_whitespace() || "()[]{}".contains(c));
+    let is_known = |part: &str| {
+        let part = part.trim_end_matches(|c: char| c.is_ascii_digit() || "^-²³⁻¹".contains(c));
+        let mut prefixes = UNITS.iter().filter_map(|unit| part.strip_suffix(unit));
+        prefixes.any(|prefix| PREFIXES.contains(&prefix))
+            || UNITS_ALONE.contains(&part)
+            || per_second(part).is_some()
+    };
+    UNITS_ALONE.contains(&cell)
+        || !cell.is_empty() && cell.split(['/', '*', '·', ' ']).all(is_known)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -314,5 +346,15 @@ mod tests {
         assert_eq!(of_channel("ain0_mV").as_deref(), Some("mV"));
         assert_eq!(of_channel("ain0"), None);
         assert_eq!(of_channel("(x)"), None);
+        for unit in [
+            "mV", "[m/s^2]", "N·m", "°/s", "m/s²", "µm", "ms", "-", "%", "rad s^-1", "n/a", "kΩ",
+        ] {
+            assert!(is_unit(unit), "{unit}");
+        }
+        for name in [
+            "ax", "left", "x", "time", "", "force/x", "mm V x", "AIN", "m s left",
+        ] {
+            assert!(!is_unit(name), "{name}");
+        }
     }
 }

@@ -10,6 +10,7 @@ use crate::overview::Recorded;
 use crate::samples::Samples;
 use crate::seen::Seen;
 use crate::table_fit::{Selection, TableFit};
+use crate::tables::TableForm;
 use crate::track::{Point, Track};
 use crate::windows::{self, Steps, Window};
 use crate::{fit_picture, touch_part};
@@ -34,6 +35,8 @@ pub struct How {
     pub settings: Option<Settings>,
     /// Rows per second of a table that does not state its times.
     pub rate_hz: Option<f64>,
+    /// How to read a table.
+    pub form: TableForm,
     /// True if it was recorded here, so that its file goes with the command.
     pub is_recorded: bool,
     /// Maximum size in memory, bytes.
@@ -46,6 +49,7 @@ impl Default for How {
         Self {
             settings: None,
             rate_hz: None,
+            form: TableForm::default(),
             is_recorded: false,
             max_bytes: MAX_BYTES,
         }
@@ -65,6 +69,7 @@ pub struct Run {
     form: Form,
     /// Rows per second of a table that does not state its times.
     rate_hz: Option<f64>,
+    table: TableForm,
     /// The samples, once somebody looks at them, or why there are none.
     recorded: OnceLock<Result<Recorded, String>>,
     /// The fit of the whole run, or why there is none.
@@ -122,6 +127,7 @@ impl Run {
             path: path.to_owned(),
             form: Form::of(path).map_err(|error| anyhow!("{name}: {error}"))?,
             rate_hz: how.rate_hz,
+            table: how.form.clone(),
             recorded: OnceLock::new(),
             fit: OnceLock::new(),
             packets: Vec::new(),
@@ -168,13 +174,17 @@ impl Run {
     /// The samples of the run, read at the first use.
     pub fn recorded(&self) -> Result<&Recorded> {
         let read = || {
-            let samples = Samples::file(&self.path)?;
+            let samples = self.samples()?;
             Recorded::read(&samples, &self.selection(Part::default()), self.max_bytes)
         };
         let found = self
             .recorded
             .get_or_init(|| read().map_err(|error| self.with_name(&error).to_string()));
         found.as_ref().map_err(|why| anyhow!(why.clone()))
+    }
+
+    fn samples(&self) -> Result<Samples> {
+        Samples::file_as(&self.path, self.table.clone())
     }
 
     fn selection(&self, part: Part) -> Selection {
@@ -189,7 +199,7 @@ impl Run {
     /// The fit of a part, or of the part that `fit` chooses, by the code of `fit`.
     fn fit(&self, part: Part) -> Result<TableFit> {
         let fit = || {
-            let samples = Samples::file(&self.path)?;
+            let samples = self.samples()?;
             touch_part::fit(&samples, &self.selection(part), false, &mut |_| {})
         };
         if part != Part::default() {
@@ -213,7 +223,7 @@ impl Run {
 
     /// The frequency of windows over the run.
     pub fn track(&self, steps: Steps) -> Result<Track> {
-        let samples = Samples::file(&self.path)?;
+        let samples = self.samples()?;
         let mut points = Vec::new();
         let mut take = |window: Window| {
             points.extend(Point::of(&window));
@@ -234,14 +244,14 @@ impl Run {
     /// The picture of the fit of a part, as SVG.
     pub fn fit_svg(&self, part: Part) -> Result<String> {
         let fit = self.fit(part)?;
-        let samples = Samples::file(&self.path)?.named(&self.name);
+        let samples = self.samples()?.named(&self.name);
         fit_picture::draw(&samples, &self.selection(part), &fit)
             .map_err(|error| self.with_name(&error))
     }
 
     /// Runs the raw frames through the library, as `replay` does.
     fn replay(&mut self, settings: Option<Settings>) -> Result<()> {
-        let frames = Frames::open(&Samples::file(&self.path)?, Reading::default())?;
+        let frames = Frames::open(&self.samples()?, Reading::default())?;
         let settings = Settings {
             plan: frames.plan(),
             vref_v: frames.settings.vref_v,

@@ -47,6 +47,11 @@ def test_a_played_recording_has_the_numbers_of_json_and_can_be_saved(view: Start
     assert 37 <= len(zoomed) < 65 and zoomed[0] > 15 and zoomed[-1] < 80
     # What is in a caption is drawn.
     assert "residual" in text(page, "spectrum-small") and "all harmonics" in text(page, "fit-small")
+    windows = [line["status"] == "good" for line in estimates if line["span"] == "window"]
+    slides = [line for line in estimates if line["span"] == "slide"]
+    expected = {"window ± σ": any(windows), "not good": not all(windows), "whole slide": bool(slides)}
+    named = page.locator("#history [data-drawn]:visible").all_text_contents()
+    assert [name.strip() for name in named] == [name for name, is_there in expected.items() if is_there]
 
 
 def test_missing_frames_and_an_unsteady_tone_are_explained(view: Start, recordings: Path) -> None:

@@ -321,6 +321,30 @@ fn an_upload_is_bounded_by_what_it_expands_to() {
     assert_eq!(count, Some(1), "the command's own file");
 }
 
+#[test]
+fn a_table_is_read_as_its_options_say() {
+    let folder = common::directory();
+    // Four samples of one series in a row.
+    let sample = |at: usize| (core::f64::consts::TAU * 12.34 * at as f64 / 250.0).sin();
+    let cells = |row: usize| (0..4).map(move |cell| format!("{:.5}", sample(4 * row + cell)));
+    let rows = (0..300).map(|row| cells(row).collect::<Vec<_>>().join(" ") + "\n");
+    let path = common::file(folder.path(), "wrapped.txt", &rows.collect::<String>());
+    let options = ["--rate", "250", "--flatten"];
+    let view = View::start(&[&[common::text(&path)], &options[..]].concat());
+    let address = view.address();
+    let (status, _, listed) = request(address, "/runs", address, LONG);
+    let listed: Value = serde_json::from_str(&listed).expect("JSON");
+    let found = listed[0]["fit"]["frequency_hz"].as_f64();
+    assert!(
+        status == 200 && found.is_some_and(|hz| (hz - 12.34).abs() < 0.01),
+        "{listed}"
+    );
+    for command in ["view", "replay"] {
+        let refused = common::run(&[command, "--flatten"]);
+        common::assert_one_line(&refused, 2, &["--flatten", "name its file"]);
+    }
+}
+
 /// However it ends, with a page at the other end.
 #[test]
 fn the_folder_of_runs_goes_with_the_command() {
