@@ -588,7 +588,8 @@ impl<'w> Window<'w, '_, '_> {
         let work = &*memory.work;
         let (reach, width) = (self.data.reach(), self.data.width());
         let tested = Tested::new(followed, work, reach, width);
-        let mean = conclude::mean(&tested, work, memory.blocks, self.scene);
+        let clipped = &self.data.statistics.clipped;
+        let mean = conclude::mean(&tested, work, memory.blocks, self.scene, clipped);
         if !(mean.cycles > 0.0 && (mean.cycles + mean.sigma).is_finite()) {
             return None;
         }
@@ -626,6 +627,7 @@ impl<'w> Window<'w, '_, '_> {
             nearest,
             hidden: self.hidden(mean.cycles),
             is_crowded,
+            stay: statistics.stay,
             lines: shape.lines.count(),
             reach,
         };
