@@ -55,11 +55,18 @@ pub struct Mean {
     pub scale: f32,
 }
 
-/// Mean frequency and its uncertainty.
+/// Mean frequency and its uncertainty; `clipped` are fractions of the frames by channel.
 #[inline(never)]
-pub fn mean(tested: &Tested, workspace: &Workspace, blocks: &Blocks, scene: &Scene) -> Mean {
+pub fn mean(
+    tested: &Tested,
+    workspace: &Workspace,
+    blocks: &Blocks,
+    scene: &Scene,
+    clipped: &Values,
+) -> Mean {
     let followed = tested.followed;
-    let scale = Scale::new(tested, &workspace.noise_bins, blocks);
+    let mut scale = Scale::new(tested, &workspace.noise_bins, blocks);
+    scale.factor *= noise_of_clipped(tested, &workspace.solution, clipped);
     let evidence = Evidence {
         phase: followed.phase(),
         covariance: &workspace.normal.matrix,
@@ -75,6 +82,29 @@ pub fn mean(tested: &Tested, workspace: &Workspace, blocks: &Blocks, scene: &Sce
         phase,
         scale: scale.factor,
     }
+}
+
+/// Variance inflation of clipped channels, by what each tells of the frequency. A frame at the end of
+/// the range has neither noise nor slope: the frames that tell of the frequency have all the noise.
+fn noise_of_clipped(tested: &Tested, solution: &Solution, clipped: &Values) -> f32 {
+    if clipped.iter().all(|clipped| *clipped <= 0.0) {
+        return 1.0;
+    }
+    let (mut told, mut noise) = (0.0, 0.0);
+    for (line, waves) in tested
+        .shape
+        .lines
+        .iter()
+        .zip(solution.lines().as_chunks::<2>().0)
+    {
+        for k in 0..tested.width.min(CHANNELS_MAX) {
+            let [cos, sin] = waves.each_ref().map(|wave| line as f32 * wave[k]);
+            let own = (cos * cos + sin * sin) / tested.followed.noise.variances[k];
+            told += own;
+            noise += own / (1.0 - clipped[k]);
+        }
+    }
+    noise / told.max(f32::MIN_POSITIVE)
 }
 
 /// Variance inflation: residual scatter relative to the line noise.
@@ -237,6 +267,8 @@ pub struct Figures<'v> {
     pub hidden: Option<f32>,
     /// True if lines and baseline have more unknowns than the window has room for.
     pub is_crowded: bool,
+    /// True if a channel stays at an end of its range.
+    pub stay: bool,
     /// Number of lines.
     pub lines: usize,
     /// Band of frequencies.
@@ -252,7 +284,11 @@ impl Figures<'_> {
             Status::NoTone
         } else if self.other_reading().is_some() {
             Status::Ambiguous
-        } else if is_lost || tests.fading > FADING || mean.sigma > SIGMA_MAX * mean.cycles {
+        } else if is_lost
+            || self.stay
+            || tests.fading > FADING
+            || mean.sigma > SIGMA_MAX * mean.cycles
+        {
             Status::Unsteady
         } else {
             Status::Good

@@ -16,8 +16,8 @@ pub enum Status {
     Nothing,
     /// Another reading explains the window about as well; [`Fit::other_tone`] names it.
     Ambiguous,
-    /// A tone, but no interval can be promised: its phase is not followed, or its amplitude comes
-    /// or goes.
+    /// A tone, but no interval can be promised: its phase is not followed, its amplitude comes or
+    /// goes, or a channel stays at an end of its range for a quarter of the window.
     Unsteady,
 }
 

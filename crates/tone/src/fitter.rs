@@ -600,7 +600,8 @@ impl<'w> Window<'w, '_, '_> {
         let workspace = &*memory.workspace;
         let (nyquist, width) = (self.frames.nyquist(), self.frames.width());
         let tested = Tested::new(followed, workspace, nyquist, width);
-        let mean = conclude::mean(&tested, workspace, memory.blocks, self.scene);
+        let clipped = &self.frames.statistics.clipped;
+        let mean = conclude::mean(&tested, workspace, memory.blocks, self.scene, clipped);
         if !(mean.cycles > 0.0 && (mean.cycles + mean.sigma).is_finite()) {
             return None;
         }
@@ -638,6 +639,7 @@ impl<'w> Window<'w, '_, '_> {
             nearest,
             hidden: self.hidden(mean.cycles),
             is_crowded,
+            stay: statistics.stay,
             lines: shape.lines.count(),
             nyquist,
         };

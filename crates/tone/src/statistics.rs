@@ -6,9 +6,13 @@ use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
 use crate::source::{Overwritten, Values};
 
-/// A channel that is at its highest or lowest value in more than this fraction of the frames is
-/// clipped.
-const CLIPPED_SHARE: f32 = 0.25;
+/// A tone clips its channel in each period. A channel that is at its highest or lowest value in more
+/// than this fraction of the frames, and stays there or stays away for longer than that without a
+/// break, is clipped by its level.
+const STAYS: f32 = 0.25;
+/// Values of a rounded sine that are at its end, over those at the next step, at most: it is over a
+/// height h for a time that grows with the root of h.
+const AT_END: f32 = 1.0 + core::f32::consts::SQRT_2;
 /// Where a line leaves less of a channel's square, sums do not tell what it leaves.
 const LEFT_MIN: f32 = 1e-3;
 
@@ -29,43 +33,128 @@ pub struct Statistics {
     pub slope: Values,
     /// Standard deviation about the line.
     pub scale: Values,
+    /// Fraction of the frames in which the channel is clipped.
+    pub clipped: Values,
+    /// True if a channel stays at an end of its range.
+    pub stay: bool,
+}
+
+/// True if a channel that is at an end for so many frames may be clipped by its level.
+fn is_long(count: f32, frames: u32) -> bool {
+    count > STAYS * frames as f32
 }
 
 /// Sums of one channel, of values less its first one.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Sums {
     first: f32,
     sum: f32,
     sum_u: f32,
     squares: f32,
-    max: f32,
-    min: f32,
-    at_max: u32,
-    at_min: u32,
+    highest: End,
+    /// Of the negative values.
+    lowest: End,
 }
 
 impl Sums {
-    fn add(&mut self, u: f32, value: f32) {
+    const NONE: Self = Self {
+        first: 0.0,
+        sum: 0.0,
+        sum_u: 0.0,
+        squares: 0.0,
+        highest: End::NONE,
+        lowest: End::NONE,
+    };
+
+    fn add(&mut self, frame: u32, u: f32, value: f32) {
         let value = value - self.first;
         self.sum += value;
         self.sum_u += u * value;
         self.squares += value * value;
-        if value >= self.max {
-            if value > self.max {
-                (self.max, self.at_max) = (value, 0);
-            }
-            self.at_max += 1;
+        self.highest.add(frame, value);
+        self.lowest.add(frame, -value);
+    }
+
+    /// True if the channel stays at an end of its range.
+    fn stays(&self, frames: u32) -> bool {
+        self.ends().any(|end| is_long(end.run_max as f32, frames))
+    }
+
+    /// True if the channel is clipped by its level, or has few levels.
+    fn is_left_out(&self, frames: u32) -> bool {
+        self.ends().any(|end| {
+            let gap = end.gap_max.max(frames - end.latest);
+            let [count, longest] = [end.outer_count, gap.max(end.run_max)].map(|n| n as f32);
+            let is_by_tone = is_long(end.clipped(), frames) && !is_long(longest, frames);
+            is_long(count, frames) && !is_by_tone
+        })
+    }
+
+    fn ends(&self) -> impl Iterator<Item = &End> {
+        [&self.highest, &self.lowest].into_iter()
+    }
+
+    /// Difference of the highest and the lowest value.
+    fn range(&self) -> f32 {
+        self.highest.outer + self.lowest.outer
+    }
+}
+
+/// The outermost value of a channel and the next one, and how many frames have either.
+#[derive(Clone, Copy)]
+struct End {
+    outer: f32,
+    outer_count: u32,
+    next: f32,
+    next_count: u32,
+    /// The latest frame at the outermost value.
+    latest: u32,
+    /// Length of the run of such frames that it ends.
+    run: u32,
+    /// Length of the longest run.
+    run_max: u32,
+    /// Longest distance from one such frame to the next, or from the window's start.
+    gap_max: u32,
+}
+
+impl End {
+    /// Before the first value, which is 0.
+    const NONE: Self = Self {
+        outer: 0.0,
+        outer_count: 0,
+        next: f32::NEG_INFINITY,
+        next_count: 0,
+        latest: 0,
+        run: 0,
+        run_max: 0,
+        gap_max: 0,
+    };
+
+    fn add(&mut self, frame: u32, value: f32) {
+        if value < self.next {
+            return;
         }
-        if value <= self.min {
-            if value < self.min {
-                (self.min, self.at_min) = (value, 0);
-            }
-            self.at_min += 1;
+        if value > self.outer {
+            (self.next, self.next_count) = (self.outer, self.outer_count);
+            (self.outer, self.outer_count) = (value, 1);
+            (self.run, self.run_max) = (1, 1);
+            (self.latest, self.gap_max) = (frame, frame);
+        } else if value == self.outer {
+            self.outer_count += 1;
+            let gap = frame - self.latest;
+            self.run = if gap == 1 { self.run + 1 } else { 1 };
+            self.run_max = self.run_max.max(self.run);
+            (self.latest, self.gap_max) = (frame, self.gap_max.max(gap));
+        } else if value > self.next {
+            (self.next, self.next_count) = (value, 1);
+        } else {
+            self.next_count += 1;
         }
     }
 
-    fn is_clipped(&self, frames: u32) -> bool {
-        self.at_max.max(self.at_min) as f32 > CLIPPED_SHARE * frames as f32
+    /// Frames at the end beyond those that a sine may have there.
+    fn clipped(&self) -> f32 {
+        (self.outer_count as f32 - AT_END * self.next_count as f32).max(0.0)
     }
 }
 
@@ -74,7 +163,7 @@ impl Statistics {
     #[inline(never)]
     pub fn collect(span: &mut FrameSpan) -> Result<Self, Overwritten> {
         let wanted = span.channels()?;
-        let (mut sums, mut frames) = ([Sums::default(); CHANNELS_MAX], 0);
+        let (mut sums, mut frames) = ([Sums::NONE; CHANNELS_MAX], 0);
         let (mut sum_u, mut sum_uu) = (0.0, 0.0);
         let domain = *span.domain();
         let used = (u16::BITS - wanted.leading_zeros()) as usize;
@@ -84,7 +173,7 @@ impl Statistics {
                 if frames == 0 {
                     sums.first = *value;
                 }
-                sums.add(u, *value);
+                sums.add(frames, u, *value);
             }
             frames += 1;
             sum_u += u;
@@ -98,19 +187,22 @@ impl Statistics {
             level: [0.0; CHANNELS_MAX],
             slope: [0.0; CHANNELS_MAX],
             scale: [1.0; CHANNELS_MAX],
+            clipped: [0.0; CHANNELS_MAX],
+            stay: false,
         };
         let n = frames.max(1) as f32;
         let (mean_u, spread) = (
             sum_u / n,
             (sum_uu - sum_u * sum_u / n).max(f32::MIN_POSITIVE),
         );
-        let (mut clear, mut is_exact, mut ranges) = (true, true, [1.0; CHANNELS_MAX]);
-        for _ in 0..2 {
+        let (mut is_exact, mut ranges) = (true, [1.0; CHANNELS_MAX]);
+        for are_all in [false, true] {
             for (c, sums) in sums.iter().enumerate() {
-                let is_used = wanted >> c & 1 == 1 && sums.max > sums.min;
-                if !is_used || clear && sums.is_clipped(frames) {
+                let is_used = wanted >> c & 1 == 1 && sums.range() > 0.0;
+                if !is_used || !are_all && sums.is_left_out(frames) {
                     continue;
                 }
+                statistics.stay |= sums.stays(frames);
                 let k = statistics.width.min(CHANNELS_MAX - 1);
                 let slope = (sums.sum_u - mean_u * sums.sum) / spread;
                 statistics.order[k] = c as u8;
@@ -121,13 +213,13 @@ impl Statistics {
                 let variance = square - mean * mean - slope * slope * spread / n;
                 is_exact &= variance > LEFT_MIN * square;
                 statistics.scale[k] = crate::sqrt(variance.max(0.0));
-                ranges[k] = 0.5 * (sums.max - sums.min);
+                statistics.clipped[k] = (sums.highest.clipped() + sums.lowest.clipped()) / n;
+                ranges[k] = 0.5 * sums.range();
                 statistics.width += 1;
             }
             if statistics.width > 0 {
                 break;
             }
-            clear = false;
         }
         if !is_exact {
             statistics.scale = ranges;
@@ -175,6 +267,7 @@ impl Statistics {
                 // Rounding error of large sums.
                 self.level[place] = self.level[k] + self.scale[k] * levels[k] / n;
                 self.slope[place] = self.slope[k];
+                self.clipped[place] = self.clipped[k];
                 self.scale[place] = scale;
                 width += 1;
             }
