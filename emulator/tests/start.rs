@@ -7,7 +7,7 @@ use hal_mock::{Constant, Repeated, Sliding, SlidingScene};
 use ridgetone_emulator::{Board, ProcessorFault, Start};
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause};
 use ridgetone_proto::fault::FaultKind;
-use ridgetone_proto::telemetry::Status;
+use ridgetone_proto::telemetry::{Event, Status};
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
@@ -155,6 +155,20 @@ fn an_internal_oscillator_that_is_off_stretches_the_time_stamps() {
     }
 }
 
+/// Fails unless there are estimates, each with the clock fault and none `good` or `unsteady`.
+#[track_caller]
+fn assert_all_doubted(events: &[Event], board: Board) {
+    let found = estimates(events);
+    assert!(found.len() > 3, "{board:?}: {} estimates", found.len());
+    for one in &found {
+        let is_flagged = one.status != Status::Good && one.status != Status::Unsteady;
+        assert!(
+            is_flagged && one.faults.has(FaultKind::Clock),
+            "{board:?}: {one:?}"
+        );
+    }
+}
+
 /// Neither the own ADC, which has the same clock as the time stamps, nor 0.4 % of an ADS1258 shows in
 /// the rate of the frames.
 #[test]
@@ -170,15 +184,7 @@ fn no_estimate_is_good_on_an_internal_oscillator() {
         let scene = SlidingScene::new(Sliding::default()).expect("a scene");
         let mut run = Run::new(board, scene, start);
         run.run_s(7.0);
-        let found = estimates(&run.events);
-        assert!(found.len() > 3, "{board:?}: {} estimates", found.len());
-        for one in &found {
-            let is_flagged = one.status != Status::Good && one.status != Status::Unsteady;
-            assert!(
-                is_flagged && one.faults.has(FaultKind::Clock),
-                "{board:?}, {hsi_ppm}: {one:?}"
-            );
-        }
+        assert_all_doubted(&run.events, board);
         // One episode, which never ends.
         let faults: Vec<_> = run.events.iter().filter_map(fault_of).collect();
         assert!(
@@ -218,15 +224,7 @@ fn a_crystal_that_stops_within_a_slide_is_reported_and_no_estimate_is_good_after
         let record = boot.record.expect("a record");
         assert_eq!(record.death, Death::Oscillator, "{board:?}");
         run.run_s(9.0);
-        let found = estimates(&run.events[seen..]);
-        assert!(found.len() > 3, "{board:?}: {} estimates", found.len());
-        for one in &found {
-            let is_flagged = one.status != Status::Good && one.status != Status::Unsteady;
-            assert!(
-                is_flagged && one.faults.has(FaultKind::Clock),
-                "{board:?}: {one:?}"
-            );
-        }
+        assert_all_doubted(&run.events[seen..], board);
         assert_eq!(run.emulator.resets().len(), 1, "{board:?}");
         run.assert_rules();
     }

@@ -28,8 +28,8 @@ const LATE_FRAMES: u32 = 180;
 const WINDOW_FRAMES_MIN: u32 = 24;
 /// Default window, seconds, where the plan allows it: the paper's longest.
 const WINDOW_S: f32 = 1.0;
-/// How long a fit of four harmonics takes with all that interrupts it at the chip's fastest, and a
-/// tenth more, seconds: any fit, for each frame, and for each value in it
+/// Duration of a full search with four harmonics and with all that interrupts it at the chip's highest
+/// rate, plus a tenth, seconds: a constant part, a part for each frame, and one for each value in it
 /// (`docs/results/trade.md`).
 const FIT_S: f32 = 0.06;
 const FIT_FRAME_S: f32 = 0.3e-3;
@@ -349,8 +349,8 @@ impl Plan {
         (window_s, self.default_stride(window_s))
     }
 
-    /// The stride of a window unless another is set, seconds: a quarter of the window, or what a
-    /// fit takes if that is longer, in whole hundredths.
+    /// The stride of a window unless another is set, seconds: a quarter of the window, or the duration
+    /// of a full search if that is longer, in whole hundredths.
     pub const fn default_stride(&self, window_s: f32) -> f32 {
         let values = FIT_VALUE_S * self.channels() as f32;
         let fit_s = FIT_S + self.frames_in(window_s) as f32 * (FIT_FRAME_S + values);
