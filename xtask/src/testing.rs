@@ -74,7 +74,7 @@ pub fn short() -> Result<()> {
 
 /// Builds all tests, and runs those that need neither an image nor a tool.
 fn on_this_pc() -> Result<()> {
-    run(&mut test("")).context("tests on this PC")
+    run(&mut test("--no-fail-fast")).context("tests on this PC")
 }
 
 /// Takes the pictures of the page that the documents show.
