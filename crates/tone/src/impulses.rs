@@ -1,6 +1,6 @@
-//! Impulses: single outliers. In a least-squares fit one of twenty standard deviations weighs as
-//! much as four hundred other values, so impulses are replaced by the model and the window is
-//! fitted again.
+//! Impulses: single outliers. In a least-squares fit an outlier of twenty standard deviations
+//! weighs as much as four hundred other values, so impulses are replaced by the model and the
+//! window is fitted again.
 //!
 //! One step of a redescending estimator: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2nd
 //! edition, 2009), section 4.8.

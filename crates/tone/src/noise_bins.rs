@@ -458,8 +458,8 @@ impl NoiseBins {
     }
 }
 
-/// Cosine and sine of a line, of unit variance after projecting out a model: their products with
-/// the channels. None if the model explains too much of them.
+/// Products with the channels of a line's cosine and sine, of unit variance after projecting out a
+/// model. `None` if the model explains too much of either.
 pub fn line(blocks: &Blocks, model: ProjectedModel, number: usize) -> Option<[Values; 2]> {
     let sums = Sums::new(blocks, 0, number + model.shape.lines.max());
     let line = TurnedLine::new(blocks, model, &sums, number);

@@ -147,7 +147,7 @@ mod tests {
         };
         let waves = totals.waves.as_flattened_mut();
         waves.iter_mut().for_each(|x| *x = next());
-        // A sine of nothing is nothing.
+        // The sine of zero is zero.
         totals.waves[0][1] = 0.0;
         let baselines = totals.baselines.as_flattened_mut().as_flattened_mut();
         baselines.iter_mut().for_each(|x| *x = next());
