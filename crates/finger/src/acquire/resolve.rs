@@ -1,4 +1,4 @@
-//! Which of two or three reads of a conversion is right.
+//! Majority decision between two or three reads of a conversion.
 
 use crate::converter::{Sample, Tag};
 
@@ -7,7 +7,7 @@ use crate::converter::{Sample, Tag};
 pub enum Resolved {
     /// A conversion, read twice alike.
     Found(Sample),
-    /// A conversion that two reads agree on, a third does not, or of which only NEW is wrong.
+    /// A conversion on which two of three reads agree, or in which only NEW is wrong.
     Mended(Sample),
     /// The conversion after the one whose edge is served: it ended between the first read and the
     /// second.
@@ -59,7 +59,7 @@ pub fn resolve(
     } else if !agreed.tag.is_new() && latest.is_some_and(|latest| is_same(latest, agreed)) {
         Resolved::RepeatedGarbled
     } else if !is_first && agreed.tag.is_new() && agreed.tag.0 & Tag::NEW_AND_ID != next {
-        // It was new at the second read, so there was another one before.
+        // New at the second read, so the first read was of an earlier conversion.
         Resolved::Later(agreed)
     } else {
         Resolved::Mended(as_new(agreed))
@@ -71,8 +71,8 @@ fn is_same(one: Sample, other: Sample) -> bool {
     one.code == other.code && (one.tag.0 ^ other.tag.0) & !Tag::NEW == 0
 }
 
-/// Nothing but ones, or nothing but zeros, whatever NEW is: id 1Fh is unused, and 00h is
-/// not of the scan.
+/// True for nothing but ones or nothing but zeros, whatever NEW is: id 1Fh is unused, and 00h is
+/// not in the scan.
 fn is_dead(read: Sample) -> bool {
     matches!((read.tag.0 & !Tag::NEW, read.code), (0x7f, -1) | (0, 0))
 }
