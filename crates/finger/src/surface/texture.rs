@@ -1,5 +1,5 @@
-//! What is under the finger, from its estimates: a texture is reported once a touch, and again when
-//! it has changed.
+//! Texture under the finger, from its estimates: reported once a touch, and again when it has
+//! changed.
 
 use crate::window::Window;
 use ridgetone_proto::telemetry::{Estimate, Image, Overtones, Status, Texture, TravelStatus};
@@ -18,7 +18,7 @@ struct Measured {
 /// The latest texture that was reported.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TextureReporter {
-    /// First frame of its touch; `None` if the next texture is reported anyway.
+    /// First frame of the texture's touch; `None` if the next texture is reported anyway.
     touch_first: Option<u32>,
     /// Period and power, each with its standard deviation.
     latest: [Measured; 2],
@@ -41,9 +41,9 @@ impl TextureReporter {
         self.touch_first = None;
     }
 
-    /// The texture that a window's estimate has found, if it is to be reported: the first one since
-    /// a touch began, and one that differs from that by more than three standard deviations of the
-    /// difference, in its period or in its power. Another plan begins another touch.
+    /// Texture found by a window's estimate, if it is to be reported: the first one since a touch
+    /// began, or one that differs from the latest reported one by more than three standard
+    /// deviations of the difference, in period or power. Another plan begins another touch.
     pub fn take(
         &mut self,
         estimate: &Estimate,
@@ -109,7 +109,7 @@ fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Optio
     is_known.then_some(texture)
 }
 
-/// Mean level of the alive taxels of a static image, volts; NaN without any.
+/// Mean level of the working taxels of a pressure map, volts; NaN without any.
 pub fn image_level_v(image: &Image) -> f32 {
     let sum: f32 = image.taxels.iter().map(|taxel| taxel.level_v).sum();
     sum / image.taxels.len() as f32

@@ -30,7 +30,7 @@ impl At {
 #[derive(Debug, Default)]
 pub struct CommandExecutor {
     latest: Option<Reply>,
-    /// The board resets as soon as the line is silent.
+    /// True if the board resets as soon as the line is silent.
     pub(super) restarting: bool,
 }
 
@@ -43,9 +43,9 @@ impl CommandExecutor {
         }
     }
 
-    /// Decides a command, and stores settings that are to be kept. Gives the reply, and the command
-    /// for [`Self::carry_out`] unless it is refused. While the finger is touched no page is erased:
-    /// that stops the processor for a second.
+    /// Decides a command, and stores settings that are to be kept. Returns the reply, and the
+    /// command for [`Self::carry_out`] unless it is refused. No page is erased while the finger is
+    /// touched: that stops the processor for a second.
     pub fn decide(
         &mut self,
         request: Request,
@@ -87,7 +87,7 @@ impl CommandExecutor {
         (Some(command).filter(|_| is_in_force), reply)
     }
 
-    /// Lets a command take effect. The windows that were due before it must have been fitted.
+    /// Carries out a command. The windows that were due before it must have been fitted.
     pub fn carry_out(
         &mut self,
         command: &Command,

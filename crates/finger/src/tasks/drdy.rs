@@ -10,7 +10,7 @@ use heapless::spsc::Producer;
 
 /// DRDY's pin and its interrupt.
 pub trait DrdyPin {
-    /// Clears the interrupt. `None` if DRDY has not fallen since the latest call, else whether it
+    /// Clears the interrupt. `None` if DRDY has not fallen since the latest call, else true if it
     /// is low: there is data to read.
     fn acknowledge(&mut self) -> Option<bool>;
 
@@ -18,10 +18,10 @@ pub trait DrdyPin {
     /// wrapping.
     fn edge_us(&self) -> u32;
 
-    /// No more interrupts until [`Self::unmute`].
+    /// Disables interrupts until [`Self::unmute`].
     fn mute(&mut self);
 
-    /// Edges from now on raise interrupts again. Edges before are ignored.
+    /// Enables interrupts for edges from now on. Earlier edges are ignored.
     fn unmute(&mut self);
 }
 
@@ -31,7 +31,7 @@ pub struct Drdy<'a, C, PIN> {
     pub acquisition: Acquisition<C>,
     /// DRDY.
     pub pin: PIN,
-    /// To `detect`.
+    /// Queue to `detect`.
     pub samples: Producer<'a, TimedConversion>,
     /// Number of the request for the plan in force.
     request: u32,
@@ -140,7 +140,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             }
         }
         shared.liveness.acquired.bump();
-        // A frame is there only when its scan is over: in between `detect` would start in vain.
+        // A frame is complete only when its scan is over: before that `detect` would start in vain.
         if !is_midway {
             P::pend(shared, Task::Detect);
         }
@@ -170,7 +170,8 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             acquisition.change(next, shared.platform.now_us(), diagnostics, wait);
             pin.unmute();
         } else if is_health_due {
-            // As behind the readings.
+            // As after the readings: the set-up that follows would hide a register that has
+            // changed.
             let _ = acquisition.watch(shared.platform.now_us(), diagnostics, wait);
             let _ = acquisition.read_health(diagnostics, wait);
             pin.unmute();

@@ -26,9 +26,9 @@ pub fn receive<P: Platform>(inbox: &mut RequestInbox, received: Received, shared
     }
 }
 
-/// Takes what has arrived, up to the end of a request: the bytes behind it stay in the receiver until `fit`
-/// has taken that. Runs in the task `report`, which neither a fit nor a write to the flash delays.
-/// The receiver is looked at also while nothing is taken: its interrupt would come again at once.
+/// Takes what has arrived, up to the end of a request: later bytes stay in the receiver until `fit`
+/// has taken the request. Runs in the task `report`, which neither a fit nor a write to the flash
+/// delays. The receiver is served even if nothing is taken: its interrupt would come again at once.
 pub fn receive_all<P: Platform>(
     receiver: &mut impl Receiver,
     inbox: &mut impl Mutex<T = RequestInbox>,
@@ -74,7 +74,7 @@ pub trait SerialPort {
     /// Sends a byte. Its interrupt comes when the next byte can be taken.
     fn send(&mut self, byte: u8);
 
-    /// There is nothing to send: no more interrupts of the transmitter until the next byte.
+    /// Disables interrupts of the transmitter until the next byte: there is nothing to send.
     fn stop_transmitting(&mut self);
 }
 

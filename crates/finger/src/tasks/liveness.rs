@@ -29,7 +29,7 @@ impl Progress {
         Self(AtomicU32::new(0))
     }
 
-    /// One step more.
+    /// Counts one step.
     pub fn bump(&self) {
         self.0.store(self.get().wrapping_add(1), Relaxed);
     }
@@ -46,9 +46,9 @@ pub struct Liveness {
     pub acquired: Progress,
     /// Runs of `detect` that emptied its queue.
     pub detected: Progress,
-    /// Windows given to the fit.
+    /// Windows passed to the fit.
     pub fits_due: Progress,
-    /// Windows that it is done with, with any result.
+    /// Windows that the fit has finished, with any result.
     pub fits_done: Progress,
 }
 
