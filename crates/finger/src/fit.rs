@@ -136,7 +136,7 @@ impl Fitted {
 }
 
 /// The frames of a window.
-// Inlined: its stack frame would be under a fit, the deepest use of the stack.
+// Inlined, or its stack frame would be under a fit, the deepest use of the stack.
 #[inline(always)]
 fn span<'s>(
     window: &Window,
@@ -291,7 +291,7 @@ mod tests {
         let mut fit = Fit::without_tone(Status::TooShort, 241);
         (fit.status, fit.frequency) = (Status::Good, 0.04);
         let mut tracker = Tracker::new();
-        // Whether the tone was expected, and whether the window is searched afterwards.
+        // True if the tone was expected; and true if the window is searched afterwards.
         let mut next = |window: &Window, fit: &Fit| {
             let was_expected = tracker.expected(window).is_some();
             tracker.keep(window, fit, was_expected);
@@ -310,7 +310,7 @@ mod tests {
             seen.map(|(_, due)| due),
             [false, false, false, false, true, false, false, false, true]
         );
-        // Neither in another slide, nor in a whole one.
+        // Not expected in another slide, nor in a whole one.
         let other = Window {
             slide_first: 500,
             ..window

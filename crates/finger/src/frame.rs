@@ -229,8 +229,8 @@ impl FrameClock {
         self.span_us = scan.span_us();
     }
 
-    /// Time from `t_us` to the last conversion of the latest frame, microseconds: the minimum delay
-    /// of a report of that time.
+    /// Time from `t_us` to the last conversion of the latest frame, microseconds: the delay of an
+    /// event that is reported now.
     pub fn since_us(&self, t_us: u64) -> u32 {
         let passed_us = self
             .latest

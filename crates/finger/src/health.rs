@@ -54,7 +54,7 @@ impl HealthReporter {
         }
     }
 
-    /// Goes on with another plan after the frame `latest`.
+    /// Continues with another plan after frame `number`.
     pub fn change(&mut self, plan: &Plan, number: u32, t_us: u64) {
         let Self {
             health_frames,

@@ -392,7 +392,7 @@ mod tests {
         ring.restart(70);
         assert!(ring.frame(70, &mut [0.0; TAXELS]).is_none() && ring.oldest() == 70);
         (0..16).for_each(|n| ring.push(&[n as f32; TAXELS], 1, n));
-        // In one piece: what a window's sums round to does not depend on what was there before.
+        // In one piece: the rounding of a window's sums does not depend on earlier contents.
         assert_eq!(
             ring.read(70, 16, |values, _| (values.len(), values[15][0])),
             Some((16, 15.0))
@@ -409,7 +409,7 @@ mod tests {
 
     /// Against the times at which the conversions ended, in f64: three of four are served late, by
     /// up to half a period of `single`, and the two crystals differ; or none is late, and the
-    /// chip's clock is off by as much as is not a fault.
+    /// chip's clock is off by less than a fault.
     #[test]
     fn late_times_do_not_change_the_time_between_two_frames() {
         for plan in [Plan::SINGLE, Plan::VIBRATION, Plan::HAND, Plan::PAPER] {
@@ -431,8 +431,8 @@ mod tests {
                         + f64::from(until.1 - from.1) * 1e-3;
                     max_us = max_us.max((passed_us - 600.0 * period_us).abs());
                 }
-                // The counter's microsecond, and what the clock is off by: over one row, and over
-                // eight if some are late.
+                // The counter's microsecond, and the clock's error: over one row, and over eight if
+                // some are late.
                 let rows_us = f64::from(plan.frames_a_row() as u32)
                     * period_us
                     * [1.0, 8.0][lateness as usize];
@@ -442,8 +442,8 @@ mod tests {
         }
     }
 
-    /// Each of any number of taxels, around the ring's end and the wrap of the numbers, against a
-    /// list of what was written.
+    /// Various sets of taxels, around the ring's end and the wrap of the numbers, against a list of
+    /// what was written.
     #[test]
     fn frames_that_share_rows_are_as_they_were_written() {
         for inputs in [0x8001u16, 0x0412, 0x001f, 0x0100, 0x01ff] {
@@ -456,7 +456,7 @@ mod tests {
             let number = |n: u32| first.wrapping_add(n);
             let value = |n: u32, c: usize| (inputs >> c & 1) as f32 * (n * 16 + c as u32) as f32;
             let values = |n: u32| -> Values { core::array::from_fn(|c| value(n, c)) };
-            // Every 37th frame is missing, and the first taxel of every 11th bad.
+            // Every 37th frame is missing, and the first taxel of every 11th is bad.
             let valid = |n: u32| match n {
                 n if n % 37 == 0 => 0,
                 n if n % 11 == 0 => inputs & (inputs - 1),

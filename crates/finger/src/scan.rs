@@ -174,7 +174,7 @@ mod tests {
     use ads1258::Channel;
     use ridgetone_proto::plan::Converters;
 
-    /// The driver has the same order of its own.
+    /// The driver has its own implementation of the same order.
     #[test]
     fn the_next_channel_is_the_driver_s() {
         for (name, plan) in Plan::usual(Converters::ADS1258) {

@@ -33,7 +33,7 @@ pub const fn rows(lines: usize, points: usize) -> usize {
     }
 }
 
-/// Minimum fraction of a function left by those before it: below this, errors of rotated blocks
+/// Minimum fraction of a function left by the functions before it: below, errors of rotated blocks
 /// dominate.
 const LEFT_MIN: f32 = 1e-3;
 

@@ -46,7 +46,7 @@ impl Covariance {
 
 impl Samples {
     /// Shrinks the covariance, and replaces the samples' products (on and below the diagonal) by
-    /// its inverse; `all` are variances over all frames.
+    /// the inverse covariance; `all` are variances over all frames.
     #[inline(never)]
     pub fn invert(&self, products: &mut Square<CHANNELS_MAX>, all: Option<&Values>) -> Covariance {
         let c = self.width.min(CHANNELS_MAX);

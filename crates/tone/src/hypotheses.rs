@@ -1,4 +1,4 @@
-//! Tests of a tone, each a normal deviate by one formula.
+//! Tests of a tone, each a normal deviate from one formula.
 
 use crate::blocks::{Blocks, Pass};
 use crate::covariance::power;
@@ -302,8 +302,8 @@ impl<'t> Tested<'t> {
     }
 
     /// Normal deviate of the lines at half and at three halves of the fundamental over their local
-    /// noise, in the residuals of the comb: a comb of half the frequency. The solution must have
-    /// projections; if the tone is modulated it must be solved.
+    /// noise, in the residuals of the comb: evidence of a comb at half the frequency. The solution
+    /// must have projections; if the tone is modulated it must be solved.
     #[inline(never)]
     pub fn between(
         &self,

@@ -291,7 +291,7 @@ impl<'m> Lean<'m> {
 enum Part {
     /// Explains the window better.
     Likelier(Peak),
-    /// Explains the window nearly as well; its cycles per window.
+    /// Explains the window nearly as well; cycles per window.
     Close(f32),
 }
 

@@ -362,8 +362,8 @@ impl NoiseBins {
         self.distance(member) < NEAR_CYCLES
     }
 
-    /// Normal deviate of the power near the lines over that further away, for so many independent
-    /// channels; zero if there is nothing to compare.
+    /// Normal deviate of the power near the lines over the power further away, for `channels`
+    /// independent channels; zero if there is nothing to compare.
     pub fn near_over_far(&self, channels: f32) -> f32 {
         let [mut near, mut far] = [Sum::default(); 2];
         for member in self.members() {

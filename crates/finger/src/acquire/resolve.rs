@@ -96,8 +96,8 @@ mod tests {
         })
     }
 
-    /// After AIN0 (id 8) AIN1 (9) is expected. What is read first, again, and if needed a third
-    /// time.
+    /// Resolves a first, a second and, if needed, a third read; AIN1 (id 9) is expected after AIN0
+    /// (8).
     fn resolved(reads: [(u8, i32); 3]) -> Resolved {
         let [first, again, third] = reads.map(|(status, code)| read(status, code));
         resolve(read(0x88, 7), 0x89, [first, again], || third)
@@ -126,7 +126,7 @@ mod tests {
         let good = read(0x89, 5).unwrap();
         assert_eq!(resolved([(0x09, 5), (0x09, 5), NONE]), Mended(good));
         assert_eq!(resolved([(0x89, 5), (0x89, 5), NONE]), Mended(good));
-        // Not the next of the scan: it may be anything.
+        // Not the next id of the scan: it may be anything.
         assert_eq!(resolved([(0x0a, 5), (0x0a, 5), NONE]), Garbled);
     }
 
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(resolved([(0x08, 7), (0x08, 7), NONE]), Repeated);
         assert_eq!(resolved([(0x88, 7), (0x88, 7), NONE]), Repeated);
         assert_eq!(resolved([(0x08, 6), (0x08, 7), (0x08, 7)]), RepeatedGarbled);
-        // A whole scan later the same channel may have the same code.
+        // A channel may have the same code a whole scan later.
         assert_eq!(
             resolved([(0x88, 7), (0x08, 7), NONE]),
             Found(read(0x88, 7).unwrap())

@@ -95,7 +95,8 @@ mod tests {
 
     const END_US: u64 = 10_000_000;
 
-    /// A good estimate of a window of a second, after a fault some frames before its begin.
+    /// A good estimate of a window of a second, after a fault some frames before the window's
+    /// start.
     fn after_fault(kind: FaultKind, frames_before: f32) -> Estimate {
         let plan = Plan::PAPER;
         let frame_rate_hz = plan.frame_rate_hz();

@@ -219,14 +219,15 @@ mod tests {
         assert!(near(texture.power_sigma_v2, sigma_v2) < 1e-5, "{texture:?}");
         let others = (texture.plan, texture.level_v, texture.overtones);
         assert_eq!(others, (Plan::PAPER, Some(0.25), OVERTONES));
-        // 4.24 of them are 9.7e-4 of the power, and half of that of the amplitude.
+        // 4.24 standard deviations are 9.7e-4 of the power, and half of that of the amplitude.
         let mut reporter = TextureReporter::new();
         for (by, expected) in [(1.0, true), (1.0004, false), (1.0006, true)] {
             let scaled = with(|e| e.channels.iter_mut().for_each(|c| c.amplitude_v *= by));
             let is_taken = reporter.take(&scaled, &OVERTONES, &TOUCH).is_some();
             assert_eq!(is_taken, expected, "{by}");
         }
-        // Missing frames say nothing: with a quarter of them sigma is twice as large.
+        // Missing frames carry no information: with a quarter of the frames sigma is twice as
+        // large.
         let texture = first(&with(|estimate| estimate.frames_missing = 241 - 60), &TOUCH);
         assert!(
             near(texture.power_sigma_v2, 2.0 * sigma_v2) < 0.005,
@@ -253,7 +254,7 @@ mod tests {
         for status in [NoTone, Doubtful, Ambiguous, TooShort, Nothing] {
             assert_takes(false, |estimate| estimate.status = status);
         }
-        // No speed is known, and the phases do not find it.
+        // No speed is known, and the phases do not show one.
         assert_takes(false, |estimate| estimate.travel = Travel::NONE);
         for (status, expected) in [
             (TravelStatus::Given, true),

@@ -143,7 +143,7 @@ mod tests {
     use std::boxed::Box;
     use std::vec;
 
-    /// Keeps settings in memory. When it is full, it refuses in a touch.
+    /// Keeps settings in memory. When full, it refuses during a touch.
     #[derive(Default)]
     struct Kept {
         settings: Option<Settings>,
@@ -232,7 +232,7 @@ mod tests {
         Command::Set { settings, keep }
     }
 
-    /// What another converter runs, and a rate that the registers do not give.
+    /// A plan of another converter, and a rate that the registers do not give.
     #[test]
     fn a_plan_that_the_converter_cannot_run_is_refused_with_what_it_can() {
         let mut board = Board::new();
@@ -305,7 +305,7 @@ mod tests {
             (board.store.settings, board.greeted[0].settings),
             (None, OTHERS)
         );
-        // A number that is repeated: nothing happens twice.
+        // A repeated number: nothing happens twice.
         for _ in 0..2 {
             assert_eq!(board.execute(2, set(OTHERS, true), false), Outcome::Done);
             assert_eq!(board.store.settings, Some(OTHERS));

@@ -82,7 +82,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             match next {
                 acquire::Drdy::Listen | acquire::Drdy::Midway => {}
                 acquire::Drdy::Watch => check.store(true, Relaxed),
-                // Otherwise once more: the scan goes on.
+                // No safe moment: the health readings are scanned once more.
                 acquire::Drdy::HealthRead if !acquisition.can_begin(platform.now_us()) => {}
                 acquire::Drdy::HealthRead => {
                     // The set-up that follows would hide a register that has changed.
@@ -109,8 +109,8 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                 }
                 let begins_anew = acquisition.watch(platform.now_us(), diagnostics, wait);
                 if begins_anew || edge == Some(true) {
-                    // Right behind a conversion the next one does not end during the check. On the
-                    // register model an edge that is kept shows the same conversion again.
+                    // Right after a conversion the next one does not end during the check. On the
+                    // register model an edge that is kept would show the same conversion again.
                     pin.unmute();
                     break;
                 }

@@ -145,8 +145,8 @@ pub fn fit<P: Platform>(
     outcome
 }
 
-/// The ring behind its lock: `detect` waits no longer than one read takes. A whole slide that is due
-/// ends the fit of a window: its own frames would be gone before.
+/// The ring behind its lock: `detect` waits no longer than one read takes. A whole slide that is
+/// due ends the fit of a window, or the slide's frames would be gone.
 struct Locked<'w, 'q, M> {
     ring: M,
     span: Span,

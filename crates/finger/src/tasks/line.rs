@@ -133,7 +133,7 @@ mod tests {
         }
     }
 
-    /// Gives what it holds, in order.
+    /// Returns its items in order.
     struct Held(std::vec::IntoIter<Received>);
 
     impl Receiver for Held {
@@ -168,10 +168,11 @@ mod tests {
         let request = &wire[..used];
         let shared = Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER);
         let mut inbox = RequestInbox::new();
-        // Bytes, bytes lost after them, and then: a whole request, fits pended, bytes overrun.
+        // Bytes, and number of bytes lost after them; expected: a whole request, fits pended, bytes
+        // overrun.
         for (bytes, lost, expected) in [
             (request, None, (true, 1, 0)),
-            // The first byte of the next one is lost, and the one after it is whole.
+            // The first byte of the next request is lost, and the request after that is whole.
             (request, Some(1), (true, 2, 1)),
             (&request[1..], None, (false, 2, 1)),
             (request, None, (true, 3, 1)),
@@ -185,7 +186,7 @@ mod tests {
             let mut held = Held(held.into_iter());
             receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let is_whole = inbox.take().is_some();
-            // Bytes that waited behind the request.
+            // Bytes that waited after the request.
             receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let overrun = shared.diagnostics.bytes_overrun.get();
             assert_eq!((is_whole, shared.platform.0.get(), overrun), expected);

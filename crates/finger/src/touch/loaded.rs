@@ -14,8 +14,8 @@ use ridgetone_tone::Values;
 
 /// Frames after the first touch within which a contact is at its load: 33 ms.
 const EARLY_FRAMES: u32 = 8;
-/// Frames after which little is left of a spike: 100 ms; and those that show whether the levels
-/// move on after it.
+/// Frames after which little is left of a spike: 100 ms; and end of the frames that show if the
+/// levels move on after it.
 const LATE_FRAMES: (u32, u32) = (24, 48);
 /// Approximate number of frames to examine: more would take too long.
 const LOOKED_AT: u32 = 40;

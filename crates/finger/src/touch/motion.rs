@@ -39,9 +39,9 @@ const FAINT_FRACTION: f32 = 0.2;
 const BESIDE: f32 = 5.0;
 /// An average above this is motion. The averages are of the comparison within blocks, of that
 /// together with the comparison with the block before, and of the short one. An average has a ninth
-/// of a block's variance, more where neighbours share frames. The limit is the mean and four and a
-/// half standard deviations: a slide needs many such blocks. Averages find what is too weak for one
-/// block, above all a tone near 60 Hz: a mean of four frames has none of it.
+/// of a block's variance, more where adjacent blocks share frames. The limit is the mean plus four
+/// and a half standard deviations: a slide needs many such blocks. Averages find what is too weak
+/// for one block, above all a tone near 60 Hz, which a mean of four frames hides.
 const FAINT: [Limit; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)];
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its
 /// standard deviations of 5.7. A day has 5 million blocks.

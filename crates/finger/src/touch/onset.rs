@@ -275,7 +275,7 @@ impl Frames<'_> {
     }
 
     /// The first of the frames up to `last` that have gone most of the way from one level to
-    /// another along the load. What a skin creeps back after the load is less.
+    /// another along the load. The creep of a skin after the load is less.
     pub fn fall(&self, from: &Values, to: &Values, last: u32) -> u32 {
         let (max, mut buffer) = (FALL_FRACTION * along(self.pull, from, to), [0.0; TAXELS]);
         for back in 0..=SEARCH_FRAMES {

@@ -23,11 +23,11 @@ const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;
 const SLOW_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONG_BLOCKS;
 /// Blocks with any changes, also in the longest comparison, after which a motion is a slide.
 const LONGEST_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONGEST_BLOCKS;
-/// Blocks after which four times what is typical, in an average with a fraction of 0.2 for each, is
-/// less than 1.3 times: 4 to 1 + 3 x 0.8^n.
+/// Blocks after which an average with a fraction of 0.2 per block has fallen from four times the
+/// typical value to less than 1.3 times: 1 + 3 x 0.8^n.
 const FADED_BLOCKS: u32 = 11;
-/// Blocks from the one in which a slide is last known to have moved to the mean of four that shows
-/// where the taxels were soon after it: a slow tone in noise may go on for one of them unnoticed.
+/// Blocks from the last one in which a slide is known to have moved to the mean of four that shows
+/// the level soon after it: a slow tone in noise may go on for one of them unnoticed.
 const SOON_BLOCKS: u32 = 2;
 /// Frames by which a slide may end before the last motion taken for sure: the remainder in an
 /// average shows too.
