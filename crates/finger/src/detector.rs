@@ -104,9 +104,9 @@ impl Detector {
         })
     }
 
-    /// Adds faults that are present from the start and stay; `board_us` is now. On the processor's
-    /// internal oscillator all times are off by up to a few percent, and if the oscillator also
-    /// clocks the converter, no measurement on the board can show it.
+    /// Adds faults that last from the start; `board_us` is now. On the processor's internal
+    /// oscillator all times are off by up to a few percent, and if it also clocks the converter, no
+    /// measurement on the board shows that.
     pub fn add_standing_faults(&self, board_us: u32, diagnostics: &Diagnostics) {
         if self.boot.oscillator == Oscillator::Internal {
             diagnostics.faults.stand(FaultKind::Clock, board_us);

@@ -213,7 +213,6 @@ pub(crate) struct FrameClock {
 }
 
 impl FrameClock {
-    /// A clock before the first frame.
     pub const fn new(scan: &Scan) -> Self {
         Self {
             latest: (0, 0),

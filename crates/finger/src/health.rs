@@ -22,7 +22,7 @@ const SILENT_CHECKS: u8 = 2;
 /// Time without a conversion that counts as silence, microseconds: by default a hundred frames.
 const SILENCE_US: u32 = 400_000;
 
-/// Decides when `health` and the greeting are due, and checks the frame rate.
+/// Schedules `health` and checks the frame rate.
 #[derive(Clone, Debug)]
 pub struct HealthReporter {
     /// Frames from one `health` to the next: one second.
@@ -41,7 +41,6 @@ pub struct HealthReporter {
 }
 
 impl HealthReporter {
-    /// A reporter before the first frame.
     pub const fn new(plan: &Plan) -> Self {
         let (health_frames, rate_frames) = (plan.frame_rate_hz() as u32, plan.frames_in(RATE_S));
         Self {

@@ -81,7 +81,6 @@ pub(crate) struct WindowScheduler {
 }
 
 impl WindowScheduler {
-    /// A scheduler before the first frame.
     pub const fn new(settings: &Settings) -> Self {
         let mut scheduler = Self {
             reference: [0.0; TAXELS],
@@ -199,8 +198,8 @@ impl WindowScheduler {
         let late = until.wrapping_sub(self.next_end);
         let is_latest_alone = self.averaged > 1 || self.tracks;
         if is_latest_alone && reached(until, self.next_end) && late >= self.stride_frames {
-            // Windows or their strides are short compared with the time in which a slide shows: of
-            // the windows that fall due at once only the latest counts.
+            // Windows or their strides are short compared with the time in which a slide shows:
+            // only the latest of the windows that are due counts.
             self.next_end = until.wrapping_sub(late % self.stride_frames.max(1));
         }
         while reached(until, self.next_end) {

@@ -153,7 +153,6 @@ impl Blocks {
         }
     }
 
-    /// End of a block.
     fn end(&self, b: usize) -> f32 {
         self.ends[b % BLOCKS_MAX]
     }
@@ -234,7 +233,6 @@ impl Blocks {
         }
     }
 
-    /// Number of blocks.
     pub fn count(&self) -> usize {
         self.count.min(BLOCKS_MAX)
     }
@@ -245,7 +243,6 @@ impl Blocks {
         0.5 * (start + self.end(b))
     }
 
-    /// The lines of the pass.
     pub fn lines(&self) -> Lines {
         self.lines
     }

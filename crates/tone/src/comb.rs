@@ -1,4 +1,4 @@
-//! Harmonic combs: which harmonics of a candidate are there, and how likely the comb is.
+//! Harmonic combs: lines and likelihood of a candidate.
 
 use crate::blocks::Blocks;
 use crate::covariance::Samples;
@@ -14,7 +14,7 @@ use crate::workspace::Workspace;
 /// Minimum number of functions of noise bins for a covariance.
 const NOISE_BINS_MIN: usize = 4;
 
-/// A refined candidate: harmonics of one fundamental.
+/// A refined candidate.
 #[derive(Clone, Copy, Debug)]
 pub struct Comb {
     /// Log likelihood less the penalty of the Bayesian information criterion.

@@ -34,11 +34,11 @@ pub const CYCLES_ONE: f32 = 2.0;
 const FOLLOWED: f32 = 0.2;
 /// Power of another line, as a fraction of the tone's, that counts as a second tone.
 const SECOND_TONE: f32 = 0.125;
-/// Maximum RMS change of the amplitude, as a fraction of the amplitude.
+/// Maximum RMS change of the amplitude, as a fraction.
 const FADING: f32 = 0.7;
 /// Maximum relative sigma of a frequency.
 pub const SIGMA_MAX: f32 = 0.1;
-/// Inflation of sigma for a variance from few samples, times the degrees of freedom.
+/// Relative inflation of sigma, times the degrees of freedom.
 const FEW_SAMPLES: f32 = 1.2;
 
 /// The mean frequency, in cycles per window.
@@ -203,7 +203,7 @@ pub fn movement(
     };
     let mut phase = followed.phase();
     phase[0] = 0.0;
-    // Mean squares over the window of the slope of the phase, and of the noise in that slope.
+    // Mean squares of the slope of the phase, and of the noise in the slope.
     let (mut square, mut noise) = (0.0, 0.0);
     const PLACES: usize = 32;
     for i in 0..PLACES {
@@ -215,8 +215,7 @@ pub fn movement(
     }
     let unit = PI * mean.cycles;
     let wander = crate::sqrt((square - noise).max(0.0)) / unit;
-    // The least-squares slope of the frequency by `u` is three times the sum of the even
-    // coefficients.
+    // Least-squares slope of the frequency by `u`: three times the even coefficients.
     let even = core::array::from_fn(|i| if i % 2 == 1 { 1.0 } else { 0.0 });
     let chirp = 3.0 * phase.iter().zip(&even).map(|(x, w)| x * w).sum::<f32>() / PI;
     let chirp_sigma = 3.0 * crate::sqrt(variance(&even)) / PI;
@@ -229,7 +228,7 @@ pub fn movement(
     }
 }
 
-/// A frequency that competes with the reported one.
+/// A competing frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading {
     /// Cycles per window.

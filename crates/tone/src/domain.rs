@@ -14,9 +14,9 @@ pub enum Domain<'a> {
     Position {
         /// Position of a frame by its number.
         position: &'a dyn Fn(u32) -> f32,
-        /// Middle of the range of positions.
+        /// Middle of the range.
         centre: f32,
-        /// Half of the range of positions, plus half a frame.
+        /// Half of the range, plus half a frame.
         half: f32,
         /// Path length, reversals included, relative to the range; at least 1.
         travel: f32,

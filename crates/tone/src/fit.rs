@@ -87,7 +87,7 @@ pub struct Tests {
     pub beside_share: f32,
     /// Phase that is not followed, RMS, radians.
     pub unfollowed: f32,
-    /// Change of the amplitude, RMS, as a fraction of the amplitude.
+    /// RMS change of the amplitude, as a fraction.
     pub fading: f32,
     /// Cycles in the window.
     pub cycles: f32,
@@ -113,7 +113,7 @@ pub struct Fit {
     /// ([`crate::FrameSpan::with_frame_rate`]), else cycles per frame; along a path, cycles per
     /// unit of position. Zero if there is no tone.
     pub frequency: f32,
-    /// Standard deviation of `frequency`, in the unit of `frequency`.
+    /// Standard deviation of `frequency`, in its unit.
     pub sigma: f32,
     /// Frequency modulation.
     pub movement: Movement,

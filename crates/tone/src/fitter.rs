@@ -30,7 +30,7 @@ use crate::workspace::Workspace;
 const ATTEMPTS: usize = 3;
 /// Maximum number of corrections for delays.
 const LATE_FITS: usize = 3;
-/// Maximum divisor of a peak's frequency to try as a fundamental, given as many harmonics.
+/// Maximum divisor of a peak's frequency to try, given as many harmonics.
 const DIVISORS: usize = 3;
 /// Minimum number of cycles of a candidate.
 const CYCLES_MIN: f32 = 0.45;
@@ -56,7 +56,7 @@ impl Default for Fitter {
 }
 
 impl Fitter {
-    /// A fitter of all zeros, so that a static fitter takes no flash.
+    /// A fitter of all zeros, so that a static takes no flash.
     pub const fn new() -> Self {
         Self {
             impulses: Impulses::new(),
@@ -68,7 +68,7 @@ impl Fitter {
     /// Fits all usable channels of a span.
     ///
     /// # Errors
-    /// If frames of the span were overwritten before they were read.
+    /// If frames were overwritten before they were read.
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
         if Lean::takes(span, scene) {
@@ -87,7 +87,7 @@ impl Fitter {
     /// white noise at a steady speed; and once the residuals disagree with the fit's noise.
     ///
     /// # Errors
-    /// If frames of the span were overwritten before they were read.
+    /// If frames were overwritten before they were read.
     pub fn follow(&mut self, span: &mut FrameSpan) -> Result<Option<Tracked>, Overwritten> {
         Loop::new(self.loop_rows()).follow(span)
     }
@@ -129,7 +129,7 @@ impl Fitter {
     /// Fits all usable channels of a span along a path, and corrects the delay of each channel.
     ///
     /// # Errors
-    /// If frames of the span were overwritten before they were read.
+    /// If frames were overwritten before they were read.
     pub fn fit_delayed(
         &mut self,
         span: &mut FrameSpan,
@@ -301,8 +301,7 @@ struct Memory<'m> {
     correction: Option<Correction<'m>>,
 }
 
-/// Correction for delays. A function pointer, so that firmware without delays does not link the
-/// function.
+/// Correction for delays, as a pointer, so that firmware without delays does not link the function.
 #[derive(Clone, Copy)]
 struct Correction<'c> {
     delays: &'c Delays,
@@ -477,8 +476,8 @@ impl<'w> Window<'w, '_, '_> {
             let mut steps = Steps::of_comb(best.shape);
             steps.shape.degree = other;
             if other != degree {
-                // The first other degree is the lowest, so its bound covers all. Below
-                // `CYCLES_CURVED`, lines may be left out in the presence of a baseline.
+                // The lowest other degree bounds all. Below `CYCLES_CURVED`, a baseline may take
+                // the place of lines.
                 if !are_bounded
                     && cycles >= CYCLES_CURVED
                     && refinement.bound(blocks, workspace, max, &steps.shape) <= best.score
@@ -590,7 +589,7 @@ impl<'w> Window<'w, '_, '_> {
         })
     }
 
-    /// Verdict on a followed tone; `None` if its mean frequency is not positive or not finite.
+    /// Verdict on a followed tone; `None` unless its mean frequency is positive and finite.
     #[inline(never)]
     fn judge(
         &mut self,
@@ -697,7 +696,7 @@ impl<'w> Window<'w, '_, '_> {
     }
 
     /// Log likelihood of the residuals of a tone and its modulation, channel by channel, less the
-    /// penalty of the Bayesian information criterion. The solution must be solved.
+    /// Bayesian penalty. The solution must be solved.
     #[inline(never)]
     fn score(&mut self, memory: &mut Memory, tested: &Tested) -> f32 {
         let model = tested.model(&memory.workspace.solution);
@@ -810,7 +809,7 @@ fn strongest(tested: &Tested) -> [usize; 2] {
     numbers
 }
 
-/// Change of the amplitude, RMS over the window, as a fraction of the amplitude.
+/// RMS change of the amplitude over the window, as a fraction.
 fn fading(followed: &Followed) -> f32 {
     const PLACES: usize = 32;
     let motion = followed.motion();

@@ -1,4 +1,4 @@
-//! Frames of a window, and what is known about them in advance.
+//! Frames of a window, and prior knowledge.
 
 use crate::domain::Domain;
 use crate::limits::CHANNELS_MAX;
@@ -8,7 +8,7 @@ use core::ops::Range;
 /// Maximum number of frames per read, which limits how long a source is locked.
 pub const READ_FRAMES: usize = 16;
 
-/// Consecutive frames of a source, and what is known about them in advance.
+/// Consecutive frames of a source, and prior knowledge.
 pub struct FrameSpan<'a> {
     source: &'a mut dyn FrameSource,
     first: u32,
@@ -92,8 +92,7 @@ impl<'a> FrameSpan<'a> {
         &self.domain
     }
 
-    /// Number of frames that cycles per window refer to: all frames, or along a path those that
-    /// cover its range once at the mean speed.
+    /// Frames per window, or along a path per pass over its range at the mean speed.
     pub(crate) fn effective_frames(&self) -> f32 {
         match self.domain {
             Domain::Time { .. } => self.frames as f32,

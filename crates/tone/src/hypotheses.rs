@@ -56,7 +56,7 @@ pub struct Other {
     pub own_cycles: f32,
 }
 
-/// Noise bins to fill in, and the inverse covariance of the noise.
+/// Noise bins to fill in, and inverse noise covariance.
 pub struct Noise<'n> {
     /// Noise bins.
     pub noise_bins: &'n mut NoiseBins,
@@ -74,13 +74,13 @@ pub struct Tested<'t> {
     pub followed: &'t Followed,
     /// Power of each line over the noise next to the lines.
     pub powers: [Power; HARMONICS_MAX],
-    /// Power of each line over the variances of each channel's noise, without correlations.
+    /// Power of each line over each channel's noise variance.
     plains: [f32; HARMONICS_MAX],
     /// Power of the tone in units of the residuals' variances.
     power: f32,
     /// Power of the tone in units of the channels' variances.
     plain: f32,
-    /// Line with most of the power in units of the channels' variances.
+    /// Loudest line, in units of the channels' variances.
     pub loudest: usize,
     /// Mask of the channels in which the tone is significant alone.
     pub with_tone: u16,
@@ -301,9 +301,9 @@ impl<'t> Tested<'t> {
         }
     }
 
-    /// Normal deviate of the lines at half and at three halves of the fundamental over their local
-    /// noise, in the residuals of the comb: evidence of a comb at half the frequency. The solution
-    /// must have projections; if the tone is modulated it must be solved.
+    /// Normal deviate of the lines at half and three halves of the fundamental over their local
+    /// noise, in the residuals: evidence of a comb at half the frequency. The solution must be
+    /// projected; if the tone is modulated, solved.
     #[inline(never)]
     pub fn between(
         &self,

@@ -58,7 +58,6 @@ impl Impulses {
         }
     }
 
-    /// Removes all outliers.
     pub fn clear(&mut self) {
         self.count = 0;
     }

@@ -1,7 +1,7 @@
 //! Multiplexing delays and an input low-pass, in fits along a path: each channel is sampled at its
-//! own position, and harmonics are shifted and attenuated where the speed is high. At the mean
-//! speed that is a constant phase and gain, which stays in the fitted waves; deviations from the
-//! mean speed are corrected by subtracting their effect, computed from the fitted waves.
+//! own position, and harmonics are shifted and attenuated at high speed. At the mean speed that is
+//! a constant phase and gain, which stays in the waves; the effect of deviations from the mean
+//! speed is computed from the waves and subtracted.
 
 mod find;
 
@@ -14,8 +14,8 @@ use crate::source::Values;
 use crate::trajectory::Trajectory;
 use core::f32::consts::PI;
 
-/// Delays of the channels, for fits along a path. In time, or at the mean speed, a delay is a
-/// constant phase, which stays in the result.
+/// Delays of the channels along a path. In time, or at the mean speed, a delay is a constant phase,
+/// which stays in the result.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Delays {
     /// Delay of each channel behind its frame's position, frames, at most one; negative if earlier.

@@ -128,7 +128,7 @@ impl<'m> Lean<'m> {
         }
     }
 
-    /// Number of harmonics of a frequency below half the frame rate; at least the fundamental.
+    /// Number of harmonics below half the frame rate, at least 1.
     fn lines(span: &FrameSpan, cycles: f32, harmonics: usize) -> usize {
         let max = 0.5 * (span.frames as f32 - 1.0);
         (1..=harmonics.min(LINES))

@@ -12,13 +12,13 @@ pub const DEGREE_MAX: usize = 4;
 pub const UNKNOWNS_MAX: usize = DEGREE_MAX + 1 + 2 * HARMONICS_MAX;
 /// Maximum number of blocks of a window.
 pub const BLOCKS_MAX: usize = 16;
-/// Total number of lines of all blocks on the chip; with a fifth harmonic there are fewer blocks.
+/// Lines of all blocks on the chip; with five harmonics there are fewer blocks.
 #[cfg(any(test, not(feature = "long-windows")))]
 pub const BLOCK_LINES_CHIP: usize = BLOCKS_MAX * (HARMONICS_MAX - 1);
-/// Total number of lines of all blocks.
+/// Lines of all blocks.
 #[cfg(not(feature = "long-windows"))]
 pub const BLOCK_LINES: usize = BLOCK_LINES_CHIP;
-/// Total number of lines of all blocks.
+/// Lines of all blocks.
 #[cfg(feature = "long-windows")]
 pub const BLOCK_LINES: usize = BLOCKS_MAX * HARMONICS_MAX;
 /// Degrees of phase and amplitude that are tested beyond the fitted ones.

@@ -13,7 +13,6 @@ impl Lines {
         (1..=max).fold(Self::NONE, Self::with)
     }
 
-    /// Adds a line.
     pub fn with(self, number: usize) -> Self {
         Self(self.0 | 1 << (number & 15))
     }
@@ -34,7 +33,6 @@ impl Lines {
         })
     }
 
-    /// Number of lines.
     pub fn count(self) -> usize {
         self.0.count_ones() as usize
     }

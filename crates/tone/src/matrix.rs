@@ -20,8 +20,7 @@ impl<'a, const N: usize> Factor<'a, N> {
         Self::with_pivots(a, n, PIVOT_MIN)
     }
 
-    /// Factors in place, and leaves out unknowns whose pivot is below a fraction `min` of the
-    /// diagonal.
+    /// Factors in place, without unknowns whose pivot is below a fraction `min` of the diagonal.
     pub fn with_pivots(a: &'a mut Square<N>, n: usize, min: f32) -> Self {
         let n = n.min(N);
         for i in 0..n {

@@ -40,8 +40,8 @@ const SAMPLES_PER_DEGREE: usize = 4;
 /// collected again.
 pub const TWIST_MAX: f32 = 0.1;
 
-/// A tone with its modulation and the noise next to the lines; its solution, the covariance of the
-/// modulation and the noise weights are in the [`Workspace`].
+/// A tone with its modulation and local noise; its solution, the modulation's covariance and the
+/// noise weights are in the [`Workspace`].
 #[derive(Clone, Debug)]
 pub struct Followed {
     /// Phase of the fundamental.
@@ -66,7 +66,7 @@ pub struct Followed {
     pub weights: [f32; HARMONICS_MAX],
     /// Number of functions of noise bins; of frames, in white noise.
     pub count: f32,
-    /// Effective number: functions of equal weight with the same information.
+    /// Effective number: functions of equal weight.
     pub effective: f32,
     /// True if residual modulation is subtracted from the noise: at first, and if significant.
     pub moves: bool,

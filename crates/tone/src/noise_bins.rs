@@ -66,7 +66,7 @@ pub struct LineFrequencies {
     pub band: usize,
 }
 
-/// Noise bins next to the lines, of unit variance in white noise.
+/// Noise bins, of unit variance in white noise.
 #[derive(Debug)]
 pub struct NoiseBins {
     members: [Member; NOISE_BINS_MAX],
@@ -332,7 +332,6 @@ impl NoiseBins {
         }
     }
 
-    /// Removes all functions.
     pub fn clear(&mut self) {
         (self.count, self.nearest) = (0, 0.0);
     }
@@ -381,7 +380,6 @@ impl NoiseBins {
         deviate(over, near.count * channels, far.count * channels)
     }
 
-    /// The functions.
     pub fn members(&self) -> &[Member] {
         self.members.get(..self.count).unwrap_or_default()
     }

@@ -69,9 +69,9 @@ pub struct Normal {
 struct Weighted {
     /// Products of the lines' weighted coefficients with those of all unknowns.
     fitted: OfModel,
-    /// Products of the channels with the derivative by the phase, in each block.
+    /// Channels times the derivative by the phase, per block.
     phases: [f32; BLOCKS_MAX],
-    /// Products of the channels with the derivative by the amplitude, in each block.
+    /// Channels times the derivative by the amplitude, per block.
     amplitudes: [f32; BLOCKS_MAX],
 }
 

@@ -16,7 +16,7 @@ use crate::workspace::Workspace;
 
 /// Maximum number of steps of a comb at a time.
 const STEPS: usize = 2;
-/// Damping added to the information, as a fraction of the information.
+/// Damping, as a fraction of the information.
 const DAMPING: f32 = 1e-6;
 /// Minimum number of cycles of the unit line.
 const CYCLES_MIN: f32 = 0.4;

@@ -33,7 +33,7 @@ pub struct Spectrum<'m> {
     cos: &'m mut [f32],
     sin: &'m mut [f32],
     both: &'m mut [f32],
-    /// Number of pieces (points) of the window.
+    /// Pieces of the window.
     count: f32,
     /// Pieces that are transformed.
     transformed: Range<usize>,
@@ -147,7 +147,6 @@ impl<'m> Spectrum<'m> {
         }
     }
 
-    /// Number of bins.
     pub fn bins(&self) -> usize {
         self.cos.len()
     }
@@ -189,8 +188,8 @@ impl<'m> Spectrum<'m> {
         self.bins() - 1
     }
 
-    /// Squares of the channels' products with orthonormal cosine and sine after projecting out
-    /// level and slope, and their cross product; zeros if a bin is too low for a line.
+    /// Squares and cross product of the channels' products with orthonormal cosine and sine, after
+    /// projecting out level and slope; zeros if a bin is too low.
     pub fn line(&self, bin: usize) -> [f32; 3] {
         let [cos, sin, both] = [&*self.cos, &*self.sin, &*self.both].map(|sums| entry(sums, bin));
         let Some(Geometry { c, s, even, odd }) = self.geometry(bin) else {
@@ -245,7 +244,7 @@ struct Geometry {
     s: f32,
     /// Energy of the centred cosine after projecting out level and slope.
     even: f32,
-    /// Energy of the centred sine after projecting out level and slope.
+    /// Energy of the centred sine after projecting out the slope.
     odd: f32,
 }
 

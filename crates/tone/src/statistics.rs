@@ -298,13 +298,13 @@ pub struct Products {
     pub count: f32,
     /// True if products between channels are summed.
     pub may_share: bool,
-    /// Frame that waits to be added together with the next.
+    /// Frame that waits for a second one.
     pending: Option<Values>,
 }
 
 impl Products {
-    /// Empty products: between channels if these may share noise, else of each channel with itself
-    /// alone. Values are rounded to multiples of `step`.
+    /// Empty products, between channels if these may share noise; values are rounded to multiples
+    /// of `step`.
     pub fn new(statistics: &Statistics, step: f32, may_share: bool) -> Self {
         Self {
             matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],

@@ -12,7 +12,7 @@ use crate::solve::Shape;
 /// Multiples of the unit line whose sums are kept.
 pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
 
-/// Maximum number of functions of the lines: cosine and sine of each.
+/// Functions of all lines: cosine and sine of each.
 pub const LINE_FUNCTIONS: usize = 2 * HARMONICS_MAX;
 /// Products of functions of the lines.
 pub type OfLines = Square<LINE_FUNCTIONS>;

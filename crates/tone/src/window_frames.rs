@@ -53,7 +53,7 @@ impl Units {
         groups
     }
 
-    /// Centres and scales the values of the group.
+    /// Centres and scales values.
     #[inline(always)]
     fn change(&self, u: f32, values: &Values) -> [f32; 4] {
         core::array::from_fn(|k| {

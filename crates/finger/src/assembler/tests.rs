@@ -159,8 +159,8 @@ fn the_ends_of_the_scale_are_not_good() {
     assert_eq!(good, !0b11);
 }
 
-/// Number of conversions counted as lost, and number of the last frame, in a scan of one slot like
-/// that of the plan `single`; `late` is the count of each conversion, and its delay in conversions.
+/// Conversions lost, and number of the last frame, in a scan of one slot like that of `single`;
+/// `late` has the count of each conversion and its delay in conversions.
 fn of_one_slot(plan: &Plan, code: i32, late: &[(u32, f64)]) -> (u32, u32) {
     let conversion_us = plan.conversion_ns() as f64 / 1000.0;
     let mut assembler = Assembler::new(4.096, plan);

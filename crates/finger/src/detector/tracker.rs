@@ -17,7 +17,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
 use ridgetone_tone::Values;
 
-/// State of touch detection and window scheduling.
+/// Takes frames to events and windows.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     pub contact: ContactDetector,

@@ -31,7 +31,7 @@ const UNSURE_CONVERSIONS: u32 = 10_000;
 /// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to
 /// 5.25 V).
 const SUPPLY: RangeInclusive<i32> = codes(4.75, 5.25);
-/// Maximum deviation of the reference from the setting, as a fraction.
+/// Maximum relative deviation of the reference from the setting.
 const REFERENCE_TOLERANCE: f32 = 0.02;
 
 /// Range of volts in the codes of the chip's supply and reference readings.

@@ -7,8 +7,7 @@ use crate::window::Window;
 use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::telemetry::{Estimate, Status, Track, Travel};
 
-/// Maximum deviation of the window's frame rate from the nominal one, as a fraction: no crystal is
-/// that far off.
+/// Maximum relative deviation of the window's frame rate: no crystal is that far off.
 const RATE_TOLERANCE: f32 = 0.005;
 
 /// Margin before the window, frames.

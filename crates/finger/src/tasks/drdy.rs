@@ -85,7 +85,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                 // No safe moment: the health readings are scanned once more.
                 acquire::Drdy::HealthRead if !acquisition.can_begin(platform.now_us()) => {}
                 acquire::Drdy::HealthRead => {
-                    // The set-up that follows would hide a register that has changed.
+                    // The set-up would hide a changed register.
                     let _ = acquisition.watch(platform.now_us(), diagnostics, wait);
                     acquisition.read_inputs(diagnostics, wait);
                     pin.unmute();
@@ -170,8 +170,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             acquisition.change(next, shared.platform.now_us(), diagnostics, wait);
             pin.unmute();
         } else if is_health_due {
-            // As after the readings: the set-up that follows would hide a register that has
-            // changed.
+            // The set-up would hide a changed register.
             let _ = acquisition.watch(shared.platform.now_us(), diagnostics, wait);
             let _ = acquisition.read_health(diagnostics, wait);
             pin.unmute();

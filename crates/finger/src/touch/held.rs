@@ -13,8 +13,8 @@ use ridgetone_tone::Values;
 pub const HELD_BACK: usize = 2;
 /// Minimum number of blocks for a pressure map: 0.1 s.
 const BLOCKS_MIN: u32 = 6;
-/// Squared fraction of the way from idle to the held level below which a level is back at idle:
-/// about a third of the way.
+/// Squared fraction of the way from idle to the held level below which a level is at idle: about a
+/// third.
 pub const BACK_AT_IDLE: f32 = 0.1;
 /// Squared fraction of the way beyond which a level is a load: a half. Less is a skin on its way
 /// back.
@@ -69,7 +69,6 @@ impl HeldLevel {
         );
     }
 
-    /// Number of frames in the mean.
     pub const fn frames(&self) -> u32 {
         self.blocks * BLOCK_FRAMES
     }

@@ -53,8 +53,8 @@ const JUMPING: Limit = limit(8.0, 282.0);
 /// multiple.
 const OVER_TYPICAL: f32 = 4.0;
 const FAINT_OVER_TYPICAL: f32 = 1.3;
-/// Excess of the squares of averaged frames about their means that is motion, in standard
-/// deviations; and of an average of these squares, whose standard deviation is a third.
+/// Excess of the squares of averaged frames that is motion, in standard deviations; and that of an
+/// average of these squares, whose standard deviation is a third.
 const SWINGING: f32 = 8.0;
 const SWINGING_FAINT: f32 = 1.5;
 /// Fraction of the greatest long comparison below which a later one is the creep of the skin after

@@ -117,7 +117,7 @@ impl Moving {
         self.quick < SLIDE_BLOCKS && self.faint < FAINT_SLIDE_BLOCKS
     }
 
-    /// True if the motion has lasted long enough for a slide.
+    /// True if the motion has lasted long enough.
     pub const fn is_slide(&self) -> bool {
         !self.is_slow() || self.any >= SLOW_SLIDE_BLOCKS || self.longest >= LONGEST_SLIDE_BLOCKS
     }

@@ -12,7 +12,7 @@ use crate::trajectory::Trajectory;
 use crate::window_frames::WindowFrames;
 use crate::workspace::Workspace;
 
-/// Maximum deviation from the declared frequency, as a fraction of that frequency.
+/// Maximum relative deviation from the declared frequency.
 const OFF: f32 = 0.02;
 /// Minimum half-width of the search around the declared frequency, cycles per window.
 const OFF_CYCLES: f32 = 0.75;

@@ -45,8 +45,8 @@ impl Late {
         Some(late)
     }
 
-    /// Computes the effect of the delays from the latest solution; later visits subtract it from
-    /// the frames. Returns false, and corrects nothing, if the effect is below the noise.
+    /// Computes the effect of the delays from the latest solution; later visits subtract it. False,
+    /// without a correction, if the effect is below the noise.
     #[inline(never)]
     pub fn take_out(
         window: &mut WindowFrames,

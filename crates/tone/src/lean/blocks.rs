@@ -68,7 +68,6 @@ pub struct Blocks<'m> {
     run: Run,
 }
 
-/// A pass over the frames.
 #[derive(Clone, Copy, Debug)]
 pub struct Pass {
     /// Frequency of the first line, cycles per window.
@@ -217,7 +216,6 @@ struct Run {
 }
 
 impl Run {
-    /// Starts a window.
     fn start(&mut self, frames: usize, cycles: f32, lines: usize) {
         let frames = frames as f32;
         self.lines = lines;
@@ -229,7 +227,6 @@ impl Run {
         self.u_step = 2.0 / frames;
     }
 
-    /// `u` at a frame.
     fn u(&self, frame: f32) -> f32 {
         (frame + 0.5) * self.u_step - 1.0
     }
@@ -266,7 +263,7 @@ impl Run {
         }
     }
 
-    /// Computes the waves of some frames, and adds up their sums; `M` is twice `L`.
+    /// Waves of some frames, added to a block's sums; `M` is twice `L`.
     #[inline(never)]
     fn turn_lines<const L: usize, const M: usize>(
         &mut self,

@@ -54,8 +54,7 @@ const PARTS: [(f32, usize); 7] = [
     (3.0 / 4.0, 4),
 ];
 
-/// Maximum distance of a line in [`PARTS`] from the tested one, cycles per block: it rotates within
-/// a block.
+/// Maximum distance of a [`PARTS`] line, cycles per block: the line rotates within a block.
 const PART_MAX: f32 = 0.8;
 
 /// Rows of residuals: levels, followed by cosine and sine of a line if there are few blocks.

@@ -201,7 +201,6 @@ impl<'m> Loop<'m> {
         Self { rows }
     }
 
-    /// Ends the loop.
     pub fn end(&mut self) {
         self.rows[ROWS - 1] = [0.0; CHANNELS_MAX];
     }

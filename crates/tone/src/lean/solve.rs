@@ -2,9 +2,8 @@
 //!
 //! Each channel has a level, a slope, and a cosine and a sine of each line. The derivative by the
 //! frequency is a combination of further functions: cosines and sines times `u`, taken as constant
-//! within a block. The components of these that are orthogonal to the first functions give the step
-//! of all channels at once (variable projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal.
-//! 10 (1973) 413).
+//! in a block. Their components orthogonal to the first functions give the step of all channels at
+//! once (variable projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 
 use super::blocks::{BLOCKS, Block, Blocks, LINES, WAVES};
 use super::reference::Reference;
@@ -227,8 +226,8 @@ impl Solution {
         self.gain = score * self.step;
     }
 
-    /// Solves at the best of some starting points, cycles from the blocks' frequency: the one with
-    /// the smallest residuals after its step.
+    /// Solves at the best of some starts, cycles from the blocks' frequency: the one with the
+    /// smallest residuals after a step.
     #[inline(never)]
     pub fn start(&mut self, blocks: &Blocks, reference: &Reference, starts: &[f32]) {
         let mut best = (f32::INFINITY, 0.0);

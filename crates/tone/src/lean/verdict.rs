@@ -93,7 +93,6 @@ impl Line {
 }
 
 impl Verdict<'_> {
-    /// Result of the fit.
     pub fn fit(&self, span: &FrameSpan, blocks: &Blocks) -> Fit {
         let solution = self.solution;
         let mut fit = Fit::without_tone(Status::NoTone, blocks.frames() as u32);
