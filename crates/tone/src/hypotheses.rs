@@ -168,7 +168,7 @@ impl<'t> Tested<'t> {
         for number in lines.iter() {
             tests.line = tests.line.max(self.over_loudest(noise_bins, number));
         }
-        // A cosine and a sine are all that two channels can have, whatever they see.
+        // Two channels have no more than a cosine and a sine, whatever the signal.
         tests.one_shape =
             self.width <= 2 || strongest.second < width + 4.0 * crate::sqrt(2.0 * width);
         let mut own = Sum::default();

@@ -37,11 +37,11 @@ impl<C: Converter> Acquisition<C> {
         self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
     }
 
-    /// True if another scan can begin now and lose no conversion: the next one is far off, or none
-    /// is likely soon. An edge's time is that of a conversion's end, but not soon after an
-    /// unexpected edge: a conversion may have ended while that one was served. No scan begins while
-    /// DRDY is muted: the next conversion of this scan shows how many were lost. After 4,000
-    /// refusals in a row the answer is yes.
+    /// True if another scan can begin now without losing a conversion: the next one is far off, or
+    /// none is likely soon. An edge is dated at a conversion's end, except soon after an unexpected
+    /// edge, during whose service a conversion may have ended. No scan begins while DRDY is muted:
+    /// the next conversion of this scan shows how many were lost. After 4,000 refusals in a row the
+    /// answer is yes.
     pub fn can_begin(&mut self, now_us: u32) -> bool {
         let period_us = edge_ns(&self.plan) / 1000;
         let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;

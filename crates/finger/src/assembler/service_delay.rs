@@ -1,9 +1,9 @@
 //! Delay of the conversions of a scan with one slot.
 //!
-//! Their ids are all the same, so only time shows a loss. A conversion that is read late hides a
-//! loss behind it: the time to the next one is too short. But a conversion is late by less than the
-//! time of one, because the next one takes its place, and no conversion is early. So the least late
-//! ones are on time, and the others are measured from them.
+//! All ids are the same, so only time shows a loss. A conversion that is read late hides a loss
+//! after it: the time to the next one is too short. But a conversion is late by less than the time
+//! of one, because the next one takes its place, and no conversion is early. So the least late
+//! conversions are on time, and the others are measured from them.
 
 use ridgetone_proto::division::divide;
 

@@ -91,7 +91,7 @@ impl Averaging {
         self.us(self.frame_ticks() + scan_ticks - 2 * SAMPLE_TICKS) / 2
     }
 
-    /// One input's share of a frame, microseconds, rounded down, at least 1.
+    /// Fraction of a frame's time for one input, microseconds, rounded down, at least 1.
     pub const fn share_us(&self) -> u32 {
         let share_us = self.us(self.scans as u32 * SAMPLE_TICKS);
         if share_us > 1 { share_us } else { 1 }

@@ -87,7 +87,7 @@ pub struct Taxels {
 }
 
 impl Taxels {
-    /// `count` taxels.
+    /// Limits for `count` taxels.
     pub const fn new(count: usize) -> Self {
         Self {
             count: count as f32,

@@ -6,9 +6,9 @@
 //! Processing: Estimation Theory" (1993), 3.11), and a second-order loop follows it (F. M. Gardner,
 //! "Phaselock Techniques" (2005), chapter 2).
 //!
-//! There are no free parameters: for fits of `N` frames the gains of phase and frequency are `6 /
-//! N` and `12 / N^2`, a natural frequency of `sqrt(12)` and a damping of `sqrt(3) / 2` over the
-//! window's length. With these gains the loop's frequency is that of the fits:
+//! No parameter is free: for fits of `N` frames the gains of phase and frequency are `6 / N` and
+//! `12 / N^2`, a natural frequency of `sqrt(12)` and a damping of `sqrt(3) / 2` over the window's
+//! length. With these gains the loop's frequency is that of the fits:
 //!
 //! - White noise leaves phase and frequency with the covariances `4 / N`, `6 / N^2` and
 //!   `12 / N^3`, as a line fitted to `N` phases does at its end. So the loop has no transient.
@@ -178,8 +178,9 @@ impl State {
         // Filtering Made Easy" (1998), 1.2).
         let ratio = 2.0 * beta * beta / (alpha * (4.0 - 2.0 * alpha - beta));
         let sigma = square_root(ratio * residual / self.information) / TAU;
-        // The levels are off by the noise of a line's end, 4 / N, and turn with the phase: next to
-        // the 12 / N^3 of white noise a sine, which the loop lowers to 12 / N^2 over its frequency.
+        // The errors of the levels, with the variance 4 / N of a line's end, turn with the phase
+        // into a sine, which the loop attenuates to 12 / N^2 over its frequency. This adds to the
+        // 12 / N^3 of white noise.
         let cycles = self.frames * self.frequency;
         let levels = 48.0 / (TAU * TAU * cycles * cycles);
         let sigma = sigma.max(self.sigma) * square_root(1.0 + levels);
