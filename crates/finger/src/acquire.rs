@@ -1,18 +1,18 @@
 //! From DRDY's interrupt to the queue. The supervision of the chip is in `acquire/watch.rs`.
 //!
-//! **A conversion** ([`Acquisition::edge`]) is read twice: the chip gives the same data again, with
-//! NEW cleared (SBAS297G, read by command), so a bit error on the bus shows. Then a third read
+//! **A conversion** ([`Acquisition::edge`]) is read twice: the chip returns the same data again,
+//! with NEW cleared (SBAS297G, read by command), so a bit error on the bus shows. Then a third read
 //! decides, by whole records. A conversion that no two reads agree on is dropped. The next
-//! conversion may end between two reads: the second and third then agree on that one, and the
-//! first, read only once, is dropped. A dropped conversion leaves a gap in the ids, which
-//! [`crate::assembler`] counts. A bit error that two reads share is not detected. A plan whose
-//! conversions come too fast for that has them read once ([`Plan::is_read_twice`]), and again only
-//! where id or status is not the expected one: bit errors in a code then pass.
+//! conversion may end between two reads: the second and third read then agree on the next one, and
+//! the first, read only once, is dropped. A dropped conversion leaves a gap in the ids, which
+//! [`crate::assembler`] counts. A bit error that two reads share is not detected. With a plan too
+//! fast for two reads ([`Plan::is_read_twice`]) a conversion is read once, and again only if its id
+//! or status is not the expected one: bit errors in a code then pass.
 //!
 //! **The plan** ([`Acquisition::change`]) is written with read-back while the scan stands still. A
-//! mark in the queue ([`TimedConversion::of_plan`]) separates its conversions from those before.
-//! Where the scan has no health readings ([`Acquisition::read_health`]) they have a scan of their
-//! own, at the start and between touches.
+//! mark in the queue ([`TimedConversion::of_plan`]) separates its conversions from earlier ones. If
+//! the plan's scan has no health readings ([`Acquisition::read_health`]), these have a separate
+//! scan, at the start and between touches.
 //!
 //! **The watch** ([`Acquisition::watch`]) reads the registers back. It sets the chip up again if
 //! they changed, if no conversion comes, or if the chip did not answer before: at once the first
@@ -33,7 +33,7 @@ use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::{HealthReadings, Plan};
 use unseen::Unseen;
 
-/// Unexpected edges of DRDY, less expected ones, from which on DRDY is muted. At the default scan's
+/// Excess of unexpected over expected edges of DRDY at which DRDY is muted. At the default scan's
 /// 5064 conversions a second 256 edges take 50 ms or longer; at a microsecond each, a few
 /// milliseconds.
 const STORM_EDGES: u16 = 256;
@@ -51,16 +51,16 @@ type Samples<'a> = Producer<'a, TimedConversion>;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Drdy {
-    /// It goes on.
+    /// Keep listening.
     Listen,
-    /// Keep listening. The conversion was the expected one, and its scan is not over: nobody need
-    /// look at the queue yet.
+    /// Keep listening. The conversion was the expected one, and its scan is not over: the queue
+    /// need not be read yet.
     Midway,
     /// Keep listening, and call [`Acquisition::watch`] at once.
     Watch,
-    /// The health readings are there: the caller calls [`Acquisition::read_inputs`] at once.
+    /// The health readings are complete: call [`Acquisition::read_inputs`] at once.
     HealthRead,
-    /// The caller mutes it before it calls [`Acquisition::watch`]: a storm.
+    /// A storm: mute DRDY, then call [`Acquisition::watch`].
     Mute,
 }
 
@@ -72,9 +72,9 @@ pub struct Acquisition<C> {
     /// The order of the scan under way.
     order: Order,
     is_read_twice: bool,
-    /// The scan under way is that of the health readings.
+    /// True if the scan under way is that of the health readings.
     is_health: bool,
-    /// The plan is not in the queue yet.
+    /// True if the plan's mark is not in the queue yet.
     is_unannounced: bool,
     /// NEW and the id of the expected conversion.
     next: u8,
@@ -82,7 +82,8 @@ pub struct Acquisition<C> {
     latest: Option<Sample>,
     /// Board time of the latest conversion, or of the latest restart.
     latest_us: u32,
-    /// The latest conversion was read before its edge was served: that edge finds no new one.
+    /// True if the latest conversion was read before its edge was served, which then finds no new
+    /// one.
     early: bool,
     /// Unexpected edges less expected ones; see [`STORM_EDGES`].
     storm_count: u16,
@@ -90,7 +91,7 @@ pub struct Acquisition<C> {
     unexpected_edges: u8,
     /// Board time of the latest unexpected edge, or of the end of a storm.
     unexpected_us: u32,
-    /// Times that another scan was put off.
+    /// Number of times that another scan was put off.
     put_off: u16,
     muted: bool,
     unseen: Unseen,
@@ -144,8 +145,8 @@ impl<C: Converter> Acquisition<C> {
         self.begin_scan(diagnostics, wait)
     }
 
-    /// Puts another plan into force, which has passed [`Plan::validate`], as [`Self::set_up`] does.
-    /// The caller unmutes DRDY after it.
+    /// Switches to another plan, which has passed [`Plan::validate`], as [`Self::set_up`] does. The
+    /// caller then unmutes DRDY.
     pub fn change(
         &mut self,
         plan: Plan,
@@ -160,8 +161,8 @@ impl<C: Converter> Acquisition<C> {
         let _ = self.set_up(diagnostics, wait);
     }
 
-    /// Interrupts the plan's scan for one of the health readings, if the plan's has none. True if
-    /// it did: the caller unmutes DRDY after it.
+    /// Interrupts the plan's scan for a scan of the health readings, if the plan's scan has none.
+    /// True if interrupted: the caller then unmutes DRDY.
     pub fn read_health(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         let is_due = self.has_health_scan() && self.is_set_up && !self.is_health;
         if is_due {
@@ -170,7 +171,7 @@ impl<C: Converter> Acquisition<C> {
         is_due
     }
 
-    /// True if the converter's own readings have a scan of their own.
+    /// True if the health readings have a separate scan.
     fn has_health_scan(&self) -> bool {
         self.plan.health == HealthReadings::BetweenTouches
     }
@@ -181,13 +182,13 @@ impl<C: Converter> Acquisition<C> {
         self.converter.go_on()
     }
 
-    /// Goes on with the plan's scan after `Drdy::HealthRead`. The caller unmutes DRDY after it.
+    /// Returns to the plan's scan after `Drdy::HealthRead`. The caller then unmutes DRDY.
     pub fn read_inputs(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
         self.is_health = false;
         let _ = self.begin_scan(diagnostics, wait);
     }
 
-    /// Begins a scan. It is tried again at once: a single bit error of the bus is no reason for a
+    /// Begins a scan, with one retry at once: a single bit error of the bus is no reason for a
     /// pause.
     fn begin_scan(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         self.try_scan(diagnostics, wait) || self.try_scan(diagnostics, wait)
@@ -203,8 +204,8 @@ impl<C: Converter> Acquisition<C> {
         (self.next, self.latest, self.early) = (self.order.first(), None, false);
         let is_configured =
             self.converter.stop() && self.converter.set_up(&self.plan, scanned, wait);
-        // Also if the chip does not answer: what is read shows which wire is bad. Before START:
-        // with it high ID may read wrong.
+        // Also if the chip does not answer: the values show which wire is bad. Before START,
+        // because ID may read wrong while START is high.
         let registers = self.converter.registers();
         self.is_set_up = is_configured && self.converter.start();
         if !(self.is_health && self.is_set_up) {
@@ -295,8 +296,8 @@ impl<C: Converter> Acquisition<C> {
         }
     }
 
-    /// Counts conversions that were lost before the queue or at it. Gaps between frames show those
-    /// of the plan's own scan too, but none of the health readings.
+    /// Counts conversions that were lost before the queue or at it. Gaps between frames also show
+    /// losses from the plan's own scan, but not from the health readings.
     fn count_lost(&self, lost: u32, diagnostics: &Diagnostics) {
         let counter = if self.is_health {
             &diagnostics.unseen
@@ -306,14 +307,14 @@ impl<C: Converter> Acquisition<C> {
         counter.add(lost);
     }
 
-    /// Puts the mark of a new plan into the queue, if there is a place.
+    /// Puts the mark of a new plan into the queue, if there is room.
     fn announce(&mut self, t_us: u32, samples: &mut Samples<'_>) {
         self.is_unannounced = samples
             .enqueue(TimedConversion::of_plan(&self.plan, t_us))
             .is_err();
     }
 
-    /// Takes two reads that are not both the expected conversion.
+    /// Handles two reads that are not both the expected conversion.
     fn unexpected(
         &mut self,
         reads: Reads,
@@ -328,7 +329,7 @@ impl<C: Converter> Acquisition<C> {
         | Resolved::Mended(conversion)
         | Resolved::Later(conversion) = resolved
         {
-            // Before a later one they include the one that was read only once.
+            // Before a later conversion this includes the one that was read only once.
             self.count_lost(self.order.skipped(self.next, conversion.tag.0), diagnostics);
             self.queue(t_us, conversion, samples, diagnostics);
         }

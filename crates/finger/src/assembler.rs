@@ -18,8 +18,9 @@ use ridgetone_proto::plan::{Plan, Sampling};
 use ridgetone_proto::scan::TAXELS;
 use service_delay::ServiceDelay;
 
-/// How far from its time a conversion may be, microseconds: an interrupt may be late by so much,
-/// and by default it is 1 % of a scan. Of a fast scan it is three eighths of a conversion at most.
+/// Maximum deviation of a conversion from its time, microseconds: an interrupt may be late by so
+/// much, and by default it is 1 % of a scan. For a fast scan it is three eighths of a conversion at
+/// most.
 const JITTER_US: u32 = 50;
 /// NEW and no other flag: a conversion without a flaw.
 const FLAWLESS: u8 = Tag::NEW;
@@ -27,7 +28,7 @@ const FLAWLESS: u8 = Tag::NEW;
 /// Times of a plan that the assembler needs at every scan.
 #[derive(Clone, Copy, Debug)]
 struct Times {
-    /// How far from its time a conversion may be, microseconds.
+    /// Maximum deviation of a conversion from its time, microseconds.
     jitter_us: u32,
     /// Time from the last conversion of a scan to the first of the next, microseconds.
     step_us: u32,
@@ -56,11 +57,11 @@ impl Times {
 /// Flaws of the conversions on the slow path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Flaws {
-    /// Conversions that are missing, by the ids and by the time.
+    /// Missing conversions, by ids and by time.
     pub lost: u32,
     /// Conversions without NEW.
     pub repeated: u32,
-    /// Ids that are not of the scan, or that follow too early or too late for the gap before them.
+    /// Ids outside the scan, or that follow too early or too late for the gap before them.
     pub channel: u32,
     /// SUPPLY was set.
     pub supply: u32,
@@ -93,31 +94,32 @@ pub struct Assembler {
     flawless: [u8; SLOTS_MAX],
     /// The taxels that are converted, in their order.
     taxels: [u8; TAXELS],
-    /// The scan was interrupted for health readings: nothing is lost before its next conversion.
+    /// True if the scan was interrupted for health readings: nothing is lost before the next
+    /// conversion.
     has_paused: bool,
     buffer: Vec<TimedConversion, SLOTS_MAX>,
     /// Slot of the latest conversion that was taken.
     pub latest_slot: Option<u32>,
-    /// Set if that conversion was off its time.
+    /// Set if the latest conversion was off its time.
     off_time: Option<OffTime>,
     lateness: ServiceDelay,
-    /// Board time of that conversion, microseconds, wrapping.
+    /// Board time of the latest conversion, microseconds, wrapping.
     pub board_us: u32,
-    /// Device time of that conversion, microseconds since the first.
+    /// Device time of the latest conversion, microseconds since the first.
     pub now_us: u64,
     /// The latest frame.
     pub frame: Frame,
-    /// True if `frame` holds conversions and was not given yet.
+    /// True if `frame` holds conversions and was not passed on yet.
     is_open: bool,
     /// The latest codes of the internal readings: offset, supply, temperature, gain, reference.
     pub own: [Option<i32>; OWN],
-    /// Frames given so far. It wraps, as their numbers do, after 206 days.
+    /// Number of frames passed on. It wraps, as frame numbers do, after 206 days.
     pub frames: u32,
     /// Conversions that are missing.
     pub lost: u32,
     /// Conversions with OVF or SUPPLY, without NEW, or of a channel outside the scan.
     pub doubtful: u32,
-    /// Flaws since the detector took this.
+    /// Flaws since the detector last took them.
     pub flaws: Flaws,
 }
 
@@ -159,8 +161,8 @@ impl Assembler {
         }
     }
 
-    /// From the next conversion on the scan is that of another plan. Its frames' numbers and times
-    /// go on.
+    /// Switches to the scan of another plan from the next conversion on. Frame numbers and times go
+    /// on.
     pub fn change(&mut self, plan: &Plan) {
         self.scan = Scan::new(plan);
         self.order = Order::new(plan, Scanned::Inputs);
@@ -203,15 +205,15 @@ impl Assembler {
         }
     }
 
-    /// The signal has ended: takes what is still buffered.
+    /// Ends the signal: takes what is still buffered.
     pub fn finish(&mut self, done: &mut impl FnMut(&Frame)) {
         for timed in core::mem::take(&mut self.buffer) {
             self.take(&timed, done);
         }
     }
 
-    /// Makes a frame of the buffer if it is a scan without a flaw that follows the one before it,
-    /// in time too. If it is not: false, and only codes that belong to no frame have changed.
+    /// Makes a frame of the buffer if that is a flawless scan that follows the previous one, in
+    /// time too. Otherwise false, and only codes that belong to no frame have changed.
     pub fn try_fast_path(&mut self) -> bool {
         let Self {
             scan,
@@ -256,8 +258,7 @@ impl Assembler {
         if !is_on_time(span_us, expected_us) {
             return false;
         }
-        // Without a branch for each, and by sevens: all of them are nearly always as they should
-        // be.
+        // Without a branch per conversion, and by sevens: nearly always all are flawless.
         let mut off = 0;
         let (sevens, rest) = buffer.as_chunks::<7>();
         let (seven_statuses, rest_statuses) = flawless.as_chunks::<7>();
@@ -277,7 +278,7 @@ impl Assembler {
             return false;
         }
         let (taxels, own) = buffer.split_at((scan.channels as usize).min(buffer.len()));
-        // No frame is open here, so these codes are nobody's.
+        // No frame is open here, so these codes belong to none.
         let mut clipped = 0;
         if let Ok(taxels) = <&[TimedConversion; TAXELS]>::try_from(taxels) {
             for (place, timed) in frame.codes.iter_mut().zip(taxels) {
@@ -310,8 +311,8 @@ impl Assembler {
         true
     }
 
-    /// Takes the buffered conversions one by one. Those behind the last slot of a scan stay in the
-    /// buffer, so that the next scan can take the fast path.
+    /// Takes the buffered conversions one by one. Conversions after the last slot of a scan stay in
+    /// the buffer, so that the next scan can take the fast path.
     pub fn slow_path(&mut self, done: &mut impl FnMut(&Frame)) {
         let buffer = core::mem::take(&mut self.buffer);
         let last_id = self.order.last_id();
@@ -337,7 +338,7 @@ impl Assembler {
             if let (Some(own), true, true) =
                 (own, tag.is_new(), self.scan.slots == self.scan.channels)
             {
-                // The plan's scan was interrupted for it.
+                // The plan's scan was interrupted for this health reading.
                 if let Some(place) = self.own.get_mut(own) {
                     *place = Some(code);
                 }
@@ -414,7 +415,7 @@ impl Assembler {
         if slots == 1 {
             scans = self.lateness.steps(passed_us, conversion_ns);
         } else if passed_us > self.times.gap_us {
-            // As many whole scans more as bring the count of slots nearest to the time that passed.
+            // Adds the whole scans that bring the count of slots nearest to the time that passed.
             let by_time = divide(passed_us as u64 * 1000, conversion_ns).0 as u32;
             let by_order = match sampling {
                 Sampling::InTurn => scans * slots + slot - before,
@@ -469,7 +470,7 @@ impl Assembler {
     }
 }
 
-/// A scan's flawless statuses in their order, and its taxels.
+/// Flawless statuses of a scan in their order, and its taxels.
 const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
     let (mut statuses, mut taxels, mut status, mut slot) =
         ([0; SLOTS_MAX], [0; TAXELS], order.first(), 0);
@@ -489,9 +490,9 @@ const fn is_clipped(code: i32) -> bool {
     to_clip(code) > 0x7f_ffff
 }
 
-/// Above 7FFFFFh if a code is clipped; also for several codes, if these numbers are joined by `|`.
+/// Above 7FFFFFh if a code is clipped; the results of several codes may be joined by `|`.
 const fn to_clip(code: i32) -> u32 {
-    // What a code has between itself and zero, or minus one, and one more.
+    // Distance of a code from zero, or from minus one, plus one.
     (code ^ code >> 31) as u32 + 1
 }
 

@@ -19,11 +19,11 @@ use ridgetone_proto::settings::Settings;
 
 pub use ridgetone_proto::telemetry::REGISTERS;
 
-/// The ADS1258's configuration by default: 21 slots at 15.72864 MHz / (128 x 24.265625), which makes
+/// Default configuration of the ADS1258: 21 slots at 15.72864 MHz / (128 x 24.265625), which makes
 /// 241.14 scans a second (SBAS297G, rate formula).
 pub const SCAN: ::ads1258::Config = Ads1258Plan::PAPER.config();
 
-/// Which scan a converter runs.
+/// The scan that a converter runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scanned {
     /// The inputs of the plan, with the internal readings if the plan has them in every scan.
@@ -97,34 +97,34 @@ pub trait Converter {
     /// Name of the converter, for messages.
     const NAME: &'static str;
 
-    /// The plan that it has unless another is set.
+    /// Plan unless another is set.
     const DEFAULT_PLAN: Plan = Plan::PAPER;
 
-    /// Whether it can run a plan that has passed [`Plan::validate`]. The error names what it cannot
-    /// do, and what it can.
+    /// Checks that the converter can run a plan that has passed [`Plan::validate`]. The error names
+    /// what is not possible, and what is.
     fn check(plan: &Plan) -> Result<(), PlanError>;
 
     /// Stops the scan.
     fn stop(&mut self) -> bool;
 
     /// Resets the converter, writes the registers of a scan, which has passed [`Self::check`], and
-    /// reads them back. False if it does not hold what was written. The scan stands still.
+    /// reads them back. False if they do not hold what was written. The scan stands still.
     /// [`Scanned::Health`] comes only with a plan that has its readings between touches.
     fn set_up(&mut self, plan: &Plan, scanned: Scanned, wait: &mut impl DelayNs) -> bool;
 
     /// Starts the scan at its first channel.
     fn start(&mut self) -> bool;
 
-    /// Reads the latest sample; with `Sampling::AtOnce` the first that the edge stands for. A
-    /// second read of it gives the same with NEW cleared.
+    /// Reads the latest sample; with `Sampling::AtOnce` the first sample of the edge. A second read
+    /// returns the same sample with NEW cleared.
     fn read(&mut self) -> Option<Sample>;
 
     /// With `Sampling::AtOnce`, goes on to the next sample of the edge, which [`Self::read`] then
     /// reads. False if there is none.
     fn go_on(&mut self) -> bool;
 
-    /// By how much a sample's time is earlier than its edge, microseconds: half of the time over
-    /// which the converter averages, if that is how its edges are dated.
+    /// Delay from a sample's time to its edge, microseconds: half of the time over which the
+    /// converter averages, if its edges are dated that way.
     fn behind_us(&self) -> u32 {
         0
     }
@@ -132,11 +132,11 @@ pub trait Converter {
     /// Reads the registers back while the scan runs. False if any differs from what was written.
     fn is_as_set_up(&mut self) -> bool;
 
-    /// The registers as they are, for diagnosis; zeros behind the last.
+    /// Present registers, for diagnosis, zero-filled.
     fn registers(&mut self) -> Option<[u8; REGISTERS]>;
 
-    /// Shortest time for a sample with the registers as they are now, where they are not those that
-    /// were written: microseconds, rounded down, at least 1.
+    /// Minimum time for a sample with the present registers, if they are not those that were
+    /// written: microseconds, rounded down, at least 1.
     fn min_period_us(&mut self) -> u32;
 }
 
@@ -145,7 +145,7 @@ pub trait Converter {
 pub struct Facts {
     /// [`Converter::NAME`].
     pub name: &'static str,
-    /// The plan that it has unless another is set.
+    /// Plan unless another is set.
     pub plan: Plan,
     /// Reference unless another is set, volts.
     pub vref_v: f32,
@@ -164,8 +164,8 @@ impl Facts {
         }
     }
 
-    /// These settings, with this converter's own plan and reference instead of a plan that it
-    /// cannot run: nothing was stored, or for another converter.
+    /// The settings, with this converter's default plan and reference if it cannot run their plan:
+    /// nothing was stored, or settings for another converter.
     pub fn fitting(&self, settings: Settings) -> Settings {
         if (self.check)(&settings.plan).is_ok() {
             return settings;

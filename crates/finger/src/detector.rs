@@ -20,7 +20,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{ConverterState, Event, Hello, PROTOCOL, Raw};
 use tracker::Tracker;
 
-/// The time of an edge may be ahead of the board's clock by so much, microseconds.
+/// Maximum lead of an edge's time over the board's clock, microseconds.
 const AHEAD_US: u32 = 1000;
 
 /// Receiver of what a [`Detector`] finds.
@@ -37,10 +37,10 @@ pub struct Detector {
     settings: Settings,
     /// The board's converter.
     converter: &'static Facts,
-    /// The plan of the conversions; another one in `settings` comes with [`Self::begin`]. None while
-    /// conversions come of a plan that has been replaced.
+    /// Plan of the conversions; another plan in `settings` comes with [`Self::begin`]. `None` while
+    /// conversions of a replaced plan still come.
     plan: Option<Plan>,
-    /// True if the converter is to be reported with the next look, and how often it had changed at
+    /// True if the converter is to be reported with the next look; and the number of its changes at
     /// the latest report.
     is_converter_due: bool,
     converter_changes: u32,
@@ -51,7 +51,7 @@ pub struct Detector {
     episodes: FaultEpisodes,
     health_reporter: HealthReporter,
     /// Device time of the latest `health` in a silence of the chip, microseconds; zero without a
-    /// silence. A greeting is not older, or it would look like a restart.
+    /// silence. Greetings are not older, or they would look like a restart.
     looked_us: u64,
 }
 
@@ -79,8 +79,8 @@ impl Detector {
         }
     }
 
-    /// Before the first conversion: puts other settings in force, in place, and keeps for the greeting
-    /// where they are from and how the run began.
+    /// Applies other settings in place before the first conversion, and keeps their source and how
+    /// the run began for the greeting.
     pub fn boot(&mut self, settings: Settings, source: SettingsSource, boot: Boot) {
         let Settings { vref_v, plan, .. } = settings;
         (self.settings, self.plan) = (settings, Some(plan));
@@ -104,9 +104,9 @@ impl Detector {
         })
     }
 
-    /// Adds what is wrong from the start and stays so, `board_us` being now: on the processor's own
-    /// oscillator all times are off by up to percents, and where it also clocks the converter nothing
-    /// that the board measures can show that.
+    /// Adds faults that last from the start; `board_us` is now. On the processor's internal
+    /// oscillator all times are off by up to a few percent, and if it also clocks the converter, no
+    /// measurement on the board shows that.
     pub fn add_standing_faults(&self, board_us: u32, diagnostics: &Diagnostics) {
         if self.boot.oscillator == Oscillator::Internal {
             diagnostics.faults.stand(FaultKind::Clock, board_us);
@@ -118,7 +118,7 @@ impl Detector {
         self.converter
     }
 
-    /// The converter is reported with the next [`Self::look`], as it is if it changes.
+    /// Reports the converter with the next [`Self::look`], as after a change.
     pub const fn tell_converter(&mut self) {
         self.is_converter_due = true;
     }
@@ -167,7 +167,7 @@ impl Detector {
     }
 
     /// Takes a plain frame of another converter, instead of conversions. The settings' plan is
-    /// [`Plan::of_frames`]. Frames that are missing by their times count as lost.
+    /// [`Plan::of_frames`]. Frames that are missing according to the times count as lost.
     pub fn push_frame(
         &mut self,
         readings: PlainFrame<'_>,
@@ -224,8 +224,8 @@ impl Detector {
         }
     }
 
-    /// Takes the scan that is in the assembler's buffer. A frame of its own: in the loop of the task
-    /// its addresses would be computed before the first scan, for one scan.
+    /// Takes the scan in the assembler's buffer. Not inlined: in the loop of the task its addresses
+    /// would be computed before the first scan, for one scan.
     #[inline(never)]
     pub(crate) fn scan(
         &mut self,
@@ -277,10 +277,10 @@ impl Detector {
         )));
     }
 
-    /// To be called twice a second, `board_us` being now. Reports faults while no conversion comes,
+    /// To be called twice a second; `board_us` is now. Reports faults while no conversion comes,
     /// and `health` with the greeting as often as otherwise. In a silence of more than 71.6 minutes
-    /// device time starts again where it stood, as it does after one (see `assembler.rs`), and readers
-    /// take it for a restart. Before the first conversion it is zero.
+    /// device time starts again where it stood, as it does after one (see `assembler.rs`), and
+    /// readers take that for a restart. Before the first conversion device time is zero.
     pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self {
             assembler,
@@ -322,7 +322,7 @@ impl Detector {
         self.report_converter(t_us, diagnostics, emit);
     }
 
-    /// The signal has ended: closes what is open (a slide that still lasts) and reports health.
+    /// Ends the signal: closes what is open (a slide that still lasts) and reports health.
     pub fn finish(
         &mut self,
         ring: &mut Ring,
@@ -350,9 +350,9 @@ impl Detector {
         tracker.finish(ring, emit, due);
     }
 
-    /// Puts settings in force that passed [`Settings::validate`]. A slide that lasts goes on; its
-    /// windows get the new length, and none of them reaches back before it. Settings of another
-    /// plan wait for [`Self::begin`]; then false.
+    /// Applies settings that passed [`Settings::validate`]. A slide under way goes on; its windows
+    /// get the new length, and none reaches back before the slide. False for settings of another
+    /// plan, which wait for [`Self::begin`].
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) -> bool {
         self.settings = *settings;
         self.source = source;
@@ -365,9 +365,9 @@ impl Detector {
         true
     }
 
-    /// Puts the settings that wait for the plan with this [`Plan::mark`] into force: the next
-    /// conversions are of it. Anything open is closed; frame numbers and times continue, and the
-    /// level without touch is measured again.
+    /// Applies the settings that wait for the plan with this [`Plan::mark`]: the next conversions
+    /// are of that plan. Anything open is closed; frame numbers and times continue, and the level
+    /// without touch is measured again.
     pub fn begin(
         &mut self,
         mark: u32,
@@ -377,7 +377,7 @@ impl Detector {
     ) {
         self.close(ring, diagnostics, outputs.emit, outputs.due);
         let plan = self.settings.plan;
-        // Another plan may be requested by now: it follows.
+        // By now yet another plan may be requested, whose mark follows.
         self.plan = (plan.mark() == mark).then_some(plan);
         if self.plan.is_none() {
             return;
@@ -386,8 +386,8 @@ impl Detector {
         (outputs.emit)(self.hello());
     }
 
-    // A frame of its own: the 3,250 bytes of what it makes anew would be under every scan, and under
-    // the end of what lasts.
+    // Not inlined: the 3,250 bytes of the new state would be on the stack under every scan, and
+    // under [`Self::close`].
     #[inline(never)]
     fn begin_plan(&mut self, plan: Plan) {
         let Self {
@@ -411,8 +411,8 @@ impl Detector {
         &self.settings
     }
 
-    /// Starts again, as after power-up, or stops; then nothing is reported but `health`, faults and
-    /// raw frames. The frames' count and device time go on.
+    /// Starts again, as after power-up, or stops; then only `health`, faults and raw frames are
+    /// reported. Frame count and device time go on.
     pub fn restart(&mut self, is_going: bool) {
         self.tracker.restart(is_going, &self.settings);
     }

@@ -18,15 +18,15 @@ use ridgetone_proto::telemetry::{
 };
 use ridgetone_tone::{Fit, Fitter, FrameSource, OVERTONES, Overwritten, Values};
 
-/// A gap of this fraction of a window, or longer, may mislead the search for its tone. The spectrum
-/// of two pieces with a gap between them has side lines nearly as strong as the tone's. From 94,000
-/// windows of the named plans frames were taken out in a row: of those that were still good none
-/// was wrong with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Frames that are
-/// missing here and there do no harm: none was wrong with 40 % missing.
+/// Inverse of the fraction of a window from which on a gap may mislead the search for a tone: the
+/// spectrum of two pieces with a gap between them has side lines nearly as strong as the tone's. In
+/// 94,000 windows of the named plans consecutive frames were removed: outliers reported as `good`
+/// were none with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Scattered
+/// missing frames do no harm: no outlier with 40 % missing.
 const GAP_DIVISOR: u32 = 10;
-/// Minimum time from one whole estimate to the next between tracks, microseconds.
+/// Minimum time between full estimates among tracks, microseconds.
 const ESTIMATES_US: u64 = (1e6 * TRACK_STRIDE_S) as u64;
-/// Frames that are looked at at a time.
+/// Frames that are read at a time.
 const READ_FRAMES: usize = 16;
 
 /// Result of a window.
@@ -44,9 +44,9 @@ pub enum WindowFit {
 pub struct Estimator {
     settings: Settings,
     tracker: Tracker,
-    /// Frame behind the latest estimate that was accurate enough.
+    /// Frame after the latest estimate that was accurate enough.
     reported_end: u32,
-    /// Device time of the latest whole estimate between tracks, microseconds.
+    /// Device time of the latest full estimate among tracks, microseconds.
     estimate_us: u64,
     /// Overtones of the latest fit, over its fundamental.
     overtones: Overtones,
@@ -67,7 +67,7 @@ impl Estimator {
         }
     }
 
-    /// Puts settings into force. They must have passed [`Settings::validate`].
+    /// Applies settings, which must have passed [`Settings::validate`].
     pub fn change(&mut self, settings: &Settings) {
         self.settings = *settings;
     }
@@ -99,7 +99,8 @@ impl Estimator {
             source,
         );
         if grows && let Ok(WindowFit::Done(estimate)) = &fitted {
-            // The uncertainty of an unsteady tone counts its movement, which grows with the window.
+            // The uncertainty of an unsteady tone includes its modulation, which grows with the
+            // window.
             let is_accurate = matches!(estimate.status, Status::Good | Status::Unsteady)
                 && estimate.sigma <= self.settings.accuracy * estimate.frequency;
             // A window that is half a frame short cannot grow any more.
@@ -114,8 +115,8 @@ impl Estimator {
         fitted
     }
 
-    /// Follows the tone of the latest fit to the end of a window, where tracks are reported and no
-    /// whole estimate is due. None if the window has to be fitted.
+    /// Follows the tone of the latest fit to the end of a window, if tracks are reported and no
+    /// full estimate is due. `None` if the window has to be fitted.
     pub fn follow(
         &mut self,
         fitter: &mut Fitter,
@@ -135,15 +136,15 @@ impl Estimator {
         })
     }
 
-    /// True if a whole estimate may be reported between tracks.
+    /// True if a full estimate may be reported among tracks.
     fn is_estimate_due(&self, t_us: u64) -> bool {
-        // A time before the latest one is of another run.
+        // A time before the latest one belongs to another run.
         t_us.wrapping_sub(self.estimate_us) >= ESTIMATES_US
     }
 
-    /// Reports the estimate of the latest [`Self::run`]: whole, or in brief where windows follow each
-    /// other fast, and then whole no more than twenty times a second; and what is under the finger, if
-    /// that is news.
+    /// Reports the estimate of the latest [`Self::run`]: in full; or, if windows follow each other
+    /// fast, as a track, and in full at most twenty times a second. Also reports the texture under
+    /// the finger, if new.
     pub fn report(&mut self, estimate: &Estimate, window: &Window, emit: &mut dyn FnMut(Event)) {
         let texture = self.textures.take(estimate, &self.overtones, window);
         let is_track = self.settings.tracks() && estimate.span == Span::Window;
@@ -159,10 +160,10 @@ impl Estimator {
         }
     }
 
-    /// Searches the window of the latest [`Self::run`] for another tone, if that is due: call it when
-    /// the estimate is reported, which is then no later for the search. The next window is expected to
-    /// have what is found. A search that is left out, as that of a window that grows, is made up for
-    /// in the next window.
+    /// Searches the window of the latest [`Self::run`] for another tone, if a search is due. To be
+    /// called after the estimate is reported, so that the report does not wait for the search. The
+    /// tone that is found is expected in the next window. A skipped search, as in a growing window,
+    /// is made up for in the next window.
     ///
     /// # Errors
     /// If frames were overwritten.
@@ -188,14 +189,15 @@ impl Estimator {
         // Passed by reference: a copy would need stack, too.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         let min = window.frames / GAP_DIVISOR;
-        // Nearly always none are missing: then nothing is read again.
+        // Nearly always no frames are missing, and nothing is read again.
         let has_gap =
             fitted.fit.frames.saturating_add(min) < window.frames && has_gap(window, min, source)?;
         self.overtones = fitted.fit.overtones;
         self.estimate(fitted, window, has_gap)
     }
 
-    // A frame of its own, 520 bytes, which is not under a fit, the deepest of the stack.
+    // Not inlined: its stack frame of 520 bytes must not be under a fit, the deepest use of the
+    // stack.
     #[inline(never)]
     fn estimate(
         &self,
@@ -295,8 +297,8 @@ fn has_gap(window: &Window, min: u32, source: &mut dyn FrameSource) -> Result<bo
     Ok(longest > min)
 }
 
-/// How a fit's frequency moves, as an estimate has it; `per_unit` is an estimate's frequency over
-/// that of the fit.
+/// Frequency modulation of a fit in the units of an estimate; `per_unit` is an estimate's frequency
+/// over that of the fit.
 pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
     let ridgetone_tone::Movement {
         wander,
@@ -313,7 +315,7 @@ pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
     }
 }
 
-/// A fit's second tone, as an estimate has it.
+/// Second tone of a fit in the units of an estimate.
 pub fn other_tone(fit: &Fit, per_unit: f32) -> Option<OtherTone> {
     fit.other_tone.map(|other| OtherTone {
         frequency: other.frequency * per_unit,
@@ -321,7 +323,7 @@ pub fn other_tone(fit: &Fit, per_unit: f32) -> Option<OtherTone> {
     })
 }
 
-/// A fit's status as an estimate has it.
+/// Status of an estimate for a fit's status.
 pub const fn reported_status(status: ridgetone_tone::Status) -> Status {
     use ridgetone_tone::Status as Of;
     match status {

@@ -1,4 +1,4 @@
-//! Changes of the touch, by frame and in codes, become events in device time and volts.
+//! Converts changes of the touch, in frames and codes, to events in device time and volts.
 
 use crate::frame::FrameClock;
 use crate::ring::Ring;
@@ -12,13 +12,13 @@ use ridgetone_proto::telemetry::{Contact, Event, Moving, Release, Slide};
 pub struct EventBuilder {
     /// Volts of one code.
     pub volts_per_code: f32,
-    /// When the latest slide began, as it was reported: by its end the ring may have lost its
-    /// start.
+    /// Reported start of the latest slide, microseconds: by its end the ring may have lost the
+    /// first frames.
     slide_start_us: u64,
 }
 
 impl EventBuilder {
-    /// For a reference of `vref_v` volts.
+    /// A builder for a reference of `vref_v` volts.
     pub const fn new(vref_v: f32) -> Self {
         Self {
             volts_per_code: reading::volts(1, vref_v),

@@ -1,4 +1,4 @@
-//! Faults: noticed, counted, reported, and their effect on an estimate.
+//! Detection, counting and reporting of faults, and their effect on an estimate.
 
 pub mod diagnostics;
 pub mod episodes;

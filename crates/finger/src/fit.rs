@@ -17,7 +17,7 @@ pub struct Fitted {
     pub fit: Fit,
     /// Frames per second.
     pub frame_rate_hz: f32,
-    /// Frames from one slot of the scan to the next.
+    /// Frames per slot of the scan.
     pub per_slot: f32,
     /// The scan.
     pub scan: Scan,
@@ -26,16 +26,16 @@ pub struct Fitted {
 /// Windows between full searches while tracking a tone, each answered before it is searched.
 const SEARCH_EVERY: u8 = 4;
 
-/// The tone of the latest window: the next one of its slide is expected to have it.
+/// Tone of the latest window, which is expected in the next window of its slide.
 #[derive(Debug)]
 pub struct Tracker {
     /// First frame of the slide.
     slide_first: u32,
-    /// Frame behind the window, or behind the latest one that the tone was followed to.
+    /// Frame after the window, or after the latest one to which the tone was followed.
     end: u32,
-    /// Frequency in cycles per frame; 0 where no good one is known.
+    /// Frequency in cycles per frame; 0 if no good one is known.
     frequency: f32,
-    /// Windows since the latest search, that one included.
+    /// Windows since the latest search, including the searched one.
     windows: u8,
 }
 
@@ -56,20 +56,20 @@ impl Tracker {
         }
     }
 
-    /// True if the good tone of the latest window may also be that of another one.
+    /// True if the good tone of the latest window may also be in another one.
     fn is_known(&self, window: &Window) -> bool {
         let is_next = window.span == Span::Window && window.slide_first == self.slide_first;
         is_next && self.frequency > 0.0
     }
 
-    /// The frequency that a window is expected to have: none if a search that was due was left out.
+    /// Frequency expected in a window; `None` if unknown, or if a search that was due was skipped.
     fn expected(&self, window: &Window) -> Option<f32> {
         (self.is_known(window) && self.windows <= SEARCH_EVERY).then_some(self.frequency)
     }
 
-    /// Keeps the frequency of a window, which was expected or searched for, for the next one.
+    /// Keeps the frequency of a window, expected or searched for, for the next window.
     fn keep(&mut self, window: &Window, fit: &Fit, was_expected: bool) {
-        // No more than one beyond `SEARCH_EVERY`: then none is expected.
+        // At most one above `SEARCH_EVERY`, where no tone is expected.
         self.windows = if was_expected { self.windows + 1 } else { 1 };
         self.slide_first = window.slide_first;
         self.end = window.first.wrapping_add(window.frames);
@@ -103,8 +103,8 @@ impl Tracker {
         Ok(())
     }
 
-    /// Follows the tone of the latest fit to the end of a later window of its slide: the window's
-    /// frequency, in cycles per frame. None if the window has to be fitted.
+    /// Follows the tone of the latest fit to the end of a later window of its slide; returns the
+    /// window's frequency, in cycles per frame. `None` if the window has to be fitted.
     pub fn follow(
         &mut self,
         fitter: &mut Fitter,
@@ -123,7 +123,7 @@ impl Tracker {
 }
 
 impl Fitted {
-    /// A taxel's phase as if a scan were read at once, turns.
+    /// Phase of a taxel as if all taxels were read at once, turns.
     pub fn turns(&self, taxel: usize) -> f32 {
         // The channel's slot is later in the scan.
         let ahead = self.fit.frequency * self.per_slot * self.scan.slots_after_first(taxel) as f32;
@@ -136,7 +136,7 @@ impl Fitted {
 }
 
 /// The frames of a window.
-// A stack frame of its own would lie under a fit, the deepest of the stack.
+// Inlined, or its stack frame would be under a fit, the deepest use of the stack.
 #[inline(always)]
 fn span<'s>(
     window: &Window,
@@ -291,7 +291,7 @@ mod tests {
         let mut fit = Fit::without_tone(Status::TooShort, 241);
         (fit.status, fit.frequency) = (Status::Good, 0.04);
         let mut tracker = Tracker::new();
-        // Whether the tone was expected, and whether the window is searched afterwards.
+        // True if the tone was expected; and true if the window is searched afterwards.
         let mut next = |window: &Window, fit: &Fit| {
             let was_expected = tracker.expected(window).is_some();
             tracker.keep(window, fit, was_expected);
@@ -310,7 +310,7 @@ mod tests {
             seen.map(|(_, due)| due),
             [false, false, false, false, true, false, false, false, true]
         );
-        // Neither in another slide, nor in a whole one.
+        // Not expected in another slide, nor in a whole one.
         let other = Window {
             slide_first: 500,
             ..window

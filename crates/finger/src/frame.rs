@@ -1,4 +1,4 @@
-//! One conversion with its time, one scan of them, and when the scans were.
+//! Conversions with their times, scans, and the times of scans.
 
 use crate::converter::{Sample, Tag};
 use crate::ring::Ring;
@@ -37,7 +37,7 @@ impl TimedConversion {
         }
     }
 
-    /// A mark: from here on conversions are of this plan.
+    /// A mark after which conversions are of this plan.
     pub const fn of_plan(plan: &Plan, t_us: u32) -> Self {
         Self {
             t_us,
@@ -85,19 +85,19 @@ impl TimedConversion {
 pub struct Frame {
     /// Number of the scan since the first conversion, lost scans counted.
     pub number: u32,
-    /// Device time of its first slot, microseconds since the first conversion.
+    /// Device time of the scan's first slot, microseconds since the first conversion.
     pub t_us: u64,
     /// The codes of the taxels; any value where a taxel is not present.
     pub codes: [i32; TAXELS],
     /// Bit k: taxel k was converted and read.
     pub present: u16,
-    /// Bit k: its conversion carried neither OVF nor SUPPLY, and its code is not at the end of the
-    /// scale.
+    /// Bit k: the conversion of taxel k carried neither OVF nor SUPPLY, and its code is not at the
+    /// end of the scale.
     pub good: u16,
 }
 
 impl Frame {
-    /// Before the first scan.
+    /// Frame before the first scan.
     pub const EMPTY: Self = Self {
         number: 0,
         t_us: 0,
@@ -140,8 +140,8 @@ impl From<Raw> for Frame {
 pub struct PlainFrame<'a> {
     /// Device time, microseconds.
     pub t_us: u64,
-    /// The readings, volts or any other unit. One that is not a number, or not within the setting
-    /// `vref_v`, is left out; it is rounded to 24 bits of that range.
+    /// The readings, volts or any other unit. Readings that are not a number, or not within the
+    /// setting `vref_v`, are left out; others are rounded to 24 bits of that range.
     pub readings: &'a [f32],
 }
 
@@ -183,7 +183,7 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// The readings of these codes, in the order of the slots. `vref_v` is the reference that is
+    /// Converts codes, in the order of the slots, to readings. `vref_v` is the reference that is
     /// set, volts.
     pub fn new(
         [offset, supply, temperature, gain, reference]: [Option<i32>; OWN],
@@ -213,7 +213,6 @@ pub(crate) struct FrameClock {
 }
 
 impl FrameClock {
-    /// Before the first frame.
     pub const fn new(scan: &Scan) -> Self {
         Self {
             latest: (0, 0),
@@ -223,14 +222,14 @@ impl FrameClock {
         }
     }
 
-    /// Goes on with another scan.
+    /// Continues with another scan.
     pub fn change(&mut self, scan: &Scan) {
         (self.rate_from, self.frame_ns) = (None, scan.frame_ns());
         self.span_us = scan.span_us();
     }
 
-    /// From `t_us` until the last conversion of the latest frame, microseconds: by then an event of
-    /// that time could not have been reported.
+    /// Time from `t_us` to the last conversion of the latest frame, microseconds: the delay of an
+    /// event that is reported now.
     pub fn since_us(&self, t_us: u64) -> u32 {
         let passed_us = self
             .latest
@@ -257,8 +256,8 @@ impl FrameClock {
         }
     }
 
-    /// Device time of a frame's first slot, microseconds. For a frame that the ring does not hold
-    /// it follows from the nominal rate.
+    /// Device time of a frame's first slot, microseconds. For a frame outside the ring,
+    /// extrapolated at the nominal rate.
     pub fn time_us(&self, frame: u32, ring: &Ring) -> u64 {
         let (number, t_us) = self.latest;
         if let Some(low) = ring.t_us(frame) {

@@ -11,23 +11,23 @@ use ridgetone_proto::telemetry::Health;
 
 /// The greeting is repeated after every tenth `health`, for a listener that connects later.
 const GREETING_HEALTHS: u8 = 10;
-/// The rate may be off by this fraction of it, 1 / 200: no crystal is.
+/// Inverse of the maximum relative error of the rate, 1 / 200: no crystal is that far off.
 const RATE_TOLERANCE: u64 = 200;
-/// Time from one check of the rate to the next, at least, seconds. The checks twice a second and
-/// those with each `health` make 141 frames at most by default. So a clock that is off by 1 % for
-/// 0.6 s, 145 frames, is off for more than half of one of these intervals.
+/// Minimum time between checks of the rate, seconds. The checks twice a second and with each
+/// `health` make 141 frames at most by default. So a clock that is off by 1 % for 0.6 s, 145
+/// frames, is off for more than half of one of these intervals.
 const RATE_S: f32 = 0.415;
 /// Checks, twice a second, from one `health` to the next while no conversion comes.
 const SILENT_CHECKS: u8 = 2;
-/// No conversion for so long is silence, microseconds: by default a hundred frames.
+/// Time without a conversion that counts as silence, microseconds: by default a hundred frames.
 const SILENCE_US: u32 = 400_000;
 
-/// Makes `health` when it is due.
+/// Schedules `health` and checks the frame rate.
 #[derive(Clone, Debug)]
 pub struct HealthReporter {
     /// Frames from one `health` to the next: one second.
     health_frames: u32,
-    /// Frames from one check of the rate to the next, at least.
+    /// Minimum number of frames between checks of the rate.
     rate_frames: u32,
     /// Frame at which `health` is due.
     due: u32,
@@ -41,7 +41,6 @@ pub struct HealthReporter {
 }
 
 impl HealthReporter {
-    /// Before the first frame.
     pub const fn new(plan: &Plan) -> Self {
         let (health_frames, rate_frames) = (plan.frame_rate_hz() as u32, plan.frames_in(RATE_S));
         Self {
@@ -54,7 +53,7 @@ impl HealthReporter {
         }
     }
 
-    /// Goes on with another plan after the frame `latest`.
+    /// Continues with another plan after frame `number`.
     pub fn change(&mut self, plan: &Plan, number: u32, t_us: u64) {
         let Self {
             health_frames,
@@ -87,8 +86,8 @@ impl HealthReporter {
         self.ungreeted == 0
     }
 
-    /// Called twice a second: whether `health` is due because no conversion came for a second.
-    /// `passed_us` is the time since the latest one, if there was one.
+    /// Called twice a second. True if `health` is due because no conversion came for a second;
+    /// `passed_us` is the time since the latest conversion, if any.
     pub fn is_silence_due(&mut self, passed_us: Option<u32>) -> bool {
         let is_silent = passed_us.is_none_or(|passed_us| passed_us >= SILENCE_US);
         self.silent = if is_silent {
@@ -99,9 +98,9 @@ impl HealthReporter {
         is_silent && self.silent == 0
     }
 
-    /// Reports a fault if the frames since the last check did not come at the nominal rate. Where
-    /// some were lost, or the scan was restarted, that is reported by itself, and their time says
-    /// nothing of the clock.
+    /// Reports a fault if the frames since the last check did not come at the nominal rate. Losses
+    /// and restarts of the scan are reported separately; after them the time says nothing about the
+    /// clock.
     pub fn check_rate(
         &mut self,
         assembler: &Assembler,
@@ -149,7 +148,7 @@ pub fn health(
         t_us,
         frames: assembler.frames,
         // A conversion that did not get into the queue is missing in the scan too, so the larger
-        // count holds both: the queue does not see whole scans that were not read, and the scan
+        // count covers both: the queue does not see whole scans that were not read, and the scan
         // counts by the nominal rate.
         conversions_lost: assembler
             .lost

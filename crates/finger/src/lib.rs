@@ -10,9 +10,9 @@
     deny(clippy::unreachable, clippy::todo, clippy::unimplemented)
 )]
 #![forbid(unsafe_code)]
-// Loops over several arrays at once read better by number.
+// Indexed loops over several arrays read better than zipped iterators.
 #![allow(clippy::needless_range_loop)]
-// `!(a > b)` is meant: a NaN belongs on that side.
+// `!(a > b)` is intended: NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 #[cfg(not(target_has_atomic = "32"))]
@@ -52,7 +52,7 @@ pub use scan::{CONVERSION_NS, FRAME_NS, SLOTS};
 pub use window::Window;
 pub use wiring::Wiring;
 
-/// Steps of the path one by one, for this repository's tests and benchmarks.
+/// Single steps of the pipeline, for this repository's tests and benchmarks.
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod internals {

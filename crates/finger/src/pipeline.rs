@@ -98,7 +98,7 @@ impl Pipeline {
         self.step(Next::Raw(raw), emit);
     }
 
-    /// The signal has ended: closes what is open and reports health.
+    /// Ends the signal: closes what is open and reports health.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         self.step(Next::End, emit);
     }

@@ -16,39 +16,38 @@ pub const fn reached(number: u32, mark: u32) -> bool {
     number.wrapping_sub(mark) as i32 >= 0
 }
 
-/// The latest frames: [`RING_FRAMES`] rows of a sample for each of sixteen taxels. Of fewer taxels
-/// several frames share a row, so that the ring holds as many samples ([`Plan::frames_a_row`]).
+/// The latest frames: [`RING_FRAMES`] rows of a sample for each of sixteen taxels. With fewer
+/// taxels several frames share a row, so that the ring holds as many samples
+/// ([`Plan::frames_a_row`]).
 #[derive(Debug)]
 pub struct Ring {
-    /// Where a row holds one frame, each taxel has its own place; else the taxels of a frame follow
-    /// each other.
+    /// If a row holds one frame, values by taxel; else the taxels of each frame follow one another.
     values: [Values; RING_FRAMES],
-    /// Bit for bit: which of them are valid.
+    /// Mask of the valid values of each row.
     valid: [u16; RING_FRAMES],
     /// Device time of each row's first frame, microseconds.
     t_us: [u32; RING_FRAMES],
-    /// Place of the frame that is written next, in frames. It does not follow from the number: 2^32
-    /// is no multiple of the ring's length.
+    /// Position of the next frame in the ring, in frames. Not derived from the frame's number,
+    /// because 2^32 is no multiple of the ring's length.
     head: u32,
     /// Number of the frame that is written next.
     next: u32,
-    /// Frames that are there.
+    /// Number of frames in the ring.
     filled: u32,
     /// Capacity in frames.
     frames: u32,
-    /// Frames of a row.
+    /// Frames per row.
     in_row: u32,
-    /// The taxels that are converted, and how many.
+    /// Mask of the converted taxels, and their number (`channels`).
     inputs: u16,
     channels: u32,
-    /// From one frame to the next, nanoseconds.
+    /// Frame period, nanoseconds.
     frame_ns: u32,
 }
 
 impl Ring {
-    /// An empty ring, for frames of the default plan if no other one is set before the first of
-    /// them. `const`, so that it can live in a static, and all zeros, so that the flash holds no
-    /// copy of it.
+    /// An empty ring, for frames of the default plan unless another one is set before the first
+    /// frame. `const` and all zeros, so that it can live in a static without a copy in flash.
     pub const fn new() -> Self {
         Self {
             values: [[0.0; TAXELS]; RING_FRAMES],
@@ -79,12 +78,12 @@ impl Ring {
         self.next
     }
 
-    /// Number of the oldest frame that is there.
+    /// Number of the oldest frame in the ring.
     pub const fn oldest(&self) -> u32 {
         self.next.wrapping_sub(self.filled)
     }
 
-    /// Frames that the ring can hold.
+    /// Capacity in frames.
     pub const fn frames(&self) -> u32 {
         self.frames
     }
@@ -93,8 +92,8 @@ impl Ring {
     pub fn restart(&mut self, number: u32) {
         self.next = number;
         self.filled = 0;
-        // The sums over a window round differently where the ring's end cuts a block. From the
-        // start, results do not depend on what was there before.
+        // Sums over a window round differently if the ring's end cuts a block. From position 0,
+        // results do not depend on earlier contents.
         self.head = 0;
     }
 
@@ -122,11 +121,11 @@ impl Ring {
         }
         self.head = if at + 1 < self.frames { at + 1 } else { 0 };
         self.next = self.next.wrapping_add(1);
-        // The frame that is written next to others takes their places in its row.
+        // The first frame of a shared row replaces all frames that were in the row.
         self.filled = (self.filled + 1).min(self.frames + 1 - self.in_row);
     }
 
-    /// Writes a frame into a row that it shares with others.
+    /// Writes a frame into a shared row.
     fn pack(&mut self, values: &Values, valid: u16, t_us: u32) {
         let (row, place) = (
             (self.head / self.in_row.max(1)) as usize,
@@ -153,10 +152,10 @@ impl Ring {
         }
     }
 
-    /// Place of a frame, if it is there.
+    /// Position of a frame in the ring, if present.
     fn place(&self, number: u32) -> Option<u32> {
         let age = self.next.wrapping_sub(number);
-        // For a frame that is far from those in the ring, as after a gap, this is no place in it.
+        // Not a valid position for a frame outside the ring, as after a gap.
         let at = if age <= self.head {
             self.head - age
         } else {
@@ -165,8 +164,8 @@ impl Ring {
         (age >= 1 && age <= self.filled).then_some(at)
     }
 
-    /// One frame's values and mask, if it is there and has a valid value; `place` takes values that
-    /// are not in the ring as they should be.
+    /// Values and mask of a frame, if it is present and has a valid value; `place` receives values
+    /// that have to be unpacked.
     #[inline]
     pub fn frame<'a>(&'a self, number: u32, place: &'a mut Values) -> Option<(&'a Values, u16)> {
         let at = self.place(number)?;
@@ -178,7 +177,7 @@ impl Ring {
         (valid != 0).then_some((self.values.get(at as usize)?, valid))
     }
 
-    /// Copies a frame out of a row that it shares with others; gives its mask.
+    /// Copies a frame out of a shared row; returns the frame's mask.
     fn unpack(&self, at: u32, to: &mut Values) -> u16 {
         let (row, mut place) = (
             (at / self.in_row.max(1)) as usize,
@@ -197,10 +196,10 @@ impl Ring {
         valid
     }
 
-    /// The mean of those of `count` frames from `first` on that have a valid value, into `mean`.
-    /// False if none has.
+    /// Averages those of `count` frames from `first` on that have a valid value, into `mean`. False
+    /// if there are none.
     pub fn mean(&self, first: u32, count: u32, mean: &mut Values) -> bool {
-        // By their place in a row: rows are added as they are.
+        // Sums by position in a row, so that whole rows can be added.
         let (mut sums, mut frames, mut number) = ([0.0f32; TAXELS], 0, first);
         let end = first.wrapping_add(count);
         let whole = ((1u32 << (self.channels * self.in_row)) - 1) as u16;
@@ -260,8 +259,8 @@ impl Ring {
         true
     }
 
-    /// Time of a frame's first slot, low 32 bits of the device time in microseconds. Of frames that
-    /// share a row only the first one's was measured.
+    /// Time of a frame's first slot, low 32 bits of the device time in microseconds. In a shared
+    /// row only the first frame's time was measured.
     pub fn t_us(&self, number: u32) -> Option<u32> {
         let at = self.place(number)?;
         if self.in_row == 1 {
@@ -271,8 +270,8 @@ impl Ring {
         Some(first_us.wrapping_add((at % self.in_row.max(1)) * self.frame_ns / 1000))
     }
 
-    /// Time of a frame: the earliest estimate from the time stamps of its row and of the `rows`
-    /// after it, each put back by the scan's period. Microseconds, and nanoseconds to add.
+    /// Time of a frame: the earliest estimate from the time stamps of its row and of the next
+    /// `rows` rows, each moved back by the scan's period. Microseconds, and nanoseconds to add.
     pub fn min_delay(&self, number: u32, rows: u32) -> Option<(u32, i32)> {
         let row_us = |number: u32| {
             self.t_us
@@ -327,7 +326,7 @@ impl Ring {
     }
 }
 
-/// Maximum number of packed frames read at a time: their copy lies on the stack.
+/// Maximum number of packed frames read at a time: they are copied onto the stack.
 const READ_FRAMES: usize = 4;
 
 impl Default for Ring {
@@ -393,7 +392,7 @@ mod tests {
         ring.restart(70);
         assert!(ring.frame(70, &mut [0.0; TAXELS]).is_none() && ring.oldest() == 70);
         (0..16).for_each(|n| ring.push(&[n as f32; TAXELS], 1, n));
-        // In one piece: what a window's sums round to does not depend on what was there before.
+        // In one piece: the rounding of a window's sums does not depend on earlier contents.
         assert_eq!(
             ring.read(70, 16, |values, _| (values.len(), values[15][0])),
             Some((16, 15.0))
@@ -410,7 +409,7 @@ mod tests {
 
     /// Against the times at which the conversions ended, in f64: three of four are served late, by
     /// up to half a period of `single`, and the two crystals differ; or none is late, and the
-    /// chip's clock is off by as much as is not a fault.
+    /// chip's clock is off by less than a fault.
     #[test]
     fn late_times_do_not_change_the_time_between_two_frames() {
         for plan in [Plan::SINGLE, Plan::VIBRATION, Plan::HAND, Plan::PAPER] {
@@ -432,8 +431,8 @@ mod tests {
                         + f64::from(until.1 - from.1) * 1e-3;
                     max_us = max_us.max((passed_us - 600.0 * period_us).abs());
                 }
-                // The counter's microsecond, and what the clock is off by: over one row, and over
-                // eight if some are late.
+                // The counter's microsecond, and the clock's error: over one row, and over eight if
+                // some are late.
                 let rows_us = f64::from(plan.frames_a_row() as u32)
                     * period_us
                     * [1.0, 8.0][lateness as usize];
@@ -443,8 +442,8 @@ mod tests {
         }
     }
 
-    /// Each of any number of taxels, around the ring's end and the wrap of the numbers, against a
-    /// list of what was written.
+    /// Various sets of taxels, around the ring's end and the wrap of the numbers, against a list of
+    /// what was written.
     #[test]
     fn frames_that_share_rows_are_as_they_were_written() {
         for inputs in [0x8001u16, 0x0412, 0x001f, 0x0100, 0x01ff] {
@@ -457,7 +456,7 @@ mod tests {
             let number = |n: u32| first.wrapping_add(n);
             let value = |n: u32, c: usize| (inputs >> c & 1) as f32 * (n * 16 + c as u32) as f32;
             let values = |n: u32| -> Values { core::array::from_fn(|c| value(n, c)) };
-            // Every 37th frame is missing, and the first taxel of every 11th bad.
+            // Every 37th frame is missing, and the first taxel of every 11th is bad.
             let valid = |n: u32| match n {
                 n if n % 37 == 0 => 0,
                 n if n % 11 == 0 => inputs & (inputs - 1),

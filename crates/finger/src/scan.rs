@@ -1,5 +1,4 @@
-//! The slots of the scan: which channel the chip converts in each, how long that takes, and which
-//! comes next.
+//! Slots of the scan: the channel converted in each, the time that takes, and the order.
 
 use crate::converter::{Scanned, Tag};
 use ridgetone_proto::plan::{HealthReadings, Plan, READINGS, Sampling};
@@ -26,7 +25,7 @@ pub(crate) const IDS: usize = 32;
 /// Channel ids of the internal readings: offset, supply, temperature, gain, reference; see [`Tag`].
 const OWN_IDS: [u8; OWN] = [0x18, 0x1a, 0x1b, 0x1c, 0x1d];
 
-/// Which of the internal readings a channel id names.
+/// Index of the internal reading that a channel id names.
 pub(crate) fn own_of(id: u8) -> Option<usize> {
     OWN_IDS.iter().position(|own| *own == id)
 }
@@ -75,8 +74,8 @@ impl Order {
         Tag::NEW | (if is_last { self.mask } else { above }).trailing_zeros() as u8
     }
 
-    /// Conversions of the scan between the expected one and this one, less whole scans. None for
-    /// one that is not of the scan.
+    /// Conversions of the scan between the expected one and this one, less whole scans; zero for
+    /// one outside the scan.
     pub fn skipped(self, expected: u8, status: u8) -> u32 {
         let (mut at, mut skipped) = (expected, 0);
         while at & Tag::NEW_AND_ID != status & Tag::NEW_AND_ID {
@@ -99,17 +98,17 @@ impl Order {
     }
 }
 
-/// A plan's scan, with what follows from it.
+/// Scan of a plan, with derived figures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scan {
     /// Bit k: taxel k is converted.
     pub(crate) inputs: u16,
-    /// Taxels that are converted.
+    /// Number of taxels that are converted.
     pub(crate) channels: u32,
-    /// Conversions of a scan.
+    /// Conversions per scan.
     pub(crate) slots: u32,
-    /// A conversion's period at the nominal clock, nanoseconds; a scan's over its slots if all are
-    /// sampled at once.
+    /// Period of a conversion at the nominal clock, nanoseconds; of a scan over its slots, if all
+    /// are sampled at once.
     pub(crate) conversion_ns: u32,
     pub(crate) sampling: Sampling,
 }
@@ -175,7 +174,7 @@ mod tests {
     use ads1258::Channel;
     use ridgetone_proto::plan::Converters;
 
-    /// The driver has the same order of its own.
+    /// The driver has its own implementation of the same order.
     #[test]
     fn the_next_channel_is_the_driver_s() {
         for (name, plan) in Plan::usual(Converters::ADS1258) {

@@ -1,4 +1,4 @@
-//! Which windows of a slide are to be fitted, and when.
+//! Schedule of the windows of a slide that are to be fitted.
 
 use crate::frame::FrameClock;
 use crate::ring::{Ring, reached};
@@ -10,24 +10,23 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Span;
 use ridgetone_tone::{FRAMES_MIN, Values};
 
-/// Frames of touch detection left out at either end of a whole slide: its ends are known to within
-/// a few of them.
+/// Frames of touch detection left out at either end of a whole slide, whose ends are known to
+/// within a few frames.
 pub const TRIM_FRAMES: u32 = 5;
 /// Frames by which a whole slide is shorter than the ring, at 241 Hz. Before a slide's end is
 /// noticed the ring goes on for 20 blocks of 4 frames, for one more before it is known what
 /// follows, and for up to 9 before the end is dated. The other 40 frames, 0.17 s, are left for the
-/// fit to read the oldest ones.
+/// fit to read the oldest frames.
 const LATE_FRAMES: u32 = 160;
-/// Frames of the shortest window that grows, as of the shortest that can be set.
+/// Minimum number of frames of a growing window, as of the shortest window that can be set.
 pub const GROWING_FRAMES_MIN: u32 = 24;
-/// Rows of the ring at either end of a window that its rate is measured by. An interrupt may be
+/// Rows of the ring at either end of a window from which its rate is measured. An interrupt may be
 /// served late, in a storm on DRDY by most of a conversion, which is 0.1 % of a window of 43 ms.
-/// The least late one of several counts.
+/// The least late row of several counts.
 const DATED_ROWS: u32 = 8;
-/// Time in which the ring may take frames in before the fit has read its oldest, seconds.
+/// Time in which the ring may take in frames before the fit has read its oldest, seconds.
 const READING_S: f32 = 0.066;
-/// Time in which the ring may go on so with a fast plan, whose interrupts leave a fit half of the processor,
-/// seconds.
+/// `READING_S` for a fast plan, whose interrupts leave a fit half of the processor.
 const READING_FAST_S: f32 = 0.3;
 
 /// Maximum number of frames of a window, whole slides included.
@@ -54,16 +53,16 @@ struct Extent {
     span: Span,
 }
 
-/// Knows which windows fall due.
+/// Decides which windows fall due.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowScheduler {
-    /// Code of every taxel in the first complete frame: the ring's values are relative to it.
+    /// Code of each taxel in the first complete frame, to which the ring's values are relative.
     pub reference: Values,
     plan: Plan,
     /// Frames that touch detection averages.
     averaged: u32,
     window_frames_max: u32,
-    /// Frames of the ring that a whole slide may reach back.
+    /// Maximum number of frames that a whole slide may reach back in the ring.
     reach: u32,
     window_frames: u32,
     /// True if windows grow until they are accurate enough.
@@ -71,18 +70,17 @@ pub(crate) struct WindowScheduler {
     stride_frames: u32,
     /// True if the stride is short enough for tracks: windows then end at the latest frame.
     tracks: bool,
-    /// Frame behind the window that falls due next.
+    /// Frame after the window that falls due next.
     next_end: u32,
     /// A slide that is over and falls due as a whole: first frame, frames.
     pub whole: Option<(u32, u32)>,
     /// First frame of the latest touch.
     touch_first: u32,
-    /// Mean level of the taxels by the latest static image of this touch, volts; NaN without one.
+    /// Mean level of the taxels in the latest pressure map of this touch, volts; NaN without one.
     pub level_v: f32,
 }
 
 impl WindowScheduler {
-    /// A scheduler before the first frame.
     pub const fn new(settings: &Settings) -> Self {
         let mut scheduler = Self {
             reference: [0.0; TAXELS],
@@ -128,9 +126,8 @@ impl WindowScheduler {
         self.stride_frames = if stride_frames > 0 { stride_frames } else { 1 };
     }
 
-    /// Puts new settings in force. The windows of a slide that lasts since the frame `sliding` get
-    /// the new length; none of them reaches back before the slide, or is late. `latest` is the
-    /// latest frame.
+    /// Applies new settings. The windows of a slide that lasts since the frame `sliding` get the
+    /// new length; none reaches back before the slide, or is late. `latest` is the latest frame.
     pub fn change(&mut self, settings: &Settings, sliding: Option<u32>, latest: u32) {
         self.set(settings);
         if let Some(start) = sliding {
@@ -152,7 +149,7 @@ impl WindowScheduler {
         }
     }
 
-    /// A slide has begun or is over.
+    /// Follows the start or the end of a slide.
     pub fn follow(&mut self, change: &Change, ring: &Ring) {
         match *change {
             Change::SlideStart(start) => self.next_end = start.wrapping_add(self.first_frames()),
@@ -164,7 +161,7 @@ impl WindowScheduler {
                     // The latest part of a slide that is longer than a window can be.
                     let max = frames.min(self.window_frames_max);
                     let first = first.wrapping_add(frames - max);
-                    // After an end that was dated late the ring is about to lose the first frames.
+                    // If the end was dated late, the ring is about to lose the first frames.
                     let lost = ring.next().wrapping_sub(self.reach);
                     let late = if reached(lost, first) {
                         lost.wrapping_sub(first)
@@ -174,7 +171,7 @@ impl WindowScheduler {
                     self.whole = Some((first.wrapping_add(late), max.saturating_sub(late)));
                 }
             }
-            // A touch whose begin was not seen has no contact.
+            // A touch whose start was not seen has no contact.
             Change::Contact { frame, .. } | Change::Release(frame) => {
                 self.touch_first = frame;
                 self.level_v = f32::NAN;
@@ -183,8 +180,9 @@ impl WindowScheduler {
         }
     }
 
-    /// Gives the windows that a slide has filled, whose first frame is `start`, and which is known to
-    /// have lasted until frame `until`. Tracks do not wait until that is known of their last frames.
+    /// Issues the windows that a slide has filled. The slide began with frame `start` and is known
+    /// to have lasted until frame `until`. Tracks do not wait until their last frames are known to
+    /// be of the slide.
     pub fn stride(
         &mut self,
         start: u32,
@@ -200,8 +198,8 @@ impl WindowScheduler {
         let late = until.wrapping_sub(self.next_end);
         let is_latest_alone = self.averaged > 1 || self.tracks;
         if is_latest_alone && reached(until, self.next_end) && late >= self.stride_frames {
-            // Windows or their strides are short next to the time in which a slide shows: of those
-            // that fall due at once the latest counts.
+            // Windows or their strides are short compared with the time in which a slide shows:
+            // only the latest of the windows that are due counts.
             self.next_end = until.wrapping_sub(late % self.stride_frames.max(1));
         }
         while reached(until, self.next_end) {
@@ -220,7 +218,7 @@ impl WindowScheduler {
         }
     }
 
-    /// Gives the slide that is over, as a whole.
+    /// Issues the slide that is over, as a whole.
     pub fn give_whole(&mut self, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
         if let Some((first, frames)) = self.whole.take() {
             let extent = Extent {
@@ -233,7 +231,7 @@ impl WindowScheduler {
         }
     }
 
-    /// Gives frames of a slide as a window, if there are enough of them and in the ring.
+    /// Issues frames of a slide as a window, if there are enough of them and in the ring.
     fn give(&self, extent: Extent, frames: Frames<'_>, due: &mut dyn FnMut(Window)) {
         let Extent {
             first,

@@ -1,5 +1,5 @@
-//! What each task does, written once. The firmware binds the tasks to interrupts; the PC and the
-//! fault campaigns call them in turn.
+//! The tasks, written once. The firmware binds them to interrupts; the PC and the fault campaigns
+//! call them in turn.
 //!
 //! | task | priority | starts with | does |
 //! |---|---|---|---|

@@ -1,5 +1,5 @@
-//! What a finger does, frame by frame: it is in the air, touches, holds, slides, holds, lets go;
-//! and since when.
+//! Phases of a touch, frame by frame, and their times: in the air, contact, hold, slide, hold,
+//! release.
 
 pub mod averages;
 pub(crate) mod block;

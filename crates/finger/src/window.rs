@@ -7,32 +7,31 @@ use ridgetone_tone::{CHANNELS_MAX, Values};
 /// Frames to fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// Number of its first frame.
+    /// Number of the first frame.
     pub first: u32,
-    /// Frames in it.
+    /// Number of frames.
     pub frames: u32,
-    /// Device time of its end, microseconds.
+    /// Device time of the window's end, microseconds.
     pub end_us: u64,
     /// Frames per second by the board's clock, measured over the window.
     pub frame_rate_hz: f32,
-    /// The code of every taxel that the frames' values are relative to: whole numbers, exact in
-    /// f32.
+    /// Code of each taxel that the frames' values are relative to: whole numbers, exact in f32.
     pub reference: Values,
     /// Span of the window.
     pub span: Span,
-    /// Number of the first frame of its slide.
+    /// Number of the first frame of the slide.
     pub slide_first: u32,
-    /// Number of the first frame of its touch.
+    /// Number of the first frame of the touch.
     pub touch_first: u32,
-    /// Mean level of the taxels by the static image of the hold before the slide, volts; NaN
-    /// without one.
+    /// Mean level of the taxels in the pressure map of the hold before the slide, volts; NaN
+    /// without a hold.
     pub level_v: f32,
-    /// The plan of its frames.
+    /// Plan of the frames.
     pub plan: Plan,
 }
 
 impl Window {
-    /// The first frames of a plan at its nominal rate; nothing is known of their touch.
+    /// Window of the first frames of a plan, at its nominal rate and of no known touch.
     pub const fn new(plan: Plan, frames: u32) -> Self {
         Self {
             first: 0,

@@ -1,7 +1,7 @@
-//! A pass over the frames: for each of a few blocks the products of every channel with level,
-//! slope and the lines, and the sums of the lines themselves. All that follows works on these.
+//! Sums of a pass over the frames, for each of a few blocks: products of every channel with level,
+//! slope and lines, and sums of the lines themselves. All later steps work on these sums.
 //!
-//! Within a block what modulates a line is taken to be constant, and baselines to be straight.
+//! Within a block, modulation is taken to be constant and baselines to be straight.
 
 use crate::lean::LEAN_ROWS;
 use crate::legendre::baselines;
@@ -23,7 +23,7 @@ use core::f32::consts::{FRAC_1_PI, PI};
 const FUNCTIONS: usize = 2 * HARMONICS_MAX;
 const ROWS: usize = rows(BLOCK_LINES, POINTS_MAX);
 
-/// Rows of memory: cosine and sine of all blocks' lines, or a transform.
+/// Rows of memory: cosine and sine of each line in all blocks, or a transform.
 pub const fn rows(lines: usize, points: usize) -> usize {
     let transform = points.div_ceil(CHANNELS_MAX) + LEAN_ROWS;
     if 2 * lines > transform {
@@ -33,7 +33,8 @@ pub const fn rows(lines: usize, points: usize) -> usize {
     }
 }
 
-/// Minimum fraction of a function that those before it leave: less is what turned blocks err by.
+/// Minimum fraction of a function left by the functions before it: below, errors of rotated blocks
+/// dominate.
 const LEFT_MIN: f32 = 1e-3;
 
 /// Sums over the blocks of a window.
@@ -51,17 +52,17 @@ pub struct Blocks {
     /// Products of the baselines with each other.
     gram: [[f32; DEGREE_MAX + 1]; DEGREE_MAX + 1],
     count: usize,
-    /// Groups of four channels that are used.
+    /// Number of groups of four channels in use.
     groups: usize,
     lines: Lines,
     multiple_max: usize,
 }
 
-/// Frames to pass over.
+/// Parameters of a pass over the frames.
 pub struct Pass {
     /// The unit line's phase.
     pub trajectory: Trajectory,
-    /// The unit is this part of the trajectory's phase: 1, or a half.
+    /// Phase of the unit line relative to the trajectory's: 1, or a half.
     pub scale: f32,
     /// Lines for which products with the channels are needed.
     pub lines: Lines,
@@ -70,7 +71,7 @@ pub struct Pass {
 }
 
 impl Blocks {
-    /// Empty ones; all zeros.
+    /// Empty blocks; all zeros.
     pub const fn new() -> Self {
         Self {
             rows: [[0.0; CHANNELS_MAX]; ROWS],
@@ -86,18 +87,18 @@ impl Blocks {
         }
     }
 
-    /// Memory that holds nothing between passes.
+    /// Scratch memory, free between passes.
     pub fn scratch(&mut self) -> &mut [f32] {
         self.rows().as_flattened_mut()
     }
 
-    /// This memory in rows.
+    /// Scratch memory in rows.
     pub fn rows(&mut self) -> &mut [Values] {
         &mut self.rows
     }
 
-    /// Divides a window for passes of up to so many lines, and passes over it for what baselines
-    /// have and for the products of the channels.
+    /// Divides a window into blocks for passes of up to `lines` lines, and sums up the products of
+    /// the baselines and of the channels.
     #[inline(never)]
     pub fn start(&mut self, window: &mut WindowFrames, lines: usize, may_share: bool) -> Products {
         self.divide(window.count(), BLOCKS_MAX.min(BLOCK_LINES / lines.max(1)));
@@ -136,7 +137,7 @@ impl Blocks {
         products.finish()
     }
 
-    /// Adds what baselines have of a block.
+    /// Adds a block's products with the baselines.
     fn add_levels(&mut self, b: usize, sums: &[Values; 2], moments: &[f32; 3]) {
         let [count, first, second] = moments;
         let baselines = baselines(self.middle(b));
@@ -152,24 +153,23 @@ impl Blocks {
         }
     }
 
-    /// End of a block.
     fn end(&self, b: usize) -> f32 {
         self.ends[b % BLOCKS_MAX]
     }
 
-    /// True if a place is in a block.
+    /// True if `u` is in a block.
     fn is_in(&self, b: usize, u: f32) -> bool {
         u < self.end(b) && (b == 0 || u >= self.end(b - 1))
     }
 
-    /// Block of a place.
+    /// Block that contains `u`.
     fn block(&self, u: f32) -> usize {
         let ends = self.ends.get(..self.count).unwrap_or_default();
         let b = ends.partition_point(|end| *end <= u);
         b.min(self.count.saturating_sub(1))
     }
 
-    /// Passes over the window, or over what a model leaves of it.
+    /// Passes over the window, or over its residuals after a model.
     #[inline(never)]
     pub fn collect(&mut self, window: &mut WindowFrames, pass: &Pass, model: Option<&Model>) {
         self.lines = pass.lines;
@@ -233,7 +233,6 @@ impl Blocks {
         }
     }
 
-    /// Number of blocks.
     pub fn count(&self) -> usize {
         self.count.min(BLOCKS_MAX)
     }
@@ -244,7 +243,6 @@ impl Blocks {
         0.5 * (start + self.end(b))
     }
 
-    /// The lines of the pass.
     pub fn lines(&self) -> Lines {
         self.lines
     }
@@ -280,8 +278,8 @@ impl Blocks {
             .map(|[value, slope]| [0, 1].map(|i| value * wave[i] + slope * moment[i]))
     }
 
-    /// Sums over all blocks, each with its weight: of the multiples of the phase up to `max`, and
-    /// of the lines' products with the baselines of a shape.
+    /// Weighted sums over all blocks: multiples of the phase, and products of the lines of a shape
+    /// with its baselines.
     pub fn totals(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> Totals {
         let max = (2 * shape.lines.max()).min(self.multiple_max);
         let mut totals = Totals::default();
@@ -305,7 +303,7 @@ impl Blocks {
         totals
     }
 
-    /// Products of the lines of a shape with the channels, into rows.
+    /// Writes the products of a shape's lines with the channels into rows.
     fn products(&self, shape: &Shape, rows: &mut [Values]) {
         let pairs = rows.as_chunks_mut::<2>().0.iter_mut();
         for (pair, line) in pairs.zip(shape.lines.iter()) {
@@ -371,8 +369,8 @@ impl Blocks {
         }
     }
 
-    /// How far, in radians of the unit line, two trajectories turn neighbouring blocks against each other:
-    /// what a block's own frames lack after a turn from the one to the other.
+    /// Largest rotation between adjacent blocks on the way from one trajectory to another, radians
+    /// of the unit line: the error left within rotated blocks.
     pub fn twist(&self, from: &Trajectory, to: &Trajectory) -> f32 {
         let turned = |b: usize| {
             let u = self.middle(b);
@@ -383,11 +381,11 @@ impl Blocks {
             .fold(0.0, f32::max)
     }
 
-    /// Adds what the lines of a shape, by their coefficients, gain in a block where phase and amplitude
-    /// are `moved`: to the channels' products with lines and with the shape's baselines.
+    /// Adds the effect of a modulation of phase and amplitude, `moved`, on the lines of a shape in
+    /// a block: to the channels' products with lines and with the shape's baselines.
     pub fn add(&mut self, b: usize, shape: &Shape, coefficients: &[Values], moved: [f32; 2]) {
         let [phase, amplitude] = moved;
-        // Coefficients are those of the lines; what moves are the products.
+        // The coefficients stay; the modulation is applied to the products.
         let gain = |line: usize, [cos, sin]: Wave| {
             let turn = phase * line as f32;
             [amplitude * cos - turn * sin, amplitude * sin + turn * cos]
@@ -436,17 +434,17 @@ impl Solution {
         let totals = blocks.totals(&shape, &[1.0; BLOCKS_MAX]);
         totals.of_shape(&shape, &mut self.lower[first..]);
         blocks.products(&shape, &mut self.rows[first..]);
-        // What an earlier solution has in the last group is not of this one.
+        // Clears what an earlier solution left in the last group.
         self.rows[shape.unknowns()..].fill([0.0; CHANNELS_MAX]);
         let factor = Factor::with_pivots(&mut self.lower, shape.unknowns(), LEFT_MIN);
         factor.forward_rows(&mut self.rows);
     }
 }
 
-/// Frames that are added to a block at a time: a sum is then read and written once for all.
+/// Frames added to a block at a time, so that each sum is read and written once for all of them.
 const BATCH: usize = 4;
 
-/// A few frames, and the lines' cosines and sines there.
+/// A few frames, with cosine and sine of each line.
 struct Batch {
     values: [Values; BATCH],
     weights: [[f32; FUNCTIONS]; BATCH],
@@ -460,7 +458,7 @@ impl Batch {
         count: 0,
     };
 
-    /// Adds a frame, whose cosines and sines are to be filled in.
+    /// Adds a frame; the caller fills in its cosines and sines.
     fn push(&mut self, values: &Values) -> &mut [f32; FUNCTIONS] {
         let place = self.count % BATCH;
         self.values[place] = *values;
@@ -468,11 +466,11 @@ impl Batch {
         &mut self.weights[place]
     }
 
-    /// Adds the frames to the rows of a block and forgets them; `groups` is how many groups of four
-    /// channels are used.
+    /// Adds the frames to the rows of a block and empties the batch; `groups` is the number of
+    /// groups of four channels in use.
     #[inline(never)]
     fn add_to(&mut self, rows: &mut [Values], groups: usize) {
-        // Remains of earlier frames do not count.
+        // Frames of an earlier batch must not count.
         self.weights[self.count.min(BATCH)..].fill([0.0; FUNCTIONS]);
         let [one, two, three, four] = self
             .values

@@ -1,4 +1,4 @@
-//! A comb: which of a candidate's harmonics are there, and how likely it is.
+//! Harmonic combs: lines and likelihood of a candidate.
 
 use crate::blocks::Blocks;
 use crate::covariance::Samples;
@@ -11,37 +11,37 @@ use crate::solve::{Power, Shape, Solution};
 use crate::trajectory::Trajectory;
 use crate::workspace::Workspace;
 
-/// Minimum number of functions next to the lines that a covariance is taken from.
+/// Minimum number of functions of noise bins for a covariance.
 const NOISE_BINS_MIN: usize = 4;
 
-/// A candidate after its refinement.
+/// A refined candidate.
 #[derive(Clone, Copy, Debug)]
 pub struct Comb {
-    /// Logarithm of its likelihood, less the Bayesian criterion's price.
+    /// Log likelihood less the penalty of the Bayesian information criterion.
     pub score: f32,
     /// Phase of the fundamental.
     pub trajectory: Trajectory,
     /// Lines and baseline of the comb.
     pub shape: Shape,
-    /// Phase of the unit that was tried, after its refinement.
+    /// Refined phase of the unit line that was tried.
     pub unit: Trajectory,
     /// Lines that stand out of the local noise.
     pub kept: Lines,
-    /// The likeliest comb of another frequency.
+    /// The likeliest comb at another frequency.
     pub competing: CompetingComb,
 }
 
-/// A comb of another frequency.
+/// A comb at another frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct CompetingComb {
-    /// Score, in the end relative to the likeliest.
+    /// Score, finally relative to the likeliest comb.
     pub score: f32,
     /// Cycles per window.
     pub cycles: f32,
 }
 
 impl CompetingComb {
-    /// Empty.
+    /// No competing comb.
     pub const NONE: Self = Self {
         score: f32::NEG_INFINITY,
         cycles: 0.0,
@@ -49,8 +49,8 @@ impl CompetingComb {
 }
 
 impl Refinement<'_> {
-    /// The comb at a `trajectory`, to which the blocks are rotated, with a baseline of
-    /// `degree`. The blocks stay at the refined unit line.
+    /// Fits the comb at a `trajectory`, to which the blocks are rotated, with a baseline of
+    /// `degree`. Leaves the blocks at the refined unit line.
     #[inline(never)]
     pub fn comb(
         &self,
@@ -99,9 +99,9 @@ impl Refinement<'_> {
         }
     }
 
-    /// The lines of the solution whose power is more than the Bayesian criterion's price by the
-    /// noise next to them, and than all that rounding may have: of these the one whose multiples
-    /// have most power, with them. The first where there is none. One that is folded has none.
+    /// Selects the lines whose power over the local noise exceeds the Bayesian penalty plus the
+    /// power that rounding may have. Returns the one whose multiples have most power, with these
+    /// multiples; line 1 if there is none. Aliased lines are not eligible as the unit.
     #[inline(never)]
     fn lines_there(&self, workspace: &Workspace, cycles: f32) -> Lines {
         let rounding = self.all.rounding(&workspace.weights, self.width);
@@ -131,8 +131,8 @@ impl Refinement<'_> {
         multiples(unit).fold(Lines::NONE.with(unit), Lines::with)
     }
 
-    /// The likeliest of the combs at a `trajectory` with baselines of some degrees, whose fundamental is in
-    /// the band; the blocks are turned to its unit. The weights of the best so far are kept.
+    /// Likeliest comb at a `trajectory` over baselines of some degrees, with its fundamental in the
+    /// band. Rotates the blocks to its unit line and keeps the weights of the best comb so far.
     pub fn best(
         &self,
         blocks: &mut Blocks,
@@ -142,7 +142,7 @@ impl Refinement<'_> {
     ) -> Option<Comb> {
         let (mut at, mut best) = (trajectory, None::<Comb>);
         for degree in degrees {
-            // A baseline that explains nothing at the best trajectory so far explains nothing at all.
+            // Skip a baseline that does not raise the score at the best trajectory so far.
             if let Some(best) = &best {
                 let shape = Shape {
                     lines: best.kept,
@@ -173,8 +173,9 @@ impl Refinement<'_> {
         best
     }
 
-    /// A bound of the scores of all combs at the blocks' trajectory with a baseline of up to `degree`, of
-    /// as many unknowns as `min` and more: what all lines explain, at the price of the least.
+    /// Upper bound on the scores of all combs at the blocks' trajectory with a baseline of up to
+    /// `degree` and at least as many unknowns as `min`: the likelihood of all lines at the penalty
+    /// of `min`.
     pub fn bound(
         &self,
         blocks: &Blocks,
@@ -223,12 +224,12 @@ impl Refinement<'_> {
         samples.invert(&mut workspace.weights, Some(&variances));
     }
 
-    /// Logarithm of the likelihood, less the price of the unknowns.
+    /// Log likelihood less the penalty of the unknowns.
     pub fn score(&self, solution: &Solution) -> f32 {
         self.likelihood(solution) - self.price(&solution.shape)
     }
 
-    /// Logarithm of the likelihood, by the determinant of the residuals' covariance.
+    /// Log likelihood, from the determinant of the residuals' covariance.
     fn likelihood(&self, solution: &Solution) -> f32 {
         let log_det = if self.may_share {
             let mut residuals = solution.residuals(self.all);
@@ -247,7 +248,7 @@ impl Refinement<'_> {
         -0.5 * self.bartlett() * log_det
     }
 
-    /// Price of the unknowns by the Bayesian criterion.
+    /// Penalty of the unknowns by the Bayesian information criterion.
     fn price(&self, shape: &Shape) -> f32 {
         let unknowns = self.width as f32 * shape.unknowns() as f32 + 1.0;
         0.5 * unknowns * libm::logf(self.frames)

@@ -1,5 +1,4 @@
-//! What a window says: the mean frequency, its uncertainty, and the one place where a status is
-//! set.
+//! Results of a window: the mean frequency, its uncertainty, and the status of a tested tone.
 
 use crate::blocks::Blocks;
 use crate::comb::CompetingComb;
@@ -24,32 +23,32 @@ use crate::statistics::Statistics;
 use crate::workspace::Workspace;
 use core::f32::consts::PI;
 
-/// Logarithm of a thousand: odds against another frequency.
+/// Minimum log odds against another frequency: a thousand to one.
 const ODDS: f32 = 6.9;
-/// Fewer cycles do not show a period.
+/// Minimum number of cycles that show a period.
 pub const CYCLES: f32 = 1.15;
-/// Minimum number of cycles of a period where all channels have one shape in time, or are no more
-/// than two: any bump looks like it.
+/// Minimum number of cycles if all channels have one waveform, or there are at most two channels:
+/// any bump looks like a period.
 pub const CYCLES_ONE: f32 = 2.0;
-/// Phase beyond the fitted degrees, radians: past it a cycle may be lost.
+/// Maximum RMS phase beyond the fitted degrees, radians: above, a cycle may be lost.
 const FOLLOWED: f32 = 0.2;
 /// Power of another line, as a fraction of the tone's, that counts as a second tone.
 const SECOND_TONE: f32 = 0.125;
-/// Maximum change of an amplitude, RMS, as a fraction of it.
+/// Maximum RMS change of the amplitude, as a fraction.
 const FADING: f32 = 0.7;
-/// Largest relative sigma of a frequency.
+/// Maximum relative sigma of a frequency.
 pub const SIGMA_MAX: f32 = 0.1;
-/// Sigma of a variance from few samples.
+/// Relative inflation of sigma, times the degrees of freedom.
 const FEW_SAMPLES: f32 = 1.2;
 
 /// The mean frequency, in cycles per window.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mean {
-    /// The mean.
+    /// Mean frequency.
     pub cycles: f32,
     /// Standard deviation.
     pub sigma: f32,
-    /// Phase modulation.
+    /// Estimate of the mean phase.
     pub phase: MeanPhase,
     /// Variance inflation of the phase modulation.
     pub scale: f32,
@@ -84,8 +83,8 @@ pub fn mean(
     }
 }
 
-/// Variance inflation of clipped channels, by what each tells of the frequency. A frame at the end of
-/// the range has neither noise nor slope: the frames that tell of the frequency have all the noise.
+/// Variance inflation for clipped channels, weighted by their information on the frequency. A
+/// clipped frame has neither noise nor slope: the frames with information have all the noise.
 fn noise_of_clipped(tested: &Tested, solution: &Solution, clipped: &Values) -> f32 {
     if clipped.iter().all(|clipped| *clipped <= 0.0) {
         return 1.0;
@@ -115,7 +114,8 @@ struct Scale {
 }
 
 impl Scale {
-    /// The noise where the mean frequency sees it, from as many samples as there are.
+    /// Noise at the distances from the lines that affect the mean frequency, corrected for few
+    /// samples.
     fn new(tested: &Tested, noise_bins: &NoiseBins, blocks: &Blocks) -> Self {
         let (followed, lines) = (tested.followed, tested.shape.lines);
         let n = followed.fitted.phase;
@@ -131,7 +131,7 @@ impl Scale {
         let places = places.get(..blocks.count()).unwrap_or_default();
         let level = places.iter().map(|[_, value]| value).sum::<f32>() / places.len() as f32;
         let (mut last, mut seen_there) = (f32::NAN, 0.0);
-        // Cosine and sine of one place follow each other.
+        // Cosine and sine of one bin follow each other and share a result.
         let mut sees = |distance: f32| {
             if distance != last {
                 let (mut cos, mut sin) = (0.0, 0.0);
@@ -153,7 +153,7 @@ impl Scale {
             weights += weight;
             weighted += weight * member.power;
         }
-        // White noise has no place of its own.
+        // White noise is the same at all frequencies.
         let (mut local, mut equal) = (1.0, followed.count);
         if noise_bins.count() > 0 {
             local = power
@@ -191,7 +191,7 @@ pub fn movement(
     mean: &Mean,
     span: &FrameSpan,
 ) -> Movement {
-    // The first degree is the mean frequency's.
+    // The first degree belongs to the mean frequency.
     let count = followed.degrees.phase.min(DEGREES_MAX);
     let variance = |weights: &[f32; DEGREES_MAX]| {
         let rows = covariance.iter().zip(weights).take(count).skip(1);
@@ -203,7 +203,7 @@ pub fn movement(
     };
     let mut phase = followed.phase();
     phase[0] = 0.0;
-    // The mean square of P'_k is k (k + 1) / 2 over -1 to 1, twice over.
+    // Mean squares of the slope of the phase, and of the noise in the slope.
     let (mut square, mut noise) = (0.0, 0.0);
     const PLACES: usize = 32;
     for i in 0..PLACES {
@@ -215,7 +215,7 @@ pub fn movement(
     }
     let unit = PI * mean.cycles;
     let wander = crate::sqrt((square - noise).max(0.0)) / unit;
-    // By even degrees, half of the change of the frequency over the window.
+    // Least-squares slope of the frequency by `u`: three times the even coefficients.
     let even = core::array::from_fn(|i| if i % 2 == 1 { 1.0 } else { 0.0 });
     let chirp = 3.0 * phase.iter().zip(&even).map(|(x, w)| x * w).sum::<f32>() / PI;
     let chirp_sigma = 3.0 * crate::sqrt(variance(&even)) / PI;
@@ -228,40 +228,40 @@ pub fn movement(
     }
 }
 
-/// Another reading of a window.
+/// A competing frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading {
     /// Cycles per window.
     pub cycles: f32,
-    /// Power over that of the reported tone.
+    /// Power relative to the reported tone.
     pub share: f32,
 }
 
 impl Reading {
-    /// One that explains the same power.
+    /// A frequency that explains the same power.
     fn of(cycles: f32) -> Self {
         Self { cycles, share: 1.0 }
     }
 }
 
-/// The figures that a status is set by.
+/// Figures that determine the status.
 pub struct Figures<'v> {
     /// Results of the tests.
     pub tests: &'v Tests,
     /// The mean frequency.
     pub mean: &'v Mean,
-    /// Another line.
+    /// A line outside the comb.
     pub other: &'v Other,
-    /// The likeliest comb of another frequency.
+    /// The likeliest comb at another frequency.
     pub competing: &'v CompetingComb,
-    /// The strongest line.
+    /// Number of the strongest line.
     pub strongest: usize,
-    /// The strongest of the other lines.
+    /// Number of the second strongest line.
     pub second: usize,
-    /// Cycles per window of the line with most power, if that is beyond half the frame rate: where
-    /// frames see it may as well be a tone.
+    /// Frequency of the loudest line, cycles per window, if beyond half the frame rate: its alias
+    /// may as well be a tone.
     pub image: Option<f32>,
-    /// Cycles per window of the strongest function next to a line.
+    /// Frequency of the strongest noise bin near a line, cycles per window.
     pub nearest: f32,
     /// Subharmonic of the tone that falls on the known interferer, cycles per window.
     pub hidden: Option<f32>,
@@ -276,7 +276,7 @@ pub struct Figures<'v> {
 }
 
 impl Figures<'_> {
-    /// The status: the only place where it is set.
+    /// Status of a tested tone.
     pub fn status(&self) -> Status {
         let (tests, mean) = (self.tests, self.mean);
         let is_lost = mean.phase.unfollowed > FOLLOWED * FOLLOWED;
@@ -299,7 +299,7 @@ impl Figures<'_> {
         self.lines > 1 && self.tests.fundamental < Z_TEST
     }
 
-    /// The reading that makes a tone ambiguous; `None` if nothing does.
+    /// Competing frequency that makes a tone ambiguous; `None` if there is none.
     pub fn other_reading(&self) -> Option<Reading> {
         let (tests, cycles) = (self.tests, self.tests.cycles);
         let min = if tests.one_shape { CYCLES_ONE } else { CYCLES };
@@ -330,7 +330,7 @@ impl Figures<'_> {
         } else if self.nyquist.max - cycles < min {
             2.0 * self.nyquist.max - self.mean.cycles
         } else if cycles < min || self.is_crowded || tests.margin < ODDS {
-            // Without a competing comb a part of a cycle is left: of a slower tone.
+            // Without a competing comb, the alternative is a tone at half the frequency.
             if self.competing.cycles > 0.0 {
                 self.competing.cycles
             } else {
@@ -343,7 +343,7 @@ impl Figures<'_> {
     }
 }
 
-/// Fills in the channels.
+/// Fills in the results of the channels.
 #[inline(never)]
 pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistics, fit: &mut Fit) {
     let first = solution.shape.first_line();
@@ -374,7 +374,8 @@ pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistic
     }
 }
 
-/// Ratios of the overtones to the fundamental, the same in all channels whatever their delays.
+/// Complex ratios of the overtones to the fundamental, the same in all channels whatever their
+/// delays.
 pub fn overtones(solution: &Solution, variances: &Values, width: usize) -> [[f32; 2]; OVERTONES] {
     let mut ratios = [[0.0; 2]; OVERTONES];
     let numbers = solution.shape.lines;
@@ -392,8 +393,8 @@ pub fn overtones(solution: &Solution, variances: &Values, width: usize) -> [[f32
     ratios
 }
 
-/// Ratio of one overtone, by cosine and sine of its line and of the fundamental in the first `width`
-/// channels.
+/// Complex ratio of an overtone to the fundamental, from cosine and sine of both in the first
+/// `width` channels.
 pub fn overtone(
     line: usize,
     [cos, sin]: &[Values; 2],
@@ -408,7 +409,7 @@ pub fn overtone(
         if power <= 0.0 {
             continue;
         }
-        // Conjugate of the fundamental to the line's power, of unit length but once.
+        // Conjugate of the fundamental, scaled to unit length, to the power `line`.
         let (mut c, mut s) = (1.0, 0.0);
         let size = crate::sqrt(power);
         for _ in 0..line {

@@ -1,5 +1,4 @@
-//! The covariance of the channels' noise from a few samples: shrunk towards what few samples can
-//! tell.
+//! Covariance of the channels' noise from few samples, by shrinkage.
 //!
 //! O. Ledoit, M. Wolf, "A well-conditioned estimator for large-dimensional covariance matrices",
 //! Journal of Multivariate Analysis 88 (2004), 365-411; here correlations are shrunk towards none,
@@ -9,17 +8,17 @@ use crate::limits::CHANNELS_MAX;
 use crate::matrix::{Factor, Square, invert};
 use crate::source::Values;
 
-/// Added to variances: rounding, in units of a channel's own variance.
+/// Rounding that is added to variances, relative to a channel's own variance.
 pub const ROUNDING: f32 = 5e-7;
 
-/// Samples of the noise: how many there are.
+/// Number and kind of the noise samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Samples {
     /// Number of channels.
     pub width: usize,
     /// Number of samples.
     pub count: f32,
-    /// Number of samples of equal weight that tell as much.
+    /// Effective number: samples of equal weight with the same information.
     pub effective: f32,
     /// True if channels may be correlated.
     pub may_share: bool,
@@ -32,12 +31,12 @@ pub struct Covariance {
     pub variances: Values,
     /// Shrinkage towards the diagonal.
     pub shrinkage: f32,
-    /// Channels that tell as much and are not correlated.
+    /// Effective number of uncorrelated channels.
     pub channels: f32,
 }
 
 impl Covariance {
-    /// Zeros.
+    /// No covariance yet.
     pub const NONE: Self = Self {
         variances: [0.0; CHANNELS_MAX],
         shrinkage: 1.0,
@@ -46,8 +45,8 @@ impl Covariance {
 }
 
 impl Samples {
-    /// The covariance, whose inverse takes the place of the samples' products on and below the
-    /// diagonal; `all` are variances over all frames.
+    /// Shrinks the covariance, and replaces the samples' products (on and below the diagonal) by
+    /// the inverse covariance; `all` are variances over all frames.
     #[inline(never)]
     pub fn invert(&self, products: &mut Square<CHANNELS_MAX>, all: Option<&Values>) -> Covariance {
         let c = self.width.min(CHANNELS_MAX);
@@ -111,15 +110,15 @@ impl Samples {
     }
 }
 
-/// The product x' W y; channels that are not used have zeros.
+/// The product x' W y; unused channels have zeros.
 pub fn form(x: &Values, weights: &Square<CHANNELS_MAX>, y: &Values) -> f32 {
     let rows = x.iter().zip(weights).filter(|(x, _)| **x != 0.0);
     rows.map(|(x, row)| x * row.iter().zip(y).map(|(w, y)| w * y).sum::<f32>())
         .sum()
 }
 
-/// The product x' W x of symmetric weights, by groups of four up to the diagonal; channels that are not
-/// used have zeros.
+/// The product x' W x for symmetric weights, by groups of four up to the diagonal; unused channels
+/// have zeros.
 pub fn power(x: &Values, weights: &Square<CHANNELS_MAX>) -> f32 {
     let groups = x.as_chunks::<4>().0;
     let mut power = 0.0;
@@ -153,8 +152,8 @@ pub fn add_products(products: &mut [Values], [one, other]: [&Values; 2]) {
     }
 }
 
-/// Adds the products of the channels of a sample, `weight` times, on and below the diagonal; channels
-/// that are not used have zeros.
+/// Adds `weight` times the products of the channels of a sample, on and below the diagonal; unused
+/// channels have zeros.
 pub fn add_product(products: &mut Square<CHANNELS_MAX>, weight: f32, values: &Values) {
     for (k, row) in products.iter_mut().enumerate() {
         let own = weight * values[k];

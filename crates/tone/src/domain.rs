@@ -1,30 +1,30 @@
-//! The domain of a span, time or position along a path: `u` is -1 at its start and 1 at its end.
+//! Domain of a span (time, or position along a path), as `u` from -1 to 1.
 
 /// `u` of the frames of a span.
 #[derive(Clone, Copy)]
 pub enum Domain<'a> {
-    /// In time: `u` of frame 0, and from one frame to the next.
+    /// Time.
     Time {
         /// `u` of frame 0.
         start: f32,
-        /// From one frame to the next.
+        /// Step of `u` per frame.
         step: f32,
     },
-    /// Along a path, by positions.
+    /// Position along a path.
     Position {
         /// Position of a frame by its number.
         position: &'a dyn Fn(u32) -> f32,
-        /// Middle of its range.
+        /// Middle of the range.
         centre: f32,
-        /// Half of its range.
+        /// Half of the range, plus half a frame.
         half: f32,
-        /// Length with all turns over its range.
+        /// Path length, reversals included, relative to the range; at least 1.
         travel: f32,
     },
 }
 
-/// Frames from one position to the next whose distance counts for the length of a path: the steps of
-/// an encoder do not make it longer.
+/// Frames between the positions that add to the path length, so that encoder steps do not lengthen
+/// the path.
 const STRIDE_FRAMES: u32 = 8;
 
 impl<'a> Domain<'a> {
@@ -37,7 +37,7 @@ impl<'a> Domain<'a> {
         }
     }
 
-    /// The domain of `frames` frames along a path. `None` if it does not move, or a position is not
+    /// The domain of `frames` frames along a path. `None` if the position never changes or is not
     /// finite.
     pub fn positions(position: &'a dyn Fn(u32) -> f32, frames: u32) -> Option<Self> {
         let (mut min, mut max) = (f32::INFINITY, f32::NEG_INFINITY);

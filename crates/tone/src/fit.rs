@@ -5,19 +5,19 @@ use crate::limits::{CHANNELS_MAX, OVERTONES};
 /// Status of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// A tone that the channels share; 1.96 sigma hold its mean frequency over the window, movement
-    /// included, in 95 of 100 windows.
+    /// A tone common to the channels; 1.96 sigma cover its mean frequency over the window,
+    /// modulation included, in 95 of 100 windows.
     Good,
-    /// The channels share no tone that is significant against their noise.
+    /// The channels have no common tone that is significant against their noise.
     NoTone,
     /// The window holds too few frames to decide.
     TooShort,
     /// No valid channel or no valid frame.
     Nothing,
-    /// Another reading explains the window about as well; [`Fit::other_tone`] names it.
+    /// Another frequency explains the window about as well: see [`Fit::other_tone`].
     Ambiguous,
-    /// A tone, but no interval can be promised: its phase is not followed, its amplitude comes or
-    /// goes, or a channel stays at an end of its range for a quarter of the window.
+    /// A tone without a reliable interval: its phase is not followed, its amplitude comes or goes,
+    /// or a channel stays at an end of its range for a quarter of the window.
     Unsteady,
 }
 
@@ -38,7 +38,7 @@ pub struct ChannelFit {
     /// Phase of the fundamental at the window's centre, radians, -pi to pi: amplitude x cos(theta +
     /// phase).
     pub phase_rad: f32,
-    /// Variance of that phase, radians squared; not finite in a channel without any tone.
+    /// Variance of `phase_rad`, radians squared; not finite in a channel without any tone.
     pub phase_variance: f32,
     /// Standard deviation of the residuals.
     pub residual: f32,
@@ -47,93 +47,93 @@ pub struct ChannelFit {
 /// Frequency modulation within the window; zeros without a tone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Movement {
-    /// How much the frequency differs from its mean, RMS over the window, as a share
-    /// of it (0.02 is 2 %).
+    /// Deviation of the frequency from its mean, RMS over the window, as a fraction of the mean
+    /// (0.02 is 2 %).
     pub wander: f32,
     /// Standard deviation of `wander`.
     pub wander_sigma: f32,
-    /// Change of the frequency: hertz per second, without a frame rate cycles per frame per frame;
-    /// along a path cycles per its unit, squared.
+    /// Rate of change of the frequency: hertz per second; cycles per frame squared without a frame
+    /// rate; cycles per unit squared along a path.
     pub chirp: f32,
     /// Standard deviation of `chirp`.
     pub chirp_sigma: f32,
 }
 
-/// Another reading of the window than the reported one.
+/// A frequency that competes with the reported one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OtherTone {
-    /// In the unit of [`Fit::frequency`].
+    /// Frequency, in the unit of [`Fit::frequency`].
     pub frequency: f32,
-    /// Power over that of the reported tone.
+    /// Power relative to the reported tone.
     pub share: f32,
 }
 
-/// Figures of the tests, for whoever wants to know why.
+/// Test statistics behind a status, for diagnosis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tests {
-    /// Logarithm of the odds against the likeliest comb of another frequency.
+    /// Log odds against the likeliest comb at another frequency.
     pub margin: f32,
-    /// Deviate of the strongest line over its neighbourhood.
+    /// Normal deviate of the strongest line over the local noise.
     pub line: f32,
-    /// Deviate of the fundamental over its own neighbourhood.
+    /// Normal deviate of the fundamental over its local noise.
     pub fundamental: f32,
-    /// Deviate of another line.
+    /// Normal deviate of another line.
     pub other: f32,
-    /// Deviate of the lines between the comb's.
+    /// Normal deviate of lines halfway between the harmonics.
     pub between: f32,
     /// Normal deviate of the power outside the lines.
     pub beside: f32,
-    /// Power outside the lines over the tone's.
+    /// Power outside the lines relative to the tone.
     pub beside_share: f32,
-    /// Phase that is not followed, radians.
+    /// Phase that is not followed, RMS, radians.
     pub unfollowed: f32,
-    /// Change of the amplitude, RMS, as a fraction of it.
+    /// RMS change of the amplitude, as a fraction.
     pub fading: f32,
     /// Cycles in the window.
     pub cycles: f32,
-    /// True if any bump may look like this: all channels have one shape in time, or there are at
-    /// most two of them.
+    /// True if any bump may look like this tone: all channels have one waveform, or there are at
+    /// most two channels.
     pub one_shape: bool,
-    /// Probability that the phase does not move.
+    /// Probability of a constant frequency.
     pub steady: f32,
     /// Degree of the baseline.
     pub degree: u8,
-    /// Degrees of the phase that are fitted.
+    /// Number of degrees of the phase that are fitted.
     pub degrees: u8,
-    /// Lines that are fitted, bit by bit.
+    /// Mask of the fitted lines; bit k is line k.
     pub lines: u16,
 }
 
 /// The result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// Whether the window has a tone.
+    /// Verdict on the window.
     pub status: Status,
     /// Mean frequency over the window: hertz if the span has a frame rate
-    /// ([`crate::FrameSpan::with_frame_rate`]), else cycles per frame; along a path cycles per its
-    /// unit. Zero if there is no tone.
+    /// ([`crate::FrameSpan::with_frame_rate`]), else cycles per frame; along a path, cycles per
+    /// unit of position. Zero if there is no tone.
     pub frequency: f32,
-    /// Standard deviation of the frequency, in the same unit.
+    /// Standard deviation of `frequency`, in its unit.
     pub sigma: f32,
     /// Frequency modulation.
     pub movement: Movement,
-    /// The competing reading, where the status is [`Status::Ambiguous`].
+    /// Competing frequency, if the status is [`Status::Ambiguous`].
     pub other_tone: Option<OtherTone>,
-    /// Frequency of the interferer as fitted, cycles per frame; None if none was given.
+    /// Fitted frequency of the interferer, cycles per frame; `None` if none was declared or found.
     pub interferer: Option<f32>,
-    /// The highest harmonic that is there.
+    /// Number of the highest harmonic that was found.
     pub harmonics: u8,
-    /// The second harmonic and those above it against the fundamental, common to all channels,
-    /// whatever their gains and delays: real and imaginary part of a ratio. Zeros of harmonics that
-    /// are not there, and without a tone.
+    /// Complex ratios of the second and higher harmonics to the fundamental (real and imaginary
+    /// part), common to all channels whatever their gains and delays. Zeros for missing harmonics,
+    /// and without a tone.
     pub overtones: [[f32; 2]; OVERTONES],
-    /// Frames that counted.
+    /// Number of frames that were used.
     pub frames: u32,
     /// Bit k: channel k was used.
     pub usable: u16,
     /// Bit k: the tone is significant in channel k alone.
     pub with_tone: u16,
-    /// One for each channel; zeros where it was not used.
+    /// Results of each channel; zeros if not used.
     pub channels: [ChannelFit; CHANNELS_MAX],
     /// Results of the tests.
     pub tests: Tests,

@@ -1,4 +1,4 @@
-//! The order of the steps.
+//! Sequence of the steps of a fit.
 
 use crate::blocks::{Blocks, Pass};
 use crate::comb::{Comb, CompetingComb};
@@ -26,22 +26,22 @@ use crate::trajectory::Trajectory;
 use crate::window_frames::WindowFrames;
 use crate::workspace::Workspace;
 
-/// Fits of a window whose impulses are replaced, the last included.
+/// Maximum number of fits of a window whose impulses are replaced, the last included.
 const ATTEMPTS: usize = 3;
-/// Fits after which the multiplexing delay is corrected again.
+/// Maximum number of corrections for delays.
 const LATE_FITS: usize = 3;
-/// Parts of a peak's frequency that are tried, where there are as many harmonics.
+/// Maximum divisor of a peak's frequency to try, given as many harmonics.
 const DIVISORS: usize = 3;
 /// Minimum number of cycles of a candidate.
 const CYCLES_MIN: f32 = 0.45;
-/// Candidates nearer than this, in cycles, are one.
+/// Minimum distance between candidates, cycles per window.
 const CANDIDATES_APART: f32 = 0.1;
-/// A tone this close to hum is subtracted with it, cycles per window.
+/// A tone within this distance of hum is subtracted with the hum, cycles per window.
 const HUM_CYCLES: f32 = 1.5;
 /// Below this many cycles a curved baseline is tried for every candidate.
 const CYCLES_CURVED: f32 = 5.0;
 
-/// The estimator: memory of its steps.
+/// Frequency estimator, with the memory of its steps.
 #[derive(Debug)]
 pub struct Fitter {
     impulses: Impulses,
@@ -56,7 +56,7 @@ impl Default for Fitter {
 }
 
 impl Fitter {
-    /// A fitter; all zeros, so that a static of it takes no flash.
+    /// A fitter of all zeros, so that a static takes no flash.
     pub const fn new() -> Self {
         Self {
             impulses: Impulses::new(),
@@ -68,7 +68,7 @@ impl Fitter {
     /// Fits all usable channels of a span.
     ///
     /// # Errors
-    /// If its frames were overwritten meanwhile.
+    /// If frames were overwritten before they were read.
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
         if Lean::takes(span, scene) {
@@ -79,21 +79,20 @@ impl Fitter {
         fit
     }
 
-    /// Follows the line of the latest fit through the frames behind its window, one after the other:
-    /// the span begins where the fit's window or the latest span ended. A fit takes as many
-    /// instructions as two hundred frames.
+    /// Tracks the line of the latest fit through the frames after its window, one by one: the span
+    /// must begin where the fit's window or the latest span ended. A fit takes as many instructions
+    /// as tracking two hundred frames.
     ///
-    /// None where only a fit can tell: after a fit that was not good, or not of a single line in a
-    /// scene in white noise at a steady speed; and from the frame on whose residuals disagree with
-    /// the fit's noise.
+    /// `None` if a new fit is needed: after a fit that was not good, or not of a single line in
+    /// white noise at a steady speed; and once the residuals disagree with the fit's noise.
     ///
     /// # Errors
-    /// If its frames were overwritten meanwhile.
+    /// If frames were overwritten before they were read.
     pub fn follow(&mut self, span: &mut FrameSpan) -> Result<Option<Tracked>, Overwritten> {
         Loop::new(self.loop_rows()).follow(span)
     }
 
-    /// Memory of the loop, which a fit writes over.
+    /// Memory of the loop, overwritten by a fit.
     fn loop_rows(&mut self) -> &mut [Values; ROWS] {
         &mut self.workspace.memory.as_chunks_mut().0[0]
     }
@@ -103,7 +102,7 @@ impl Fitter {
         Loop::new(self.loop_rows()).end();
     }
 
-    /// Fits a lean scene. It is not inlined: its memory on the stack is not that of other scenes.
+    /// Fits a lean scene. Not inlined, so that other scenes do not need its stack.
     #[inline(never)]
     fn fit_lean(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
         let mut solution = lean::Solution::NONE;
@@ -127,10 +126,10 @@ impl Fitter {
         fit
     }
 
-    /// Fits all usable channels of a span along a path, each channel at a position of its own.
+    /// Fits all usable channels of a span along a path, and corrects the delay of each channel.
     ///
     /// # Errors
-    /// If its frames were overwritten meanwhile.
+    /// If frames were overwritten before they were read.
     pub fn fit_delayed(
         &mut self,
         span: &mut FrameSpan,
@@ -139,7 +138,7 @@ impl Fitter {
     ) -> Result<Fit, Overwritten> {
         let correct: Correct =
             |window, memory, scene, comb, delays| window.has_late(memory, scene, comb, delays);
-        // Opaque: the compiler would else call the only such function directly.
+        // `black_box`: otherwise the compiler would call the only such function directly.
         let correct = core::hint::black_box(correct);
         let correction = Correction { delays, correct };
         let fit = self.fit_all(span, scene, Some(correction));
@@ -159,7 +158,7 @@ impl Fitter {
         if statistics.width == 0 {
             return Ok(fit);
         }
-        // More gaps than frames leave the frequency open.
+        // With more gaps than frames the frequency is ambiguous.
         if statistics.frames < FRAMES_MIN || 2 * statistics.frames < span.frames {
             fit.status = Status::TooShort;
             return Ok(fit);
@@ -194,7 +193,7 @@ impl Fitter {
 }
 
 impl<'d, 's> WindowFrames<'d, 's> {
-    /// Fits what is there.
+    /// Subtracts hum, and fits near the expected frequency first.
     fn fit(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit) {
         if let Some(given) = self.span.interferer {
             Hum::take_out(self, memory.blocks, memory.workspace, given);
@@ -215,7 +214,7 @@ impl<'d, 's> WindowFrames<'d, 's> {
         self.look(memory, scene, fit, None);
     }
 
-    /// Looks for a tone near an expected number of cycles per window alone, or anywhere.
+    /// Looks for a tone only near an expected number of cycles per window, or anywhere.
     #[inline(never)]
     fn look(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit, expected: Option<f32>) {
         let (mut known, is_expected) = (expected, expected.is_some());
@@ -257,14 +256,14 @@ impl<'d, 's> WindowFrames<'d, 's> {
         }
     }
 
-    /// The products of the channels, and the blocks' of the baselines.
+    /// Sums up the products of the channels, and of the baselines in blocks.
     fn start(&mut self, memory: &mut Memory, scene: &Scene) -> Products {
         let lines = usize::from(scene.harmonics());
         memory.blocks.start(self, lines, scene.may_share())
     }
 
-    /// Takes the lateness of channels and the low-pass out of the frames, by a comb; false if they
-    /// are less than the noise.
+    /// Corrects the frames for channel delays and the low-pass, using a comb; false if their effect
+    /// is below the noise.
     #[inline(never)]
     fn has_late(
         &mut self,
@@ -295,37 +294,36 @@ impl<'d, 's> WindowFrames<'d, 's> {
     }
 }
 
-/// Memory of the steps, and what they correct.
+/// Memory of the steps, and the correction for delays.
 struct Memory<'m> {
     blocks: &'m mut Blocks,
     workspace: &'m mut Workspace,
     correction: Option<Correction<'m>>,
 }
 
-/// Correction for delays. The function comes with them, so that an image without delays is without
-/// the function.
+/// Correction for delays, as a pointer, so that firmware without delays does not link the function.
 #[derive(Clone, Copy)]
 struct Correction<'c> {
     delays: &'c Delays,
     correct: Correct,
 }
 
-/// Takes delays out of the frames, by a comb; true if there were some.
+/// Corrects frames for delays, using a comb; true if there was an effect.
 type Correct = fn(&mut WindowFrames, &mut Memory, &Scene, &Comb, &Delays) -> bool;
 
-/// A window that is fitted.
+/// A window that is being fitted.
 struct Window<'w, 'd, 's> {
     frames: &'w mut WindowFrames<'d, 's>,
     scene: &'w Scene,
     all: &'w Products,
-    /// True if the tone is looked for where it is expected alone.
+    /// True if the tone is looked for only near the expected frequency.
     is_expected: bool,
-    /// True if a tone is scored whatever its strongest line is.
+    /// True if a tone is scored even if its strongest line is the fundamental.
     is_scored: bool,
 }
 
 impl<'w> Window<'w, '_, '_> {
-    /// The likeliest comb near a known frequency, or anywhere; the blocks are at it.
+    /// Likeliest comb near a known frequency, or anywhere; leaves the blocks at its trajectory.
     #[inline(never)]
     fn best(&mut self, memory: &mut Memory, known: Option<f32>) -> Option<Comb> {
         memory.workspace.score_of_best = f32::NEG_INFINITY;
@@ -339,8 +337,8 @@ impl<'w> Window<'w, '_, '_> {
         Some(best)
     }
 
-    /// The comb near a frequency, with the blocks at its unit. `None` if the likeliest one there
-    /// has another frequency.
+    /// Likeliest comb near a frequency, with the blocks at its unit line. `None` if that comb is at
+    /// another frequency.
     fn near(&mut self, memory: &mut Memory, cycles: f32) -> Option<Comb> {
         let Memory {
             blocks, workspace, ..
@@ -362,7 +360,7 @@ impl<'w> Window<'w, '_, '_> {
         }
     }
 
-    /// The likeliest comb of those at the peaks, and at half and at a third of each.
+    /// Likeliest comb at the peaks, and at a half and a third of each peak.
     #[inline(never)]
     fn search(&mut self, memory: &mut Memory) -> Option<Comb> {
         let Memory {
@@ -376,7 +374,7 @@ impl<'w> Window<'w, '_, '_> {
         for divisor in 1..=DIVISORS.min(refinement.harmonics) {
             for (i, peak) in peaks.iter_mut().enumerate() {
                 let cycles = *peak / divisor as f32;
-                // A harmonic of the strongest peak is a line of its comb already.
+                // A harmonic of the strongest peak already belongs to that peak's comb.
                 let times = libm::roundf(*peak / tried[0].max(CYCLES_MIN));
                 let is_harmonic = f32::abs(*peak - times * tried[0]) < CANDIDATES_APART
                     && first.has(times as usize);
@@ -392,7 +390,7 @@ impl<'w> Window<'w, '_, '_> {
                 self.collect(blocks, &trajectory, refinement.lines(cycles));
                 let degrees = self.degrees(cycles);
                 let max = degrees.last().copied().unwrap_or(1);
-                // A part of a peak's frequency needs a line next to the peak's own.
+                // A subharmonic of a peak needs a second line next to the peak.
                 let fewest = if divisor > 1 { 2 } else { 1 };
                 let min = Shape {
                     lines: Lines::up_to(fewest),
@@ -445,8 +443,8 @@ impl<'w> Window<'w, '_, '_> {
         Some(best)
     }
 
-    /// Fits a comb with each degree of the baseline, by blocks that are at it: they were `collected`
-    /// near it, or are collected anew.
+    /// Chooses the degree of a comb's baseline. Collects the blocks again, unless they were
+    /// `collected` near enough.
     #[inline(never)]
     fn choose_degree(
         &mut self,
@@ -465,8 +463,9 @@ impl<'w> Window<'w, '_, '_> {
         if twist.is_none_or(|twist| twist > TWIST_MAX) || blocks.lines() != lines {
             self.collect(blocks, &best.trajectory, lines);
         }
-        // Blocks that were turned gave the scores so far; these are exact. The least and the highest
-        // degree were compared each at its own frequency; those between are at that of the better one.
+        // Scores so far are from rotated blocks; these are exact. The lowest and the highest degree
+        // were compared each at its own frequency; those between are tried at that of the better
+        // one.
         let (mut at, degree) = (best.trajectory, best.shape.degree);
         best.score = f32::NEG_INFINITY;
         workspace.restore_weights();
@@ -477,7 +476,8 @@ impl<'w> Window<'w, '_, '_> {
             let mut steps = Steps::of_comb(best.shape);
             steps.shape.degree = other;
             if other != degree {
-                // The first of the others is the least. Below, lines may be left out beside a baseline.
+                // The lowest other degree bounds all. Below `CYCLES_CURVED`, a baseline may take
+                // the place of lines.
                 if !are_bounded
                     && cycles >= CYCLES_CURVED
                     && refinement.bound(blocks, workspace, max, &steps.shape) <= best.score
@@ -503,7 +503,7 @@ impl<'w> Window<'w, '_, '_> {
         }
     }
 
-    /// Replaces what a comb leaves of single values; whether there are some.
+    /// Replaces impulses in the residuals of a comb; true if there are some.
     #[inline(never)]
     fn has_impulses(&mut self, memory: &mut Memory, comb: &Comb) -> bool {
         let Workspace {
@@ -517,8 +517,8 @@ impl<'w> Window<'w, '_, '_> {
         impulses::replace(self.frames, solution, &comb.trajectory, found) > 0
     }
 
-    /// The verdict on a comb, or on the strongest of its lines where that is likelier: lines next to
-    /// a tone whose amplitude moves look like those of a comb.
+    /// Verdict on a comb, or on its strongest line alone if that is likelier: sidebands of a tone
+    /// whose amplitude changes look like lines of a comb.
     #[inline(never)]
     fn conclude_with_competing(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
         let found = self.conclude(memory, comb, fit);
@@ -540,7 +540,8 @@ impl<'w> Window<'w, '_, '_> {
         if lead.is_nan() || !other.status.has_tone() {
             return;
         }
-        // More lines than the window has room for explain anything: they are no likelier reading.
+        // With more unknowns than the window has room for, a comb explains anything and is no
+        // likelier.
         if lead >= 0.0 && !found.is_crowded {
             fit.tests.margin = fit.tests.margin.min(lead);
             return;
@@ -556,7 +557,7 @@ impl<'w> Window<'w, '_, '_> {
         }
     }
 
-    /// The verdict on a comb, whose phase is followed and tested.
+    /// Follows and tests the phase of a comb, and gives a verdict.
     #[inline(never)]
     fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) -> Concluded {
         let Memory {
@@ -588,7 +589,7 @@ impl<'w> Window<'w, '_, '_> {
         })
     }
 
-    /// The verdict on a tone that is followed; none where f32 cannot tell its mean.
+    /// Verdict on a followed tone; `None` unless its mean frequency is positive and finite.
     #[inline(never)]
     fn judge(
         &mut self,
@@ -622,7 +623,7 @@ impl<'w> Window<'w, '_, '_> {
         tests.degree = shape.degree as u8;
         tests.degrees = followed.fitted.phase as u8;
         tests.lines = shape.lines.iter().fold(0, |mask, line| mask | 1 << line);
-        // Up to each line: a baseline of degree four has two cycles itself.
+        // Unknowns and room up to each line: a baseline of degree four has two cycles itself.
         let unknowns = |line: usize| 2 * shape.lines.iter().filter(|other| *other <= line).count();
         let room = |line: usize| 2.0 * line as f32 * tests.cycles + 1.0;
         let is_crowded = |line: usize| room(line) < (unknowns(line) + shape.degree) as f32;
@@ -670,7 +671,7 @@ impl<'w> Window<'w, '_, '_> {
                 share: reading.share,
             });
             fit.frequency = span.frequency(mean.cycles);
-            // No frequency is known better than it is written.
+            // Sigma is at least the rounding of the reported frequency.
             fit.sigma = libm::hypotf(span.frequency(mean.sigma), f32::EPSILON * fit.frequency);
             fit.movement = movement;
             fit.harmonics = shape.lines.max() as u8;
@@ -686,7 +687,7 @@ impl<'w> Window<'w, '_, '_> {
         })
     }
 
-    /// A part of a frequency at which a tone would have gone as hum.
+    /// Subharmonic at which the tone's fundamental would have been subtracted as hum.
     fn hidden(&self, cycles: f32) -> Option<f32> {
         let hum = self.frames.hum?.cycles_per_frame * self.frames.span.effective_frames();
         let parts = (2..=self.scene.harmonics()).map(|part| cycles / f32::from(part));
@@ -694,8 +695,8 @@ impl<'w> Window<'w, '_, '_> {
         hidden.next()
     }
 
-    /// Logarithm of the likelihood of what a tone and its movement leave of the frames, channel by
-    /// channel, less the Bayesian criterion's price. The solution is solved.
+    /// Log likelihood of the residuals of a tone and its modulation, channel by channel, less the
+    /// Bayesian penalty. The solution must be solved.
     #[inline(never)]
     fn score(&mut self, memory: &mut Memory, tested: &Tested) -> f32 {
         let model = tested.model(&memory.workspace.solution);
@@ -714,7 +715,7 @@ impl<'w> Window<'w, '_, '_> {
         -0.5 * (frames * logs + unknowns as f32 * libm::logf(frames))
     }
 
-    /// What a tone leaves: the deviate of lines between its own, and another line.
+    /// Tests the residuals: the deviate of lines between the harmonics, and another line.
     #[inline(never)]
     fn test_residuals(&mut self, memory: &mut Memory, tested: &Tested) -> (f32, Other) {
         let Memory {
@@ -741,7 +742,7 @@ impl<'w> Window<'w, '_, '_> {
             workspace.solution.solve();
         }
         let model = tested.model(&workspace.solution);
-        // Where the tone was expected, the search before has looked at all other frequencies.
+        // If the tone was expected, an earlier search has covered all other frequencies.
         if self.is_expected {
             return (between, Other::default());
         }
@@ -777,9 +778,9 @@ impl<'w> Window<'w, '_, '_> {
     }
 }
 
-/// Figures behind a verdict.
+/// Figures of a verdict.
 struct Concluded {
-    /// Score of the tone with its movement; minus infinity where it has none.
+    /// Score of the tone with its modulation; minus infinity if not scored.
     score: f32,
     /// Number of the strongest line.
     strongest: usize,
@@ -808,7 +809,7 @@ fn strongest(tested: &Tested) -> [usize; 2] {
     numbers
 }
 
-/// Change of the amplitude, RMS over the blocks.
+/// RMS change of the amplitude over the window, as a fraction.
 fn fading(followed: &Followed) -> f32 {
     const PLACES: usize = 32;
     let motion = followed.motion();

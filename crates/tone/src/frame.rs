@@ -1,4 +1,4 @@
-//! A frame as the steps see it.
+//! Frame as used by the steps of a fit.
 
 use crate::domain::Domain;
 use crate::source::Values;
@@ -9,12 +9,13 @@ pub struct Frame {
     pub number: u32,
     /// Time or position of the frame, -1 to 1 over the window.
     pub u: f32,
-    /// Values by place in [`Statistics::order`](crate::statistics::Statistics::order).
+    /// Values in the order of [`Statistics::order`](crate::statistics::Statistics::order).
     pub values: Values,
 }
 
 impl Frame {
-    /// Point in a transform, whose points are `each` of `frames` that are evenly spaced.
+    /// Index of the transform point for this frame; a point sums `each` of `frames` evenly spaced
+    /// frames.
     pub fn point(&self, domain: &Domain, frames: u32, each: u32) -> usize {
         let number = match domain {
             Domain::Time { .. } => self.number,

@@ -1,23 +1,23 @@
-//! The frames of a window, and what is known of them beforehand.
+//! Frames of a window, and prior knowledge.
 
 use crate::domain::Domain;
 use crate::limits::CHANNELS_MAX;
 use crate::source::{FrameSource, Overwritten, Values};
 use core::ops::Range;
 
-/// Maximum number of frames that are read at a time: as long a source is locked.
+/// Maximum number of frames per read, which limits how long a source is locked.
 pub const READ_FRAMES: usize = 16;
 
-/// Consecutive frames of a source, and what is known of them beforehand.
+/// Consecutive frames of a source, and prior knowledge.
 pub struct FrameSpan<'a> {
     source: &'a mut dyn FrameSource,
     first: u32,
     pub(crate) frames: u32,
-    /// An interferer's cycles per frame.
+    /// Frequency of a known interferer, cycles per frame.
     pub(crate) interferer: Option<f32>,
-    /// Step of quantization in the frames' unit; 0: none.
+    /// Quantization step in the unit of the frames; 0: none.
     pub(crate) quantization_step: f32,
-    /// The frequency that is expected, in the unit that the fit gives.
+    /// Expected frequency, in the unit of the result.
     pub(crate) expected: Option<f32>,
     /// Frames per unit of time.
     rate: f32,
@@ -39,7 +39,8 @@ impl<'a> FrameSpan<'a> {
         }
     }
 
-    /// Sets the rate in frames per second: the fit then gives hertz, without it cycles per frame.
+    /// Sets the rate in frames per second: results are then in hertz, otherwise in cycles per
+    /// frame.
     pub fn with_frame_rate(self, frames_per_s: f32) -> Self {
         Self {
             rate: frames_per_s,
@@ -47,9 +48,9 @@ impl<'a> FrameSpan<'a> {
         }
     }
 
-    /// Declares a known interferer in all channels, cycles per frame (an aliased one may have more
-    /// than half a cycle): mains hum. Its frequency is refined, its amplitude and phase are unknowns
-    /// of each channel.
+    /// Declares a known interferer in all channels, such as mains hum, in cycles per frame (above
+    /// one half if aliased). Its frequency is refined; amplitude and phase are fitted in each
+    /// channel.
     pub fn with_interferer(self, cycles_per_frame: f32) -> Self {
         Self {
             interferer: Some(cycles_per_frame),
@@ -57,8 +58,8 @@ impl<'a> FrameSpan<'a> {
         }
     }
 
-    /// Declares that values are rounded to multiples of `step`: no residual is taken to be smaller
-    /// than that rounding.
+    /// Declares that values are rounded to multiples of `step`: residuals are taken to be no
+    /// smaller than the rounding.
     pub fn with_quantization(self, step: f32) -> Self {
         Self {
             quantization_step: step,
@@ -66,8 +67,9 @@ impl<'a> FrameSpan<'a> {
         }
     }
 
-    /// Expects a tone near a frequency, in the unit that the fit gives: that of the window before. A
-    /// tone that is good there is not looked for anywhere else, which takes half the instructions.
+    /// Expects a tone near a frequency, usually that of the previous window, in the unit of the
+    /// result. If a good tone is found there, no other frequency is searched, which takes half the
+    /// instructions.
     pub fn expecting(self, frequency: f32) -> Self {
         Self {
             expected: Some(frequency),
@@ -75,9 +77,9 @@ impl<'a> FrameSpan<'a> {
         }
     }
 
-    /// Fits along a path: `position` gives a frame's position, by the frame's number in the span, in
-    /// any unit; frequencies are then cycles per that unit. None if it does not move, or a position
-    /// is not finite.
+    /// Fits along a path: `position` returns the position of a frame by its number in the span, in
+    /// any unit; frequencies are then in cycles per that unit. `None` if the position never changes
+    /// or is not finite.
     pub fn along(self, position: &'a dyn Fn(u32) -> f32) -> Option<Self> {
         Some(Self {
             domain: Domain::positions(position, self.frames)?,
@@ -85,13 +87,12 @@ impl<'a> FrameSpan<'a> {
         })
     }
 
-    /// Positions of the frames.
+    /// Times or positions of the frames.
     pub(crate) fn domain(&self) -> &Domain<'a> {
         &self.domain
     }
 
-    /// Frames of a unit of `cycles`: the window's, or along a path those of its range, at its mean
-    /// speed.
+    /// Frames per window, or along a path per pass over its range at the mean speed.
     pub(crate) fn effective_frames(&self) -> f32 {
         match self.domain {
             Domain::Time { .. } => self.frames as f32,
@@ -99,7 +100,7 @@ impl<'a> FrameSpan<'a> {
         }
     }
 
-    /// A frequency of `cycles` a window, in the unit that the fit gives.
+    /// Converts cycles per window to the unit of the result.
     pub(crate) fn frequency(&self, cycles: f32) -> f32 {
         match self.domain {
             Domain::Time { .. } => cycles / self.frames as f32 * self.rate,
@@ -107,7 +108,7 @@ impl<'a> FrameSpan<'a> {
         }
     }
 
-    /// Units of `u` in a unit of time or of the path.
+    /// `u` per unit of time or of the path.
     pub(crate) fn per_u(&self) -> f32 {
         match self.domain {
             Domain::Time { .. } => 2.0 / self.frames as f32 * self.rate,
@@ -115,7 +116,7 @@ impl<'a> FrameSpan<'a> {
         }
     }
 
-    /// Visits the frames whose `channels` are all valid: a frame's number in the span, and its
+    /// Visits the frames whose `channels` are all valid, with their number in the span and their
     /// values.
     pub(crate) fn visit(
         &mut self,
@@ -129,8 +130,8 @@ impl<'a> FrameSpan<'a> {
         })
     }
 
-    /// Visits the same frames, as many consecutive ones at a time as are read: the number of the
-    /// first, and their values.
+    /// Visits runs of consecutive frames of `part` whose `channels` are all valid, with the number
+    /// of the first frame and the values.
     pub(crate) fn visit_runs(
         &mut self,
         part: Range<u32>,
@@ -168,11 +169,11 @@ impl<'a> FrameSpan<'a> {
         Ok(())
     }
 
-    /// Channels that are valid in at least nine tenths of as many frames as the most valid one:
-    /// frames that lack one of these do not count.
+    /// Channels that are valid in at least nine tenths as many frames as the best one. Frames
+    /// without one of these channels do not count.
     pub(crate) fn channels(&mut self) -> Result<u16, Overwritten> {
         let mut counts = [0u32; CHANNELS_MAX];
-        // Frames in a row mostly have the same channels.
+        // Consecutive frames mostly have the same channels.
         let (mut mask, mut run) = (0, 0);
         let mut add = |mask: u16, run: u32| {
             for (c, count) in counts.iter_mut().enumerate() {

@@ -1,5 +1,5 @@
-//! A known interferer, mains hum: its frequency is refined near where it is said to be, and its waves
-//! are subtracted from the frames. It is in time, also along a path.
+//! Known interferer (mains hum): its frequency is refined near the declared one, and the fitted hum
+//! is subtracted from the frames. Hum is periodic in time, even in a fit along a path.
 
 mod find;
 
@@ -7,19 +7,19 @@ use crate::frame::Frame;
 use crate::phase::{cos_sin, from_turns};
 use crate::source::Values;
 
-/// An interferer's wave.
+/// Fitted hum.
 #[derive(Clone, Copy, Debug)]
 pub struct Hum {
     /// Cycles per frame.
     pub cycles_per_frame: f32,
-    /// Half of the window's frames less one: where its phase is zero.
+    /// Frame number of the window's centre, where the phase is zero.
     middle: f32,
-    /// Cosine and sine of each channel.
+    /// Amplitudes of cosine and sine in each channel.
     waves: [Values; 2],
 }
 
 impl Hum {
-    /// Takes it out of a frame.
+    /// Subtracts the hum from a frame.
     pub fn subtract(&self, frame: &mut Frame) {
         let turns = self.cycles_per_frame * (frame.number as f32 - self.middle);
         let (cos, sin) = cos_sin(from_turns(turns));

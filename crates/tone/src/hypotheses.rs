@@ -1,4 +1,4 @@
-//! Tests of a tone, each a deviate by one formula.
+//! Tests of a tone, each a normal deviate from one formula.
 
 use crate::blocks::{Blocks, Pass};
 use crate::covariance::power;
@@ -18,49 +18,49 @@ use crate::statistics::Products;
 use crate::window_frames::WindowFrames;
 use crate::workspace::Workspace;
 
-/// Deviate of a line over its neighbourhood: 1e-5, which is 1e-3 over a hundred places.
+/// Threshold for a line over the local noise: 1e-5 by chance, which is 1e-3 over a hundred bins.
 pub const Z_LINE: f32 = 4.3;
-/// Deviate of the larger one of two lines: one of a thousand.
+/// Threshold for the larger of two lines: one in a thousand by chance.
 pub const Z_BETWEEN: f32 = 3.3;
-/// Power of another line, as a fraction of the tone's, that does not matter.
+/// Power of another line that is ignored, as a fraction of the tone's.
 const OTHER: f32 = 1e-2;
-/// Most of the squares of a row of values that a line can have: its cosine and sine are not quite
-/// orthogonal in a few cycles.
+/// Maximum power of a line relative to a sum of squares: cosine and sine are not quite orthogonal
+/// over a few cycles.
 const OF_SQUARES: f32 = 1.22;
-/// Another line is as far from those of the comb.
+/// Minimum distance of another line from the comb, cycles per window.
 const CLEAR_CYCLES: f32 = 0.9;
-/// Distance of the middle of another line's neighbourhood, and how far it goes to either side.
+/// Distance of the noise bands from another line, and half-width of each, cycles per window.
 const NOISE_CYCLES: f32 = 2.5;
 const NOISE_WIDTH: f32 = 1.6;
-/// Minimum number of places that a neighbourhood is known from.
+/// Minimum number of bins for the local noise.
 const PLACES_MIN: usize = 4;
-/// Minimum number of places on each side of a line that its neighbourhood is known from.
+/// Minimum number of noise bins on each side of a line.
 const SIDE_MIN: usize = 3;
-/// Cycles from which on a channel's own line is looked for: below, levels and slopes have it.
+/// Minimum number of cycles of a channel's own line: slower ones look like level and slope.
 const CYCLES_OWN: f32 = 1.0;
 /// Lines between those of the comb, in halves of the fundamental.
 const BETWEEN: [usize; 2] = [1, 3];
 
-/// Another line.
+/// A line outside the comb.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Other {
     /// Normal deviate of the line.
     pub deviate: f32,
-    /// Cycles per window.
+    /// Frequency, cycles per window.
     pub cycles: f32,
-    /// Power over the tone's.
+    /// Power relative to the tone.
     pub share: f32,
-    /// Deviate of a line of a channel that does not have the tone.
+    /// Normal deviate of a line in a single channel without the tone.
     pub own: f32,
-    /// Cycles per window of that line.
+    /// Frequency of the single channel's line, cycles per window.
     pub own_cycles: f32,
 }
 
-/// Output for the noise next to the lines, and its inverse covariance.
+/// Noise bins to fill in, and inverse noise covariance.
 pub struct Noise<'n> {
-    /// Functions next to lines.
+    /// Noise bins.
     pub noise_bins: &'n mut NoiseBins,
-    /// Their products with the channels.
+    /// Products of the noise bins with the channels.
     pub memory: &'n mut [Values],
     /// Inverse covariance of the channels' noise.
     pub weights: &'n Square<CHANNELS_MAX>,
@@ -74,15 +74,15 @@ pub struct Tested<'t> {
     pub followed: &'t Followed,
     /// Power of each line over the noise next to the lines.
     pub powers: [Power; HARMONICS_MAX],
-    /// The same over the variances of each channel's noise.
+    /// Power of each line over each channel's noise variance.
     plains: [f32; HARMONICS_MAX],
     /// Power of the tone in units of the residuals' variances.
     power: f32,
-    /// Power of the tone in units of the channels' own deviations.
+    /// Power of the tone in units of the channels' variances.
     plain: f32,
-    /// The line that has most of it.
+    /// Loudest line, in units of the channels' variances.
     pub loudest: usize,
-    /// Channels in which the tone is significant alone.
+    /// Mask of the channels in which the tone is significant alone.
     pub with_tone: u16,
     /// The fitted model.
     pub shape: Shape,
@@ -149,7 +149,7 @@ impl<'t> Tested<'t> {
         }
     }
 
-    /// The lines over their neighbourhoods, and the power next to them.
+    /// Tests the lines over their noise bins, and the power next to the lines.
     #[inline(never)]
     pub fn near(&self, noise_bins: &NoiseBins, tests: &mut Tests) {
         let (followed, powers) = (self.followed, &self.powers);
@@ -168,7 +168,7 @@ impl<'t> Tested<'t> {
         for number in lines.iter() {
             tests.line = tests.line.max(self.over_loudest(noise_bins, number));
         }
-        // A cosine and a sine are all that two channels can have, whatever they see.
+        // Two channels have no more than a cosine and a sine, whatever the signal.
         tests.one_shape =
             self.width <= 2 || strongest.second < width + 4.0 * crate::sqrt(2.0 * width);
         let mut own = Sum::default();
@@ -192,9 +192,9 @@ impl<'t> Tested<'t> {
         tests.beside_share = noise_bins.nearest / self.power;
     }
 
-    /// Deviate of a line in all channels over the loudest place next to it; low where too few places
-    /// are known. Their mean would make a line of noise whose spectrum rises, falls, or has a wide
-    /// peak.
+    /// Normal deviate of a line in all channels over the loudest noise bin next to it; minus
+    /// infinity with too few bins. The mean of the bins would make a line of noise whose spectrum
+    /// rises, falls, or has a wide peak.
     fn over_loudest(&self, noise_bins: &NoiseBins, number: usize) -> f32 {
         let (followed, width) = (self.followed, self.width as f32);
         let place = self.shape.lines.index(number) % HARMONICS_MAX;
@@ -207,18 +207,18 @@ impl<'t> Tested<'t> {
         if below.min(above) < SIDE_MIN {
             return f32::NEG_INFINITY;
         }
-        // Power that channels share is that of few directions, where weights hide what is next to
-        // the line: each channel by itself sees that.
+        // Correlated noise has few directions, and weights may hide it next to the line, so each
+        // channel is also tested by itself.
         let of_channels = followed.loudest[number % followed.loudest.len()] * followed.taken;
         let ratio = self.powers[place].all / loudest;
         let ratio = ratio.min(self.plains[place] / of_channels.max(f32::MIN_POSITIVE));
-        // Channels that share noise may share a line of it.
+        // Channels with correlated noise may share a line of noise.
         let channels = 1.0 + followed.noise.shrinkage * (followed.noise.channels - 1.0);
         let count = 2 * (below + above);
         deviate(ratio, 2.0 * channels, count as f32 * channels)
     }
 
-    /// The most significant line in what the comb leaves.
+    /// Most significant line in the residuals of the comb.
     #[inline(never)]
     pub fn other(
         &self,
@@ -244,7 +244,7 @@ impl<'t> Tested<'t> {
         let every = ((1u32 << self.width) - 1) as u16;
         let weights = followed.variances.map(|variance| 1.0 / variance);
         for first in (0..self.width).step_by(spectrum.channels()) {
-            // No line of the other channels has more power than all that is left of them.
+            // No line in the remaining channels has more power than their residuals.
             let variances = followed.variances.iter().take(self.width);
             let left: f32 = variances.skip(first).sum();
             let max = OF_SQUARES * window.statistics.frames as f32 * left;
@@ -263,7 +263,7 @@ impl<'t> Tested<'t> {
                 }
             });
             spectrum.add_powers(weights.get(channels.clone()).unwrap_or_default());
-            // A channel without the tone that has one of its own.
+            // A channel without the tone may have a line of its own.
             for k in channels.filter(|k| self.with_tone >> k & 1 == 0) {
                 let power = |i: usize| spectrum.of_channel(k - first, i);
                 let from = spectrum.bin(CYCLES_OWN) as usize + 1;
@@ -292,7 +292,7 @@ impl<'t> Tested<'t> {
         found
     }
 
-    /// Model of the frames, of a solution without the movement.
+    /// Model of the frames: a solution without modulation, and the modulation.
     pub fn model<'m>(&self, solution: &'m Solution) -> Model<'m> {
         Model {
             solution,
@@ -301,9 +301,9 @@ impl<'t> Tested<'t> {
         }
     }
 
-    /// Deviate of the lines at half and at three halves of the fundamental, each over its own
-    /// neighbourhood, in what the comb leaves: a comb of half the frequency. The solution has
-    /// projections; where the tone moves it is solved.
+    /// Normal deviate of the lines at half and three halves of the fundamental over their local
+    /// noise, in the residuals: evidence of a comb at half the frequency. The solution must be
+    /// projected; if the tone is modulated, solved.
     #[inline(never)]
     pub fn between(
         &self,
@@ -345,7 +345,7 @@ impl<'t> Tested<'t> {
             weights,
             all,
         } = noise;
-        // Rounding may have all its power in one line, in its cosine and its sine.
+        // Rounding may have all its power in one line, shared by cosine and sine.
         let rounding = 0.5 * all.rounding(weights, self.width);
         let mut found = f32::NEG_INFINITY;
         for number in BETWEEN {
@@ -380,20 +380,21 @@ impl<'t> Tested<'t> {
 struct Bins {
     lines: Lines,
     cycles: f32,
-    /// Half the pieces' rate, cycles per window.
+    /// Nyquist limit of the transform, cycles per window.
     max: f32,
-    /// Cycles per window from one to the next.
+    /// Distance between bins, cycles per window.
     step: f32,
     last: usize,
 }
 
 impl Bins {
-    /// Cycles per window.
+    /// Frequency, cycles per window.
     fn at(&self, i: usize) -> f32 {
         i as f32 * self.step
     }
 
-    /// Deviate of a line at a place over its neighbourhood; low where too little of it is clear.
+    /// Normal deviate of a line at a bin over its noise bands; minus infinity with too few clear
+    /// bins.
     fn deviate(&self, i: usize, power: &dyn Fn(usize) -> f32) -> f32 {
         let own = power(i);
         if !self.is_clear(i) {
@@ -419,7 +420,7 @@ impl Bins {
         )
     }
 
-    /// True if it is clear of the lines of the comb.
+    /// True if a bin is clear of the lines of the comb.
     fn is_clear(&self, i: usize) -> bool {
         let x = self.at(i);
         let far = |line: usize| {
@@ -430,7 +431,7 @@ impl Bins {
         self.lines.iter().all(far)
     }
 
-    /// True if it is at a multiple of the fundamental.
+    /// True if a bin is at a multiple of the fundamental.
     fn is_multiple(&self, i: usize) -> bool {
         let x = self.at(i);
         let nearest = libm::roundf(x / self.cycles).max(1.0);

@@ -1,6 +1,6 @@
-//! Impulses: single values far off what is next to them. Squares weigh one of twenty standard
-//! deviations as four hundred others, so where there are some they are replaced by the model and
-//! the window is fitted anew.
+//! Impulses: single outliers. In a least-squares fit an outlier of twenty standard deviations
+//! weighs as much as four hundred other values, so impulses are replaced by the model and the
+//! window is fitted again.
 //!
 //! One step of a redescending estimator: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2nd
 //! edition, 2009), section 4.8.
@@ -11,30 +11,30 @@ use crate::frame::Frame;
 use crate::limits::{CHANNELS_MAX, IMPULSES_MAX};
 pub use find::replace;
 
-/// Channels of a frame in a place.
+/// Places per frame, one for each channel.
 const CHANNELS: u32 = CHANNELS_MAX as u32;
 
-/// A value that is far off, and by how much.
+/// An outlier.
 #[derive(Clone, Copy, Debug, Default)]
 struct Impulse {
-    /// Sixteen times the frame's number, and the channel.
+    /// Sixteen times the frame number, plus the channel.
     place: u32,
-    /// Values that are subtracted.
+    /// Deviation from the model, which is subtracted.
     off: f32,
 }
 
-/// Values that are far off, in the order of their places.
+/// Outliers, in the order of their places.
 #[derive(Debug)]
 pub struct Impulses {
     list: [Impulse; IMPULSES_MAX],
     count: usize,
 }
 
-/// Outliers that are ahead on a pass through the frames.
+/// Outliers that are still ahead in a pass over the frames.
 pub struct Ahead<'i>(&'i [Impulse]);
 
 impl Ahead<'_> {
-    /// Subtracts those of a frame.
+    /// Subtracts the outliers of a frame.
     #[inline]
     pub fn subtract(&mut self, frame: &mut Frame) {
         while let Some((first, others)) = self.0.split_first() {
@@ -58,17 +58,16 @@ impl Impulses {
         }
     }
 
-    /// Forgets all.
     pub fn clear(&mut self) {
         self.count = 0;
     }
 
-    /// Goes through them frame by frame.
+    /// Starts a pass over the frames.
     pub fn iter(&self) -> Ahead<'_> {
         Ahead(self.list.get(..self.count).unwrap_or_default())
     }
 
-    /// Adds one behind those of the same and of earlier places.
+    /// Inserts an outlier in the order of places, after those at the same place.
     fn add(&mut self, place: u32, off: f32) {
         let list = self.list.get_mut(..=self.count).unwrap_or_default();
         let mut before = list.iter_mut().rev();

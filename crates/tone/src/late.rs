@@ -1,7 +1,7 @@
-//! Channels that are read one after the other, and behind a low-pass: along a path each is at a
-//! position of its own, and harmonics are ahead and weaker where the path is fast. At the mean speed
-//! that is a phase and an amplitude, and stays in them; what it is next to the mean is subtracted
-//! from the frames, by the waves that were fitted.
+//! Multiplexing delays and an input low-pass, in fits along a path: each channel is sampled at its
+//! own position, and harmonics are shifted and attenuated at high speed. At the mean speed that is
+//! a constant phase and gain, which stays in the waves; the effect of deviations from the mean
+//! speed is computed from the waves and subtracted.
 
 mod find;
 
@@ -14,21 +14,19 @@ use crate::source::Values;
 use crate::trajectory::Trajectory;
 use core::f32::consts::PI;
 
-/// Delays of the channels along a path. In time, and at the mean speed, a delay is a phase, and stays
-/// in it.
+/// Delays of the channels along a path. In time, or at the mean speed, a delay is a constant phase,
+/// which stays in the result.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Delays {
-    /// Frames, at most one, by which each channel is read after its frame's position; negative is
-    /// before it.
+    /// Delay of each channel behind its frame's position, frames, at most one; negative if earlier.
     pub frames: Values,
-    /// Time constant of a first-order low-pass before the converter, frames; 0: none. The positions
-    /// of the path are those of that much earlier. Fast tones are delayed less and weakened more,
-    /// each harmonic by its own frequency.
+    /// Time constant of a first-order low-pass before the converter, frames; 0: none. Positions
+    /// along the path are taken to be delayed by this time constant already; fast harmonics are
+    /// delayed less and attenuated, each by its own frequency.
     pub low_pass: f32,
 }
 
-/// What a low-pass does to a line at some speed: the angle by which it is ahead of its position, and
-/// its gain.
+/// Response of the low-pass to a line: phase lead relative to a pure delay, and gain.
 #[derive(Clone, Copy, Debug, Default)]
 struct Response {
     ahead: f32,
@@ -36,8 +34,8 @@ struct Response {
 }
 
 impl Response {
-    /// Of a line that turns by `turn` radians in the low-pass's time constant. Positions are those
-    /// of a time constant ago, so that slow lines are neither ahead nor late.
+    /// Response to a line that advances by `turn` radians per time constant. Positions are delayed
+    /// by a time constant already, so slow lines have no lead.
     fn at(turn: f32) -> Self {
         Self {
             ahead: turn - libm::atanf(turn),
@@ -46,12 +44,12 @@ impl Response {
     }
 }
 
-/// The waves of a tone in channels that are read late.
+/// Fitted waves of a tone, to correct channels for their delays.
 #[derive(Clone, Debug)]
 pub struct Late {
     /// Multiplexing delay of each channel, frames, in the order of the channels.
     frames: Values,
-    /// From one frame to the next, in the mean.
+    /// Mean step of `u` per frame.
     step: f32,
     /// Number of the last frame.
     last: u32,
@@ -63,7 +61,8 @@ pub struct Late {
     lines: Lines,
     /// Cosine and sine of each line.
     waves: [Values; 2 * HARMONICS_MAX],
-    /// Takes the change out of a frame. An image that never fits with delays has no such function.
+    /// Subtracts the change from a frame. A pointer, so that firmware without delays does not link
+    /// the function.
     subtract: fn(&Self, &Domain, &mut Frame),
 }
 
@@ -82,18 +81,18 @@ impl Late {
         mean
     }
 
-    /// Response of the low-pass to a line where `u` goes on by `step` a frame.
+    /// Response of the low-pass to a line where `u` advances by `step` per frame.
     fn response(&self, step: f32, line: usize) -> Response {
         Response::at(PI * self.trajectory.cycles * step * line as f32 * self.low_pass)
     }
 
-    /// Step of `u` from frame to frame, about a frame.
+    /// Step of `u` per frame around a frame (central difference).
     fn step_at(&self, domain: &Domain, frame: u32) -> f32 {
         let (before, after) = (frame.saturating_sub(1), (frame + 1).min(self.last));
         (domain.u(after) - domain.u(before)) / (after - before).max(1) as f32
     }
 
-    /// Takes the change out of a frame.
+    /// Subtracts the effect of the delays from a frame.
     pub fn subtract(&self, domain: &Domain, frame: &mut Frame) {
         (self.subtract)(self, domain, frame);
     }
@@ -104,8 +103,8 @@ impl Late {
         pairs.for_each(|(value, change)| *value -= change);
     }
 
-    /// How much each channel of a frame differs from one that is read at the frame's position at
-    /// the mean speed; to second order of the angle by which it is late.
+    /// Change of each channel of a frame because the speed differs from its mean, to second order
+    /// in the delay angle.
     fn change(&self, domain: &Domain, frame: &Frame) -> Values {
         let step = self.step_at(domain, frame.number);
         let turn = PI * self.trajectory.cycles * (step - self.step);

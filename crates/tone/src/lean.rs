@@ -1,8 +1,8 @@
-//! The lean scenes: lines in white, independent noise, next to a level and a slope.
+//! Lean scenes: lines in white, independent noise, with a level and a slope.
 //!
-//! A path of its own. It reads the frames twice: once to mix channels for one or a few transforms,
-//! and once to sum them up in blocks; everything else works on the blocks. Several lines take one
-//! reading for each fundamental that the highest peak may belong to. A window that is not what the
+//! A separate code path. It reads the frames twice: once to mix channels for one or a few
+//! transforms, and once to sum up blocks, on which everything else works. With several lines it may
+//! read them again for each possible fundamental of the highest peak. A window that is not as the
 //! scene declares is not reported as good: see [`declaration`].
 
 mod blocks;
@@ -33,20 +33,20 @@ const PASSES: usize = 3;
 const STEPS: usize = 6;
 /// A step of less than this many standard deviations is the last.
 const STEP_LAST: f32 = 0.03;
-/// Lines are chosen where the step is less than this many.
+/// Lines are chosen once a step is below this many standard deviations.
 const STEP_NEAR: f32 = 1.0;
-/// Cycles below which a peak may be off by half a cycle: its own negative frequency is next to it.
+/// Below this many cycles a peak may be off by half a cycle, due to its negative frequency.
 const CYCLES_FEW: f32 = 3.0;
-/// Starts next to such a peak, cycles.
+/// Starting points around a peak of few cycles, cycles.
 const STARTS: [f32; 3] = [0.0, -0.5, 0.5];
-/// Farther than this from the frequency of the window before, in cycles, is another tone.
+/// Maximum distance from the expected frequency, cycles: a tone further away is another one.
 const EXPECTED_NEAR: f32 = 0.45;
-/// Minimum number of cycles of a part of a peak's frequency.
+/// Minimum number of cycles of a subharmonic of a peak.
 const CYCLES_PART: f32 = 0.8;
-/// Deviate of a line that is kept: one of a thousand is above.
+/// Threshold for keeping a line: one in a thousand by chance.
 const Z_KEPT: f32 = 3.1;
 
-/// The lean path, in memory that holds nothing between fits.
+/// The lean path, with memory that is free between fits.
 pub struct Lean<'m> {
     search: Search<'m>,
     blocks: Blocks<'m>,
@@ -54,8 +54,8 @@ pub struct Lean<'m> {
 }
 
 impl<'m> Lean<'m> {
-    /// The path in rows for [`POINTS_MAX`](crate::limits::POINTS_MAX) points and [`LEAN_ROWS`]
-    /// more, in memory for half as many powers, and in that of a solution.
+    /// The lean path with memory: rows for [`POINTS_MAX`](crate::limits::POINTS_MAX) points and
+    /// [`LEAN_ROWS`] more, half as many powers, and a solution.
     #[inline(always)]
     pub fn new(rows: &'m mut [Values], power: &'m mut [f32], solution: &'m mut Solution) -> Self {
         let (points, blocks) = rows.split_at_mut(rows.len().saturating_sub(LEAN_ROWS));
@@ -66,8 +66,9 @@ impl<'m> Lean<'m> {
         }
     }
 
-    /// True for the scenes and the spans of the path: lines in white, independent noise at a steady
-    /// speed, without impulses or curved baselines; evenly spaced in time, without an interferer.
+    /// True for scenes and spans that the lean path covers: lines in white, independent noise at a
+    /// steady speed, without impulses or curved baselines; evenly spaced in time, without an
+    /// interferer.
     pub fn takes(span: &FrameSpan, scene: &Scene) -> bool {
         usize::from(scene.harmonics()) <= LINES
             && scene.baseline == Baseline::Slope
@@ -104,7 +105,7 @@ impl<'m> Lean<'m> {
             }
         }
         let band = scene.band.over(per_cycle);
-        // A fundamental's lines may be above its band.
+        // Harmonics may be above the band of the fundamental.
         let lines = Band {
             most: band.most * harmonics as f32,
             ..band
@@ -127,7 +128,7 @@ impl<'m> Lean<'m> {
         }
     }
 
-    /// Lines of a frequency below half the frame rate.
+    /// Number of harmonics below half the frame rate, at least 1.
     fn lines(span: &FrameSpan, cycles: f32, harmonics: usize) -> usize {
         let max = 0.5 * (span.frames as f32 - 1.0);
         (1..=harmonics.min(LINES))
@@ -135,8 +136,8 @@ impl<'m> Lean<'m> {
             .count()
     }
 
-    /// Finds a part of a peak's frequency that is a likelier fundamental than the peak, whose
-    /// solution there is.
+    /// Finds a subharmonic that is a likelier fundamental than the peak; the current solution must
+    /// be that of the peak.
     #[inline(never)]
     fn part_of(
         &mut self,
@@ -149,7 +150,7 @@ impl<'m> Lean<'m> {
         let harmonics = usize::from(scene.harmonics());
         let of_peak = self.solution.score(reference);
         let peak_comb = Comb::new(peak.cycles, harmonics, span.frames);
-        // A part needs a line next to the peak's own.
+        // A subharmonic needs a second line next to the peak.
         let margin = reference.width as f32 * libm::logf(span.frames as f32);
         let (mut best, mut found): (f32, Option<f32>) = (of_peak, None);
         for part in 2..=harmonics {
@@ -194,7 +195,7 @@ impl<'m> Lean<'m> {
         }))
     }
 
-    /// The fit of the lines at a peak and its multiples.
+    /// Fits the lines at a peak and its multiples.
     fn fit_at(
         &mut self,
         span: &mut FrameSpan,
@@ -286,11 +287,11 @@ impl<'m> Lean<'m> {
     }
 }
 
-/// A part of a peak's frequency.
+/// A subharmonic of a peak.
 enum Part {
-    /// It explains the window better.
+    /// Explains the window better.
     Likelier(Peak),
-    /// It explains the window nearly as well; its cycles.
+    /// Explains the window nearly as well; cycles per window.
     Close(f32),
 }
 

@@ -1,4 +1,4 @@
-//! Legendre polynomials: baselines, and how phase and amplitude move.
+//! Legendre polynomials, for baselines and for phase and amplitude modulation.
 
 use crate::limits::{DEGREE_MAX, DEGREES_MAX};
 
@@ -9,7 +9,7 @@ pub fn legendre<const N: usize>(u: f32) -> [f32; N] {
     p
 }
 
-/// Fills in the polynomials of all degrees from 1 on behind that of degree 0, which is 1.
+/// Fills in the polynomials from degree 1 on; `p[0]` must be 1.
 pub fn fill_legendre(u: f32, p: &mut [f32]) {
     for k in 1..p.len() {
         let before = if k > 1 { p[k - 2] } else { 0.0 };
@@ -17,7 +17,7 @@ pub fn fill_legendre(u: f32, p: &mut [f32]) {
     }
 }
 
-/// P_(k + 1) at `u`, after P_(k - 1) and P_k.
+/// P_(k + 1) at `u`, from P_(k - 1) and P_k.
 pub fn legendre_after(k: usize, u: f32, [before, p]: [f32; 2]) -> f32 {
     let [own, other] = RECURSION[k % RECURSION.len()];
     own * u * p - other * before
@@ -48,7 +48,7 @@ pub fn slopes<const N: usize>(u: f32) -> [f32; N] {
     slopes
 }
 
-/// Values and slopes of the polynomials that baselines are made of, at `u`.
+/// Values and slopes of the baselines' polynomials at `u`.
 pub fn baselines(u: f32) -> [[f32; 2]; DEGREE_MAX + 1] {
     let square = u * u;
     let second = 1.5 * square - 0.5;

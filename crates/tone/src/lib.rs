@@ -1,6 +1,6 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
-// A panic resets a board: only tests may.
+// A panic resets the board, so only tests may panic.
 #![cfg_attr(
     not(test),
     deny(
@@ -13,7 +13,7 @@
     )
 )]
 #![deny(unsafe_code)]
-// Channels and unknowns are numbered; loops over several arrays at once read better by number.
+// Indexed loops over several arrays of channels or unknowns read better than zipped iterators.
 #![allow(clippy::needless_range_loop)]
 
 mod blocks;

@@ -8,11 +8,11 @@ pub const HARMONICS_MAX: usize = 5;
 pub const OVERTONES: usize = 3;
 /// Highest degree of a curved baseline.
 pub const DEGREE_MAX: usize = 4;
-/// Maximum number of unknowns of a channel: the baseline's, and a cosine and a sine of each line.
+/// Maximum number of unknowns per channel: baseline, and cosine and sine of each line.
 pub const UNKNOWNS_MAX: usize = DEGREE_MAX + 1 + 2 * HARMONICS_MAX;
 /// Maximum number of blocks of a window.
 pub const BLOCKS_MAX: usize = 16;
-/// Lines of all blocks on the chip: a fifth harmonic takes fewer blocks.
+/// Lines of all blocks on the chip; with five harmonics there are fewer blocks.
 #[cfg(any(test, not(feature = "long-windows")))]
 pub const BLOCK_LINES_CHIP: usize = BLOCKS_MAX * (HARMONICS_MAX - 1);
 /// Lines of all blocks.
@@ -25,13 +25,13 @@ pub const BLOCK_LINES: usize = BLOCKS_MAX * HARMONICS_MAX;
 pub const MOVES: usize = 4;
 /// Maximum number of degrees of the phase, and of the amplitude, that are fitted.
 pub const MOVES_MAX: usize = 10;
-/// Maximum number of degrees of either that a test looks at.
+/// Maximum number of degrees of phase, or of amplitude, that are tested.
 pub const DEGREES_MAX: usize = MOVES_MAX + MOVES - 1;
 /// Maximum distance of a noise bin from its line, cycles per window.
 pub const BAND: usize = 4;
-/// Maximum number of functions next to the lines of a comb.
+/// Maximum number of functions of a comb's noise bins.
 pub const NOISE_BINS_COMB: usize = 4 * (BAND / 2) * HARMONICS_MAX;
-/// Maximum number of functions next to the lines.
+/// Maximum number of functions of noise bins.
 pub const NOISE_BINS_MAX: usize = 64;
 /// Longest transform on the chip, points.
 pub const POINTS_CHIP: usize = 1024;
@@ -49,9 +49,9 @@ pub const FRAMES_MAX: usize = FRAMES_CHIP;
 /// Maximum number of frames of a window.
 #[cfg(feature = "long-windows")]
 pub const FRAMES_MAX: usize = 65_536;
-/// Maximum number of single values that are replaced on the chip: one of eighty.
+/// Maximum number of impulses that are replaced on the chip: one value in eighty.
 pub const IMPULSES_CHIP: usize = 192;
-/// Maximum number of single values that are replaced.
+/// Maximum number of impulses that are replaced.
 pub const IMPULSES_MAX: usize = IMPULSES_CHIP * (FRAMES_MAX / FRAMES_CHIP);
-/// Minimum number of frames that are fitted.
+/// Minimum number of frames for a fit.
 pub const FRAMES_MIN: u32 = 24;

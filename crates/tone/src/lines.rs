@@ -1,11 +1,11 @@
-//! Sets of lines: numbers 1 to 15 of a unit line.
+//! Sets of lines: multiples 1 to 15 of a unit line.
 
-/// Numbers of lines.
+/// Set of line numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lines(u16);
 
 impl Lines {
-    /// No line.
+    /// Empty set.
     pub const NONE: Self = Self(0);
 
     /// The lines 1 to `max`.
@@ -13,17 +13,16 @@ impl Lines {
         (1..=max).fold(Self::NONE, Self::with)
     }
 
-    /// Adds a line.
     pub fn with(self, number: usize) -> Self {
         Self(self.0 | 1 << (number & 15))
     }
 
-    /// Lines of either set.
+    /// Union of two sets.
     pub fn and(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Their numbers, ascending.
+    /// Numbers of the lines, ascending.
     pub fn iter(self) -> impl Iterator<Item = usize> + Clone {
         let mut ahead = self.0;
         core::iter::from_fn(move || {
@@ -34,23 +33,22 @@ impl Lines {
         })
     }
 
-    /// Number of entries.
     pub fn count(self) -> usize {
         self.0.count_ones() as usize
     }
 
-    /// True if a line is in it.
+    /// True if a line is in the set.
     pub fn has(self, number: usize) -> bool {
         number < 16 && self.0 >> number & 1 == 1
     }
 
-    /// Index of a line among them.
+    /// Index of a line in the set.
     pub fn index(self, number: usize) -> usize {
         let below = (1u32 << (number & 31)) - 1;
         (u32::from(self.0) & below).count_ones() as usize
     }
 
-    /// The highest number; 0 of none.
+    /// Highest number; 0 if empty.
     pub fn max(self) -> usize {
         self.0.checked_ilog2().unwrap_or(0) as usize
     }
@@ -63,13 +61,13 @@ impl Lines {
         self.iter().fold(0, common)
     }
 
-    /// The numbers multiplied.
+    /// Multiplies the numbers by a factor.
     pub fn times(self, factor: usize) -> Self {
         self.iter()
             .fold(Self::NONE, |lines, number| lines.with(number * factor))
     }
 
-    /// The numbers divided by a common divisor.
+    /// Divides the numbers by a common divisor.
     pub fn over(self, divisor: usize) -> Self {
         self.iter().fold(Self::NONE, |lines, number| {
             lines.with(number / divisor.max(1))

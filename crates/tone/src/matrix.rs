@@ -1,4 +1,4 @@
-//! Cholesky factors of small symmetric matrices, in their place.
+//! In-place Cholesky factors of small symmetric matrices.
 
 /// A square matrix, of which the first `n` rows and columns are used.
 pub type Square<const N: usize> = [[f32; N]; N];
@@ -6,8 +6,8 @@ pub type Square<const N: usize> = [[f32; N]; N];
 /// A pivot below this fraction of its diagonal is rounding: the unknown is left out.
 pub const PIVOT_MIN: f32 = 2e-6;
 
-/// A lower factor L with L L' = A, in the lower triangle of a matrix. An unknown that the others
-/// explain has a row and a column of zeros, and its solution is zero.
+/// Lower factor L of A = L L', in the lower triangle of a matrix. A linearly dependent unknown has
+/// a row and a column of zeros, and its solution is zero.
 #[derive(Clone, Copy, Debug)]
 pub struct Factor<'a, const N: usize> {
     lower: &'a Square<N>,
@@ -15,12 +15,12 @@ pub struct Factor<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Factor<'a, N> {
-    /// Factors the first `n` rows and columns in their place.
+    /// Factors the first `n` rows and columns in place.
     pub fn new(a: &'a mut Square<N>, n: usize) -> Self {
         Self::with_pivots(a, n, PIVOT_MIN)
     }
 
-    /// Factors them without unknowns of which the others leave less than a share.
+    /// Factors in place, without unknowns whose pivot is below a fraction `min` of the diagonal.
     pub fn with_pivots(a: &'a mut Square<N>, n: usize, min: f32) -> Self {
         let n = n.min(N);
         for i in 0..n {
@@ -44,7 +44,7 @@ impl<'a, const N: usize> Factor<'a, N> {
         Self { lower: a, n }
     }
 
-    /// The factor of the first `n` rows and columns of a matrix that has been factored.
+    /// Factor in the first `n` rows and columns of a matrix that is already factored.
     pub fn of(lower: &'a Square<N>, n: usize) -> Self {
         Self { lower, n }
     }
@@ -75,7 +75,7 @@ impl<'a, const N: usize> Factor<'a, N> {
         }
     }
 
-    /// Solves L X = B in place for many right sides, which are columns.
+    /// Solves L X = B in place for many right-hand sides, the columns of `x`.
     pub fn forward_rows<const M: usize>(&self, x: &mut [[f32; M]]) {
         for (i, factors) in self.lower.iter().enumerate().take(self.n) {
             let Some((before, [own, ..])) = x.split_at_mut_checked(i) else {
@@ -97,7 +97,7 @@ impl<'a, const N: usize> Factor<'a, N> {
         }
     }
 
-    /// Solves L' X = B in place for many right sides, which are columns.
+    /// Solves L' X = B in place for many right-hand sides, the columns of `x`.
     pub fn backward_rows<const M: usize>(&self, x: &mut [[f32; M]]) {
         for (i, factors) in self.lower.iter().enumerate().take(self.n).rev() {
             let Some((before, [own, ..])) = x.split_at_mut_checked(i) else {
@@ -120,7 +120,7 @@ impl<'a, const N: usize> Factor<'a, N> {
         self.backward(x);
     }
 
-    /// Logarithm of the determinant of A, without unknowns that are left out.
+    /// Log determinant of A, without the unknowns that are left out.
     pub fn log_det(&self) -> f32 {
         let pivots = (0..self.n.min(N))
             .map(|i| self.lower[i][i])
@@ -128,8 +128,8 @@ impl<'a, const N: usize> Factor<'a, N> {
         2.0 * pivots.map(libm::logf).sum::<f32>()
     }
 
-    /// Logarithm of the determinant of A, each of whose squared pivots is at least so much, those
-    /// that are left out too.
+    /// Log determinant of A with squared pivots raised to at least `min`, also of unknowns left
+    /// out.
     pub fn log_det_above(&self, min: &[f32; N]) -> f32 {
         let pivots = self.lower.iter().enumerate().take(self.n);
         let squares = pivots.map(|(i, row)| row[i] * row[i]);
@@ -138,7 +138,7 @@ impl<'a, const N: usize> Factor<'a, N> {
     }
 }
 
-/// Turns a factor of `n` rows and columns into its inverse, in its place.
+/// Inverts a factor of `n` rows and columns in place.
 pub fn invert_lower<const N: usize>(lower: &mut Square<N>, n: usize) {
     let n = n.min(N);
     for j in (0..n).rev() {
@@ -156,7 +156,7 @@ pub fn invert_lower<const N: usize>(lower: &mut Square<N>, n: usize) {
     }
 }
 
-/// Turns a factor of `n` rows and columns into the inverse of what was factored, in its place.
+/// Replaces the factor of a matrix of `n` rows and columns by the matrix's inverse.
 pub fn invert<const N: usize>(lower: &mut Square<N>, n: usize) {
     let n = n.min(N);
     invert_lower(lower, n);

@@ -1,20 +1,20 @@
-//! The mean frequency over the window and its uncertainty: an average over a phase that is steady
-//! and over three kinds of walk of all strengths, each by its evidence.
+//! Mean frequency over the window and its uncertainty: an average over a steady phase and over
+//! three kinds of random walk of various strengths, weighted by their evidence.
 //!
-//! Walks are white noise that is integrated once, twice or three times, written in Legendre
-//! polynomials, in which integrating is tridiagonal.
+//! A walk is white noise integrated once, twice or three times, in Legendre polynomials, in which
+//! integration is tridiagonal.
 
 use crate::limits::DEGREES_MAX;
 use crate::matrix::{Factor, Square};
 use crate::normal::MOVEMENT_MAX;
 
-/// Degrees that a walk is followed to.
+/// Highest degree of a walk that is summed.
 const DEGREES_WALK: usize = 47;
-/// Kinds of walk.
+/// Number of kinds of walk.
 const WALKS: usize = 3;
-/// Strengths of a walk, each twice the one before, from half the noise of the second degree on.
+/// Maximum number of doublings of a walk's strength, from half the noise of the second degree on.
 const STRENGTHS: usize = 20;
-/// Largest second degree of a walk, radians.
+/// Maximum strength of a walk: its second degree, radians.
 const WALK_MAX: f32 = 8.0;
 
 /// Estimate of a phase, by degree from 1 on.
@@ -22,15 +22,15 @@ const WALK_MAX: f32 = 8.0;
 pub struct Evidence<'e> {
     /// Coefficients, radians.
     pub phase: [f32; DEGREES_MAX],
-    /// Their covariance, but for its scale.
+    /// Covariance of the coefficients, up to `scale`.
     pub covariance: &'e Square<MOVEMENT_MAX>,
     /// Variance inflation.
     pub scale: f32,
-    /// Number of entries.
+    /// Number of degrees.
     pub count: usize,
     /// Degrees of freedom of the noise.
     pub freedom: f32,
-    /// Prior probability that the phase does not move.
+    /// Prior probability of a steady phase.
     pub steady: f32,
 }
 
@@ -39,16 +39,16 @@ pub struct Evidence<'e> {
 pub struct MeanPhase {
     /// Mean.
     pub mean: f32,
-    /// Variance, with what is not fitted.
+    /// Variance, including the degrees that are not fitted.
     pub variance: f32,
-    /// Mean square of the phase that is not followed.
+    /// Mean square of the phase beyond the estimated degrees.
     pub unfollowed: f32,
-    /// Probability that the phase does not move.
+    /// Posterior probability of a steady phase.
     pub steady: f32,
 }
 
-/// A walk's coefficients: of one degree, by the white noise of degrees k - order, k - order + 2...,
-/// whose variances are their degrees and a half.
+/// Coefficients of one degree k of a walk, by the white noise of degrees k - order, k - order +
+/// 2..., whose variances are the degrees plus a half.
 type Row = [f32; WALKS + 1];
 
 const fn row(order: usize, k: isize) -> Row {
@@ -56,7 +56,7 @@ const fn row(order: usize, k: isize) -> Row {
     if order == 0 {
         row[0] = if k < 0 { 0.0 } else { 1.0 };
     } else if k > 0 {
-        // Integrating takes a polynomial to those of the degrees beside it.
+        // Integration maps a polynomial to the degrees just below and above.
         let (below, above) = (self::row(order - 1, k - 1), self::row(order - 1, k + 1));
         let mut a = 0;
         while a <= order {
@@ -97,7 +97,7 @@ const ROWS: [[Row; DEGREES_MAX + 3]; WALKS + 1] = {
     rows
 };
 
-/// Mean square of a walk's degrees above each, where its second degree has variance 1.
+/// Mean square of a walk beyond each degree, if the second degree has variance 1.
 const TAILS: [[f32; DEGREES_MAX + 1]; WALKS + 1] = {
     let mut tails = [[0.0; DEGREES_MAX + 1]; WALKS + 1];
     let mut order = 1;
@@ -115,22 +115,21 @@ const TAILS: [[f32; DEGREES_MAX + 1]; WALKS + 1] = {
     tails
 };
 
-/// An entry of a table; zero beyond it.
+/// Entry of a table; zero outside.
 fn entry<T: Copy + Default, const N: usize>(table: &[[T; N]], row: usize, column: usize) -> T {
     let entry = table.get(row).and_then(|row| row.get(column));
     entry.copied().unwrap_or_default()
 }
 
-/// Twice the sum of all odd degrees above `n`: what they add to the ends; as a row of the returned
-/// degree.
+/// Sum of all odd degrees above `n`: half of the phase that they add from end to end; as a row of
+/// the returned degree.
 fn ends(order: usize, n: usize) -> (usize, Row) {
     let k = if n.is_multiple_of(2) { n + 1 } else { n + 2 };
     let share = 1.0 / (2 * k - 1) as f32;
     (k, entry(&ROWS, order - 1, k - 1).map(|x| x * share))
 }
 
-/// True if a degree counts for the mean, by its place from the second on: odd degrees, and the
-/// ends.
+/// True if entry `i` counts for the mean: odd degrees (entry 0 is degree 2), and the ends.
 fn counts(i: usize, n: usize) -> bool {
     i + 1 == n || i % 2 == 1
 }
@@ -138,7 +137,7 @@ fn counts(i: usize, n: usize) -> bool {
 /// Covariance of a walk whose second degree has variance 1: of degrees 2 to n, and of the ends.
 struct Walk {
     covariance: Square<DEGREES_MAX>,
-    /// Covariances with all that counts for the mean.
+    /// Covariances of each entry with the mean.
     mean: [f32; DEGREES_MAX],
     /// Variance of the mean.
     variance: f32,
@@ -172,7 +171,7 @@ impl Walk {
             let (k, one) = at(i);
             for j in 0..=i {
                 let (l, other) = at(j);
-                // Degrees of the white noise of both.
+                // Degrees of white noise common to both.
                 let shift = k.abs_diff(l) / 2;
                 if k.abs_diff(l) % 2 != 0 || shift > order {
                     continue;
@@ -203,7 +202,7 @@ impl Walk {
     }
 }
 
-/// One model's answer.
+/// Estimate by one model.
 #[derive(Clone, Copy, Default)]
 struct Answer {
     log_weight: f32,
@@ -213,11 +212,11 @@ struct Answer {
     unfollowed: f32,
 }
 
-/// An average over answers, by their weights.
+/// Average of estimates, by their weights.
 struct Average {
-    /// The largest logarithm of a weight.
+    /// Largest log weight.
     best: f32,
-    /// Sum of the weights over the largest.
+    /// Sum of the weights, relative to the largest.
     sum: f32,
     mean: f32,
     square: f32,
@@ -250,10 +249,10 @@ impl Evidence<'_> {
         self.scale * self.covariance[i][j]
     }
 
-    /// The answer of a walk of variance `variance`, without its prior.
+    /// Estimate by a walk of variance `variance`, without its prior.
     #[inline(never)]
     fn answer(&self, walk: &Walk, variance: f32, matrix: &mut Square<DEGREES_MAX>) -> Answer {
-        // The first degree is what is asked for.
+        // The first degree is the one to estimate.
         let n = self.count.min(DEGREES_MAX).saturating_sub(1);
         let (mut z, mut q) = ([0.0; DEGREES_MAX], [0.0; DEGREES_MAX]);
         let own_rows = self.covariance.iter().map(|row| &row[1..]);
@@ -286,7 +285,7 @@ impl Evidence<'_> {
         }
     }
 
-    /// The average over all models.
+    /// Average over all models.
     #[inline(never)]
     pub fn mean_phase(&self) -> MeanPhase {
         let mut matrix = [[0.0; DEGREES_MAX]; DEGREES_MAX];
@@ -362,8 +361,7 @@ mod tests {
         );
     }
 
-    /// A phase that is white noise integrated once has the covariance of Brownian motion: its gain
-    /// over the window has twice the variance of what the noise has at each end.
+    /// The odd degrees above `n` add up to the row that `ends` returns.
     #[test]
     fn degrees_of_a_walk_add_up_to_its_ends() {
         for order in 1..=WALKS {

@@ -1,5 +1,5 @@
-//! How phase and amplitude move, and the noise next to the lines: each is estimated next to the
-//! other, and degrees are added until none is missing.
+//! Joint estimate of phase and amplitude modulation and of the noise next to the lines; degrees are
+//! added until none is missing.
 
 use crate::blocks::Blocks;
 use crate::covariance::{Covariance, ROUNDING, Samples};
@@ -17,30 +17,31 @@ use crate::trajectory::Trajectory;
 use crate::workspace::Workspace;
 use core::ops::Range;
 
-/// Gauss-Newton steps of a turn.
+/// Gauss-Newton steps per iteration.
 const STEPS: usize = 6;
-/// Maximum number of turns.
+/// Maximum number of iterations.
 const TURNS: usize = 7;
-/// Minimum number of turns: the first has the noise next to a comb that was not at its optimum.
-/// With the second, a tone that starts or ends in the window is good and wrong a third as often.
+/// Minimum number of iterations: the first has the noise next to a comb that was not at its
+/// optimum. With the second, tones that start or end in the window become outliers reported as good
+/// a third as often.
 const TURNS_MIN: usize = 2;
-/// Turns after which the lines are chosen again.
+/// Iterations after which the lines are chosen again.
 const LINES_AGAIN: [usize; 2] = [2, 4];
-/// Deviate of movement that is taken out of the noise: one of twenty. Leaving in what is there costs more
-/// than taking out what is not.
+/// Threshold for subtracting modulation from the noise: one in twenty by chance. Missing real
+/// modulation costs more than subtracting a spurious one.
 const Z_TAKEN: f32 = 1.64;
-/// Minimum number of noise bins with all harmonics in the model.
+/// Minimum number of functions of noise bins with all harmonics in the model.
 const NOISE_BINS_WHOLE: usize = 8;
-/// Minimum number of functions next to the lines that noise is known from.
+/// Minimum number of functions of noise bins for a noise estimate.
 const NOISE_BINS_MIN: usize = 3;
-/// Samples of noise that a degree needs.
+/// Noise samples required per degree.
 const SAMPLES_PER_DEGREE: usize = 4;
-/// Blocks that are turned against each other by more, in radians of the highest line, are collected
-/// anew.
+/// Maximum rotation between adjacent blocks, radians of the highest line, before the blocks are
+/// collected again.
 pub const TWIST_MAX: f32 = 0.1;
 
-/// A tone with its movement and the noise next to it; its solution, the covariance of its movement
-/// and the noise's weights are in the steps' memory.
+/// A tone with its modulation and local noise; its solution, the modulation's covariance and the
+/// noise weights are in the [`Workspace`].
 #[derive(Clone, Debug)]
 pub struct Followed {
     /// Phase of the fundamental.
@@ -51,32 +52,30 @@ pub struct Followed {
     pub variances: Values,
     /// Degrees that are fitted.
     pub fitted: Degrees,
-    /// Degrees that were looked at.
+    /// Degrees that are fitted or tested.
     pub degrees: Degrees,
-    /// Phase modulation relative to the trajectory.
+    /// Phase and amplitude modulation relative to the trajectory.
     pub moved: [f32; MOVEMENT_MAX],
     /// Weight of each degree of the phase in the mean frequency.
     pub seen: [f32; MOVEMENT_MAX],
     /// The noise next to the lines.
     pub noise: Covariance,
-    /// Power of the loudest place next to each line, by its number, over each channel's noise.
+    /// Power of the loudest noise bin next to each line, by line number, over each channel's noise.
     pub loudest: [f32; HARMONICS_MAX + 1],
-    /// Weight of the neighbourhood of each line, by its place.
+    /// Weight of the noise bins of each line, by index.
     pub weights: [f32; HARMONICS_MAX],
-    /// Effective number of noise bins next to the lines: of equal weight, with the same
-    /// information.
+    /// Number of functions of noise bins; of frames, in white noise.
     pub count: f32,
-    /// Number of equal weight.
+    /// Effective number: functions of equal weight.
     pub effective: f32,
-    /// True if residual modulation is taken out of the noise: at first, and where it was
-    /// significant.
+    /// True if residual modulation is subtracted from the noise: at first, and if significant.
     pub moves: bool,
-    /// Part of the noise that the fitted modulation takes out.
+    /// Variance inflation for the degrees of freedom of the subtracted modulation.
     pub taken: f32,
 }
 
 impl Followed {
-    /// A comb that is not followed yet.
+    /// A comb whose modulation is not estimated yet.
     pub fn at(trajectory: Trajectory, shape: Shape) -> Self {
         Self {
             trajectory,
@@ -96,7 +95,7 @@ impl Followed {
         }
     }
 
-    /// Estimates the movement by the noise that is known.
+    /// Estimates the modulation with the current noise weights.
     fn move_by_noise(&mut self, blocks: &Blocks, workspace: &mut Workspace) {
         let n = self.degrees.count().min(MOVEMENT_MAX);
         let normal = &mut workspace.normal;
@@ -109,13 +108,13 @@ impl Followed {
         }
         self.moved = normal.right;
         Factor::new(&mut normal.matrix, n).solve(&mut self.moved);
-        // Phases come first: their factor is the beginning of that of all.
+        // Phases come first, so their factor is the leading part of the whole factor.
         self.seen = core::array::from_fn(|i| if i % 2 == 0 { 1.0 } else { 0.0 });
         Factor::of(&normal.matrix, self.fitted.phase).solve(&mut self.seen);
         invert(&mut normal.matrix, n);
     }
 
-    /// Phase modulation relative to the trajectory.
+    /// Phase and amplitude modulation relative to the trajectory.
     pub fn motion(&self) -> Motion {
         let mut motion = Motion::default();
         let Degrees { phase, amplitude } = self.degrees;
@@ -139,7 +138,7 @@ impl Followed {
         phase
     }
 
-    /// Adds the movement to the blocks, `sign` times.
+    /// Adds `sign` times the modulation to the blocks.
     #[inline(never)]
     fn add_motion(&self, blocks: &mut Blocks, solution: &Solution, sign: f32) {
         let motion = self.motion();
@@ -149,14 +148,14 @@ impl Followed {
         }
     }
 
-    /// Takes the movement out of the blocks and out of the solution.
+    /// Subtracts the modulation from the blocks and solves again.
     pub fn take_out_motion(&self, blocks: &mut Blocks, solution: &mut Solution) {
         self.add_motion(blocks, solution, -1.0);
         solution.project(blocks, self.shape);
         solution.solve();
     }
 
-    /// Unknowns of the movement that is taken out of the noise.
+    /// Number of unknowns of the modulation that is subtracted from the noise.
     pub fn unknowns(&self) -> usize {
         if self.moves { self.degrees.count() } else { 0 }
     }
@@ -166,7 +165,7 @@ impl Followed {
         self.effective * self.noise.channels
     }
 
-    /// Deviate of some unknowns of the movement together.
+    /// Joint normal deviate of some unknowns of the modulation.
     fn shows(&self, covariance: &Square<MOVEMENT_MAX>, unknowns: Range<usize>) -> f32 {
         let (first, n) = (unknowns.start, unknowns.len().min(MOVES));
         let mut block = [[0.0; MOVES]; MOVES];
@@ -184,7 +183,7 @@ impl Followed {
     }
 }
 
-/// Weight of each line's neighbourhood: its share of the information, by its number of functions.
+/// Weight of each line's noise bins: the line's share of the information, over its number of bins.
 #[inline(never)]
 fn noise_weights(
     solution: &Solution,
@@ -205,8 +204,8 @@ fn noise_weights(
 }
 
 impl Refinement<'_> {
-    /// Follows a comb, at which the blocks are, into `followed`; `recollect` passes over the window
-    /// again. Whether enough noise is known.
+    /// Follows a comb, starting with the blocks at it, into `followed`; `recollect` passes over the
+    /// window again. False if there are too few noise bins.
     #[inline(never)]
     pub fn follow(
         &self,
@@ -265,7 +264,7 @@ impl Refinement<'_> {
             if fades {
                 fitted.amplitude = (fitted.amplitude + MOVES - 1).min(max);
             }
-            // Lines that the movement had smeared.
+            // Choose lines again that the modulation had smeared.
             if fitted.phase > 1 && LINES_AGAIN.contains(&turn) {
                 recollect(blocks, &trajectory, self.lines(trajectory.cycles));
                 let degrees = [1, shape.degree];
@@ -285,7 +284,7 @@ impl Refinement<'_> {
         }
     }
 
-    /// Noise next to the lines, and the residual modulation.
+    /// Estimates the noise next to the lines and the residual modulation; false with too few bins.
     #[inline(never)]
     fn noise(
         &self,
@@ -362,7 +361,7 @@ impl Refinement<'_> {
         followed: &Followed,
     ) {
         let shape = workspace.solution.shape;
-        // Memory of a second solution would lie deepest on the stack.
+        // A second solution would be the deepest use of the stack.
         let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
         let pairs = lines.iter_mut().zip(workspace.solution.lines());
         pairs.for_each(|(kept, row)| *kept = *row);
@@ -376,10 +375,10 @@ impl Refinement<'_> {
         solution.project(blocks, shape);
     }
 
-    /// Collects the functions next to the lines of the projected solution.
+    /// Collects the noise bins of the projected solution.
     fn collect_noise_bins(&self, blocks: &Blocks, workspace: &mut Workspace, cycles: f32) {
         let shape = workspace.solution.shape;
-        // Harmonics that are too weak to be kept are no noise either, where there is room without.
+        // Harmonics too weak to be kept are no noise either, if enough bins remain without them.
         let whole = Shape {
             lines: self.lines(cycles).and(shape.lines),
             ..shape

@@ -1,7 +1,7 @@
-//! The noise next to the lines: functions a few cycles per window to either side of each line, less
-//! what the model explains of them, and their products with the residuals.
+//! Noise bins: functions a few cycles per window to either side of each line, with the model
+//! projected out, and their products with the residuals.
 //!
-//! They are whole cycles apart, so that they are all but orthogonal.
+//! The bins are whole cycles apart, and so nearly orthogonal.
 
 use crate::blocks::Blocks;
 use crate::covariance::{add_product, power};
@@ -15,7 +15,7 @@ use crate::solve::ProjectedModel;
 use crate::source::Values;
 use crate::totals::WAVES;
 
-/// Minimum distance of a noise bin from its line, cycles per window.
+/// Distance from a line below which a function may be a second tone, cycles per window.
 const NEAR_CYCLES: f32 = 1.5;
 /// Minimum distance between noise bins of different lines, cycles per window.
 pub const APART: f32 = 0.85;
@@ -24,12 +24,12 @@ const LEFT_MIN: f32 = 0.25;
 /// Minimum fraction of the power of a tested line outside the model.
 const LEFT_LINE: f32 = 0.16;
 
-/// A function next to a line.
+/// A function of a noise bin: cosine or sine.
 #[derive(Clone, Copy, Debug)]
 pub struct Member {
-    /// The line's number.
+    /// Number of the line.
     pub line: u8,
-    /// Cycles per window from that line.
+    /// Offset from the line, cycles per window.
     offset: i8,
     /// Power over the noise, all channels together.
     pub power: f32,
@@ -42,12 +42,12 @@ impl Member {
         power: 0.0,
     };
 
-    /// True for the cosine and the sine of one place.
+    /// True for the cosine and the sine of one noise bin.
     fn is_with(&self, other: &Self) -> bool {
         (self.line, self.offset) == (other.line, other.offset)
     }
 
-    /// True above the line.
+    /// True if the bin is above the line.
     pub fn is_above(&self) -> bool {
         self.offset > 0
     }
@@ -58,7 +58,7 @@ impl Member {
 pub struct LineFrequencies {
     /// Numbers of the lines.
     pub lines: Lines,
-    /// The unit line.
+    /// Frequency of the unit line.
     pub cycles: f32,
     /// Band of frequencies.
     pub nyquist: Nyquist,
@@ -66,26 +66,26 @@ pub struct LineFrequencies {
     pub band: usize,
 }
 
-/// Functions next to the lines, of unit variance in white noise.
+/// Noise bins, of unit variance in white noise.
 #[derive(Debug)]
 pub struct NoiseBins {
     members: [Member; NOISE_BINS_MAX],
     count: usize,
     /// Frequencies of the lines.
     place: LineFrequencies,
-    /// Power of the functions nearest to the lines over the residuals' variances.
+    /// Power of the functions nearest to the lines, over the residuals' variances.
     pub nearest: f32,
 }
 
-/// Products of a wave's cosine and sine with those of a number of cycles per window: cosine with
-/// cosine, sine with sine, sine with cosine, cosine with sine.
+/// Products of a wave and a rotation: cosine with cosine, sine with sine, sine with cosine, cosine
+/// with sine.
 type Turned = [f32; 4];
 
 fn turned([c, s]: Wave, [cos, sin]: Wave) -> Turned {
     [c * cos, s * sin, s * cos, c * sin]
 }
 
-/// The wave turned forwards or backwards.
+/// The wave rotated forwards or backwards.
 fn wave([cc, ss, sc, cs]: Turned, is_forwards: bool) -> Wave {
     if is_forwards {
         [cc - ss, sc + cs]
@@ -94,9 +94,9 @@ fn wave([cc, ss, sc, cs]: Turned, is_forwards: bool) -> Wave {
     }
 }
 
-/// Sums over the blocks of the waves that are turned by some cycles per window.
+/// Sums over the blocks of waves that are shifted by some cycles per window.
 struct Sums {
-    /// Cosine and sine of those cycles in each block.
+    /// Cosine and sine of the shift in each block.
     turns: [Wave; crate::limits::BLOCKS_MAX],
     /// Multiples of the phase.
     multiples: [Turned; WAVES],
@@ -119,7 +119,7 @@ impl Sums {
         sums
     }
 
-    /// Sum of a multiple of the phase; the conjugate of a negative one.
+    /// Sum of a multiple of the phase; negative multiples are conjugates.
     fn multiple(&self, multiple: isize, is_forwards: bool) -> Wave {
         let products = self.multiples[multiple.unsigned_abs() % WAVES];
         if multiple < 0 {
@@ -131,7 +131,7 @@ impl Sums {
     }
 }
 
-/// A line, turned by some cycles.
+/// A line, shifted by some cycles per window.
 struct TurnedLine<'l> {
     blocks: &'l Blocks,
     model: ProjectedModel<'l>,
@@ -141,9 +141,9 @@ struct TurnedLine<'l> {
     baselines: [Turned; DEGREE_MAX + 1],
     /// Products with the channels.
     values: [Values; 4],
-    /// Sum of squares of its cosine, turned forwards and backwards; the sine has the rest of `frames`.
+    /// Energy of the cosine, shifted forwards and backwards; the sine has the rest of `frames`.
     squares: [f32; 2],
-    /// Frames.
+    /// Number of frames.
     frames: f32,
 }
 
@@ -193,7 +193,7 @@ impl<'l> TurnedLine<'l> {
     }
 
     /// Products of the cosine or the sine with the channels, of unit variance after projecting out
-    /// the model. None if the model explains too much of it.
+    /// the model. `None` if the model explains too much of the function.
     fn values(&self, is_forwards: bool, is_sine: bool, min: f32) -> Option<Values> {
         let ProjectedModel {
             shape,
@@ -332,12 +332,11 @@ impl NoiseBins {
         }
     }
 
-    /// Forgets all.
     pub fn clear(&mut self) {
         (self.count, self.nearest) = (0, 0.0);
     }
 
-    /// Number of entries.
+    /// Number of functions.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -357,13 +356,13 @@ impl NoiseBins {
             .fold(f32::INFINITY, f32::min)
     }
 
-    /// True if a function is as near to a line as a second tone may be.
+    /// True if a function is near enough to a line to be a second tone.
     pub fn is_near(&self, member: &Member) -> bool {
         self.distance(member) < NEAR_CYCLES
     }
 
-    /// Deviate of the power near the lines over that further from them, of so many independent
-    /// channels; zero where there is nothing to compare.
+    /// Normal deviate of the power near the lines over the power further away, for `channels`
+    /// independent channels; zero if there is nothing to compare.
     pub fn near_over_far(&self, channels: f32) -> f32 {
         let [mut near, mut far] = [Sum::default(); 2];
         for member in self.members() {
@@ -381,12 +380,11 @@ impl NoiseBins {
         deviate(over, near.count * channels, far.count * channels)
     }
 
-    /// The functions.
     pub fn members(&self) -> &[Member] {
         self.members.get(..self.count).unwrap_or_default()
     }
 
-    /// Products of the channels, each function with its weight.
+    /// Weighted sum over the functions of the products of the channels.
     pub fn products(
         &self,
         memory: &[Values],
@@ -399,14 +397,15 @@ impl NoiseBins {
         }
     }
 
-    /// Cycles per window of the strongest function nearest to a line.
+    /// Frequency of the strongest function near a line, cycles per window.
     pub fn strongest_near(&self) -> f32 {
         let near = self.members().iter().filter(|member| self.is_near(member));
         let strongest = near.max_by(|a, b| a.power.total_cmp(&b.power));
         strongest.map_or(0.0, |member| self.seen(member))
     }
 
-    /// Measures the functions' power by the noise's weights and by the residuals' variances.
+    /// Measures the power of the functions, over the noise covariance and over the residuals'
+    /// variances.
     pub fn measure(
         &mut self,
         memory: &[Values],
@@ -424,8 +423,8 @@ impl NoiseBins {
         self.nearest = powers.sum();
     }
 
-    /// Power of the loudest place next to each line, by the line's number: cosine and sine in all
-    /// channels, over the variance of each channel's noise.
+    /// Power of the loudest noise bin next to each line, by the line's number: cosine and sine in
+    /// all channels, over the variance of each channel's noise.
     pub fn loudest(&self, memory: &[Values], variances: &Values) -> [f32; HARMONICS_MAX + 1] {
         let mut loudest = [0.0f32; HARMONICS_MAX + 1];
         let power = |values: &Values| {
@@ -444,7 +443,7 @@ impl NoiseBins {
         loudest
     }
 
-    /// Places next to a line, each with the power of its cosine and its sine together.
+    /// Noise bins next to a line, each with the power of cosine and sine together.
     pub fn places(&self, line: usize) -> impl Iterator<Item = Member> {
         let pairs = self.members().windows(2);
         pairs.filter_map(move |pair| match pair {
@@ -457,8 +456,8 @@ impl NoiseBins {
     }
 }
 
-/// Cosine and sine of a line, of unit variance after projecting out a model: their products with
-/// the channels. None if the model explains too much of them.
+/// Products with the channels of a line's cosine and sine, of unit variance after projecting out a
+/// model. `None` if the model explains too much of either.
 pub fn line(blocks: &Blocks, model: ProjectedModel, number: usize) -> Option<[Values; 2]> {
     let sums = Sums::new(blocks, 0, number + model.shape.lines.max());
     let line = TurnedLine::new(blocks, model, &sums, number);

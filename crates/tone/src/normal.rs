@@ -1,4 +1,4 @@
-//! Normal equations of how phase and amplitude move: Legendre polynomials times the tone's
+//! Normal equations of phase and amplitude modulation: Legendre polynomials times the tone's
 //! derivatives, after projecting out the model, over all channels.
 
 use crate::blocks::Blocks;
@@ -12,7 +12,7 @@ use crate::solve::{Shape, Solution};
 use crate::source::Values;
 use crate::totals::{LINE_FUNCTIONS, LIST_MAX, OfLines, OfModel, by_wave, fold, list_len, unfold};
 
-/// Maximum number of unknowns of a movement.
+/// Maximum number of unknowns of a modulation.
 pub const MOVEMENT_MAX: usize = 2 * DEGREES_MAX;
 const _: () = assert!(DEGREES_MAX * LIST_MAX <= NOISE_BINS_MAX * CHANNELS_MAX);
 
@@ -26,13 +26,13 @@ pub struct Degrees {
 }
 
 impl Degrees {
-    /// A frequency, and nothing that moves.
+    /// A constant frequency, without modulation.
     pub const STEADY: Self = Self {
         phase: 1,
         amplitude: 0,
     };
 
-    /// Capacity of the memory.
+    /// Limits both to the capacity of the memory.
     fn bounded(self) -> Self {
         Self {
             phase: self.phase.min(DEGREES_MAX),
@@ -40,13 +40,13 @@ impl Degrees {
         }
     }
 
-    /// Both.
+    /// Number of unknowns.
     pub fn count(self) -> usize {
         self.phase + self.amplitude
     }
 }
 
-/// Maximum number of degrees of the phase, or of the amplitude, that the blocks can tell apart.
+/// Maximum number of degrees of the phase, or of the amplitude, that the blocks resolve.
 pub fn degrees_max(blocks: &Blocks) -> usize {
     DEGREES_MAX.min(blocks.count().saturating_sub(2))
 }
@@ -56,22 +56,22 @@ pub fn degrees_max(blocks: &Blocks) -> usize {
 pub struct Normal {
     /// Information, in the lower triangle.
     pub matrix: Square<MOVEMENT_MAX>,
-    /// Right side.
+    /// Right-hand side.
     pub right: [f32; MOVEMENT_MAX],
     /// Requested degrees.
     pub degrees: Degrees,
 }
 
-/// The tone by the noise's weights.
+/// Products of the tone, weighted by the inverse noise covariance.
 ///
-/// What the tone gains by its amplitude are its own lines; by its phase it gains each line times its
-/// number, a quarter of a turn behind.
+/// The derivative by the amplitude is the tone itself; the derivative by the phase is each line
+/// times its number, turned by a quarter.
 struct Weighted {
     /// Products of the lines' weighted coefficients with those of all unknowns.
     fitted: OfModel,
-    /// Products of the channels with the gain by the phase, in each block.
+    /// Channels times the derivative by the phase, per block.
     phases: [f32; BLOCKS_MAX],
-    /// Products with the gain by the amplitude.
+    /// Channels times the derivative by the amplitude, per block.
     amplitudes: [f32; BLOCKS_MAX],
 }
 
@@ -126,7 +126,7 @@ impl Weighted {
         }
     }
 
-    /// Products of the lines' coefficients.
+    /// Weighted products of the lines' coefficients with each other.
     fn power(&self, first: usize) -> OfLines {
         self.fitted.map(|row| {
             let mut power = [0.0; LINE_FUNCTIONS];
@@ -140,7 +140,7 @@ impl Weighted {
     }
 }
 
-/// Coefficients that an entry of the information couples.
+/// Part of the information: between phases, mixed, or between amplitudes.
 #[derive(Clone, Copy)]
 enum Kind {
     Phases,
@@ -148,7 +148,7 @@ enum Kind {
     Amplitudes,
 }
 
-/// Turns pairs of rows: those of the amplitude's gain become those of the phase's.
+/// Turns pairs of rows from the derivative by the amplitude into that by the phase.
 fn turn_rows<const N: usize>(rows: &mut [[f32; N]; LINE_FUNCTIONS], lines: Lines) {
     for ([one, other], line) in rows.as_chunks_mut::<2>().0.iter_mut().zip(lines.iter()) {
         let number = line as f32;
@@ -159,7 +159,7 @@ fn turn_rows<const N: usize>(rows: &mut [[f32; N]; LINE_FUNCTIONS], lines: Lines
 }
 
 impl Normal {
-    /// Without equations; all zeros.
+    /// No equations; all zeros.
     pub const NONE: Self = Self {
         matrix: [[0.0; MOVEMENT_MAX]; MOVEMENT_MAX],
         right: [0.0; MOVEMENT_MAX],
@@ -169,7 +169,7 @@ impl Normal {
         },
     };
 
-    /// Makes the equations of a modulation on top of a solution, with memory for a list of each
+    /// Sets up the equations of a modulation on top of a solution; `memory` is for a list of each
     /// degree.
     #[inline(never)]
     pub fn make(
@@ -194,7 +194,7 @@ impl Normal {
         }
     }
 
-    /// Takes out what the model explains of the frequency alone: a fifth of the work of [`Self::project`].
+    /// Projects the model out of the frequency alone: a fifth of the work of [`Self::project`].
     #[inline(never)]
     fn project_frequency(&mut self, solution: &Solution, weighted: &Weighted, memory: &[f32]) {
         let (shape, factor) = (&solution.shape, solution.factor());
@@ -213,12 +213,12 @@ impl Normal {
         }
     }
 
-    /// Adds all information.
+    /// Adds all parts of the information.
     #[inline(never)]
     fn inform_all(&mut self, blocks: &Blocks, solution: &Solution, weighted: &Weighted) {
         let lines = solution.shape.lines;
         let mut power = weighted.power(solution.shape.first_line());
-        // Steps of the phase need nothing of the amplitude.
+        // Steps of the phase alone need no amplitudes.
         let has_amplitude = self.degrees.amplitude > 0;
         if has_amplitude {
             self.inform(blocks, lines, Kind::Amplitudes, &power);
@@ -236,8 +236,7 @@ impl Normal {
         self.inform(blocks, lines, Kind::Phases, &power);
     }
 
-    /// Adds the information of all blocks, between phases, between phase and amplitude, or between
-    /// amplitudes.
+    /// Adds one part of the information from all blocks.
     fn inform(&mut self, blocks: &Blocks, lines: Lines, kind: Kind, power: &OfLines) {
         let Degrees { phase, amplitude } = self.degrees.bounded();
         let (rows, columns) = match kind {
@@ -278,7 +277,7 @@ impl Normal {
     ) {
         let shape = &solution.shape;
         let Degrees { phase, amplitude } = self.degrees.bounded();
-        // Polynomials of the degree before and of this one in the middles of the blocks.
+        // Polynomials of the previous and of this degree in the middles of the blocks.
         let (mut before, mut by_block) = ([0.0; BLOCKS_MAX], [1.0; BLOCKS_MAX]);
         let lists = memory.chunks_exact_mut(list_len(shape));
         for (k, list) in lists.enumerate().take(phase.max(amplitude)) {
@@ -296,7 +295,7 @@ impl Normal {
         }
     }
 
-    /// Takes out what the model explains.
+    /// Projects out the model.
     #[inline(never)]
     fn project(&mut self, solution: &Solution, weighted: &Weighted, memory: &[f32]) {
         let shape = &solution.shape;
@@ -358,11 +357,11 @@ fn product(one: &[f32], other: &[f32]) -> f32 {
     one.iter().zip(other).map(|(x, y)| x * y).sum()
 }
 
-/// Product of the first groups of four channels.
+/// Dot product over the first groups of four channels.
 #[inline(always)]
 fn dot(one: &Values, other: &Values, groups: usize) -> f32 {
     let pairs = one.iter().zip(other).map(|(x, y)| x * y);
-    // All together need no loop.
+    // All groups together need no loop.
     if groups == CHANNELS_MAX / 4 {
         pairs.sum()
     } else {

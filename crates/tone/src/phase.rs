@@ -13,7 +13,7 @@ pub(crate) type Wave = [f32; 2];
 /// A phase from turns (any sign, magnitude below 2^31): the fraction of a turn in units of 2^-32.
 pub fn from_turns(turns: f32) -> u32 {
     // The nearest whole turns are subtracted first, exactly, so that the fraction keeps all its
-    // bits; half a turn to either side fits into 32 bits, to which the core converts by itself.
+    // bits; half a turn to either side fits into 32 bits, which the FPU converts itself.
     let fraction = turns - (turns + 0.5f32.copysign(turns)) as i32 as f32;
     (fraction * TURN) as i32 as u32
 }
@@ -42,8 +42,8 @@ pub(crate) fn times(a: Wave, b: Wave) -> Wave {
     [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
-/// Products of two lines, cosine and sine of the one with those of the other, from the multiples of
-/// their phase.
+/// Products of two lines, cosine and sine of one with cosine and sine of the other, from the
+/// multiples of their phase.
 pub(crate) fn line_products<const N: usize>(
     waves: &[Wave; N],
     one: usize,
@@ -70,7 +70,7 @@ pub(crate) fn powers(phase: u32) -> impl Iterator<Item = Wave> {
     core::iter::successors(Some([1.0, 0.0]), move |wave| Some(times(*wave, [cos, sin])))
 }
 
-/// The first of them, up to the multiple `max`, and zeros.
+/// Cosine and sine of the multiples of a phase up to `max`, then zeros.
 pub(crate) fn first_powers<const N: usize>(phase: u32, max: usize) -> [Wave; N] {
     let mut first = [[0.0; 2]; N];
     let places = first.iter_mut().take(max + 1);

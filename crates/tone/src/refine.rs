@@ -1,4 +1,4 @@
-//! Gauss-Newton steps to the optimum of the phase: its frequency, and where it moves more degrees.
+//! Gauss-Newton steps to the optimum of the phase: its frequency, and higher degrees if modulated.
 
 use crate::blocks::Blocks;
 use crate::covariance::{Covariance, Samples};
@@ -16,7 +16,7 @@ use crate::workspace::Workspace;
 
 /// Maximum number of steps of a comb at a time.
 const STEPS: usize = 2;
-/// Added to the information, as a fraction of it.
+/// Damping, as a fraction of the information.
 const DAMPING: f32 = 1e-6;
 /// Minimum number of cycles of the unit line.
 const CYCLES_MIN: f32 = 0.4;
@@ -27,13 +27,13 @@ pub struct Refinement<'r> {
     pub all: &'r Products,
     /// Number of channels.
     pub width: usize,
-    /// Frames that count.
+    /// Number of valid frames.
     pub frames: f32,
     /// Maximum number of harmonics.
     pub harmonics: usize,
     /// True if channels may share noise.
     pub may_share: bool,
-    /// True if noise is the same at all frequencies.
+    /// True if the noise is white.
     pub is_white: bool,
     /// Band of frequencies.
     pub nyquist: Nyquist,
@@ -41,7 +41,7 @@ pub struct Refinement<'r> {
     pub band: Band,
 }
 
-/// Model that is refined.
+/// Model to refine, and when to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
     /// Lines and baseline.
@@ -57,7 +57,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Steps of a comb's frequency by weights that are known.
+    /// Steps of a comb's frequency with known weights.
     pub fn of_comb(shape: Shape) -> Self {
         Self {
             shape,
@@ -72,15 +72,15 @@ impl Steps {
 /// Source of the channels' noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Known {
-    /// Residuals without the lines, at the first step.
+    /// Covariance of the residuals at the first step.
     Residuals,
-    /// An inverse covariance that is there already.
+    /// The existing inverse covariance.
     Weights,
 }
 
 impl Refinement<'_> {
-    /// The harmonics of a fundamental that are seen clear of zero, of half the frame rate and, where
-    /// they are folded, of each other.
+    /// Harmonics of a fundamental that appear clear of zero, of half the frame rate and, if
+    /// aliased, of each other.
     pub fn lines(&self, cycles: f32) -> Lines {
         let seen = |line: usize| self.nyquist.seen(line as f32 * cycles);
         (2..=self.harmonics).fold(Lines::up_to(1), |lines, line| {
@@ -95,7 +95,7 @@ impl Refinement<'_> {
         })
     }
 
-    /// Steps of a `trajectory`, to which the blocks are rotated.
+    /// Refines a `trajectory`, to which the blocks are rotated.
     #[inline(never)]
     pub fn refine(
         &self,
@@ -143,8 +143,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// Weighs the channels by the inverse covariance of the residuals after the projections, of a
-    /// number of samples.
+    /// Weighs the channels by the inverse covariance of the residuals after the projections, from
+    /// `count` samples.
     #[inline(never)]
     pub fn weigh(&self, workspace: &mut Workspace, count: f32) -> Covariance {
         workspace.weights = workspace.solution.residuals(self.all);

@@ -13,16 +13,16 @@ use core::ops::Range;
 /// Residual phase and amplitude modulation: coefficients by degree, from 1 on.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
-    /// Radians of the unit line.
+    /// Phase of the unit line, radians.
     pub phase: [f32; DEGREES_MAX],
-    /// Shares of the amplitude.
+    /// Fraction of the amplitude.
     pub amplitude: [f32; DEGREES_MAX],
     /// Highest degree.
     pub degrees: usize,
 }
 
 impl Motion {
-    /// Phase and amplitude at `u`.
+    /// Phase and relative amplitude at `u`.
     pub fn at(&self, u: f32) -> [f32; 2] {
         let (mut before, mut p) = (0.0, 1.0);
         let [mut phase, mut amplitude] = [0.0; 2];
@@ -41,7 +41,7 @@ impl Motion {
 pub struct Model<'m> {
     /// The solved fit.
     pub solution: &'m Solution,
-    /// Modulation next to it.
+    /// Modulation on top of the solution.
     pub motion: Option<Motion>,
     /// Phase of the fundamental.
     pub trajectory: Trajectory,

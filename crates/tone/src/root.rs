@@ -1,7 +1,7 @@
 //! The square root.
 
-/// The square root of `x`, rounded to the nearest; NaN below zero. On an Arm processor with a
-/// floating-point unit it is that unit's instruction, which `libm` does not use.
+/// Square root of `x`, rounded to the nearest; NaN below zero. On Arm with a floating-point unit
+/// this is the `vsqrt` instruction, which `libm` does not use.
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
@@ -10,8 +10,8 @@ pub fn sqrt(x: f32) -> f32 {
     return libm::sqrtf(x);
 }
 
-/// A function of its own, which has the number in S0 (AAPCS, 6.1.2.1): stable Rust gives no register
-/// of the floating-point unit to an instruction amid others.
+/// Naked function with its argument in S0 (AAPCS, 6.1.2.1): inline assembly in stable Rust cannot
+/// take a floating-point register.
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[unsafe(naked)]
 #[allow(unsafe_code, reason = "an instruction without a safe function")]

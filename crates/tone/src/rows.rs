@@ -1,9 +1,9 @@
-//! Sums of rows of all channels, four rows and four channels at a time.
+//! Weighted sums of rows of channels, four rows and four channels at a time.
 
 use crate::source::Values;
 use core::ops::Range;
 
-/// Adds two pairs of rows, each with its factor, in some groups of four channels.
+/// Adds two pairs of rows, each times its factor, for some groups of four channels.
 #[inline(always)]
 pub fn add_rows(
     sums: &mut Values,
@@ -24,7 +24,7 @@ pub fn add_rows(
     }
 }
 
-/// Adds rows, each with its factor, in the first groups of four channels.
+/// Adds rows, each times its factor, for the first groups of four channels.
 pub fn add_all(sums: &mut Values, groups: usize, rows: &[Values], factors: &[f32]) {
     let sums = sums.as_chunks_mut::<4>().0.iter_mut().enumerate();
     for (g, sums) in sums.take(groups) {

@@ -1,4 +1,4 @@
-//! Contents that a window may have. What a scene does not declare costs nothing.
+//! Declared contents of a window. Effects that a scene does not declare cost nothing.
 
 use crate::limits::{DEGREE_MAX, HARMONICS_MAX};
 
@@ -7,7 +7,7 @@ use crate::limits::{DEGREE_MAX, HARMONICS_MAX};
 pub enum Baseline {
     /// A level and a slope.
     Slope,
-    /// A polynomial of up to the fourth degree: skin that creeps.
+    /// A polynomial of up to the fourth degree, for skin that creeps.
     Curved,
 }
 
@@ -32,9 +32,9 @@ pub enum Channels {
 /// Model of the speed over the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Speed {
-    /// Most likely it does not change: white noise pays 3 % of sigma.
+    /// Probably constant: costs 3 % of sigma in white noise.
     Steady,
-    /// As likely as not it changes: white noise pays 20 % of sigma.
+    /// As likely to change as not: costs 20 % of sigma in white noise.
     MayMove,
 }
 
@@ -51,24 +51,24 @@ pub struct Scene {
     pub channels: Channels,
     /// Model of the speed.
     pub speed: Speed,
-    /// True if single values may be far off.
+    /// True if there may be impulses (single outliers).
     pub impulses: bool,
     /// Minimum and maximum frequency of a fundamental, in the unit of [`crate::Fit::frequency`];
-    /// zeros where nothing is known.
+    /// zeros if unknown.
     pub band: Band,
 }
 
 /// Minimum and maximum frequency of a fundamental.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Band {
-    /// The least.
+    /// Minimum frequency.
     pub least: f32,
-    /// The most; 0 is half the frame rate.
+    /// Maximum frequency; 0 is half the frame rate.
     pub most: f32,
 }
 
 impl Band {
-    /// The band in another unit, of which one is `unit` of this one's.
+    /// The band in another unit, which is `unit` in the present one.
     pub(crate) fn over(&self, unit: f32) -> Self {
         Self {
             least: self.least / unit,
@@ -76,14 +76,14 @@ impl Band {
         }
     }
 
-    /// True if it holds a frequency.
+    /// True if the band contains a frequency.
     pub(crate) fn has(&self, frequency: f32) -> bool {
         frequency >= self.least && (self.most <= 0.0 || frequency <= self.most)
     }
 }
 
 impl Scene {
-    /// The paper's finger: ridges with overtones under a skin that creeps.
+    /// Scene of the paper's finger: ridges with overtones under skin that creeps.
     pub const DEFAULT: Self = Self {
         harmonics: 4,
         baseline: Baseline::Curved,
@@ -97,7 +97,7 @@ impl Scene {
         },
     };
 
-    /// The minimum: one harmonic in white noise with a slope.
+    /// Minimal scene: one harmonic in white noise with a slope.
     pub const LEAN: Self = Self {
         harmonics: 1,
         baseline: Baseline::Slope,
@@ -107,7 +107,7 @@ impl Scene {
         ..Self::DEFAULT
     };
 
-    /// The default one with this many harmonics at most, the fundamental included.
+    /// Default scene with at most this many harmonics, the fundamental included.
     pub const fn with_harmonics(harmonics: u8) -> Self {
         Self {
             harmonics,
@@ -115,7 +115,7 @@ impl Scene {
         }
     }
 
-    /// Maximum number of harmonics that the fit has room for.
+    /// Maximum number of harmonics, limited to the fit's capacity.
     pub(crate) fn harmonics(&self) -> u8 {
         self.harmonics.clamp(1, HARMONICS_MAX as u8)
     }
@@ -128,7 +128,7 @@ impl Scene {
         }
     }
 
-    /// Prior probability that the phase does not move.
+    /// Prior probability of a constant speed.
     pub(crate) fn steady(&self) -> f32 {
         match self.speed {
             Speed::Steady => 0.95,
@@ -136,12 +136,12 @@ impl Scene {
         }
     }
 
-    /// True if the noise of all frequencies is that next to the lines.
+    /// True if the noise is declared white.
     pub(crate) fn is_white(&self) -> bool {
         self.noise == Noise::White
     }
 
-    /// True if noise is to be compared over channels.
+    /// True if noise may be correlated between channels.
     pub(crate) fn may_share(&self) -> bool {
         self.channels == Channels::MayShare
     }

@@ -1,4 +1,4 @@
-//! Candidates: the highest peaks of Wilks' ratio of one line, in channels that are made white.
+//! Candidate frequencies: the highest peaks of Wilks' ratio for a single line in whitened channels.
 //!
 //! S. S. Wilks, "Certain generalizations in the analysis of variance", Biometrika 24 (1932),
 //! 471-494.
@@ -14,28 +14,28 @@ use crate::workspace::Workspace;
 use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
 use core::ops::Range;
 
-/// Peaks that are tried.
+/// Number of peaks to try.
 pub const PEAKS: usize = 2;
-/// Maximum number of frames of a window, and most channels, that are all transformed.
+/// Above both limits, on frames and on channels, pairs of channels are mixed before the transform.
 const FRAMES_FEW: u32 = 128;
 const CHANNELS_FEW: usize = 8;
 /// Minimum number of cycles of a peak.
 const CYCLES_PEAK: f32 = 0.5;
-/// Noise is taken for at least this fraction of a channel's variance: beside less, a faint overtone
-/// would stand out as far as the tone.
+/// Minimum noise assumed, as a fraction of a channel's variance: with less, a faint overtone would
+/// stand out as far as the tone.
 const CLEAR: f32 = 1e-4;
-/// Least of what a line leaves of a determinant.
+/// Lower limit of Wilks' ratio.
 const LEFT_MIN: f32 = 1e-7;
 
-/// A peak of the ratio.
+/// Peak of the log ratio.
 #[derive(Clone, Copy, Default)]
 struct Peak {
     cycles: f32,
     height: f32,
 }
 
-/// Peaks to try, cycles per window, the likeliest first and zeros where there are none; `all` are
-/// the products of the channels.
+/// Peaks to try, cycles per window, the likeliest first, zero-filled; `all` are the products of the
+/// channels.
 #[inline(never)]
 pub fn candidates(
     window: &mut WindowFrames,
@@ -47,12 +47,12 @@ pub fn candidates(
     let unit = window.span.frequency(1.0);
     let mut end = window.cycles_max() - 0.25;
     if scene.band.most > 0.0 {
-        // Overtones of a fundamental within the band are lines too.
+        // A peak may be an overtone of a fundamental within the band.
         end = end.min(scene.band.most / unit * f32::from(scene.harmonics()));
     }
     let (mut found, mut from) = ([Peak::default(); PEAKS], scene.band.least / unit);
     let mut each = window.frames_each();
-    // A long window's transform reaches further with half the frames a point, at half the resolution.
+    // Half the frames per point cover twice the band of a long window, at half the resolution.
     while each > 0 {
         let reached = end.min(window.cycles_max() / each as f32 - 0.25);
         let sums = workspace.sums();
@@ -67,8 +67,8 @@ pub fn candidates(
     found.map(|peak| peak.cycles)
 }
 
-/// The most likely line between two numbers of cycles per window, if its likelihood is worth the
-/// price of its unknowns by the Bayesian criterion.
+/// Most likely line in a band of cycles per window, if it passes the Bayesian information
+/// criterion.
 pub fn strongest(
     window: &mut WindowFrames,
     sums: Sums,
@@ -84,8 +84,8 @@ pub fn strongest(
     (found[0].height > price).then_some(found[0].cycles)
 }
 
-/// The spectrum of the channels that are made white, with `each` frames a point. None if the window
-/// is too long.
+/// Spectrum of the whitened channels, with `each` frames per point. `None` if the window is too
+/// long.
 fn whitened<'m>(
     window: &mut WindowFrames,
     each: u32,
@@ -97,8 +97,8 @@ fn whitened<'m>(
     let domain = window.domain;
     let frames = window.count();
     let mut spectrum = Spectrum::new(window, each, sums, transforms)?;
-    // Rows of the inverse of the factor make channels white. A long window has power enough for half
-    // as many: sums and differences of two.
+    // Rows of the inverse factor whiten the channels. A long window has enough power for half as
+    // many: sums or differences of two.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
     if may_share {
         let rows = mixtures.iter_mut().zip(&all.matrix).enumerate();
@@ -130,7 +130,7 @@ fn whitened<'m>(
         let end = (first + spectrum.channels()).min(width);
         spectrum.clear(end - first);
         let together = mixtures.get(first..end).unwrap_or_default();
-        // Independent channels are mixed with none before them.
+        // Mixtures of independent channels do not use the channels before them.
         let channels = if may_share { 0 } else { per_mixture * first }..per_mixture * end;
         window.visit_channels(channels, &mut |frame| {
             let point = frame.point(&domain, frames, each);
@@ -159,7 +159,7 @@ fn whitened<'m>(
     Some(spectrum)
 }
 
-/// Takes peaks between two numbers of cycles that are higher than those found.
+/// Inserts peaks between `min` and `max` cycles that are higher than those found so far.
 fn peaks(spectrum: &Spectrum, min: f32, max: f32, peaks: &mut [Peak; PEAKS]) {
     let first = spectrum.bin(CYCLES_PEAK.max(min)) as usize + 1;
     let last = (spectrum.bin(max) as usize).min(spectrum.last());

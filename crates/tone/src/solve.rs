@@ -1,4 +1,4 @@
-//! Least squares of all channels for lines and a baseline, from the sums over blocks.
+//! Least-squares fit of lines and a baseline in all channels, from the sums over blocks.
 
 use crate::covariance::{add_product, form};
 use crate::limits::{CHANNELS_MAX, DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
@@ -11,7 +11,7 @@ use crate::statistics::Products;
 /// unknowns.
 pub type LineFactors = [Values; 2];
 
-/// What is fitted: lines, and the degree of the baseline.
+/// Shape of the model: lines, and degree of the baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// Numbers of the lines.
@@ -21,12 +21,12 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Number of unknowns of a channel.
+    /// Number of unknowns per channel.
     pub fn unknowns(&self) -> usize {
         self.first_line() + 2 * self.lines.count().min(HARMONICS_MAX)
     }
 
-    /// Place of the first unknown of the lines.
+    /// Index of the first unknown of the lines.
     pub fn first_line(&self) -> usize {
         self.degree.min(DEGREE_MAX) + 1
     }
@@ -38,7 +38,7 @@ pub type Rows = [Values; UNKNOWNS_MAX.next_multiple_of(4)];
 /// A model to project out of functions, as the factor of its normal equations.
 #[derive(Clone, Copy, Debug)]
 pub struct ProjectedModel<'b> {
-    /// The fitted model.
+    /// Lines and baseline.
     pub shape: &'b Shape,
     /// Factor of the normal equations.
     pub factor: Factor<'b, UNKNOWNS_MAX>,
@@ -49,7 +49,7 @@ pub struct ProjectedModel<'b> {
 /// A solution of all channels.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// The fitted lines.
+    /// Lines and baseline.
     pub shape: Shape,
     /// Factor of the normal equations.
     pub lower: Square<UNKNOWNS_MAX>,
@@ -59,7 +59,7 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// A solution of nothing; all zeros.
+    /// Empty solution; all zeros.
     pub const NONE: Self = Self {
         shape: Shape {
             lines: Lines::NONE,
@@ -88,7 +88,7 @@ impl Solution {
         }
     }
 
-    /// Takes what the projections explain out of the channels' products, on and below the diagonal.
+    /// Residual products of the channels after the projections, on and below the diagonal.
     pub fn residuals(&self, all: &Products) -> Square<CHANNELS_MAX> {
         let mut residuals = all.matrix;
         if all.may_share {
@@ -102,8 +102,7 @@ impl Solution {
         residuals
     }
 
-    /// Sums of squares of the residuals, with the projections; what rounding leaves of a channel is
-    /// not less than its share.
+    /// Sums of squared residuals after the projections, raised to at least those of rounding.
     pub fn squares(&self, all: &Products) -> Values {
         let mut squares: Values = core::array::from_fn(|k| all.matrix[k][k]);
         for row in self.rows.iter().take(self.shape.unknowns()) {
@@ -164,7 +163,7 @@ impl Solution {
 pub struct Power {
     /// Both factors together.
     pub all: f32,
-    /// Part of the factors that is not a single shape in time.
+    /// Power that is not of a single waveform in all channels.
     pub second: f32,
     /// Sum of the squared eigenvalues.
     pub squares: f32,

@@ -2,12 +2,11 @@
 
 use crate::limits::CHANNELS_MAX;
 
-/// One frame's values, in any unit, one for each channel; channels that a source does not have are
+/// Values of one frame, one per channel, in any unit; channels that a source does not have are
 /// invalid.
 pub type Values = [f32; CHANNELS_MAX];
 
-/// The window's frames are gone from their source: newer ones took their place before the fit had
-/// read them.
+/// Newer frames have overwritten those of the window before the fit read them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overwritten;
 
@@ -19,14 +18,14 @@ impl core::fmt::Display for Overwritten {
 
 impl core::error::Error for Overwritten {}
 
-/// Where the fit reads frames from: memory, or a ring behind a lock that another task writes to.
+/// Source of frames for a fit: memory, or a locked ring that another task writes to.
 pub trait FrameSource {
     /// Calls `show` once with at least one and up to `most` consecutive frames from frame number
     /// `first` on: their values, and for each frame a mask of the channels that hold a valid value
     /// (bit k is channel k; 0 is a missing frame).
     ///
     /// # Errors
-    /// If frame `first` is not, or no longer, there; `show` is then not called.
+    /// If frame `first` is not, or no longer, available; `show` is then not called.
     fn read(
         &mut self,
         first: u32,
@@ -35,8 +34,7 @@ pub trait FrameSource {
     ) -> Result<(), Overwritten>;
 }
 
-/// Frames in memory as they are sampled: the values of one frame after the other, numbered from 0.
-/// A value that is not finite is invalid.
+/// Frames in memory, one after the other, numbered from 0. Non-finite values are invalid.
 #[derive(Clone, Copy, Debug)]
 pub struct Frames<'a> {
     values: &'a [f32],
@@ -45,7 +43,7 @@ pub struct Frames<'a> {
 
 impl<'a> Frames<'a> {
     /// Frames of `channels` values each. `None` if `channels` is not 1 to [`CHANNELS_MAX`]; values
-    /// behind the last whole frame are ignored.
+    /// after the last whole frame are ignored.
     pub const fn new(values: &'a [f32], channels: usize) -> Option<Self> {
         if channels == 0 || channels > CHANNELS_MAX {
             None
@@ -56,7 +54,7 @@ impl<'a> Frames<'a> {
 
     /// Number of frames.
     pub const fn count(&self) -> u32 {
-        // A source of no channels cannot be made.
+        // `new` refuses zero channels.
         match self.values.len().checked_div(self.channels) {
             Some(count) => count as u32,
             None => 0,
@@ -71,7 +69,7 @@ impl FrameSource for Frames<'_> {
         most: usize,
         show: &mut dyn FnMut(&[Values], &[u16]),
     ) -> Result<(), Overwritten> {
-        // The fit reads no more than this at a time.
+        // The fit reads at most 16 frames at a time.
         let (mut values, mut valid) = ([[0.0; CHANNELS_MAX]; 16], [0; 16]);
         let mut count = 0;
         let from = self
@@ -106,7 +104,7 @@ impl FrameSource for Frames<'_> {
     }
 }
 
-/// Frames in memory, numbered from 0, in the form in which a [`FrameSource`] shows them.
+/// Frames in memory, numbered from 0, in the form that a [`FrameSource`] passes on.
 #[derive(Clone, Copy, Debug)]
 pub struct Table<'a> {
     /// The frames' values.

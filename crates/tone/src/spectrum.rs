@@ -9,18 +9,18 @@ use core::ops::Range;
 
 /// Shortest transform, points.
 const POINTS_MIN: usize = 128;
-/// Points of a transform for each piece, where it may be as long.
+/// Transform points per piece (zero padding), within the longest transform.
 const OVERSAMPLING: usize = 2;
-/// A cosine or a sine that level and slope explain all but this fraction of is no line.
+/// Minimum fraction of a cosine or sine that level and slope leave for a line.
 const LEFT_MIN: f32 = 2e-3;
-/// Above this many cycles per window level and slope are orthogonal to lines.
+/// Above this many cycles per window, level and slope are taken to be orthogonal to lines.
 const CYCLES_FAR: f32 = 12.0;
 
 /// Memory of a spectrum's sums.
 pub struct Sums<'m> {
     /// Two sums of each bin.
     pub memory: &'m mut [f32],
-    /// The third, where the first memory has no room for it; not needed for powers.
+    /// Third sum of each bin, if `memory` has no room for it; not needed for powers.
     pub more: &'m mut [f32],
 }
 
@@ -37,14 +37,14 @@ pub struct Spectrum<'m> {
     count: f32,
     /// Pieces that are transformed.
     transformed: Range<usize>,
-    /// Frames that are transformed.
+    /// Number of frames that are transformed.
     frames: f32,
 }
 
 impl<'m> Spectrum<'m> {
-    /// An empty one of a window, whose points are `each` frames, and whose transforms and sums are in
-    /// two memories: of the middle of a window of more points than a transform has. None if it does
-    /// not fit.
+    /// Empty spectrum of a window with `each` frames per point, with memory for sums and
+    /// transforms. It covers the middle of a window that has more points than a transform. `None`
+    /// if the memory is too small.
     pub fn new(
         window: &WindowFrames,
         each: u32,
@@ -84,18 +84,18 @@ impl<'m> Spectrum<'m> {
         })
     }
 
-    /// Channels that are transformed at a time.
+    /// Number of channels that are transformed at a time.
     pub fn channels(&self) -> usize {
         (self.transforms.len() / self.points).clamp(1, CHANNELS_MAX)
     }
 
-    /// Makes room for some channels.
+    /// Clears the transforms of the first channels.
     pub fn clear(&mut self, channels: usize) {
         let used = (channels * self.points.get()).min(self.transforms.len());
         self.transforms[..used].fill(0.0);
     }
 
-    /// Adds to a point of a channel that is to be transformed.
+    /// Adds a value to a point of a channel.
     pub fn put(&mut self, channel: usize, point: usize, value: f32) {
         if self.transformed.contains(&point)
             && let place = channel * self.points.get() + point - self.transformed.start
@@ -105,7 +105,7 @@ impl<'m> Spectrum<'m> {
         }
     }
 
-    /// Transforms a channel and adds its products, `weight` times.
+    /// Transforms a channel and adds `weight` times its products.
     pub fn add(&mut self, channel: usize, weight: f32) {
         let mut signals = self.transforms.chunks_exact_mut(self.points.get());
         let Some(signal) = signals.nth(channel) else {
@@ -123,8 +123,8 @@ impl<'m> Spectrum<'m> {
         }
     }
 
-    /// Transforms the first channels and adds their powers, one by one with its weight, for
-    /// [`Self::power`] and [`Self::plain`].
+    /// Transforms the first channels and adds their weighted powers, for [`Self::power`] and
+    /// [`Self::plain`].
     pub fn add_powers(&mut self, weights: &[f32]) {
         let signals = self.transforms.chunks_exact_mut(self.points.get());
         signals.take(weights.len()).for_each(transform);
@@ -147,7 +147,6 @@ impl<'m> Spectrum<'m> {
         }
     }
 
-    /// Number of bins.
     pub fn bins(&self) -> usize {
         self.cos.len()
     }
@@ -162,19 +161,19 @@ impl<'m> Spectrum<'m> {
         cycles / self.cycles(1.0)
     }
 
-    /// Power of a bin of a channel that was added.
+    /// Power of a bin of a channel that was transformed.
     pub fn of_channel(&self, channel: usize, bin: usize) -> f32 {
         let bins = self.transforms.as_chunks().0;
         let [re, im] = entry(bins, channel * self.points.get() / 2 + bin);
         2.0 / self.frames * (re * re + im * im)
     }
 
-    /// Power of a bin without weights.
+    /// Unweighted power of a bin.
     pub fn plain(&self, bin: usize) -> f32 {
         2.0 / self.frames * entry(self.sin, bin)
     }
 
-    /// Power of the strongest bin without weights.
+    /// Unweighted power of the strongest bin.
     pub fn strongest_plain(&self) -> f32 {
         2.0 / self.frames * self.sin.iter().copied().fold(0.0, f32::max)
     }
@@ -184,13 +183,13 @@ impl<'m> Spectrum<'m> {
         entry(self.cos, bin)
     }
 
-    /// Highest bin: one channel's half of the rate.
+    /// Highest bin.
     pub fn last(&self) -> usize {
         self.bins() - 1
     }
 
-    /// Squares of the products with orthonormal cosine and sine after projecting out level and
-    /// slope, and their cross product; zeros where there is no line.
+    /// Squares and cross product of the channels' products with orthonormal cosine and sine, after
+    /// projecting out level and slope; zeros if a bin is too low.
     pub fn line(&self, bin: usize) -> [f32; 3] {
         let [cos, sin, both] = [&*self.cos, &*self.sin, &*self.both].map(|sums| entry(sums, bin));
         let Some(Geometry { c, s, even, odd }) = self.geometry(bin) else {
@@ -203,7 +202,7 @@ impl<'m> Spectrum<'m> {
         ]
     }
 
-    /// A bin's cosine and sine after projecting out level and slope; `None` where there is no line.
+    /// Cosine and sine of a bin after projecting out level and slope; `None` if too little is left.
     fn geometry(&self, bin: usize) -> Option<Geometry> {
         let (n, x) = (self.frames, self.cycles(bin as f32));
         if x > CYCLES_FAR {
@@ -214,7 +213,7 @@ impl<'m> Spectrum<'m> {
                 odd: 0.5 * n,
             });
         }
-        // From the first piece to the window's centre, about which cosines are even.
+        // Phase from the first piece to the window's centre, about which cosines are even.
         let (c, s) = cos_sin(from_turns(0.5 * x * (1.0 - 1.0 / self.count)));
         let angle = PI * x;
         let (cosine, sine) = cos_sin(from_turns(0.5 * x));
@@ -232,25 +231,26 @@ impl<'m> Spectrum<'m> {
     }
 }
 
-/// An entry of a list; zero beyond it.
+/// Entry of a list; zero beyond the end.
 fn entry<T: Copy + Default>(list: &[T], at: usize) -> T {
     list.get(at).copied().unwrap_or_default()
 }
 
-/// A bin's cosine and sine about the window's centre.
+/// Cosine and sine of a bin about the window's centre.
 struct Geometry {
     /// Cosine of the phase at the centre.
     c: f32,
-    /// Sine of that phase.
+    /// Sine of the phase at the centre.
     s: f32,
     /// Energy of the centred cosine after projecting out level and slope.
     even: f32,
-    /// Square sum of the sine.
+    /// Energy of the centred sine after projecting out the slope.
     odd: f32,
 }
 
 impl Geometry {
-    /// Products with cosine and sine about the centre, from those about the first piece.
+    /// Products with cosine and sine about the centre, from products with those about the first
+    /// piece.
     fn centred(&self, cosine: f32, sine: f32) -> (f32, f32) {
         (
             self.c * cosine + self.s * sine,
@@ -259,8 +259,8 @@ impl Geometry {
     }
 }
 
-/// The transform of a real signal in its place, as real and imaginary parts; the first two are bin
-/// 0 and the Nyquist bin. Nothing is done if the length is none of the transform's own.
+/// In-place transform of a real signal, to real and imaginary parts; the first two values are bin 0
+/// and the Nyquist bin. Does nothing for unsupported lengths.
 pub fn transform(signal: &mut [f32]) {
     macro_rules! transform {
         ($($points:literal $name:ident),*) => {

@@ -6,32 +6,32 @@ use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
 use crate::source::{Overwritten, Values};
 
-/// A tone clips its channel in each period. A channel that is at its highest or lowest value in more
-/// than this fraction of the frames, and stays there or stays away for longer than that without a
-/// break, is clipped by its level.
+/// A tone clips its channel once per period. A channel at its highest or lowest value in more than
+/// this fraction of the frames, with an unbroken run or gap longer than that, is clipped by its
+/// level.
 const STAYS: f32 = 0.25;
-/// Values of a rounded sine that are at its end, over those at the next step, at most: it is over a
-/// height h for a time that grows with the root of h.
+/// Maximum ratio of a rounded sine's counts at its extreme value and at the next one: the time
+/// spent within h of the extreme grows with the root of h.
 const AT_END: f32 = 1.0 + core::f32::consts::SQRT_2;
-/// Where a line leaves less of a channel's square, sums do not tell what it leaves.
+/// Minimum variance about level and slope, relative to the mean square, that sums resolve.
 const LEFT_MIN: f32 = 1e-3;
 
 /// Level, slope and scale of the channels that are used.
 #[derive(Clone, Debug)]
 pub struct Statistics {
-    /// Frames that count.
+    /// Number of valid frames.
     pub frames: u32,
     /// Mask of the channels that a frame must have.
     pub wanted: u16,
-    /// Channels that are fitted.
+    /// Number of channels that are fitted.
     pub width: usize,
-    /// Their numbers.
+    /// Numbers of the fitted channels.
     pub order: [u8; CHANNELS_MAX],
-    /// Level at the window's centre, by place in `order`.
+    /// Level at the window's centre, in the order of `order`.
     pub level: Values,
-    /// Slope by `u`.
+    /// Slope per `u`.
     pub slope: Values,
-    /// Standard deviation about the line.
+    /// Standard deviation about level and slope.
     pub scale: Values,
     /// Fraction of the frames in which the channel is clipped.
     pub clipped: Values,
@@ -39,12 +39,12 @@ pub struct Statistics {
     pub stay: bool,
 }
 
-/// True if a channel that is at an end for so many frames may be clipped by its level.
+/// True if so many frames at an end of the range may be clipped by the level.
 fn is_long(count: f32, frames: u32) -> bool {
     count > STAYS * frames as f32
 }
 
-/// Sums of one channel, of values less its first one.
+/// Sums of one channel, of values relative to the first.
 #[derive(Clone, Copy)]
 struct Sums {
     first: f32,
@@ -52,7 +52,7 @@ struct Sums {
     sum_u: f32,
     squares: f32,
     highest: End,
-    /// Of the negative values.
+    /// Lowest value, negated.
     lowest: End,
 }
 
@@ -80,7 +80,7 @@ impl Sums {
         self.ends().any(|end| is_long(end.run_max as f32, frames))
     }
 
-    /// True if the channel is clipped by its level, or has few levels.
+    /// True if the channel is clipped by its level, or takes few values.
     fn is_left_out(&self, frames: u32) -> bool {
         self.ends().any(|end| {
             let gap = end.gap_max.max(frames - end.latest);
@@ -100,25 +100,25 @@ impl Sums {
     }
 }
 
-/// The outermost value of a channel and the next one, and how many frames have either.
+/// Outermost value of a channel, the next one, and the number of frames at each.
 #[derive(Clone, Copy)]
 struct End {
     outer: f32,
     outer_count: u32,
     next: f32,
     next_count: u32,
-    /// The latest frame at the outermost value.
+    /// Latest frame at the outermost value.
     latest: u32,
-    /// Length of the run of such frames that it ends.
+    /// Length of the latest run of frames at the outermost value.
     run: u32,
     /// Length of the longest run.
     run_max: u32,
-    /// Longest distance from one such frame to the next, or from the window's start.
+    /// Longest distance between frames at the outermost value, or from the window's start.
     gap_max: u32,
 }
 
 impl End {
-    /// Before the first value, which is 0.
+    /// State before the first value, which is 0.
     const NONE: Self = Self {
         outer: 0.0,
         outer_count: 0,
@@ -152,14 +152,14 @@ impl End {
         }
     }
 
-    /// Frames at the end beyond those that a sine may have there.
+    /// Number of frames at the end beyond those of an unclipped sine.
     fn clipped(&self) -> f32 {
         (self.outer_count as f32 - AT_END * self.next_count as f32).max(0.0)
     }
 }
 
 impl Statistics {
-    /// Reads the span for levels and slopes, and once more where sums do not tell the scales.
+    /// Reads the span for levels and slopes, and again if sums do not resolve the scales.
     #[inline(never)]
     pub fn collect(span: &mut FrameSpan) -> Result<Self, Overwritten> {
         let wanted = span.channels()?;
@@ -247,7 +247,7 @@ impl Statistics {
         })
     }
 
-    /// Standard deviations about the lines; a channel that is its line is left out.
+    /// Measures standard deviations about level and slope; drops channels without residuals.
     fn scales(&mut self, span: &mut FrameSpan) -> Result<(), Overwritten> {
         let (mut squares, mut levels) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
         self.visit(span, &mut |_, values| {
@@ -264,7 +264,7 @@ impl Statistics {
             if scale > rounding && scale.is_finite() {
                 let place = width.min(k);
                 self.order[place] = self.order[k];
-                // Rounding error of large sums.
+                // Corrects the rounding error of large sums.
                 self.level[place] = self.level[k] + self.scale[k] * levels[k] / n;
                 self.slope[place] = self.slope[k];
                 self.clipped[place] = self.clipped[k];
@@ -276,8 +276,7 @@ impl Statistics {
         Ok(())
     }
 
-    /// Variance of a value's rounding in each channel, where values are rounded to multiples of
-    /// `step`.
+    /// Rounding variance of each channel, for values rounded to multiples of `step`.
     fn rounding(&self, step: f32) -> Values {
         self.scale.map(|scale| {
             let steps = step / scale;
@@ -293,19 +292,19 @@ pub struct Products {
     pub matrix: Square<CHANNELS_MAX>,
     /// Sums of squares, while frames are added.
     squares: Values,
-    /// Minimum square sums of residuals: rounding, of the values and of sums.
+    /// Minimum sums of squared residuals: rounding of the values and of the sums.
     pub squares_min: Values,
-    /// Frames that count.
+    /// Number of valid frames.
     pub count: f32,
-    /// True if there are any between channels.
+    /// True if products between channels are summed.
     pub may_share: bool,
-    /// A frame that waits for a second one.
+    /// Frame that waits for a second one.
     pending: Option<Values>,
 }
 
 impl Products {
-    /// No products yet, of channels that may share noise or of each with itself alone; values are
-    /// rounded to multiples of `step`.
+    /// Empty products, between channels if these may share noise; values are rounded to multiples
+    /// of `step`.
     pub fn new(statistics: &Statistics, step: f32, may_share: bool) -> Self {
         Self {
             matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
@@ -339,7 +338,7 @@ impl Products {
         }
     }
 
-    /// The sums of all frames that were added.
+    /// Completes the sums of all frames that were added.
     pub fn finish(mut self) -> Self {
         if let Some(last) = self.pending.take() {
             add_product(&mut self.matrix, 1.0, &last);
@@ -351,9 +350,9 @@ impl Products {
         self
     }
 
-    /// What rounding may have of the power of a line in the first `width` channels, by their weights.
-    /// Without other noise it may have all of its power in one line; noise spreads it by the square
-    /// of its characteristic function (B. Widrow, I. Kollar, M.-C. Liu, "Statistical theory of
+    /// Weighted power that rounding may add to a line in the first `width` channels. Without other
+    /// noise all its power may be in one line; noise spreads it by the square of the noise's
+    /// characteristic function (B. Widrow, I. Kollar, M.-C. Liu, "Statistical theory of
     /// quantization", IEEE Transactions on Instrumentation and Measurement 45, 1996, 353-361).
     pub fn rounding(&self, weights: &Square<CHANNELS_MAX>, width: usize) -> f32 {
         // A step is the root of 12 standard deviations of rounding.

@@ -1,7 +1,7 @@
-//! Sums over all blocks of the lines' products with each other and with the baselines.
+//! Sums over all blocks of products of lines with each other and with the baselines.
 //!
-//! Products of two lines are sums of multiples of the phase, so that a few numbers hold them all:
-//! cosine and sine of each multiple, and of each line with each baseline.
+//! Products of two lines are sums of multiples of the phase, so a few numbers suffice: cosine and
+//! sine of each multiple, and of each line with each baseline.
 
 use crate::limits::{DEGREE_MAX, HARMONICS_MAX, UNKNOWNS_MAX};
 use crate::lines::Lines;
@@ -19,20 +19,20 @@ pub type OfLines = Square<LINE_FUNCTIONS>;
 /// A row for each function of the lines, a column for each unknown.
 pub type OfModel = [[f32; UNKNOWNS_MAX]; LINE_FUNCTIONS];
 
-/// Maximum number of numbers of a list.
+/// Maximum length of a list of totals.
 pub const LIST_MAX: usize = 2 * (2 * HARMONICS_MAX + 1) + (DEGREE_MAX + 1) * LINE_FUNCTIONS;
 
 /// Sums over all blocks.
 #[derive(Clone, Debug, Default)]
 pub struct Totals {
-    /// Multiples of the phase.
+    /// Sums of the multiples of the phase.
     pub waves: [Wave; WAVES],
-    /// Each line with each baseline.
+    /// Products of each line with each baseline.
     pub baselines: [[Wave; DEGREE_MAX + 1]; HARMONICS_MAX],
 }
 
 impl Totals {
-    /// Products of the lines of a shape with its unknowns' functions, into rows.
+    /// Writes the products of a shape's lines with all its functions into rows.
     pub fn of_shape(&self, shape: &Shape, products: &mut [[f32; UNKNOWNS_MAX]]) {
         let first = shape.first_line();
         let rows = products.as_chunks_mut::<2>().0.iter_mut();
@@ -50,7 +50,7 @@ impl Totals {
         }
     }
 
-    /// The numbers of a shape as a list.
+    /// Writes the totals of a shape as a list.
     pub fn list(&self, shape: &Shape, list: &mut [f32]) {
         let waves = self.waves.iter().take(2 * shape.lines.max() + 1);
         let baselines = self.baselines.iter().take(shape.lines.count());
@@ -62,12 +62,12 @@ impl Totals {
     }
 }
 
-/// Numbers of a list of a shape.
+/// Length of a shape's list of totals.
 pub fn list_len(shape: &Shape) -> usize {
     2 * (2 * shape.lines.max() + 1) + 2 * shape.lines.count() * shape.first_line()
 }
 
-/// Products of the lines of a shape with its unknowns' functions, from a list of totals.
+/// Products of a shape's lines with all its functions, from a list of totals.
 #[inline(never)]
 pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
     let mut totals = Totals::default();
@@ -84,7 +84,8 @@ pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
     totals.of_shape(shape, products);
 }
 
-/// The list whose product with that of any totals is the product of some weights with their rows.
+/// Adjoint of [`unfold`]: the product of `list` with a list of totals is the product of `weights`
+/// with the unfolded rows.
 #[inline(never)]
 pub fn fold(shape: &Shape, weights: &OfModel, list: &mut [f32; LIST_MAX]) {
     let first = shape.first_line();
@@ -104,8 +105,8 @@ pub fn fold(shape: &Shape, weights: &OfModel, list: &mut [f32; LIST_MAX]) {
     }
 }
 
-/// Coefficients of the multiples of the phase in the sum of all products of two lines, each with its
-/// weight; the lines' columns begin at `first`.
+/// Coefficients of the multiples of the phase in a weighted sum of all products of two lines; the
+/// lines' columns begin at `first`.
 pub fn by_wave<const N: usize>(
     weights: &[[f32; N]; LINE_FUNCTIONS],
     first: usize,
@@ -146,7 +147,7 @@ mod tests {
         };
         let waves = totals.waves.as_flattened_mut();
         waves.iter_mut().for_each(|x| *x = next());
-        // A sine of nothing is nothing.
+        // The sine of zero is zero.
         totals.waves[0][1] = 0.0;
         let baselines = totals.baselines.as_flattened_mut().as_flattened_mut();
         baselines.iter_mut().for_each(|x| *x = next());

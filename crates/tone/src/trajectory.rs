@@ -8,16 +8,16 @@ use core::f32::consts::{FRAC_1_PI, PI};
 /// The phase of the unit line at `u`: pi x cycles x u + sum of moved[k] P_k(u), radians.
 #[derive(Clone, Copy, Debug)]
 pub struct Trajectory {
-    /// Cycles in the window, without what the polynomials of odd degree add.
+    /// Cycles per window of the linear term; polynomials of odd degree come on top.
     pub cycles: f32,
-    /// Radians, by degree; 0 and 1 are not used.
+    /// Coefficients by degree, radians; 0 and 1 are unused.
     pub moved: [f32; MOVES_MAX + 1],
     /// Highest degree in use; 1 is steady.
     pub degrees: usize,
 }
 
 impl Trajectory {
-    /// A steady one.
+    /// Trajectory of a constant frequency.
     pub fn steady(cycles: f32) -> Self {
         Self {
             cycles,
@@ -26,7 +26,7 @@ impl Trajectory {
         }
     }
 
-    /// Modulation of the phase, radians.
+    /// Phase modulation at `u`, radians.
     pub fn movement(&self, u: f32) -> f32 {
         if self.degrees < 2 {
             return 0.0;
@@ -39,7 +39,7 @@ impl Trajectory {
         movement
     }
 
-    /// The phase at `u`, `scale` times, as a fraction of a turn.
+    /// `scale` times the phase at `u`, as a 32-bit fraction of a turn.
     pub fn at(&self, u: f32, scale: f32) -> u32 {
         let turns = 0.5 * scale * self.cycles * u;
         let steady = from_turns(turns);
@@ -49,7 +49,7 @@ impl Trajectory {
         steady.wrapping_add(from_turns(0.5 * FRAC_1_PI * scale * self.movement(u)))
     }
 
-    /// Adds a step of the phase, by degree from 1 on.
+    /// Adds a step to the phase, by degree from 1 on.
     pub fn step(&mut self, step: &[f32]) {
         for (k, x) in step.iter().enumerate() {
             if k == 0 {
@@ -61,7 +61,7 @@ impl Trajectory {
         self.degrees = self.degrees.max(step.len().min(MOVES_MAX));
     }
 
-    /// This phase for a unit line that is `times` as fast.
+    /// Trajectory of a unit line at `times` the frequency.
     pub fn times(&self, times: f32) -> Self {
         Self {
             cycles: times * self.cycles,

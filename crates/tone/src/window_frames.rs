@@ -1,5 +1,5 @@
-//! The window as the steps see it: its frames, centred and scaled, without mains hum and without
-//! single values that are far off. Each pass reads them from their source.
+//! Frames of a window, centred and scaled, with hum, delays and impulses subtracted. Each pass
+//! reads the frames from their source.
 
 use crate::domain::Domain;
 use crate::frame::Frame;
@@ -14,16 +14,16 @@ use crate::source::Values;
 use crate::statistics::Statistics;
 use core::ops::Range;
 
-/// Fraction of a channel's standard deviation beyond which steps of its level show.
+/// Maximum rounding step of a level, as a fraction of the channel's standard deviation.
 const COARSE: f32 = 1e-5;
 
-/// Numbers, levels, slopes and one over the scales of four channels; those that are not used come out
-/// as zeros.
+/// Channel numbers, levels, slopes and inverse scales of a group of four channels; unused channels
+/// yield zeros.
 #[derive(Clone, Copy, Default)]
 struct Units {
     from: [u8; 4],
-    /// Levels that are subtracted before the slope, zero for other channels. Level plus slope would be
-    /// rounded in steps that repeat over the window, and a large level makes these steps visible.
+    /// Large levels, subtracted before the slope; zero for other channels. A large level plus the
+    /// slope would be rounded in steps that repeat over the window.
     coarse: [f32; 4],
     level: [f32; 4],
     slope: [f32; 4],
@@ -31,7 +31,7 @@ struct Units {
 }
 
 impl Units {
-    /// Sums of all groups of four.
+    /// Units of all groups of four channels.
     fn of_groups(statistics: &Statistics) -> [Self; CHANNELS_MAX / 4] {
         let unused = Self {
             from: [statistics.order[0]; 4],
@@ -70,7 +70,7 @@ pub struct WindowFrames<'d, 's> {
     pub span: &'d mut FrameSpan<'s>,
     /// Levels, slopes and scales.
     pub statistics: Statistics,
-    /// Position of the frames in the window.
+    /// Time or position of the frames.
     pub domain: Domain<'s>,
     /// Outliers.
     pub impulses: &'d mut Impulses,
@@ -78,7 +78,7 @@ pub struct WindowFrames<'d, 's> {
     pub hum: Option<Hum>,
     /// Corrections for multiplexing delay.
     pub late: Option<Late>,
-    /// True if frames were overwritten meanwhile.
+    /// True if frames were overwritten during the fit.
     pub is_lost: bool,
 }
 
@@ -88,12 +88,12 @@ impl WindowFrames<'_, '_> {
         self.statistics.width.min(CHANNELS_MAX)
     }
 
-    /// Frames of the window, missing ones included.
+    /// Number of frames of the window, missing ones included.
     pub fn count(&self) -> u32 {
         self.span.frames
     }
 
-    /// Cycles per window of half the frame rate.
+    /// Half the frame rate, cycles per window.
     pub fn cycles_max(&self) -> f32 {
         match self.domain {
             Domain::Time { .. } => 0.5 * self.count() as f32,
@@ -109,7 +109,7 @@ impl WindowFrames<'_, '_> {
         }
     }
 
-    /// Frames of a point of a transform that has twice as many points.
+    /// Frames per point of a transform that is zero-padded to twice its length.
     pub fn frames_each(&self) -> u32 {
         let max = if self.count() as usize <= POINTS_CHIP {
             POINTS_CHIP / 2
@@ -124,7 +124,7 @@ impl WindowFrames<'_, '_> {
         self.visit_channels(0..self.width(), &mut visit);
     }
 
-    /// Visits the frames with the values of at least some of the channels.
+    /// Visits the frames, with at least the values of `channels` filled in.
     #[inline(never)]
     pub fn visit_channels(&mut self, channels: Range<usize>, visit: &mut dyn FnMut(&Frame)) {
         let groups = channels.start / 4..channels.end.div_ceil(4);
@@ -157,7 +157,7 @@ impl WindowFrames<'_, '_> {
         self.is_lost |= read.is_err();
     }
 
-    /// Visits the frames, or what a model leaves of them.
+    /// Visits the frames, or their residuals after a model.
     pub fn visit_residuals(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
         let width = self.width();
         self.visit(|frame| match model {
@@ -169,7 +169,7 @@ impl WindowFrames<'_, '_> {
         });
     }
 
-    /// Takes level and slope out of what replaced values leave.
+    /// Updates levels and slopes after values were corrected.
     pub fn centre(&mut self) {
         let (mut sums, mut slopes) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
         let [mut n, mut sum_u, mut sum_uu] = [0.0; 3];

@@ -1,4 +1,4 @@
-//! Memory that the steps share.
+//! Memory shared by the steps of a fit.
 
 use crate::limits::{
     CHANNELS_MAX, IMPULSES_MAX, NOISE_BINS_COMB, NOISE_BINS_MAX, POINTS_CHIP, POINTS_MAX,
@@ -12,8 +12,8 @@ use crate::spectrum::Sums;
 
 const ROWS: usize = rows(POINTS_MAX);
 
-/// Rows of memory for what no step leaves to the next. On a PC sums of transforms are the longest;
-/// the chip puts a third of them into the equations.
+/// Rows of scratch memory. On a PC the sums of transforms need the most; on the chip a third of the
+/// sums is in the normal equations.
 pub const fn rows(points: usize) -> usize {
     if points > POINTS_CHIP {
         (3 * points / 2).div_ceil(CHANNELS_MAX)
@@ -21,7 +21,7 @@ pub const fn rows(points: usize) -> usize {
         NOISE_BINS_MAX
     }
 }
-/// First row of the kept weights, which neither combs nor impulses reach.
+/// First row of the kept weights, beyond the rows that combs and impulses use.
 const KEPT: usize = ROWS - CHANNELS_MAX;
 const _: () = assert!(KEPT >= NOISE_BINS_COMB && KEPT * CHANNELS_MAX >= 2 * IMPULSES_MAX);
 const _: () = assert!(rows(POINTS_CHIP) * CHANNELS_MAX >= POINTS_CHIP);
@@ -30,14 +30,14 @@ const _: () = assert!(size_of::<Square<MOVEMENT_MAX>>() / 4 >= POINTS_CHIP / 2);
 /// Memory of the steps.
 #[derive(Debug)]
 pub struct Workspace {
-    /// What no step leaves to the next: products of noise bins with the channels, sums over blocks
-    /// of a movement, or sums of transforms.
+    /// Scratch memory: products of noise bins with the channels, sums over blocks for the normal
+    /// equations, or sums of transforms.
     pub memory: [Values; ROWS],
-    /// Functions next to the lines.
+    /// Noise bins.
     pub noise_bins: NoiseBins,
     /// The latest solution.
     pub solution: Solution,
-    /// Equations of the movement; in the end its covariance.
+    /// Normal equations of the modulation; finally its covariance.
     pub normal: Normal,
     /// Inverse covariance of the channels' noise.
     pub weights: Square<CHANNELS_MAX>,
@@ -63,12 +63,11 @@ impl Workspace {
         self.memory[KEPT..].copy_from_slice(&self.weights);
     }
 
-    /// Puts the kept weights back.
     pub fn restore_weights(&mut self) {
         self.weights.copy_from_slice(&self.memory[KEPT..]);
     }
 
-    /// Memory of a transform's sums, while there are no equations.
+    /// Memory for the sums of a transform, shared with the normal equations.
     pub fn sums(&mut self) -> Sums<'_> {
         Sums {
             memory: self.memory.as_flattened_mut(),

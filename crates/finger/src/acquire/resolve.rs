@@ -1,4 +1,4 @@
-//! Which of two or three reads of a conversion is right.
+//! Majority decision between two or three reads of a conversion.
 
 use crate::converter::{Sample, Tag};
 
@@ -7,7 +7,7 @@ use crate::converter::{Sample, Tag};
 pub enum Resolved {
     /// A conversion, read twice alike.
     Found(Sample),
-    /// A conversion that two reads agree on, a third does not, or of which only NEW is wrong.
+    /// A conversion on which two of three reads agree, or in which only NEW is wrong.
     Mended(Sample),
     /// The conversion after the one whose edge is served: it ended between the first read and the
     /// second.
@@ -59,7 +59,7 @@ pub fn resolve(
     } else if !agreed.tag.is_new() && latest.is_some_and(|latest| is_same(latest, agreed)) {
         Resolved::RepeatedGarbled
     } else if !is_first && agreed.tag.is_new() && agreed.tag.0 & Tag::NEW_AND_ID != next {
-        // It was new at the second read, so there was another one before.
+        // New at the second read, so the first read was of an earlier conversion.
         Resolved::Later(agreed)
     } else {
         Resolved::Mended(as_new(agreed))
@@ -71,8 +71,8 @@ fn is_same(one: Sample, other: Sample) -> bool {
     one.code == other.code && (one.tag.0 ^ other.tag.0) & !Tag::NEW == 0
 }
 
-/// Nothing but ones, or nothing but zeros, whatever NEW is: id 1Fh is unused, and 00h is
-/// not of the scan.
+/// True for nothing but ones or nothing but zeros, whatever NEW is: id 1Fh is unused, and 00h is
+/// not in the scan.
 fn is_dead(read: Sample) -> bool {
     matches!((read.tag.0 & !Tag::NEW, read.code), (0x7f, -1) | (0, 0))
 }
@@ -96,8 +96,8 @@ mod tests {
         })
     }
 
-    /// After AIN0 (id 8) AIN1 (9) is expected. What is read first, again, and if needed a third
-    /// time.
+    /// Resolves a first, a second and, if needed, a third read; AIN1 (id 9) is expected after AIN0
+    /// (8).
     fn resolved(reads: [(u8, i32); 3]) -> Resolved {
         let [first, again, third] = reads.map(|(status, code)| read(status, code));
         resolve(read(0x88, 7), 0x89, [first, again], || third)
@@ -126,7 +126,7 @@ mod tests {
         let good = read(0x89, 5).unwrap();
         assert_eq!(resolved([(0x09, 5), (0x09, 5), NONE]), Mended(good));
         assert_eq!(resolved([(0x89, 5), (0x89, 5), NONE]), Mended(good));
-        // Not the next of the scan: it may be anything.
+        // Not the next id of the scan: it may be anything.
         assert_eq!(resolved([(0x0a, 5), (0x0a, 5), NONE]), Garbled);
     }
 
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(resolved([(0x08, 7), (0x08, 7), NONE]), Repeated);
         assert_eq!(resolved([(0x88, 7), (0x88, 7), NONE]), Repeated);
         assert_eq!(resolved([(0x08, 6), (0x08, 7), (0x08, 7)]), RepeatedGarbled);
-        // A whole scan later the same channel may have the same code.
+        // A channel may have the same code a whole scan later.
         assert_eq!(
             resolved([(0x88, 7), (0x08, 7), NONE]),
             Found(read(0x88, 7).unwrap())

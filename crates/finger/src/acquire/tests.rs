@@ -19,7 +19,7 @@ use std::vec::Vec;
 const CONFIG1: u8 = 1;
 const MUXSG0: u8 = 4;
 
-/// The bus: before every transaction some time may pass, and it may be dead.
+/// A bus that may be dead, and on which time may pass before each transaction.
 struct Wire {
     spi: ChipSpi,
     board: SimulatedBoard,
@@ -28,7 +28,7 @@ struct Wire {
 
 #[derive(Default)]
 struct Trouble {
-    /// From the next transaction on: nanoseconds before each.
+    /// Delays before the next transactions, nanoseconds.
     waits_ns: Vec<u64>,
     /// Level at which DOUT is stuck.
     stuck: Option<u8>,
@@ -67,7 +67,7 @@ impl Bench {
     }
 
     fn with(plan: Plan) -> Self {
-        // Every code another one, by the noise.
+        // With noise, so that all codes differ.
         let board = SimulatedBoard::new(
             Constant {
                 end_s: f64::INFINITY,
@@ -99,20 +99,20 @@ impl Bench {
         (self.board.now_ns() / 1000) as u32
     }
 
-    /// Serves the interrupt of an edge, whose time the board takes as it gets there.
+    /// Serves the interrupt of an edge, at the present time.
     fn serve(&mut self) -> Drdy {
         let t_us = self.now_us();
         self.acquisition
             .edge(|| t_us, &mut self.queue.split().0, &self.diagnostics)
     }
 
-    /// The next conversion, served at its edge.
+    /// Serves the next conversion at its edge.
     fn next(&mut self) -> Drdy {
         self.board.wait_for_drdy().expect("a conversion");
         self.serve()
     }
 
-    /// The next conversion, and what it asks for, as `tasks::drdy` does.
+    /// Serves the next conversion, and what it requests, as `tasks::drdy` does.
     fn follow(&mut self) -> Drdy {
         let drdy = self.next();
         if drdy == Drdy::HealthRead {
@@ -133,13 +133,13 @@ impl Bench {
             .change(plan, now_us, &self.diagnostics, &mut self.board.delay());
     }
 
-    /// An edge that nobody expects.
+    /// Serves an unexpected edge.
     fn nothing(&mut self) -> Drdy {
         let now_us = self.now_us();
         self.acquisition.nothing(now_us, &self.diagnostics)
     }
 
-    /// Unexpected edges until DRDY is muted.
+    /// Number of unexpected edges until DRDY is muted.
     fn storm(&mut self) -> Option<u16> {
         (1..).find(|_| self.nothing() == Drdy::Mute)
     }
@@ -149,7 +149,7 @@ impl Bench {
         self.acquisition.can_begin(now_us)
     }
 
-    /// After each of six conversions: whether another scan can begin.
+    /// True, after each of six conversions, if another scan can begin.
     fn can_begin_six_times(&mut self) -> [bool; 6] {
         [(); 6].map(|()| {
             assert!(self.next().goes_on());
@@ -169,7 +169,7 @@ impl Bench {
         self.begin(Fault::RegisterFlip { address, mask });
     }
 
-    /// Registers that were written.
+    /// Registers of the chip.
     fn registers(&self) -> [u8; 9] {
         self.board
             .with_chip(|chip| *chip.registers().first_chunk().expect("ten registers"))
@@ -189,7 +189,7 @@ impl Bench {
         assert_eq!((self.next(), self.ids()), (Drdy::Midway, std::vec![8]));
     }
 
-    /// Conversions that are not looked at.
+    /// Serves conversions and ignores the outcome.
     fn pass(&mut self, conversions: u32) {
         for _ in 0..conversions {
             let _ = self.next();
@@ -240,7 +240,7 @@ impl Drdy {
 fn every_conversion_is_read_twice_and_queued_once() {
     let mut bench = Bench::new();
     for n in 1..=50 {
-        // The detector looks when a scan is over.
+        // The detector runs when a scan is over.
         let expected = if n % 21 == 0 {
             Drdy::Listen
         } else {
@@ -258,7 +258,7 @@ fn every_conversion_is_read_twice_and_queued_once() {
 
 #[test]
 fn a_bit_that_falls_over_is_mended_wherever_it_is() {
-    // Two reads of five bytes; what comes during the command has no meaning.
+    // Two reads of five bytes; the byte during the command has no meaning.
     for byte in (0..10).filter(|byte| byte % 5 != 0) {
         for bit in 0..8 {
             let (mut plain, mut bench) = (Bench::new(), Bench::new());
@@ -308,7 +308,7 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
         bench.pass(1);
         bench.board.wait_for_drdy();
         // The board is late: the next edge is between the first read and the second, or (the last
-        // time) behind both.
+        // time) after both.
         bench.trouble.borrow_mut().waits_ns = std::vec![late_ns, 2000];
         assert!(bench.serve().goes_on());
         let between = late_ns > period_ns - 2000;
@@ -356,7 +356,7 @@ fn a_storm_is_muted_until_the_next_watch() {
     bench.pass(1);
     assert_eq!(bench.storm(), Some(STORM_EDGES));
     assert!(bench.acquisition.is_quiet(bench.now_us()) && bench.count(Storm) == 1);
-    // As long as it likes: nothing could come, so the chip is not taken for silent.
+    // For any time: no conversion could come, so the chip does not count as silent.
     bench.board.advance_ns(500_000_000);
     bench.watch();
     assert!(bench.next().goes_on() || bench.next().goes_on());
@@ -398,7 +398,7 @@ fn a_chip_that_resets_itself_is_noticed_by_its_ids_within_one_scan() {
     });
     bench.ids();
     let noticed = (1..40).find(|_| bench.next() == Drdy::Watch);
-    // It begins at AIN0, which is not what follows the 30th conversion.
+    // The scan begins at AIN0, which does not follow the 30th conversion.
     assert_eq!(noticed, Some(1));
     bench.watch();
     bench.ids();
@@ -419,8 +419,7 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
             restarts_ms.push(half * 500);
         }
     }
-    // At once, then as soon as pauses of 125 ms, 250 ms, ... 4 s are over at one of the looks twice
-    // a second.
+    // At once, then at the first of two checks a second after pauses of 125 ms, 250 ms, ... 4 s.
     assert_eq!(
         restarts_ms,
         [
@@ -429,7 +428,7 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
     );
     assert_eq!((bench.count(Silent), bench.faults()), (60, 60));
     bench.board.with_chip(|chip| chip.end_fault(Fault::Stall));
-    // It goes on by itself as soon as it can; after a while trouble is mended at once again.
+    // The chip goes on by itself as soon as it can; after a while a fault is mended at once again.
     for _ in 0..5 * 5064 {
         bench.pass(1);
         bench.ids();
@@ -519,7 +518,7 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
     bench.pass(70);
     bench.change(Plan::HAND);
     let _ = bench.follow();
-    // One of the health readings.
+    // One health reading was lost.
     assert_eq!(bench.diagnostics.unseen.get(), 1);
     bench.taken();
     let _ = bench.follow();
@@ -533,7 +532,7 @@ fn a_fast_plan_reads_once_and_finds_wrong_ids() {
         let _ = bench.follow();
     }
     bench.taken();
-    // A bit of the id, of NEW, of the code.
+    // A bit error in the id, in NEW, in the code.
     for (byte, mask, is_seen) in [(1, 0x01, true), (1, 0x80, true), (3, 0x10, false)] {
         bench.flip_dout(byte, mask);
         let before = bench.count(Bus);
@@ -555,8 +554,8 @@ fn a_set_up_that_fails_once_is_tried_again_at_once() {
     let mut bench = Bench::new();
     bench.pass(5);
     bench.flip_register(CONFIG1, 0x02);
-    // Two looks at nine registers, one at CONFIG0, each behind a command; the set-up writes nine,
-    // and of what it reads back a bit falls over.
+    // Two reads of nine registers and one of CONFIG0, each after a command; the set-up writes nine,
+    // and a bit of the read-back is wrong.
     bench.flip_dout(10 + 10 + 2 + 10 + 5, 0x04);
     bench.watch();
     assert_eq!((bench.count(NoAnswer), bench.restarts()), (0, 1));
@@ -565,7 +564,7 @@ fn a_set_up_that_fails_once_is_tried_again_at_once() {
     bench.assert_begins_anew();
 }
 
-/// Serves conversions and what each asks for until the scan of the inputs runs.
+/// Serves conversions, and what each requests, until the scan of the inputs runs.
 fn inputs_of(plan: Plan) -> Bench {
     let mut bench = Bench::with(plan);
     for _ in 0..8 {
@@ -595,7 +594,8 @@ fn another_scan_begins_only_where_it_is_known_when_the_latest_conversion_ended()
     );
 }
 
-/// Edges that go on, too few for a storm: health readings and another plan wait, but not for ever.
+/// With lasting edges, too few for a storm, health readings and another plan wait, but not for
+/// ever.
 #[test]
 fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
     let mut bench = inputs_of(Plan::HAND);
@@ -611,7 +611,7 @@ fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
     assert_eq!(bench.count(Storm), 0);
 }
 
-/// The first conversion behind a storm may be read at any edge of it.
+/// The first conversion after a storm may be read at any of the storm's edges.
 #[test]
 fn no_other_scan_begins_right_behind_a_storm() {
     let mut bench = inputs_of(Plan::SINGLE);
@@ -626,8 +626,8 @@ fn no_other_scan_begins_right_behind_a_storm() {
     );
 }
 
-/// The assembler counts those of the plan's own scan too, and `health` reports the larger number of
-/// the two: what only the ids of the health readings show comes on top.
+/// The assembler also counts losses of the plan's own scan, and `health` reports the larger of the
+/// two counts; losses that only the ids of the health readings show are added.
 #[test]
 fn a_conversion_of_the_health_readings_that_is_lost_comes_on_top() {
     let mut bench = inputs_of(Plan::SINGLE);

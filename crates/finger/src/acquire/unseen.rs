@@ -1,12 +1,12 @@
 //! Upper bound on the conversions that a chip made unseen.
 //!
-//! After a gap the chip's ids and the time say what was lost, if its registers are right. With
-//! other registers, as after a reset of its own, the chip may be faster, and its ids are those of
-//! another scan: then only an upper limit is known.
+//! After a gap the chip's ids and the time show what was lost, if the registers are right. With
+//! other registers, as after a spontaneous reset, the chip may be faster, and its ids are those of
+//! another scan: then only an upper bound is known.
 
 use ridgetone_proto::division::divide;
 
-/// From the begin of a check that finds a changed register to the stop of the scan, at most,
+/// Maximum time from the start of a check that finds a changed register to the stop of the scan,
 /// microseconds: the ADS1258's 26 bytes at 5.25 MHz take 40, and each of the three transfers begins
 /// and ends.
 const CHECK_US: u32 = 100;
@@ -15,10 +15,10 @@ const CHECK_US: u32 = 100;
 #[derive(Clone, Copy, Debug)]
 pub struct Unseen {
     gaps_us: u32,
-    /// In this time a clock that is 2 % fast makes one conversion of the scan more, microseconds.
+    /// Time in which a clock that is 2 % fast makes one more conversion of the scan, microseconds.
     clock_share_us: u32,
-    /// A longer time between two conversions is a gap, microseconds: two conversions and a late
-    /// interrupt.
+    /// Time between two conversions above which there is a gap, microseconds: two conversions and a
+    /// late interrupt.
     gap_us: u32,
 }
 
@@ -46,9 +46,9 @@ impl Unseen {
         self.gaps_us = 0;
     }
 
-    /// The most conversions that the chip can have made in the gaps and from the latest one to the
-    /// stop of the scan. A check that began so long after the latest one, microseconds, has found a
-    /// changed register. With it the chip makes one in `period_us` at least.
+    /// Maximum number of conversions in the gaps and from the latest one to the stop of the scan,
+    /// after a check has found a changed register. The check began `since_us` microseconds after
+    /// the latest conversion; with the changed register a conversion takes at least `period_us`.
     pub fn at_most(&self, since_us: u32, period_us: u32) -> u32 {
         self.gaps_us
             .saturating_add(since_us)
@@ -57,9 +57,8 @@ impl Unseen {
             + 1
     }
 
-    /// By how many conversions, at most, a chip with the right registers and a fast clock was ahead
-    /// of a nominal one in this time, microseconds. The conversions that it finishes before its
-    /// reset are included.
+    /// Maximum number of conversions by which a chip with the right registers and a fast clock
+    /// leads a nominal one in this time, microseconds, including those finished before the reset.
     pub fn of_clock(&self, since_us: u32) -> u32 {
         since_us / self.clock_share_us.max(1) + 2
     }

@@ -8,24 +8,25 @@ use embedded_hal::delay::DelayNs;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::fault::FaultKind;
 
-/// Conversions after an unexpected edge until the times of edges are those of conversions again.
-/// The service of such an edge, with the check of the chip, takes one conversion at most.
+/// Conversions after an unexpected edge until edge times are those of conversions again. Serving
+/// such an edge, with the check of the chip, takes one conversion at most.
 const STEADY_CONVERSIONS: u32 = 4;
-/// Times that another scan waits for a safe moment. If trouble lasts for longer, it begins at any
-/// moment: with the plan `hand`, health readings last for a second at most, and another plan waits
-/// for 0.2 s at most.
+/// Number of times that another scan waits for a safe moment; then it begins at any moment. With
+/// the plan `hand`, health readings last for a second at most, and another plan waits for 0.2 s at
+/// most.
 pub const PUT_OFF_MAX: u16 = 4_000;
-/// Without a conversion for so long, the chip is silent, microseconds: by default 500 conversions.
+/// Time without a conversion after which the chip is silent, microseconds: by default 500
+/// conversions.
 const SILENT_US: u32 = 100_000;
-/// Without a conversion for so long, a check need not wait for the next one, microseconds.
+/// Time without a conversion after which a check need not wait for the next one, microseconds.
 const QUIET_US: u32 = 10_000;
-/// From the first restart to the next, if the fault stays, microseconds; then twice as long each
+/// Pause from the first restart to the next, if the fault stays, microseconds; then doubled each
 /// time.
 const PAUSE_MIN_US: u32 = 125_000;
 /// Longest pause, microseconds. A restart delays the other interrupts by 0.1 ms, so longer pauses
 /// would save nothing, and a chip that works again would be found later.
 const PAUSE_MAX_US: u32 = 4_000_000;
-/// A chip without a fault for so long after a restart, and for longer than the pause, works,
+/// Time without a fault after a restart, and beyond the pause, after which the chip works,
 /// microseconds.
 const WELL_US: u32 = 1_000_000;
 
@@ -36,11 +37,11 @@ impl<C: Converter> Acquisition<C> {
         self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
     }
 
-    /// True if another scan can begin now and lose no conversion: the next one is far off, or none
-    /// is likely soon. An edge's time is that of a conversion's end, but not soon after an
-    /// unexpected edge: a conversion may have ended while that one was served. No scan begins while
-    /// DRDY is muted: the next conversion of this scan shows how many were lost. After 4,000
-    /// refusals in a row the answer is yes.
+    /// True if another scan can begin now without losing a conversion: the next one is far off, or
+    /// none is likely soon. An edge is dated at a conversion's end, except soon after an unexpected
+    /// edge, during whose service a conversion may have ended. No scan begins while DRDY is muted:
+    /// the next conversion of this scan shows how many were lost. After 4,000 refusals in a row the
+    /// answer is yes.
     pub fn can_begin(&mut self, now_us: u32) -> bool {
         let period_us = edge_ns(&self.plan) / 1000;
         let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
@@ -57,10 +58,10 @@ impl<C: Converter> Acquisition<C> {
     }
 
     /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second
-    /// at least, after `Drdy::Watch`, and before an estimate is reported.
-    /// `now_us` is board time. True if DRDY was muted or the chip was restarted: then the caller
-    /// unmutes DRDY. Else, behind an unexpected edge, a conversion may have ended meanwhile: the
-    /// caller looks at DRDY once more.
+    /// at least, after `Drdy::Watch`, and before an estimate is reported. `now_us` is board time.
+    /// True if DRDY was muted or the chip was restarted: then the caller unmutes DRDY. Otherwise,
+    /// after an unexpected edge, a conversion may have ended meanwhile: the caller checks DRDY once
+    /// more.
     pub fn watch(
         &mut self,
         now_us: u32,
@@ -120,7 +121,7 @@ impl<C: Converter> Acquisition<C> {
             _ => diagnostics.unseen.add(self.unseen.of_clock(since_us)),
         }
         self.unseen.reset();
-        // A touch may last: its health readings can wait.
+        // A touch may be under way: the health readings can wait.
         self.is_health = false;
         let is_set_up = self.begin_scan(diagnostics, wait);
         // Reported even if the chip answers now: nobody reported it before.

@@ -1,25 +1,25 @@
 //! Delay of the conversions of a scan with one slot.
 //!
-//! Their ids are all the same, so only time shows a loss. A conversion that is read late hides a
-//! loss behind it: the time to the next one is too short. But a conversion is late by less than the
-//! time of one, because the next one takes its place, and no conversion is early. So the least late
-//! ones are on time, and the others are measured from them.
+//! All ids are the same, so only time shows a loss. A conversion that is read late hides a loss
+//! after it: the time to the next one is too short. But a conversion is late by less than the time
+//! of one, because the next one takes its place, and no conversion is early. So the least late
+//! conversions are on time, and the others are measured from them.
 
 use ridgetone_proto::division::divide;
 
-/// The lateness shrinks with each conversion by the time of one over two to the power of this: by
-/// 1.6 %, more than a clock is off.
+/// Per conversion the delay shrinks by a conversion's time over two to this power: by 1.6 %, more
+/// than a clock is off.
 const CATCH_UP: u32 = 6;
 /// [`CATCH_UP`] in a storm, which may hold up all conversions alike: 244 ppm, twice what two crystals
 /// differ by.
 const CATCH_UP_IN_STORM: u32 = 12;
-/// After a conversion that was off its time so many more may be in a storm: 0.17 s with the plan
+/// Conversions that may be in a storm after one that was off its time: 0.17 s with the plan
 /// `single`.
 const STORM_CONVERSIONS: u16 = 4096;
 /// After so many lost conversions in a row the two clocks differ by more than service is late.
 const LONG_GAP: u32 = 8;
 
-/// The lateness of the latest conversion.
+/// Service delay of the latest conversion.
 #[derive(Clone, Copy, Debug)]
 pub struct ServiceDelay {
     late_ns: u32,
@@ -33,8 +33,8 @@ impl ServiceDelay {
         in_storm: 0,
     };
 
-    /// Takes the time since the conversion before, microseconds, and the time of one conversion,
-    /// nanoseconds. Gives how many conversions later this one is, at least one.
+    /// Number of conversions since the previous one, at least one, from the time since then,
+    /// microseconds, and the time of one conversion, nanoseconds.
     pub fn steps(&mut self, passed_us: u32, step_ns: u32) -> u32 {
         let passed_ns = passed_us as u64 * 1000;
         let is_off_time = passed_ns.abs_diff(step_ns as u64) > (step_ns * 3 / 8) as u64;
@@ -57,7 +57,7 @@ impl ServiceDelay {
             step_ns / 4
         };
         if late_ns + (early_ns as u64) < step_ns as u64 {
-            // Nearly always: without the division.
+            // Nearly always, and without the division.
             self.late_ns = late_ns as u32;
             return 1;
         }

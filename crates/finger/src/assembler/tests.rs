@@ -60,13 +60,13 @@ fn whole_scans_become_frames_and_readings() {
     assert!((temperature_c - 1816.4).abs() < 1.0, "{temperature_c}");
 }
 
-/// None waits for a conversion of the next scan: the scan after a loss is whole again.
+/// No frame waits for a conversion of the next scan: the scan after a loss is whole again.
 #[test]
 fn a_loss_leaves_its_taxels_out_and_the_next_scan_is_whole() {
     for (gone, present, lost) in [
         (28..29, [0xffff, !(1 << 7), 0xffff, 0xffff, 0xffff], 1),
         (30..31, [0xffff, !(1 << 9), 0xffff, 0xffff, 0xffff], 1),
-        // Across the scans' border.
+        // Across the border of two scans.
         (18..24, [0xffff, !0b111, 0xffff, 0xffff, 0xffff], 6),
     ] {
         let (assembler, frames) = run((0..105).filter(|count| !gone.contains(count)), 0);
@@ -159,8 +159,8 @@ fn the_ends_of_the_scale_are_not_good() {
     assert_eq!(good, !0b11);
 }
 
-/// Conversions of one slot, as those of the plan `single`, each with its count and by how much of a
-/// conversion it is late: what is counted as lost, and the number of the last frame.
+/// Conversions lost, and number of the last frame, in a scan of one slot like that of `single`;
+/// `late` has the count of each conversion and its delay in conversions.
 fn of_one_slot(plan: &Plan, code: i32, late: &[(u32, f64)]) -> (u32, u32) {
     let conversion_us = plan.conversion_ns() as f64 / 1000.0;
     let mut assembler = Assembler::new(4.096, plan);
@@ -180,16 +180,16 @@ fn on_time(counts: core::ops::Range<u32>) -> impl Iterator<Item = (u32, f64)> {
     counts.map(|count| (count, 0.0))
 }
 
-/// In a storm conversions are read late by a half and more, a little later each, until one is lost:
-/// no two are as far apart as two conversions. So it was in the campaign of faults.
+/// In a storm, conversions are read late by a half and more, a little later each, until one is
+/// lost: no two are as far apart as two conversions. A case from the fault campaign.
 #[test]
 fn a_conversion_lost_while_service_comes_later_and_later_is_counted() {
     let creeping = [(50, 0.47), (51, 0.53), (52, 0.57), (53, 0.62), (55, 0.02)];
     let late = |counts: core::ops::Range<u32>, late: f64| counts.map(move |count| (count, late));
     let lost_while_creeping = on_time(0..44).chain(late(44..50, 0.45)).chain(creeping);
-    // As much later, and nothing is lost.
+    // The same delays without a loss.
     let creeping_alone = on_time(0..50).chain(creeping[..4].iter().copied());
-    // All conversions of 43 ms are read late by as much, and one is lost.
+    // All conversions of 43 ms are read late by the same time, and one is lost.
     let late_for_long = on_time(0..44).chain(late(44..1044, 0.62));
     let times: [(Vec<_>, _); 3] = [
         (lost_while_creeping.chain(on_time(56..3000)).collect(), 1),
@@ -201,7 +201,7 @@ fn a_conversion_lost_while_service_comes_later_and_later_is_counted() {
     }
 }
 
-/// A conversion with a flaw does not take the fast path. It is late but once.
+/// A conversion with a flaw does not take the fast path. Its delay must count only once.
 #[test]
 fn flaws_do_not_make_conversions_later() {
     let times: Vec<_> = on_time(0..44)
@@ -213,7 +213,7 @@ fn flaws_do_not_make_conversions_later() {
 
 #[test]
 fn gaps_of_one_slot_are_counted_by_time_though_clocks_differ() {
-    // The slowest scan of one slot too.
+    // Also with the slowest scan of one slot.
     let mut slowest = Ads1258Plan::of(&Plan::SINGLE);
     (slowest.data_rate, slowest.delay, slowest.chop) = (0, 7, true);
     for plan in [Plan::SINGLE, slowest.plan()] {
@@ -223,8 +223,8 @@ fn gaps_of_one_slot_are_counted_by_time_though_clocks_differ() {
                 .collect();
             assert_eq!(of_one_slot(&plan, 7, &times), (gap, 5999), "{gap}");
         }
-        // A clock that is off by a percent is a fault, and no loss; nor is one conversion of eight
-        // that is late, by crystals that differ by 100 ppm.
+        // A clock that is off by a percent is a fault but no loss; neither is a late conversion in
+        // eight, with crystals that differ by 100 ppm.
         for (rate, late) in [(0.99, 0.0), (1.01, 0.0), (0.9999, 0.6), (1.0001, 0.6)] {
             let late = |count: u32| {
                 f64::from(count) * (rate - 1.0)

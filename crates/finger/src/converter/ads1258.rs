@@ -8,12 +8,12 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use ridgetone_proto::plan::{Plan, PlanError};
 
-/// The chip's clock, at most, hertz (SBAS297G: 16 MHz).
+/// Maximum clock of the chip, hertz (SBAS297G: 16 MHz).
 const CLOCK_MAX_HZ: u64 = 16_000_000;
 /// MUXMOD in CONFIG0: fixed channel.
 const MUXMOD: u8 = 0x20;
-/// Clock periods of a conversion, at least (SBAS297G, rate table): scanning, 128 (1 + 4.265625),
-/// and with a fixed channel.
+/// Minimum clock periods of a conversion (SBAS297G, rate table): scanning, 128 (1 + 4.265625), and
+/// with a fixed channel.
 const SCANNING_TICKS: u64 = 674;
 const FIXED_TICKS: u64 = 128;
 
@@ -23,8 +23,8 @@ const POWER_UP_US: u32 = 20_000;
 
 /// Clock that a board feeds into CLKIO.
 pub trait ChipClock {
-    /// Makes a clock of `hz` from now on, or none if it cannot make this one. True if the clock
-    /// stood still before.
+    /// Starts a clock of `hz`, or stops it if this clock cannot be made. True if the clock stood
+    /// still before.
     fn run(&mut self, hz: u32) -> bool;
 }
 
@@ -123,8 +123,8 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, CLOCK: ChipClock> Conve
     }
 }
 
-/// The chip's shortest conversion with this CONFIG0, microseconds. None, or all ones from a stuck
-/// bus, says nothing.
+/// Shortest conversion of the chip with this CONFIG0, microseconds. `None`, or all ones from a
+/// stuck bus, counts as scanning.
 fn period_us(config0: Option<u8>) -> u32 {
     let is_fixed = config0.is_some_and(|config0| config0 != 0xff && config0 & MUXMOD != 0);
     let ticks = if is_fixed {
@@ -132,7 +132,7 @@ fn period_us(config0: Option<u8>) -> u32 {
     } else {
         SCANNING_TICKS
     };
-    // Rounded down, so that there are not too few conversions.
+    // Rounded down, so that conversions are not underestimated.
     (ticks * 1_000_000 / CLOCK_MAX_HZ) as u32
 }
 

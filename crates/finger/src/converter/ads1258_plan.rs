@@ -6,14 +6,13 @@ use ridgetone_proto::plan::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Minimum clock of the chip, hertz: with a slower one 190 ns, which the boards give CS to settle,
-/// are less than 2.5 of its periods (SBAS297G, SPI timing), and half of it is soon below SCLK.
+/// Minimum clock of the chip, hertz: with a slower clock the 190 ns that the boards give CS to
+/// settle are less than 2.5 periods (SBAS297G, SPI timing), and half the clock is soon below SCLK.
 const CLOCK_MIN_HZ: f32 = 13_200_000.0;
 /// Maximum clock of the chip, hertz (SBAS297G).
 const CLOCK_MAX_HZ: f32 = 16_000_000.0;
 
-/// Which inputs the chip converts, and how. The fields are those of the chip's registers
-/// (SBAS297G).
+/// Inputs that the chip converts, and how. The fields are those of the chip's registers (SBAS297G).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ads1258Plan {
@@ -21,7 +20,7 @@ pub struct Ads1258Plan {
     pub inputs: u16,
     /// DRATE, 0 to 3: the chip's data rate.
     pub data_rate: u8,
-    /// DLY, 0 to 7: how long an input settles before it is converted.
+    /// DLY, 0 to 7: settling time of an input before its conversion.
     pub delay: u8,
     /// CHOP: each conversion is two with the inputs exchanged. It excludes health readings in every
     /// scan.
@@ -47,7 +46,7 @@ impl Ads1258Plan {
     /// All inputs at 1.46 kHz: [`Plan::HAND`].
     pub const HAND: Self = Self::of(&Plan::HAND);
 
-    /// The registers of a plan; of another converter's plan those that its bits happen to name.
+    /// Register fields of a plan; another converter's plan yields whatever its bits happen to name.
     pub const fn of(plan: &Plan) -> Self {
         let bits = plan.own.bits;
         Self {
@@ -60,7 +59,7 @@ impl Ads1258Plan {
         }
     }
 
-    /// The plan with what follows from the registers.
+    /// The complete plan, with all fields derived from the registers.
     pub const fn plan(&self) -> Plan {
         Plan {
             inputs: self.inputs,
@@ -92,7 +91,7 @@ impl Ads1258Plan {
         self.plan().validate()
     }
 
-    /// Checks that a plan belongs to this chip and that its rates are those of its registers.
+    /// Checks that a plan belongs to this chip and that its rates follow from its registers.
     pub fn check(plan: &Plan) -> Result<(), PlanError> {
         let own = Self::of(plan);
         let id = Converters::ADS1258.into();
@@ -115,8 +114,8 @@ impl Ads1258Plan {
         })
     }
 
-    /// The chip's configuration. Standby instead of sleep makes the first conversion after START
-    /// come at once.
+    /// Configuration of the chip. Standby instead of sleep, so that the first conversion after
+    /// START comes at once.
     pub const fn config(&self) -> Config {
         let internal = match self.health {
             HealthReadings::EveryScan => Sysred::ALL,
@@ -125,7 +124,7 @@ impl Ads1258Plan {
         self.config_of(self.inputs, internal, self.chop)
     }
 
-    /// The chip's configuration for its own readings alone. CHOP excludes them (SBAS297G).
+    /// Configuration of the chip for its own readings alone. CHOP excludes them (SBAS297G).
     pub const fn health_config(&self) -> Config {
         self.config_of(0, Sysred::ALL, false)
     }
@@ -156,8 +155,8 @@ impl Ads1258Plan {
             },
             chop,
             idle_mode: IdleMode::Standby,
-            // Nothing is connected to these pins: an open input would float and take current, and
-            // the clock's output would switch for nobody.
+            // Nothing is connected to these pins: an open input would float and draw current, and
+            // the clock output would toggle for nothing.
             gpio_inputs: 0,
             clock_output: false,
             ..Config::RESET
@@ -171,7 +170,7 @@ impl Default for Ads1258Plan {
     }
 }
 
-/// By the crystal's clock the usual plans are as the table of plans has them.
+/// The table of plans has the crystal's clock.
 const _: () = assert!(Plan::PAPER.adc_clock_hz == CRYSTAL_CLOCK_HZ);
 
 #[cfg(test)]

@@ -1,17 +1,17 @@
-//! The plans of the STM32's own converter: scans without a pause, so many of them to a frame.
+//! Plans of the STM32's own converter: continuous scans, averaged into frames.
 
 use super::oversampled::{Averaging, SAMPLE_TICKS, SCANS_MAX};
 use core::ops::RangeInclusive;
 use ridgetone_proto::plan::{Converters, HealthReadings, Own, Plan, PlanError, Sampling, within};
 use serde::{Deserialize, Serialize};
 
-/// Which inputs the STM32's own converter samples, and how many scans of them are a frame.
+/// Inputs that the STM32's own converter samples, and the number of scans per frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OnboardPlan {
     /// Bit k: the scan has input k, which is taxel k.
     pub inputs: u16,
-    /// Scans of a frame.
+    /// Scans per frame.
     pub scans: u8,
     /// The converter's clock, megahertz: a quarter of APB2's.
     #[serde(default = "usual_clock_mhz")]
@@ -27,7 +27,7 @@ impl OnboardPlan {
     /// Clock range of the STM32's ADC, MHz (DS8626, ADC characteristics, supply above 2.4 V).
     pub const CLOCKS_MHZ: RangeInclusive<u8> = 1..=36;
 
-    /// What a plan stands for; of another converter's plan what its bits happen to say.
+    /// Decodes a plan; another converter's plan yields whatever its bits happen to say.
     pub const fn of(plan: &Plan) -> Self {
         Self {
             inputs: plan.inputs,
@@ -36,7 +36,7 @@ impl OnboardPlan {
         }
     }
 
-    /// The plan with what follows from it.
+    /// The complete plan, with all derived fields.
     pub const fn plan(&self) -> Plan {
         Plan {
             inputs: self.inputs,
@@ -51,14 +51,14 @@ impl OnboardPlan {
         }
     }
 
-    /// Averaging of its scans into frames. `None` if no whole number of halves of the buffer is a
+    /// Averaging of the scans into frames. `None` if no whole number of halves of the buffer is a
     /// frame.
     pub const fn averaging(&self) -> Option<Averaging> {
         Averaging::new(self.inputs.count_ones(), self.scans as u32, self.clock_mhz)
     }
 
-    /// Checks that its scans become frames of a possible rate. The error names the next number of
-    /// scans that would do.
+    /// Checks that the scans make frames of a possible rate. The error names the next number of
+    /// scans that would.
     pub fn validate(&self) -> Result<(), PlanError> {
         self.plan().validate()?;
         if self.averaging().is_some() {
@@ -79,8 +79,8 @@ impl OnboardPlan {
         within(&[bounds], &[self.scans.into()])
     }
 
-    /// Checks that a plan is one for `pins`, bit k for input k from 0 on, and for a converter with
-    /// one of these clocks, and has the rates that its number of scans gives.
+    /// Checks that a plan fits `pins` (bit k for input k from 0 on) and a converter with one of
+    /// these clocks, and has the rates that its number of scans gives.
     pub fn check(plan: &Plan, pins: u16, clocks_mhz: RangeInclusive<u8>) -> Result<(), PlanError> {
         let mut own = Self::of(plan);
         own.clock_mhz = own

@@ -1,8 +1,8 @@
-//! Scans of a converter of 12 bits that never stops, averaged into frames: what there is to compute
-//! behind a processor's own converter, without a register.
+//! Averages the scans of a free-running 12-bit converter into frames: the arithmetic for a
+//! processor's own converter, without registers.
 //!
-//! A converter that samples its inputs one after another fills a buffer of two halves, over and
-//! over. Each half is added up while the other one fills; after some halves the sums are a frame.
+//! The converter samples its inputs one after another, and fills a buffer of two halves over and
+//! over. Each half is added up while the other one fills; after some halves the sums make a frame.
 
 use core::sync::atomic::Ordering::Relaxed;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32};
@@ -15,22 +15,21 @@ use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32};
 /// place of 93, so that less of the noise cancels.
 pub const SAMPLE_TICKS: u32 = 56 + 12;
 
-/// Maximum number of inputs: a processor of 64 pins has no more next to a serial line.
+/// Maximum number of inputs: a 64-pin processor has no more next to a serial line.
 pub const INPUTS: usize = 14;
-/// Samples of a half of the buffer: three scans of fourteen inputs. RAM has no room for more beside
+/// Samples per half of the buffer: three scans of fourteen inputs. There is no RAM for more next to
 /// the ring.
 pub const HALF: usize = 42;
 /// The buffer that the converter fills.
 pub type Buffer = [AtomicU16; 2 * HALF];
-/// Maximum number of scans of a frame: their number is the lowest byte of what a plan says to the
-/// converter.
+/// Maximum number of scans per frame: the number is the lowest byte of a plan's bits.
 pub const SCANS_MAX: u8 = u8::MAX;
-/// Shortest half, microseconds: it is added up while the other one fills, and interrupts of a higher
-/// priority and of the same one take up to 60 us.
+/// Minimum duration of a half, microseconds: a half is added up while the other one fills, and
+/// interrupts of the same or a higher priority take up to 60 us.
 const HALF_MIN_US: u32 = 90;
 /// Code of a step of the converter: 780000h is `vref_v`, which has 4096 steps.
 const STEP: u32 = 0x78_0000 / 4096;
-/// Bits by which 32 bits hold a step, so that it can be divided by the samples of a frame.
+/// Bits by which a step is scaled up in 32 bits, before it is divided by the samples of a frame.
 const SHIFT: u32 = STEP.leading_zeros();
 /// Maximum reading.
 const READING_MAX: u32 = 4095;
@@ -38,18 +37,18 @@ const READING_MAX: u32 = 4095;
 /// Averaging of scans into frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Averaging {
-    /// Inputs of a scan.
+    /// Inputs per scan.
     channels: u8,
-    /// Scans of a frame.
+    /// Scans per frame.
     scans: u8,
-    /// Scans of half a buffer: a whole number of halves is a frame.
+    /// Scans per half of the buffer; a frame is a whole number of halves.
     half_scans: u8,
     /// The converter's clock, megahertz.
     clock_mhz: u8,
 }
 
 impl Averaging {
-    /// Frames of so many scans. `None` if no half of the buffer fits.
+    /// Averages so many scans per frame. `None` if no half of the buffer fits.
     pub const fn new(channels: u32, scans: u32, clock_mhz: u8) -> Option<Self> {
         if clock_mhz == 0
             || channels == 0
@@ -85,20 +84,20 @@ impl Averaging {
         self.channels as u32 * self.scans as u32 * SAMPLE_TICKS
     }
 
-    /// How much earlier than its last sample's end a frame was, microseconds: from the middle of
-    /// the first input's samples.
+    /// Time from the middle of the first input's samples to the end of a frame's last sample,
+    /// microseconds.
     pub const fn middle_us(&self) -> u32 {
         let scan_ticks = self.channels as u32 * SAMPLE_TICKS;
         self.us(self.frame_ticks() + scan_ticks - 2 * SAMPLE_TICKS) / 2
     }
 
-    /// One input's share of a frame, microseconds, rounded down, at least 1.
+    /// Fraction of a frame's time for one input, microseconds, rounded down, at least 1.
     pub const fn share_us(&self) -> u32 {
         let share_us = self.us(self.scans as u32 * SAMPLE_TICKS);
         if share_us > 1 { share_us } else { 1 }
     }
 
-    /// Whole microseconds of so many periods of the converter's clock.
+    /// Converts periods of the converter's clock to whole microseconds.
     const fn us(&self, ticks: u32) -> u32 {
         match ticks.checked_div(self.clock_mhz as u32) {
             Some(us) => us,
@@ -107,14 +106,14 @@ impl Averaging {
     }
 }
 
-/// Which half of the buffer is full.
+/// The half of the buffer that is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filled {
     /// The first.
     First,
     /// The second.
     Second,
-    /// Both: nobody came in time, and the converter overwrites what was not added.
+    /// Both: service was late, and the converter overwrites samples that were not added.
     Overwritten,
 }
 
@@ -123,25 +122,25 @@ pub enum Filled {
 /// plain loads and stores.
 #[derive(Debug)]
 pub struct Oversampler {
-    /// Inputs of a scan, scans of half a buffer, scans of a frame.
+    /// Inputs per scan, scans per half of the buffer, scans per frame.
     channels: AtomicU8,
     half_scans: AtomicU8,
     scans: AtomicU8,
     /// The converter's clock, megahertz.
     clock_mhz: AtomicU8,
-    /// Scans of the frame under way.
+    /// Scans so far in the frame under way.
     taken: AtomicU8,
-    /// Sum of each input over a frame. When the frame is over it becomes the code.
+    /// Sum of each input over a frame; the code, once the frame is over.
     sums: [AtomicU32; INPUTS],
-    /// Each input's last sample in the frame before.
+    /// Last sample of each input in the previous frame.
     before: [AtomicU16; INPUTS],
-    /// The frame before came right before, and is in `before`.
+    /// True if the previous frame came right before, and is in `before`.
     follows: AtomicBool,
-    /// Part of the frame under way is missing.
+    /// True if part of the frame under way is missing.
     is_torn: AtomicBool,
     /// Bit k: the code of the k-th input is at an end of the scale.
     overloaded: AtomicU16,
-    /// When the latest half was full, microseconds.
+    /// Time when the latest half was full, microseconds.
     half_us: AtomicU32,
 }
 
@@ -152,7 +151,7 @@ impl Default for Oversampler {
 }
 
 impl Oversampler {
-    /// Without a frame; [`Self::begin`] says how they are made.
+    /// No frame yet; [`Self::begin`] sets the averaging.
     pub const fn new() -> Self {
         Self {
             channels: AtomicU8::new(1),
@@ -195,8 +194,8 @@ impl Oversampler {
         }
     }
 
-    /// Takes what the buffer has since the last call, at `now_us`. True if a frame is over: its
-    /// codes stay until the next call.
+    /// Adds the half that was filled at `now_us`. True if a frame is over: its codes stay until the
+    /// next call.
     pub fn take(&self, buffer: &Buffer, filled: Filled, now_us: u32) -> bool {
         let averaging = self.averaging();
         let since_us = now_us.wrapping_sub(self.half_us.swap(now_us, Relaxed));
@@ -233,8 +232,8 @@ impl Oversampler {
         }
     }
 
-    /// Leaves out the halves that nobody came for: as many as the time says, so that later frames
-    /// are where they would have been.
+    /// Skips the halves that were not served, counted by the time, so that later frames are where
+    /// they would have been.
     fn skip(&self, averaging: &Averaging, since_us: u32) {
         let half_ticks = (averaging.half() as u32 * SAMPLE_TICKS).max(1);
         let ticks = since_us
@@ -250,9 +249,9 @@ impl Oversampler {
 
     /// Computes the codes of a frame that ends with this half of the buffer.
     ///
-    /// Each scan samples input k by k samples later than input 0. Its value at the time of input 0
-    /// is interpolated linearly between two scans. In the sum over a frame only the last sample and
-    /// the one before the first remain of the differences.
+    /// Each scan samples input k by k samples later than input 0. The value at the time of input 0
+    /// is interpolated linearly between two scans. In the sum over a frame the differences
+    /// telescope to the last sample less the one before the first.
     fn finish(&self, averaging: &Averaging, half: &[AtomicU16], is_whole: bool) {
         let channels = usize::from(averaging.channels);
         let scans = u32::from(averaging.scans);
@@ -261,7 +260,7 @@ impl Oversampler {
             .unwrap_or(&[]);
         let factor = (STEP << SHIFT) / (u32::from(averaging.channels) * scans).max(1);
         let follows = self.follows.swap(is_whole, Relaxed);
-        // Half a step from either end on the average.
+        // Half a step on average from either end of the scale.
         let (low, high) = (scans / 2, scans * READING_MAX - scans / 2);
         let mut overloaded = 0;
         let rows = self.sums.iter().zip(&self.before).zip(last);
@@ -282,14 +281,13 @@ impl Oversampler {
         self.overloaded.store(overloaded, Relaxed);
     }
 
-    /// The code of the k-th input of the frame that is over, and whether it is at an end of the
-    /// scale.
+    /// Code of the k-th input of the completed frame, and true if it is at an end of the scale.
     pub fn code(&self, channel: usize) -> Option<(i32, bool)> {
         let code = self.sums.get(channel)?.load(Relaxed) as i32;
         Some((code, self.overloaded.load(Relaxed) >> channel & 1 != 0))
     }
 
-    /// When the frame that is over was, microseconds: the middle of its samples of the first input.
+    /// Time of the completed frame, microseconds: the middle of its samples of the first input.
     pub fn frame_us(&self) -> u32 {
         let middle_us = self.averaging().middle_us();
         self.half_us.load(Relaxed).wrapping_sub(middle_us)

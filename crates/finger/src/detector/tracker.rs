@@ -17,7 +17,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
 use ridgetone_tone::Values;
 
-/// Takes frames.
+/// Takes frames to events and windows.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     pub contact: ContactDetector,
@@ -26,7 +26,7 @@ pub struct Tracker {
     pub events: EventBuilder,
     /// Frames that are still to be reported raw.
     pub raw_frames: u32,
-    /// Nothing is reported but raw frames.
+    /// True if only raw frames are reported.
     is_stopped: bool,
     /// True if there has been a complete frame.
     has_begun: bool,
@@ -53,7 +53,7 @@ impl Tracker {
     }
 
     /// Begins again with the next complete frame, or stops.
-    // A frame of its own: the detector that it makes anew would be under all that calls it.
+    // Not inlined: the new detector would be on the stack under all callers.
     #[inline(never)]
     pub fn restart(&mut self, is_going: bool, settings: &Settings) {
         self.is_stopped = !is_going;
@@ -62,7 +62,7 @@ impl Tracker {
         self.contact = contact(settings);
     }
 
-    /// The next frames are of another plan: begins again with them. `settings` are of that plan.
+    /// Begins again with frames of another plan, that of `settings`.
     pub fn begin(&mut self, settings: &Settings) {
         let Settings { plan, .. } = settings;
         (self.plan, self.values) = (*plan, [0.0; TAXELS]);
@@ -73,7 +73,7 @@ impl Tracker {
         self.restart(!self.is_stopped, settings);
     }
 
-    /// Puts new settings of the same plan in force. A slide that lasts goes on.
+    /// Applies new settings with the same plan. A slide under way goes on.
     pub fn change(&mut self, settings: &Settings) {
         self.contact.slide = settings.slide;
         self.contact.set_mains(settings.interferer_hz);
@@ -147,7 +147,7 @@ impl Tracker {
             averager.restart(frame.number);
         }
         fill_gap(frame, ring);
-        // A value that is not good stays what it was, for touch detection.
+        // For touch detection, a bad value stays what it was.
         frame.put(&scheduler.reference, &mut self.values);
         if is_complete && frame.good != inputs {
             contact.note_good(frame.good);
@@ -185,7 +185,7 @@ impl Tracker {
         }
     }
 
-    /// The signal has ended: a slide that still lasts is over.
+    /// Ends the signal, and with it a slide that still lasts.
     pub fn finish(
         &mut self,
         ring: &Ring,

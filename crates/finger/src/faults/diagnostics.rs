@@ -6,7 +6,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
 
-/// Within this time, microseconds, an input that stays at its rail is seen there again: 2.2 scans.
+/// Time within which an input that stays at a rail is seen there again, microseconds: 2.2 scans.
 const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
 
 /// Counters of the tasks. Every task may write without a lock.
@@ -14,28 +14,29 @@ const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
 pub struct Diagnostics {
     /// Conversions lost before the queue or at it, except whole scans that were never read.
     pub queue_overruns: Counter,
-    /// Conversions that the chip may have made besides, at most, while it ran with other registers.
+    /// Maximum number of further conversions that the chip may have made while it ran with other
+    /// registers.
     pub unseen: Counter,
     /// Windows not fitted because the fit was busy.
     pub overruns: Counter,
     /// Messages dropped because the line was slow.
     pub messages_dropped: Counter,
-    /// Raw frames for which the line had no place.
+    /// Raw frames for which the line had no room.
     pub frames_thinned: Counter,
     /// Times the ADC was set up again.
     pub chip_restarts: Counter,
     /// Requests that were damaged, or arrived before the previous one was taken.
     pub requests_damaged: Counter,
-    /// Bytes of requests that arrived before the ones before them were read, and were lost; at least.
+    /// Minimum number of request bytes that were lost because earlier ones had not been read.
     pub bytes_overrun: Counter,
     /// Result of the converter's latest set-up.
     pub(crate) converter: Found,
     /// Bits of the processor load, an f32 from 0 to 1.
     pub(crate) load_bits: AtomicU32,
-    /// Most stack in use since start-up, and the stack's size, bytes.
+    /// Maximum stack use since start-up, and the stack's size, bytes.
     pub(crate) stack: [AtomicU32; 2],
-    /// Board time since which the inputs that are at a rail have been the same, microseconds, and
-    /// how many there are.
+    /// Board time since which the same number of inputs has been at a rail, microseconds, and that
+    /// number.
     railed_us: AtomicU32,
     railed: AtomicU32,
     /// The faults.
@@ -68,19 +69,19 @@ impl Diagnostics {
         f32::from_bits(self.load_bits.load(Relaxed))
     }
 
-    /// Most stack in use since start-up, and the stack's size, bytes; zero where nothing measures
+    /// Maximum stack use since start-up, and the stack's size, bytes; zero where nothing measures
     /// it.
     pub fn stack_bytes(&self) -> [u32; 2] {
         self.stack.each_ref().map(|bytes| bytes.load(Relaxed))
     }
 
-    /// A fault was seen at this board time, microseconds.
+    /// Adds a fault that was seen at this board time, microseconds.
     pub fn fault(&self, kind: FaultKind, board_us: u32) {
         self.faults.add(kind, 1, board_us);
     }
 
-    /// `inputs` inputs were at a rail in the scan before this board time, microseconds. Zero
-    /// changes nothing.
+    /// Notes that `inputs` inputs were at a rail in the scan before this board time, microseconds.
+    /// Zero changes nothing.
     pub fn overload(&self, inputs: u32, board_us: u32) {
         if inputs == 0 {
             return;
@@ -92,8 +93,8 @@ impl Diagnostics {
         self.faults.add(FaultKind::Overload, inputs, board_us);
     }
 
-    /// True if an input has reached a rail or left one between two device times, their low 32 bits,
-    /// microseconds. An input that is always there, such as a broken bridge's, does neither.
+    /// True if an input has reached a rail or left one between two device times (low 32 bits,
+    /// microseconds). An input that stays at a rail, such as a broken bridge's, does neither.
     pub fn rails_change(&self, from_us: u32, to_us: u32) -> bool {
         let is_since = |since_us| self.faults.since(since_us).has(FaultKind::Overload);
         let is_steady = || self.faults.is_before(self.railed_us.load(Relaxed), from_us);

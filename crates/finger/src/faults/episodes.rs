@@ -1,4 +1,4 @@
-//! A fault is reported when it begins and when it is over: an episode.
+//! Fault episodes: a fault is reported when it begins and when it is over.
 
 use crate::assembler::{Assembler, Flaws};
 use crate::faults::diagnostics::Diagnostics;
@@ -9,7 +9,7 @@ use ads1258::reading::CODES_PER_SUPPLY_VOLT;
 use core::ops::RangeInclusive;
 use ridgetone_proto::fault::{Fault, FaultKind, FaultSet, KINDS};
 
-/// An episode is over when its kind was not seen for so long, microseconds.
+/// Time without the fault after which an episode is over, microseconds.
 const OVER_US: u32 = 1_000_000;
 /// Maximum number of messages in [`MESSAGES_US`], microseconds. The next interval reports what
 /// exceeds that. If all kinds begin and end every [`OVER_US`], as often as they can, they make 26
@@ -19,28 +19,27 @@ const MESSAGES_US: u32 = 125_000;
 /// While an episode lasts, its end is looked for in every sixteenth frame.
 const CHECK_FRAMES: u32 = 16;
 
-/// Without a conversion for so long a slide may have ended unseen, nanoseconds: motion detection
-/// compares blocks of as much, 4 frames at 241 Hz.
+/// Time without a conversion in which a slide may have ended unseen, nanoseconds: that of the
+/// blocks that motion detection compares, 4 frames at 241 Hz.
 const SILENT_NS: u32 = BLOCK_FRAMES * FRAME_NS as u32;
 
 /// A clock may be off by 2 % unseen, which is one conversion in 50.
 const CLOCK_DIVISOR: u32 = 50;
-/// Maximum number of conversions by which a gap is longer, where its number of whole scans is
-/// uncertain.
+/// Range of gap lengths, conversions, in which the number of whole scans is uncertain.
 const UNSURE_CONVERSIONS: u32 = 10_000;
 
 /// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to
 /// 5.25 V).
 const SUPPLY: RangeInclusive<i32> = codes(4.75, 5.25);
-/// The reference may be off what is set by this fraction of it.
+/// Maximum relative deviation of the reference from the setting.
 const REFERENCE_TOLERANCE: f32 = 0.02;
 
-/// A range of volts as the chip reads its supply and its reference, codes.
+/// Range of volts in the codes of the chip's supply and reference readings.
 const fn codes(min_v: f32, max_v: f32) -> RangeInclusive<i32> {
     (min_v * CODES_PER_SUPPLY_VOLT as f32) as i32..=(max_v * CODES_PER_SUPPLY_VOLT as f32) as i32
 }
 
-/// The episodes.
+/// Fault episodes.
 #[derive(Clone, Debug)]
 pub struct FaultEpisodes {
     reference: RangeInclusive<i32>,
@@ -48,13 +47,12 @@ pub struct FaultEpisodes {
     lasting: FaultSet,
     /// Faults whose beginning was reported.
     reported: FaultSet,
-    /// Device time at which each began, microseconds.
+    /// Device time at which each kind's episode began, microseconds.
     from_us: [u64; KINDS],
     /// Device time since which messages are counted, low 32 bits, and their number.
     since_us: u32,
     messages: u8,
-    /// True if an episode lasts, so that its end is to be looked for at frame `check_at`; at first
-    /// too.
+    /// True if an episode lasts, whose end is to be looked for at frame `check_at`; at first too.
     is_active: bool,
     check_at: u32,
 }
@@ -107,8 +105,8 @@ impl FaultEpisodes {
         }
     }
 
-    /// Reports episodes that begin and those that are over. Both times are now, in device time and in
-    /// board time.
+    /// Reports episodes that begin or are over. Both times are now, in device time and in board
+    /// time.
     pub fn report(
         &mut self,
         device_us: u64,
@@ -159,7 +157,7 @@ impl FaultEpisodes {
     }
 }
 
-/// The reference's range about what is set, codes.
+/// Range of the reference about the setting, codes.
 const fn reference_codes(vref_v: f32) -> RangeInclusive<i32> {
     codes(
         vref_v * (1.0 - REFERENCE_TOLERANCE),

@@ -4,7 +4,7 @@ use crate::converter::REGISTERS;
 use crate::faults::log::Counter;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 
-/// Faults that `drdy` has found, for `detect` to report.
+/// Result that `drdy` has found, for `detect` to report.
 #[derive(Debug)]
 pub struct Found {
     answers: AtomicBool,
@@ -28,8 +28,8 @@ impl Found {
         }
     }
 
-    /// Keeps what a set-up found: the registers, unless they could not be read, and whether they
-    /// hold what was written.
+    /// Keeps the result of a set-up: the registers, unless they could not be read; `answers` is
+    /// true if they hold what was written.
     pub fn keep(&self, registers: Option<[u8; REGISTERS]>, answers: bool) {
         let mut has_changed = self.answers.swap(answers, Relaxed) != answers;
         for (kept, found) in self.registers.iter().zip(registers.into_iter().flatten()) {

@@ -1,12 +1,10 @@
-//! How often each kind of fault was seen, and when: every task writes, the detector and the fit
-//! read.
+//! Counts and times of each kind of fault: every task writes, the detector and the fit read.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::{FaultKind, FaultSet, KINDS};
 
-/// A fault seen longer ago than this no longer counts for windows, microseconds: longer than any
-/// window, and much shorter than half the counter's range, beyond which an old fault would look
-/// new.
+/// Age above which a fault no longer counts for windows, microseconds: longer than any window, and
+/// much shorter than half the counter's range, beyond which an old fault would look new.
 const OLD_US: u32 = 60_000_000;
 
 /// A counter that stops at its largest value: after a wrap `health` would report less than was
@@ -20,7 +18,7 @@ impl Counter {
         Self(AtomicU32::new(0))
     }
 
-    /// Adds as much as it holds.
+    /// Adds, up to the largest value.
     pub fn add(&self, by: u32) {
         let _ = self
             .0
@@ -37,9 +35,9 @@ impl Counter {
 #[derive(Debug, Default)]
 struct Seen {
     count: Counter,
-    /// When it was seen first since [`FaultLog::take_fresh`], if its bit in `fresh` is set.
+    /// Time of the first occurrence since [`FaultLog::take_fresh`], if its bit in `fresh` is set.
     first_us: AtomicU32,
-    /// When it was seen last, if its bit in `recent` is set.
+    /// Time of the latest occurrence, if its bit in `recent` is set.
     last_us: AtomicU32,
 }
 
@@ -77,7 +75,8 @@ impl FaultLog {
         }
     }
 
-    /// A fault was seen `times` times, the last time at `board_us`. Zero times change nothing.
+    /// Adds a fault that was seen `times` times, the last time at `board_us`. Zero times change
+    /// nothing.
     pub fn add(&self, kind: FaultKind, times: u32, board_us: u32) {
         let Some(seen) = self.kinds.get(kind as usize).filter(|_| times > 0) else {
             return;
@@ -92,7 +91,7 @@ impl FaultLog {
         self.fresh.fetch_or(1 << kind as u32, Relaxed);
     }
 
-    /// A fault has begun that lasts until the board restarts: every window has it.
+    /// Adds a fault that lasts until the board restarts: every window has it.
     pub fn stand(&self, kind: FaultKind, board_us: u32) {
         self.standing.fetch_or(1 << kind as u32, Relaxed);
         self.add(kind, 1, board_us);
@@ -164,7 +163,7 @@ impl FaultLog {
         (board_us.wrapping_sub(since_us) as i32) < 0
     }
 
-    /// Forgets old faults, `board_us` being now. To be called every few minutes at least.
+    /// Forgets old faults; `board_us` is now. To be called every few minutes at least.
     pub fn forget(&self, board_us: u32) {
         let recent = FaultSet::of_bits(self.recent.load(Relaxed));
         if recent.is_none() {
@@ -174,7 +173,7 @@ impl FaultLog {
             let is_old = || board_us.wrapping_sub(self.seen_us(kind)) as i32 > OLD_US as i32;
             if is_old() {
                 self.recent.fetch_and(!(1 << kind as u32), Relaxed);
-                // A task of a higher priority saw it again just now.
+                // A task of a higher priority may have just seen the fault again.
                 if !is_old() {
                     self.recent.fetch_or(1 << kind as u32, Relaxed);
                 }

@@ -1,4 +1,4 @@
-//! An estimate is not `good` if a fault in its window may have changed it.
+//! Makes estimates doubtful if a fault in their window may have changed them.
 
 use crate::faults::diagnostics::Diagnostics;
 use crate::touch::block::BLOCK_FRAMES;
@@ -7,13 +7,13 @@ use crate::window::Window;
 use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::telemetry::{Estimate, Status, Track, Travel};
 
-/// The window's frame rate may be off the nominal one by this fraction of it: no crystal is.
+/// Maximum relative deviation of the window's frame rate: no crystal is that far off.
 const RATE_TOLERANCE: f32 = 0.005;
 
 /// Margin before the window, frames.
 const MARGIN_FRAMES: f32 = 2.0;
 
-/// Frames that touch detection takes after a motion until it recognises a standstill:
+/// Frames after a motion until touch detection recognises a standstill:
 /// [`crate::touch::motion::LONG_BLOCKS`], the block itself, four still ones and one more.
 const KNOWN_STILL_FRAMES: u32 = (LONG_BLOCKS + 6) * BLOCK_FRAMES;
 
@@ -22,11 +22,11 @@ impl Diagnostics {
     /// have changed the frequency, a good or unsteady estimate becomes doubtful, without period,
     /// speed and direction.
     ///
-    /// Two kinds count outside of the window too. If levels may have moved shortly before it, the
-    /// slide may not have begun yet. If an input reached or left a rail shortly before its end,
-    /// that may have looked like motion.
+    /// Two kinds count outside the window too. If levels may have moved shortly before it, the
+    /// slide may not have begun yet. If an input reached or left a rail shortly before the window's
+    /// end, that may have looked like motion.
     ///
-    /// Call it after the first check of the chip's registers that follows the window's end: no
+    /// To be called after the first check of the chip's registers that follows the window's end: no
     /// earlier check can find a change within the window.
     pub fn qualify(&self, estimate: &mut Estimate, window: &Window) {
         let (faults, is_doubtful) = faults_of(window, estimate.window_s, self);
@@ -36,7 +36,8 @@ impl Diagnostics {
         }
     }
 
-    /// Makes a track of a window doubtful where [`Self::qualify`] makes an estimate so.
+    /// Makes a track doubtful where [`Self::qualify`] would make an estimate of the window
+    /// doubtful.
     pub fn qualify_track(&self, track: &mut Track, window: &Window) {
         let window_s = window.frames as f32 / window.frame_rate_hz;
         if faults_of(window, window_s, self).1 {
@@ -53,8 +54,8 @@ pub fn doubt(estimate: &mut Estimate) {
     }
 }
 
-/// The kinds of faults that were seen since the latest `window_s` seconds of a window began;
-/// whether they may have changed the frequency, or its end is unsure.
+/// Kinds of faults since the latest `window_s` seconds of a window began; and true if they may have
+/// changed the frequency, or the window's end is uncertain.
 fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (FaultSet, bool) {
     let nominal_hz = window.plan.frame_rate_hz();
     let in_us = |frames: f32| (frames * 1e6 / nominal_hz) as u32;
@@ -93,7 +94,8 @@ mod tests {
 
     const END_US: u64 = 10_000_000;
 
-    /// A good estimate of a window of a second, after a fault some frames before its begin.
+    /// A good estimate of a window of a second, after a fault some frames before the window's
+    /// start.
     fn after_fault(kind: FaultKind, frames_before: f32) -> Estimate {
         let plan = Plan::PAPER;
         let frame_rate_hz = plan.frame_rate_hz();

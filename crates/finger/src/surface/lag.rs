@@ -12,7 +12,7 @@ use core::f32::consts::PI;
 use ridgetone_proto::settings::{Array, TAXELS};
 use ridgetone_tone::phase::{cos_sin, from_turns};
 
-/// From this scatter on, in standard deviations of its chi-squared, the channels disagree by more
+/// Scatter, in standard deviations of its chi-squared, above which the channels disagree by more
 /// than noise.
 const DISAGREE: f32 = 4.0;
 

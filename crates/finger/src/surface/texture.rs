@@ -1,5 +1,5 @@
-//! What is under the finger, from its estimates: a texture is reported once a touch, and again when
-//! it has changed.
+//! Texture under the finger, from its estimates: reported once a touch, and again when it has
+//! changed.
 
 use crate::window::Window;
 use ridgetone_proto::telemetry::{Estimate, Image, Overtones, Status, Texture, TravelStatus};
@@ -18,7 +18,7 @@ struct Measured {
 /// The latest texture that was reported.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TextureReporter {
-    /// First frame of its touch; `None` if the next texture is reported anyway.
+    /// First frame of the texture's touch; `None` if the next texture is reported anyway.
     touch_first: Option<u32>,
     /// Period and power, each with its standard deviation.
     latest: [Measured; 2],
@@ -41,9 +41,9 @@ impl TextureReporter {
         self.touch_first = None;
     }
 
-    /// The texture that a window's estimate has found, if it is to be reported: the first one since
-    /// a touch began, and one that differs from that by more than three standard deviations of the
-    /// difference, in its period or in its power. Another plan begins another touch.
+    /// Texture found by a window's estimate, if it is to be reported: the first one since a touch
+    /// began, or one that differs from the latest reported one by more than three standard
+    /// deviations of the difference, in period or power. Another plan begins another touch.
     pub fn take(
         &mut self,
         estimate: &Estimate,
@@ -109,7 +109,7 @@ fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Optio
     is_known.then_some(texture)
 }
 
-/// Mean level of the alive taxels of a static image, volts; NaN without any.
+/// Mean level of the working taxels of a pressure map, volts; NaN without any.
 pub fn image_level_v(image: &Image) -> f32 {
     let sum: f32 = image.taxels.iter().map(|taxel| taxel.level_v).sum();
     sum / image.taxels.len() as f32
@@ -219,14 +219,15 @@ mod tests {
         assert!(near(texture.power_sigma_v2, sigma_v2) < 1e-5, "{texture:?}");
         let others = (texture.plan, texture.level_v, texture.overtones);
         assert_eq!(others, (Plan::PAPER, Some(0.25), OVERTONES));
-        // 4.24 of them are 9.7e-4 of the power, and half of that of the amplitude.
+        // 4.24 standard deviations are 9.7e-4 of the power, and half of that of the amplitude.
         let mut reporter = TextureReporter::new();
         for (by, expected) in [(1.0, true), (1.0004, false), (1.0006, true)] {
             let scaled = with(|e| e.channels.iter_mut().for_each(|c| c.amplitude_v *= by));
             let is_taken = reporter.take(&scaled, &OVERTONES, &TOUCH).is_some();
             assert_eq!(is_taken, expected, "{by}");
         }
-        // Missing frames say nothing: with a quarter of them sigma is twice as large.
+        // Missing frames carry no information: with a quarter of the frames sigma is twice as
+        // large.
         let texture = first(&with(|estimate| estimate.frames_missing = 241 - 60), &TOUCH);
         assert!(
             near(texture.power_sigma_v2, 2.0 * sigma_v2) < 0.005,
@@ -253,7 +254,7 @@ mod tests {
         for status in [NoTone, Doubtful, Ambiguous, TooShort, Nothing] {
             assert_takes(false, |estimate| estimate.status = status);
         }
-        // No speed is known, and the phases do not find it.
+        // No speed is known, and the phases do not show one.
         assert_takes(false, |estimate| estimate.travel = Travel::NONE);
         for (status, expected) in [
             (TravelStatus::Given, true),

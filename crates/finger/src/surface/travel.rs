@@ -245,8 +245,8 @@ mod tests {
         assert_near(travel.spatial_period_sigma_mm, sigma_mm, 1e-3);
     }
 
-    /// The audit's waves: plain ones along units whose true pitch is 2.3 mm. By the default
-    /// constants they are 4 to 8 % off, which the uncertainty covers.
+    /// Plane waves along units whose true pitch is 2.3 mm. With the default constants they are 4 to
+    /// 8 % off, which the uncertainty covers.
     #[test]
     fn an_array_that_was_never_calibrated_says_so() {
         let array = Array::DEFAULT;
@@ -285,10 +285,10 @@ mod tests {
             // A period shorter than the pitch aliases: one of 1.3 mm to the phase of one of 3.1 mm.
             (1.2, 4.2, 1.3, Forward, Ambiguous),
             (1.2, 4.2, 3.1, Forward, Ambiguous),
-            // Two pitches and more: what is late one way is as much ahead the other.
+            // Two pitches and more: a lag one way is a lead the other way.
             (2.3, 9.0, 3.1, Backward, Ambiguous),
             (2.3, 9.0, 6.0, Forward, Ambiguous),
-            // Short ones are unique if no others are possible.
+            // Short periods are unique if no others are possible.
             (1.2, 1.4, 1.3, Backward, Unique),
             (4.5, 9.0, 6.0, Backward, Unique),
         ] {
@@ -303,7 +303,7 @@ mod tests {
                 "{period_mm} mm of {min} to {max} mm"
             );
         }
-        // A lag that is not known at all.
+        // An unknown lag.
         let lag = Lag {
             turns: 0.3,
             sigma: 0.4,

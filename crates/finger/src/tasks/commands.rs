@@ -30,7 +30,7 @@ impl At {
 #[derive(Debug, Default)]
 pub struct CommandExecutor {
     latest: Option<Reply>,
-    /// The board resets as soon as the line is silent.
+    /// True if the board resets as soon as the line is silent.
     pub(super) restarting: bool,
 }
 
@@ -43,9 +43,9 @@ impl CommandExecutor {
         }
     }
 
-    /// Decides a command, and stores settings that are to be kept. Gives the reply, and the command
-    /// for [`Self::carry_out`] unless it is refused. While the finger is touched no page is erased:
-    /// that stops the processor for a second.
+    /// Decides a command, and stores settings that are to be kept. Returns the reply, and the
+    /// command for [`Self::carry_out`] unless it is refused. No page is erased while the finger is
+    /// touched: that stops the processor for a second.
     pub fn decide(
         &mut self,
         request: Request,
@@ -87,7 +87,7 @@ impl CommandExecutor {
         (Some(command).filter(|_| is_in_force), reply)
     }
 
-    /// Lets a command take effect. The windows that were due before it must have been fitted.
+    /// Carries out a command. The windows that were due before it must have been fitted.
     pub fn carry_out(
         &mut self,
         command: &Command,
@@ -143,7 +143,7 @@ mod tests {
     use std::boxed::Box;
     use std::vec;
 
-    /// Keeps settings in memory. When it is full, it refuses in a touch.
+    /// Keeps settings in memory. When full, it refuses during a touch.
     #[derive(Default)]
     struct Kept {
         settings: Option<Settings>,
@@ -232,7 +232,7 @@ mod tests {
         Command::Set { settings, keep }
     }
 
-    /// What another converter runs, and a rate that the registers do not give.
+    /// A plan of another converter, and a rate that the registers do not give.
     #[test]
     fn a_plan_that_the_converter_cannot_run_is_refused_with_what_it_can() {
         let mut board = Board::new();
@@ -305,7 +305,7 @@ mod tests {
             (board.store.settings, board.greeted[0].settings),
             (None, OTHERS)
         );
-        // A number that is repeated: nothing happens twice.
+        // A repeated number: nothing happens twice.
         for _ in 0..2 {
             assert_eq!(board.execute(2, set(OTHERS, true), false), Outcome::Done);
             assert_eq!(board.store.settings, Some(OTHERS));

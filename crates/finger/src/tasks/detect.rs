@@ -105,7 +105,7 @@ enum Next {
     Nothing,
 }
 
-/// Moves conversions into the detector's buffer. A loop of its own: it runs for each conversion.
+/// Moves conversions into the detector's buffer. A separate loop: it runs for each conversion.
 #[inline(never)]
 fn fill(samples: &mut Consumer<TimedConversion>, detector: &mut Detector) -> Next {
     while let Some(conversion) = samples.dequeue() {

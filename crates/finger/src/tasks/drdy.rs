@@ -10,7 +10,7 @@ use heapless::spsc::Producer;
 
 /// DRDY's pin and its interrupt.
 pub trait DrdyPin {
-    /// Clears the interrupt. `None` if DRDY has not fallen since the latest call, else whether it
+    /// Clears the interrupt. `None` if DRDY has not fallen since the latest call, else true if it
     /// is low: there is data to read.
     fn acknowledge(&mut self) -> Option<bool>;
 
@@ -18,10 +18,10 @@ pub trait DrdyPin {
     /// wrapping.
     fn edge_us(&self) -> u32;
 
-    /// No more interrupts until [`Self::unmute`].
+    /// Disables interrupts until [`Self::unmute`].
     fn mute(&mut self);
 
-    /// Edges from now on raise interrupts again. Edges before are ignored.
+    /// Enables interrupts for edges from now on. Earlier edges are ignored.
     fn unmute(&mut self);
 }
 
@@ -31,7 +31,7 @@ pub struct Drdy<'a, C, PIN> {
     pub acquisition: Acquisition<C>,
     /// DRDY.
     pub pin: PIN,
-    /// To `detect`.
+    /// Queue to `detect`.
     pub samples: Producer<'a, TimedConversion>,
     /// Number of the request for the plan in force.
     request: u32,
@@ -82,10 +82,10 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             match next {
                 acquire::Drdy::Listen | acquire::Drdy::Midway => {}
                 acquire::Drdy::Watch => check.store(true, Relaxed),
-                // Otherwise once more: the scan goes on.
+                // No safe moment: the health readings are scanned once more.
                 acquire::Drdy::HealthRead if !acquisition.can_begin(platform.now_us()) => {}
                 acquire::Drdy::HealthRead => {
-                    // The set-up that follows would hide a register that has changed.
+                    // The set-up would hide a changed register.
                     let _ = acquisition.watch(platform.now_us(), diagnostics, wait);
                     acquisition.read_inputs(diagnostics, wait);
                     pin.unmute();
@@ -109,8 +109,8 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                 }
                 let begins_anew = acquisition.watch(platform.now_us(), diagnostics, wait);
                 if begins_anew || edge == Some(true) {
-                    // Right behind a conversion the next one does not end during the check. On the
-                    // register model an edge that is kept shows the same conversion again.
+                    // Right after a conversion the next one does not end during the check. On the
+                    // register model an edge that is kept would show the same conversion again.
                     pin.unmute();
                     break;
                 }
@@ -140,7 +140,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             }
         }
         shared.liveness.acquired.bump();
-        // A frame is there only when its scan is over: in between `detect` would start in vain.
+        // A frame is complete only when its scan is over: before that `detect` would start in vain.
         if !is_midway {
             P::pend(shared, Task::Detect);
         }
@@ -170,7 +170,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             acquisition.change(next, shared.platform.now_us(), diagnostics, wait);
             pin.unmute();
         } else if is_health_due {
-            // As behind the readings.
+            // The set-up would hide a changed register.
             let _ = acquisition.watch(shared.platform.now_us(), diagnostics, wait);
             let _ = acquisition.read_health(diagnostics, wait);
             pin.unmute();

@@ -48,7 +48,7 @@ impl<S: Store> Fit<'_, S> {
         loop {
             // Passed by reference, as the estimate is: a copy would need stack, too.
             while let Some(window) = &windows.dequeue() {
-                // A later one is due: this one would only make that late, too.
+                // A later window is due, which this one would only delay.
                 if window.span == Span::Window
                     && windows.peek().is_some_and(|next| next.span == Span::Window)
                 {
@@ -96,8 +96,8 @@ fn report<P: Platform>(
     });
 }
 
-/// Follows the tone of the latest fit to the end of a window; the track is qualified as an estimate
-/// is. None if the window has to be fitted.
+/// Follows the tone of the latest fit to the end of a window; the track is qualified like an
+/// estimate. `None` if the window has to be fitted.
 // Inlined, its stack would lie under a fit, which reaches deepest.
 #[inline(never)]
 pub fn follow<P: Platform>(
@@ -145,8 +145,8 @@ pub fn fit<P: Platform>(
     outcome
 }
 
-/// The ring behind its lock: `detect` waits no longer than one read takes. A whole slide that is due
-/// ends the fit of a window: its own frames would be gone before.
+/// The ring behind its lock: `detect` waits no longer than one read takes. A whole slide that is
+/// due ends the fit of a window, or the slide's frames would be gone.
 struct Locked<'w, 'q, M> {
     ring: M,
     span: Span,

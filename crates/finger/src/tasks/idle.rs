@@ -6,7 +6,7 @@ use core::sync::atomic::Ordering::Relaxed;
 use ridgetone_proto::telemetry::Events;
 use rtic_core::Mutex;
 
-/// From one reading to the next, microseconds: once a second, as `health` is sent.
+/// Time between readings, microseconds: once a second, as `health` is sent.
 const PERIOD_US: u32 = 1_000_000;
 /// Pattern that start-up writes into every word of the stack (cortex-m-rt's `paint-stack`). The
 /// lowest word that has lost it is the greatest depth.
@@ -30,9 +30,9 @@ pub enum Next {
 /// A sleep, by the microsecond counter.
 #[derive(Clone, Copy, Debug)]
 pub struct Slept {
-    /// When it began.
+    /// Start of the sleep.
     pub from_us: u32,
-    /// When it ended.
+    /// End of the sleep.
     pub until_us: u32,
 }
 
@@ -99,7 +99,7 @@ struct LoadMeter {
 
 impl LoadMeter {
     /// Takes one sleep, from `from_us` to `to_us` on the wrapping microsecond counter. When a
-    /// period is over, gives the load since the period before, 0 to 1.
+    /// period is over, returns its load, 0 to 1.
     fn slept(&mut self, from_us: u32, to_us: u32) -> Option<f32> {
         self.asleep_us += to_us.wrapping_sub(from_us);
         let elapsed_us = to_us.wrapping_sub(self.began_us);
@@ -134,7 +134,7 @@ impl DepthMeter {
     }
 
     /// Searches the next few of `words` words, which `word` reads by their number from the far end.
-    /// Gives the most bytes that were in use since start-up, by the last complete search; zero
+    /// Returns the maximum number of bytes in use since start-up, by the last complete search; zero
     /// before that.
     pub fn step(&mut self, words: usize, word: impl Fn(usize) -> u32) -> u32 {
         // A used word stays used, so it is not searched again.

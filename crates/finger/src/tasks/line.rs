@@ -26,9 +26,9 @@ pub fn receive<P: Platform>(inbox: &mut RequestInbox, received: Received, shared
     }
 }
 
-/// Takes what has arrived, up to the end of a request: the bytes behind it stay in the receiver until `fit`
-/// has taken that. Runs in the task `report`, which neither a fit nor a write to the flash delays.
-/// The receiver is looked at also while nothing is taken: its interrupt would come again at once.
+/// Takes what has arrived, up to the end of a request: later bytes stay in the receiver until `fit`
+/// has taken the request. Runs in the task `report`, which neither a fit nor a write to the flash
+/// delays. The receiver is served even if nothing is taken: its interrupt would come again at once.
 pub fn receive_all<P: Platform>(
     receiver: &mut impl Receiver,
     inbox: &mut impl Mutex<T = RequestInbox>,
@@ -74,7 +74,7 @@ pub trait SerialPort {
     /// Sends a byte. Its interrupt comes when the next byte can be taken.
     fn send(&mut self, byte: u8);
 
-    /// There is nothing to send: no more interrupts of the transmitter until the next byte.
+    /// Disables interrupts of the transmitter until the next byte: there is nothing to send.
     fn stop_transmitting(&mut self);
 }
 
@@ -133,7 +133,7 @@ mod tests {
         }
     }
 
-    /// Gives what it holds, in order.
+    /// Returns its items in order.
     struct Held(std::vec::IntoIter<Received>);
 
     impl Receiver for Held {
@@ -168,10 +168,11 @@ mod tests {
         let request = &wire[..used];
         let shared = Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER);
         let mut inbox = RequestInbox::new();
-        // Bytes, bytes lost after them, and then: a whole request, fits pended, bytes overrun.
+        // Bytes, and number of bytes lost after them; expected: a whole request, fits pended, bytes
+        // overrun.
         for (bytes, lost, expected) in [
             (request, None, (true, 1, 0)),
-            // The first byte of the next one is lost, and the one after it is whole.
+            // The first byte of the next request is lost, and the request after that is whole.
             (request, Some(1), (true, 2, 1)),
             (&request[1..], None, (false, 2, 1)),
             (request, None, (true, 3, 1)),
@@ -185,7 +186,7 @@ mod tests {
             let mut held = Held(held.into_iter());
             receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let is_whole = inbox.take().is_some();
-            // Bytes that waited behind the request.
+            // Bytes that waited after the request.
             receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let overrun = shared.diagnostics.bytes_overrun.get();
             assert_eq!((is_whole, shared.platform.0.get(), overrun), expected);

@@ -29,7 +29,7 @@ impl Progress {
         Self(AtomicU32::new(0))
     }
 
-    /// One step more.
+    /// Counts one step.
     pub fn bump(&self) {
         self.0.store(self.get().wrapping_add(1), Relaxed);
     }
@@ -46,9 +46,9 @@ pub struct Liveness {
     pub acquired: Progress,
     /// Runs of `detect` that emptied its queue.
     pub detected: Progress,
-    /// Windows given to the fit.
+    /// Windows passed to the fit.
     pub fits_due: Progress,
-    /// Windows that it is done with, with any result.
+    /// Windows that the fit has finished, with any result.
     pub fits_done: Progress,
 }
 
@@ -105,7 +105,7 @@ impl WatchdogPolicy {
 mod tests {
     use super::*;
 
-    /// A station that stands still in a test.
+    /// The stage that stands still in a test.
     #[derive(Clone, Copy, PartialEq)]
     enum Still {
         None,
@@ -114,7 +114,7 @@ mod tests {
         Fit,
     }
 
-    /// Half a second of the tasks' lives, with a window due.
+    /// Half a second of progress, with a window due.
     fn live(liveness: &Liveness, still: Still) {
         for _ in 0..2532 {
             if still != Still::Acquisition {
@@ -163,7 +163,7 @@ mod tests {
     fn a_silent_chip_and_an_idle_fit_are_no_reason_for_a_reset() {
         let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
         for _ in 0..100 {
-            // The watch over the chip, and the detection that it wakes.
+            // The check of the chip, and the detection that it starts.
             liveness.acquired.bump();
             liveness.detected.bump();
             assert!(watchdog_policy.feeds(&liveness));
@@ -174,7 +174,7 @@ mod tests {
     fn a_fit_that_takes_its_time_is_no_reason_for_a_reset() {
         let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
         let mut fed = 0;
-        // Every window takes five looks: strides are skipped, one always waits.
+        // Every window takes five checks: strides are skipped, one always waits.
         liveness.fits_due.bump();
         for look in 1..=100 {
             liveness.acquired.bump();

@@ -1,5 +1,5 @@
-//! Events that wait for the line, and frames that wait behind them. A line that is too slow for
-//! both thins the frames; one that is too slow for events costs the oldest, never the newest.
+//! Events that wait for the line, and frames that wait behind them. A line too slow for both thins
+//! the frames; on a line too slow for events the oldest are dropped, never the newest.
 
 use super::shared::{FRAMES, PACKETS, Platform, Shared, Task};
 use heapless::Deque;
@@ -17,11 +17,11 @@ pub struct Mail<'a, I, O> {
 /// Outcome of posting an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Posted {
-    /// Nothing.
+    /// Queued without a loss.
     Queued,
-    /// The oldest event.
+    /// The oldest event was dropped.
     DroppedOldest,
-    /// The frame itself: the line has no place for it.
+    /// The frame was dropped: there was no room for it.
     Thinned,
 }
 
@@ -81,8 +81,8 @@ impl<E: Events> Outbox<E> {
         Some(Packet { sequence, event })
     }
 
-    /// Encodes what [`Self::take`] would give, and lets go of it. An event is encoded where it lies: a
-    /// copy would be on the stack.
+    /// Encodes and removes what [`Self::take`] would return. An event is encoded in place: a copy
+    /// would be on the stack.
     pub fn encode_next(&mut self, wire: &mut [u8; WIRE_MAX]) -> Option<Result<usize, TooLong>> {
         let sequence = self.sequence;
         let encoded = match self.events.front() {

@@ -3,7 +3,7 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 use ridgetone_proto::plan::{HealthReadings, Own, Plan, Sampling};
 
-/// Nothing is requested while this is the number.
+/// Number while a request is being written.
 const MIDWAY: u32 = 0;
 
 /// The plan that the converter is to have. One task writes it, and a task of a higher priority reads

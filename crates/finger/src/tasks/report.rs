@@ -1,4 +1,4 @@
-//! `report`: encodes packets while the line has place for them.
+//! `report`: encodes packets while the line has room for them.
 
 use super::outbox::Outbox;
 use super::shared::{LOW_WATER, Platform, Shared, Task};

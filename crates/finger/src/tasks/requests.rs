@@ -48,7 +48,8 @@ impl<S: Store> Requests<S> {
 
     /// Carries out a request, if there is one and `is_window_due` returns false. False if there is
     /// no request. While a window is due nothing is carried out: fit it, then call this again.
-    // A frame of its own, 3700 bytes, which is not under a fit, the deepest of the stack.
+    // Not inlined: its stack frame of 3700 bytes must not be under a fit, the deepest use of the
+    // stack.
     #[inline(never)]
     pub fn step<P: Platform>(
         &mut self,
@@ -102,7 +103,7 @@ impl<S: Store> Requests<S> {
     }
 }
 
-/// The request in the inbox, if it is as it was sent. `report` may take the next one.
+/// The request in the inbox, if undamaged. `report` may take the next one.
 fn take<P: Platform>(
     inbox: &mut impl Mutex<T = RequestInbox>,
     shared: &Shared<P>,

@@ -7,19 +7,19 @@ use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{Headline, WIRE_MAX};
 
-/// Places of the queue of conversions from `drdy` to `detect`: 7.7 ms at 5064 a second, 1.7 ms at
-/// 23,336; the longest step of `detect` takes 0.14 ms. A queue holds one less than that.
+/// Size of the queue of conversions from `drdy` to `detect`: 7.7 ms at 5064 a second, 1.7 ms at
+/// 23,336; the longest step of `detect` takes 0.14 ms. A queue holds one entry less than its size.
 pub const SAMPLES: usize = 40;
 
-/// Places of the queue of windows from `detect` to `fit`: one stride may wait, the other places are
+/// Size of the queue of windows from `detect` to `fit`: one stride may wait, the other places are
 /// for whole slides.
 pub const WINDOWS: usize = 4;
 
-/// Places of the queue of bytes from `report` to `line`: the next packet is encoded while the last 63
+/// Size of the queue of bytes from `report` to `line`: the next packet is encoded while the last 63
 /// bytes are sent, 0.68 ms.
 pub const BYTES: usize = 576;
 
-/// With no more than this many bytes in their queue the longest packet still fits.
+/// Maximum number of queued bytes with which the longest packet still fits.
 pub(super) const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
 
 /// Events from `detect` and `fit` to `report`.
@@ -65,23 +65,23 @@ pub struct Shared<P> {
     pub diagnostics: Diagnostics,
     /// Signs of life of the tasks, for the watchdog.
     pub liveness: Liveness,
-    /// `drdy` checks the chip's registers after the next conversion.
+    /// True if `drdy` is to check the chip's registers after the next conversion.
     pub(super) check: AtomicBool,
-    /// `drdy` does not wait for a conversion before this check.
+    /// True if `drdy` is not to wait for a conversion before this check.
     pub(super) urgent: AtomicBool,
-    /// Half a second is over: `detect` reports what changed without a conversion.
+    /// True if half a second is over: `detect` reports what changed without a conversion.
     pub(super) look: AtomicBool,
-    /// The plan that the chip is to have.
+    /// Plan requested for the chip.
     pub(super) plan: PlanRequest,
-    /// `drdy` reads the chip's own readings, if the plan's scan has none.
+    /// True if `drdy` is to read the chip's own readings, if the plan's scan has none.
     pub(super) health: AtomicBool,
-    /// The finger touches something.
+    /// True if the finger touches something.
     pub(super) touched: AtomicBool,
-    /// The signal is over, and the last window is in its queue.
+    /// True if the signal is over, and the last window is in its queue.
     pub(super) finished: AtomicBool,
-    /// Bytes wait for the line.
+    /// True if bytes wait for the line.
     pub(super) sending: AtomicBool,
-    /// The board resets as soon as the line is silent.
+    /// Requests a reset of the board as soon as the line is silent.
     pub(super) restarting: AtomicBool,
 }
 
@@ -126,7 +126,7 @@ impl<P> Shared<P> {
         P::pend(self, Task::Drdy);
     }
 
-    /// The board resets as soon as the line is silent.
+    /// Requests a reset of the board as soon as the line is silent.
     pub fn restart(&self) {
         self.restarting.store(true, Relaxed);
     }

@@ -1,7 +1,7 @@
-//! Frames for touch detection: those of a fast plan are averaged, so that there are some 241 a
-//! second of any plan.
+//! Frames for touch detection: averages of a fast plan's frames, so that any plan has some 241 a
+//! second.
 //!
-//! A mean hides what is faster than it. So the squares of the frames about their means go with it.
+//! A mean hides faster changes, so the squares of the frames about their means go with it.
 
 use crate::ring::Ring;
 use ridgetone_proto::plan::Plan;
@@ -11,7 +11,7 @@ use ridgetone_tone::Values;
 /// Position of the means in the ring. Means are numbered, as frames are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
-    /// Frames of a mean.
+    /// Frames per mean.
     pub frames: u32,
     /// Number of a mean, and of its first frame.
     number: u32,
@@ -40,7 +40,7 @@ impl<'a> Averages<'a> {
         Self { ring, grid }
     }
 
-    /// A mean, if one of its frames is there and has a valid value; it may be in `buffer`.
+    /// A mean, if one of its frames is present with a valid value; it may be in `buffer`.
     #[inline(always)]
     pub fn frame<'b>(&self, number: u32, buffer: &'b mut Values) -> Option<&'b Values>
     where
@@ -59,18 +59,18 @@ impl<'a> Averages<'a> {
 #[derive(Clone, Debug)]
 pub struct Averager {
     grid: Grid,
-    /// The frames of the mean under way, and how many there were.
+    /// Sums over the frames of the mean under way, and their number.
     sums: Values,
     squares: Values,
     count: u32,
     /// The latest mean, and the squares of its frames about it.
     mean: Values,
-    /// A mean has just ended: `squares` are those of its frames about it.
+    /// True if a mean has just ended: `squares` are those of its frames about it.
     has_ended: bool,
 }
 
 impl Averager {
-    /// Before the first frame.
+    /// An averager before the first frame.
     pub const fn new(plan: &Plan) -> Self {
         let frames = plan.frames_averaged();
         Self {
@@ -87,7 +87,7 @@ impl Averager {
         }
     }
 
-    /// Begins anew with frame `first`.
+    /// Starts again with frame `first`.
     pub fn restart(&mut self, first: u32) {
         self.grid = Grid {
             number: if self.grid.frames == 1 {
@@ -117,8 +117,8 @@ impl Averager {
         self.grid.number
     }
 
-    /// Takes a frame with values of some taxels, if they are valid. Gives the number of the mean
-    /// that ends with it.
+    /// Takes a frame with values of some taxels, if they are valid. Returns the number of the mean
+    /// that ends with the frame.
     #[inline(always)]
     pub fn push(
         &mut self,
@@ -180,7 +180,7 @@ impl Averager {
 
     fn end(&mut self, inputs: u16) {
         let fraction = 1.0 / self.count as f32;
-        // Where frames are missing their squares are taken to be as those that are there.
+        // Missing frames are taken to have the squares of the others.
         let times = self.grid.frames as f32 * fraction;
         let mut rest = inputs;
         while rest != 0 {

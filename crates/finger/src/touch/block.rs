@@ -1,6 +1,6 @@
-//! A block of frames, and what motion detection finds in it.
+//! Result of motion detection in a block of frames.
 
-/// Frames of a block: 16.6 ms at 241 Hz.
+/// Frames per block: 16.6 ms at 241 Hz.
 pub const BLOCK_FRAMES: u32 = 4;
 
 /// Result of one block of frames.
@@ -8,7 +8,7 @@ pub const BLOCK_FRAMES: u32 = 4;
 pub struct Block {
     /// The block differs within itself or from the block before: something moves right now.
     pub now: bool,
-    /// As `quick`, or the block differs from the trend of the last
+    /// As `now`, or the block differs from the trend of the last
     /// [`SHORT_BLOCKS`](super::motion::SHORT_BLOCKS).
     pub quick: bool,
     /// The block differs from the trend of the last [`LONG_BLOCKS`](super::motion::LONG_BLOCKS).
@@ -24,12 +24,13 @@ pub struct Block {
 }
 
 impl Block {
-    /// True if it shows any change.
+    /// True if the block shows any change.
     pub const fn moves(&self) -> bool {
         self.moves_lately() || self.longest
     }
 
-    /// True if it shows one within the last [`LONG_BLOCKS`](super::motion::LONG_BLOCKS).
+    /// True if the block shows a change within the last
+    /// [`LONG_BLOCKS`](super::motion::LONG_BLOCKS).
     pub const fn moves_lately(&self) -> bool {
         self.quick || self.slow || self.faint
     }

@@ -18,36 +18,36 @@ pub enum Change<'a> {
         /// Deviation of this taxel from the idle level, codes.
         height: f32,
     },
-    /// A hold is over that was long enough for an image.
+    /// A hold is over that was long enough for a pressure map.
     HoldEnd(HoldMean<'a>),
-    /// Something moves along the surface since this frame or a little longer.
+    /// The finger moves along the surface, since this frame or a little longer.
     Moving(u32),
     /// A slide began at this frame.
     SlideStart(u32),
-    /// The slide has ended: first frame and the one behind its last.
+    /// The slide has ended: first frame, and the one after the last.
     SlideEnd(u32, u32),
     /// The finger is in the air since this frame.
     Release(u32),
 }
 
-/// The mean of a hold, and what it is compared with.
+/// Mean of a hold, and the idle level for comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HoldMean<'a> {
     pub held: &'a HeldLevel,
-    /// First frame of the mean, and the one behind its last.
+    /// First frame of the mean, and the one after the last.
     pub span: (u32, u32),
-    /// Frames in it.
+    /// Number of frames in the mean.
     pub frames: u32,
     /// Level before the touch, codes.
     pub idle: &'a Values,
-    /// Frames that this level is the mean of, by its variance.
+    /// Number of frames whose mean has the variance of the idle level.
     pub idle_frames: f32,
     /// One over the variance of each taxel's frames.
     pub weights: &'a Values,
 }
 
 impl Change<'_> {
-    /// The change with numbers of the scan's frames, where touch detection counts means of them.
+    /// Converts numbers of averaged frames to those of the scan's frames.
     pub fn in_frames(mut self, grid: &Grid) -> Self {
         let to_frame = |mean: &mut u32| *mean = grid.first_frame(*mean);
         match &mut self {

@@ -19,8 +19,7 @@ pub fn distance(weights: &Values, a: &Values, b: &Values) -> f32 {
     )
 }
 
-/// How far it is from one level to another in a direction, which is weighted as the squares of a
-/// distance are.
+/// Distance from one level to another along a direction that includes the weights.
 pub fn along(direction: &Values, from: &Values, to: &Values) -> f32 {
     direction
         .iter()
@@ -49,13 +48,13 @@ impl Apart {
         self.along += off * pull;
     }
 
-    /// Square of the length along what is ignored.
+    /// Square of the length along the ignored direction.
     #[inline(always)]
     pub fn along_square(self) -> f32 {
         self.along * self.along
     }
 
-    /// The square without what is ignored.
+    /// Square of the length across the ignored direction.
     #[inline(always)]
     pub fn square(self) -> f32 {
         self.sum - self.along * self.along
@@ -83,12 +82,12 @@ pub const fn limit(for_each: f32, margin_of_16: f32) -> Limit {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Taxels {
     pub count: f32,
-    /// Root of a sixteenth of it.
+    /// Root of a sixteenth of the number.
     root: f32,
 }
 
 impl Taxels {
-    /// The distribution for `count` taxels.
+    /// Limits for `count` taxels.
     pub const fn new(count: usize) -> Self {
         Self {
             count: count as f32,
@@ -96,14 +95,14 @@ impl Taxels {
         }
     }
 
-    /// The limit for them.
+    /// The limit for these taxels.
     #[inline(always)]
     pub const fn limit(self, limit: Limit) -> f32 {
         limit.for_each * self.count + limit.margin_of_16 * self.root
     }
 }
 
-/// The root of a number from 0 to 1, by Newton's method from above: there is no root in a constant.
+/// The root of a number from 0 to 1, by Newton's method from above: no `sqrt` is `const`.
 pub const fn root(square: f32) -> f32 {
     let mut root = 1.0;
     loop {

@@ -7,7 +7,7 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Values, phase};
 
-/// Minimum gain of the notch at rest, before it is scaled to one. Hum within 10 Hz of a multiple of
+/// Minimum gain of the notch at 0 Hz, before it is scaled to one. Hum within 10 Hz of a multiple of
 /// the frame rate has less: the scale would raise the noise.
 const GAIN_MIN: f32 = 0.07;
 
@@ -19,15 +19,14 @@ pub struct Condition {
     notch: Option<(f32, f32)>,
     /// Frequency of the hum, hertz, until the filter is made for it.
     new_mains_hz: Option<f32>,
-    /// What has drifted, codes, up to frame `latest`; and what each frame adds. None: there is no
-    /// drift.
+    /// Drift, codes, up to frame `latest`; and drift per frame (`rate`), `None` without a drift.
     drifted: Values,
     has_drifted: bool,
     rate: Option<Values>,
     latest: u32,
-    /// Frames are what they are in the ring: nothing is taken off.
+    /// True if neither hum nor drift is subtracted.
     is_plain: bool,
-    /// Frames per second, and whether they are means of the scan's.
+    /// Frames per second; and true if frames are averages of the scan's frames.
     rate_hz: f32,
     is_averaged: bool,
 }
@@ -47,7 +46,7 @@ impl Condition {
         }
     }
 
-    /// True if frames are means of the scan's.
+    /// True if frames are averages of the scan's frames.
     pub const fn is_averaged(&self) -> bool {
         self.is_averaged
     }
@@ -57,7 +56,7 @@ impl Condition {
         (seconds * self.rate_hz + 0.5) as u32
     }
 
-    /// Takes hum of this frequency off; zero: none.
+    /// Subtracts hum of this frequency; zero: none.
     pub const fn set_mains(&mut self, interferer_hz: f32) {
         // The filter is made at the next frame.
         (self.new_mains_hz, self.is_plain) = (Some(interferer_hz), false);
@@ -75,12 +74,12 @@ impl Condition {
         self.rate.is_some()
     }
 
-    /// The latest frame that was looked at.
+    /// The latest frame that was processed.
     pub const fn latest(&self) -> u32 {
         self.latest
     }
 
-    /// The levels rise by this in each block from now on, or do not.
+    /// Sets the rise of the levels per block from now on, if any.
     pub fn set_drift(&mut self, per_block: Option<&Values>) {
         self.rate = per_block.copied();
         self.rate
@@ -119,8 +118,8 @@ impl Condition {
         number
     }
 
-    /// A frame of the ring without hum and drift, if it is there and has a valid value; `buffer`
-    /// takes what is not in the ring as it should be.
+    /// A frame of the ring without hum and drift, if present with a valid value; `buffer` receives
+    /// values that are not in the ring as such.
     #[inline(always)]
     pub fn frame<'a>(
         &self,
@@ -150,7 +149,7 @@ impl Condition {
             let neighbours = ring
                 .frame(before, &mut one)
                 .zip(ring.frame(behind, &mut other));
-            // Without both the hum stays.
+            // Without both adjacent frames the hum stays.
             if let Some((before, behind)) = neighbours {
                 (0..TAXELS).for_each(|c| {
                     values[c] = middle * values[c] + beside * (before[c] + behind[c])

@@ -27,54 +27,53 @@ use ridgetone_proto::settings::{Slide, SlideRule};
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
 
-/// Blocks that teach the idle level and the noise before anything is looked for: 133 ms.
+/// Blocks from which the idle level and the noise are learned before anything is looked for: 133
+/// ms.
 const LEARN_BLOCKS: u32 = 8;
 /// Blocks in a row without any change after which something is still: 66 ms.
 const STILL_BLOCKS: u32 = 4;
 /// Blocks after which the load of a hold is measured anew: 133 ms.
 const LOAD_BLOCKS: u32 = 8;
-/// Latest blocks that are no part of the level before a motion: a slow one may have begun in them.
-/// 133 ms.
+/// Latest blocks excluded from the level before a motion: a slow motion may have begun in them. 133
+/// ms.
 const STILL_BACK: usize = 8;
-/// Blocks after which the direction that is not a motion is measured anew in a slide: 133 ms.
+/// Blocks after which the direction of the load is measured anew in a slide: 133 ms.
 const AIM_BLOCKS: u32 = 8;
 /// Standard deviations by which the load falls in the latest frame of a finger that may be leaving.
 const LIFTS: f32 = 3.0;
-/// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a
-/// spike hides it.
+/// Frames from the contact to a slide that began before the spike was over: 50 ms, within which a
+/// spike hides the slide.
 const HIDDEN_FRAMES: u32 = 12;
 
 /// The state machine.
 #[derive(Clone, Debug)]
 pub struct ContactDetector {
-    /// Where slides come from, from the next touch on, and for the part of this one that has not
-    /// begun.
+    /// Source of slides, for the next touch and for the part of this touch that has not begun.
     pub slide: Slide,
     phase: Phase,
-    /// The next block may hold the last of what has ended: it is not judged.
+    /// True if the next block is not judged, because it may contain the end of the previous phase.
     skips_block: bool,
     condition: Condition,
     motion: Motion,
     idle: Idle,
     air: Air,
     spike: Spike,
-    /// A contact spike, or a release after a slide, has shown that the idle level is that in the
-    /// air.
+    /// True if a contact spike, or a release after a slide, has shown that the idle level is that
+    /// in the air.
     was_in_air: bool,
     /// Frame of the touch's spike: no slide begins before it.
     contact: u32,
     held: HeldLevel,
     /// Squared distance of the held level from idle, in units of the noise.
     load: f32,
-    /// Length of the load that the touch began with, codes: what is learned of the noise later does
-    /// not change it.
+    /// Length of the touch's first load, codes: later changes of the noise do not affect it.
     first_load: f32,
-    /// Level at which the taxels were still before the latest motion; none in one that was there
-    /// before the spike was over.
+    /// Level at which the taxels were still before the latest motion; `None` for a motion that
+    /// began before the spike was over.
     still_level: Option<Values>,
-    /// Until when the touch's latest motion, or its slide, has lasted.
+    /// End so far of the touch's latest motion, or of its slide.
     moved: Moved,
-    /// Slide by protocol: first frame and the one behind its last, until it is over.
+    /// Slide by protocol: first frame and the one after the last, until it is over.
     planned: Option<(u32, u32)>,
 }
 
@@ -109,7 +108,7 @@ impl ContactDetector {
         }
     }
 
-    /// Takes mains hum of this frequency off before it looks for anything; zero: none.
+    /// Subtracts mains hum of this frequency before detection; zero: none.
     pub const fn set_mains(&mut self, interferer_hz: f32) {
         self.condition.set_mains(interferer_hz);
     }
@@ -131,14 +130,14 @@ impl ContactDetector {
         }
     }
 
-    /// Only these taxels of the next frame are good.
+    /// Notes that only these taxels of the next frame are good.
     pub fn note_good(&mut self, good: u16) {
         if self.phase == Phase::Hold {
             self.held.good &= good;
         }
     }
 
-    /// Takes frame `number`, the latest one in `ring`; where it is a mean, with the squares of
+    /// Takes frame `number`, the latest one in `ring`; for an average, with the squares of the
     /// frames about it. Reports what changed.
     pub fn push(
         &mut self,
@@ -191,7 +190,7 @@ impl ContactDetector {
         }
     }
 
-    /// The data has ended with the frame before `number`: a slide that still runs is over.
+    /// Ends the data with the frame before `number`, and a slide under way.
     pub fn finish(&mut self, number: u32, report: &mut dyn FnMut(Change)) {
         match self.phase {
             Phase::Hold | Phase::Moving(_) => self.end_hold(report),
@@ -214,9 +213,8 @@ impl ContactDetector {
         }
     }
 
-    /// Takes frame `number` as part of a slide where [`SlideRule::Always`] is in force; false where it
-    /// is not. When another rule comes into force the slide ends, and the level in the air is learned
-    /// anew.
+    /// Takes frame `number` as part of a slide if [`SlideRule::Always`] applies; otherwise false.
+    /// When another rule applies, the slide ends, and the level in the air is learned anew.
     fn slides_always(&mut self, number: u32, report: &mut dyn FnMut(Change)) -> bool {
         let is_always = self.slide.rule == SlideRule::Always;
         if is_always != matches!(self.phase, Phase::Always(_)) {
@@ -235,8 +233,8 @@ impl ContactDetector {
         is_always
     }
 
-    /// One block further, which ends with frame `number`. True if the finger was still, so that the
-    /// noise can be learned from it.
+    /// Processes a block that ends with frame `number`. True if the finger was still, so that the
+    /// noise can be learned from the block.
     fn step(
         &mut self,
         number: u32,
@@ -348,7 +346,7 @@ impl ContactDetector {
         }
     }
 
-    /// One block further in a hold, whose mean is `off` from idle. True if nothing moves.
+    /// Processes a block of a hold, whose mean is `off` from idle. True if nothing moves.
     fn hold(
         &mut self,
         number: u32,
@@ -371,10 +369,10 @@ impl ContactDetector {
         !moves
     }
 
-    /// Reports the first block that shows a motion across the direction of the load, unless its mean,
-    /// which is `off` from idle, shows a finger that leaves. Channels are sampled one after the other,
-    /// so that the first frame of a lift has lost the load of some: if the load has fallen, the
-    /// next block decides.
+    /// Reports the first block that shows a motion across the direction of the load, unless its
+    /// mean, which is `off` from idle, shows a finger that leaves. Channels are sampled one after
+    /// the other, so that in the first frame of a lift only some have lost their load: if the load
+    /// has fallen, the next block decides.
     fn sign_of_motion(
         &self,
         moving: &mut Moving,
@@ -398,7 +396,7 @@ impl ContactDetector {
         report(Change::Moving(since));
     }
 
-    /// One block further while something moves: it becomes a slide, or is still again.
+    /// Processes a block while something moves: the motion becomes a slide, or is over.
     fn moving(&mut self, moving: Moving, has_fallen: bool, report: &mut dyn FnMut(Change)) {
         if self.finds_slides() && moving.is_slide() && !has_fallen {
             self.end_hold(report);
@@ -427,7 +425,7 @@ impl ContactDetector {
         self.begin_slide(Sliding::new(start, moving.is_slow()), report);
     }
 
-    /// One block further in a slide.
+    /// Processes a block of a slide.
     fn slide(
         &mut self,
         slide: Sliding,
@@ -454,8 +452,8 @@ impl ContactDetector {
         }
     }
 
-    /// Something was over with the block that ends with frame `over`, the latest one: where the
-    /// taxels are now decides what it was and what comes next.
+    /// Ends a phase with the latest block, which ends with frame `over`: the present level decides
+    /// what the phase was and what comes next.
     fn end_phase(
         &mut self,
         ended: Ended,
@@ -512,7 +510,7 @@ impl ContactDetector {
                 _ => self.frames(ring).arrival(&level, over),
             });
             report(Change::Release(arrived));
-            // Nothing slides in the air: what it came back to after a slide is the air.
+            // Nothing slides in the air: the level after a slide is that in the air.
             let has_slid = ended != Ended::Spike
                 && (ended != Ended::Hold || self.held.hold == Hold::AfterSlide);
             self.was_in_air |= self.air.is_known() && has_slid;
@@ -541,13 +539,13 @@ impl ContactDetector {
         });
     }
 
-    /// A change along the line from idle to this level is not a motion.
+    /// Ignores changes along the line from idle to this level.
     fn aim(&mut self, level: &Values) {
         self.motion
             .ignore(Some(difference(level, &self.idle.level)));
     }
 
-    /// The idle level follows the latest block, which is `off` from it.
+    /// Makes the idle level follow the latest block, which is `off` from that level.
     fn follow_idle(&mut self, off: f32) {
         let Self {
             idle,
@@ -568,12 +566,12 @@ impl ContactDetector {
         }
     }
 
-    /// Squared distance of a block's mean from idle, in units of its noise.
+    /// Squared distance of a block's mean from idle, in units of the mean's noise.
     fn off_idle(&self, mean: &Values) -> f32 {
         self.motion.distance(mean, &self.idle.level) * BLOCK_FRAMES as f32
     }
 
-    /// The taxel with the highest spike gives the time.
+    /// Reports the contact: the taxel with the highest spike gives the time.
     fn report_contact(&mut self, report: &mut dyn FnMut(Change)) {
         let (frame, taxel, height) = self.spike.highest(self.motion.weights());
         let onset = self.spike.onset;

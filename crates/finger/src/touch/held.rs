@@ -1,5 +1,5 @@
-//! The level that is held, for the static image: the mean of the latest part of a hold in which
-//! nothing moved.
+//! Level of a hold, for the pressure map: the mean of the latest part of the hold in which nothing
+//! moved.
 
 use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::motion::Motion;
@@ -8,25 +8,26 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
 
-/// Latest blocks that are no part of the level: that in which a motion is noticed, and the one
-/// before it, which may hold the first of it.
+/// Latest blocks excluded from the level: the one in which a motion is noticed, and the one before,
+/// in which the motion may have begun.
 pub const HELD_BACK: usize = 2;
-/// Minimum number of blocks that are worth an image: 0.1 s.
+/// Minimum number of blocks for a pressure map: 0.1 s.
 const BLOCKS_MIN: u32 = 6;
-/// A level is back at idle within this fraction of the way to the held one, squared: about a third.
+/// Squared fraction of the way from idle to the held level below which a level is at idle: about a
+/// third.
 pub const BACK_AT_IDLE: f32 = 0.1;
-/// A level is a load beyond this fraction of the way, squared: a half. Less is a skin on its way
+/// Squared fraction of the way beyond which a level is a load: a half. Less is a skin on its way
 /// back.
 pub const IS_LOAD: f32 = 0.25;
 
 /// Level of the hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldLevel {
-    /// Mean of the blocks, codes. Before the first block, where the taxels are still.
+    /// Mean of the blocks, codes; before the first block, the level at which the taxels are still.
     pub level: Values,
     /// First frame of the mean.
     pub from: u32,
-    /// The frame behind its last.
+    /// Frame after the last one of the mean.
     pub until: u32,
     blocks: u32,
     /// Bit k: taxel k was good all the time.
@@ -47,12 +48,12 @@ impl HeldLevel {
         }
     }
 
-    /// Begins anew: nothing is in the mean yet.
+    /// Starts again with an empty mean.
     pub fn restart(&mut self) {
         (self.blocks, self.good) = (0, u16::MAX);
     }
 
-    /// One still block further, which ends with frame `number`.
+    /// Extends the mean by a still block, which ends with frame `number`.
     pub fn extend(&mut self, number: u32, motion: &Motion) {
         self.until = number
             .wrapping_sub(HELD_BACK as u32 * BLOCK_FRAMES)
@@ -68,12 +69,11 @@ impl HeldLevel {
         );
     }
 
-    /// Frames in the mean.
     pub const fn frames(&self) -> u32 {
         self.blocks * BLOCK_FRAMES
     }
 
-    /// True if it is long enough for an image.
+    /// True if the hold is long enough for a pressure map.
     pub const fn is_long_enough(&self) -> bool {
         self.blocks >= BLOCKS_MIN
     }

@@ -1,4 +1,4 @@
-//! The level in the air, and its drift: what a touch is compared with.
+//! Level in the air and its drift, with which a touch is compared.
 
 use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::chi_square::{Limit, Taxels, limit};
@@ -7,36 +7,36 @@ use crate::touch::values::greater;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
-/// A block's mean this far from the idle level is contact: 100 for 16 taxels. It is the limit of
-/// [`crate::touch::motion`], with a margin for the uncertainty of the level.
+/// Squared distance of a block's mean from the idle level that is contact: 100 for 16 taxels. The
+/// limit of [`crate::touch::motion`], with a margin for the uncertainty of the level.
 const TOUCHED: Limit = limit(1.0, 84.0);
-/// Contact where the noise is not white and its level wanders: a multiple of the typical distance.
+/// Contact in noise that is not white and whose level wanders: a multiple of the typical distance.
 const OVER_TYPICAL: f32 = 8.0;
-/// A block this far off shows that the level does not go straight on: 61, as in
+/// Squared distance of a block that shows that the level does not go straight on: 61, as in
 /// [`crate::touch::motion`].
 const BENT: Limit = limit(1.0, 45.0);
-/// Blocks that a line through the latest levels is fitted to: 0.27 to 1.06 s. Fewer would follow a
-/// gentle touch.
+/// Minimum and maximum number of blocks to which a line is fitted: 0.27 to 1.06 s. Fewer would
+/// follow a gentle touch.
 const BLOCKS: (f32, f32) = (16.0, 64.0);
-/// The square of a slope, over its variance, that is a drift and no chance: 100 for 16 taxels.
+/// Squared slope over its variance that is a drift rather than chance: 100 for 16 taxels.
 const DRIFTS: Limit = limit(1.0, 84.0);
 /// Blocks of a straight trend that show a drift: a skin that creeps back bends before.
 const DRIFT_BLOCKS: f32 = 24.0;
 
-/// A level is that of the middle of a block, and a slope is known at its end: 1.5 of 4 frames
-/// later.
+/// Blocks from the middle of a block, for which a level holds, to the end, at which a slope is
+/// known: 1.5 of 4 frames.
 const AHEAD: f32 = 0.5 - 0.5 / BLOCK_FRAMES as f32;
 
-/// A line through the latest blocks: a polynomial filter with a memory that grows, of the first
-/// order (Brookner, "Tracking and Kalman Filtering Made Easy" (1998), chapter 7).
+/// A line through the latest blocks: a first-order polynomial filter with a growing memory
+/// (Brookner, "Tracking and Kalman Filtering Made Easy" (1998), chapter 7).
 #[derive(Clone, Debug)]
 pub struct Idle {
-    /// Level of the latest block, codes, the drift that is known left out.
+    /// Level of the latest block, codes, without the known drift.
     pub level: Values,
-    /// Rise in a block, the drift that is known included.
+    /// Rise per block, including the known drift.
     pub slope: Values,
     blocks: f32,
-    /// Squared distance of a block from the line, of late.
+    /// Recent squared distance of a block from the line.
     typical: f32,
 }
 
@@ -58,7 +58,7 @@ impl Idle {
         }
     }
 
-    /// Begins anew at a level that four blocks have shown. A drift goes on.
+    /// Starts again at a level that four blocks have shown. A drift goes on.
     pub fn restart(&mut self, level: Values, condition: &Condition) {
         self.level = level;
         if condition.drifts() {
@@ -68,7 +68,7 @@ impl Idle {
         }
     }
 
-    /// Frames that the level is the mean of, by its variance.
+    /// Number of frames whose mean has the variance of the level.
     pub fn frames(&self) -> f32 {
         let blocks = self.blocks;
         BLOCK_FRAMES as f32 * blocks * (blocks + 1.0) / (4.0 * blocks - 2.0)
@@ -79,9 +79,9 @@ impl Idle {
         greater(taxels.limit(TOUCHED), OVER_TYPICAL * self.typical)
     }
 
-    /// One block further in the air: its mean, and the squared distance from the level. Measures the
-    /// drift. True if the noise is
-    /// to be learned anew: what was taken for noise was the drift.
+    /// Follows one more block in the air, with its mean and squared distance from the level, and
+    /// measures the drift. True if the noise is to be learned anew, because the drift was taken for
+    /// noise.
     #[must_use]
     pub fn follow(
         &mut self,

@@ -1,22 +1,22 @@
-//! The static image: what a hold does to every taxel.
+//! Pressure map of a hold.
 
 use crate::touch::change::HoldMean;
 use heapless::Vec;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Image, Pressed};
 
-/// A taxel whose frames vary by less than this has no noise, squared codes: a tenth more than
-/// rounding makes of any (1/12), which is the least that the detector takes for noise.
+/// Variance of a taxel's frames below which it has no noise, squared codes: a tenth more than that
+/// of rounding (1/12), which is the minimum that the detector takes for noise.
 const DEAD_VARIANCE: f32 = 1.1 / 12.0;
 
-/// True if a taxel has neither changed since the touch began nor any noise, by its codes above the
-/// level before, and by the variance of its frames.
+/// True if a taxel has neither changed since the touch began (`pressed`, codes above the level
+/// before) nor any noise (`variance` of its frames).
 fn is_dead(pressed: f32, variance: f32) -> bool {
     pressed.abs() < 1.0 && variance < DEAD_VARIANCE
 }
 
-/// The image of a hold, relative to the level before the touch. Its mean began and ended at these device
-/// times, microseconds.
+/// Pressure map of a hold, relative to the level before the touch. The mean of the hold began and
+/// ended at these device times, microseconds.
 pub fn image(hold: &HoldMean<'_>, start_us: u64, end_us: u64, volts_per_code: f32) -> Image {
     let of_mean = 1.0 / hold.frames as f32 + 1.0 / hold.idle_frames;
     let mut taxels = Vec::new();

@@ -12,26 +12,25 @@ use crate::touch::values::{difference, greater, multiply};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
-/// Frames after the first touch in which a contact is at its load: 33 ms.
+/// Frames after the first touch within which a contact is at its load: 33 ms.
 const EARLY_FRAMES: u32 = 8;
-/// Frames after which little is left of a spike: 100 ms; and those that show whether the levels
-/// move on after it.
+/// Frames after which little is left of a spike: 100 ms; and end of the frames that show if the
+/// levels move on after it.
 const LATE_FRAMES: (u32, u32) = (24, 48);
-/// Frames that are looked at, about: more would take too long.
+/// Approximate number of frames to examine: more would take too long.
 const LOOKED_AT: u32 = 40;
-/// Fraction of the later distance, squared, that a contact has at once. A tone above 10 Hz has it
-/// too.
+/// Squared fraction of the later distance that a contact has at once, as has a tone above 10 Hz.
 const AT_ONCE: f32 = 0.5;
-/// A level this far from the mean of a motion, squared, over the motion's mean square, is none of
-/// its levels. A sine has at most 2.
+/// Squared distance from a motion's mean, over the motion's mean square, beyond which a level does
+/// not belong to the motion. A sine has at most 2.
 const BESIDE_MOTION: f32 = 4.0;
 /// Fraction of a slow motion's mean square that is not along one direction: a gentle contact
 /// presses all taxels alike, and a slide takes each by its own phase.
 const BENT: f32 = 0.2;
-/// Fraction of a motion's mean square that its first half has too.
+/// Minimum fraction of a motion's mean square in the motion's first half.
 const GOES_ON: f32 = 0.1;
-/// The highest of a contact's frames, squared, over the later ones, that is a spike: only a contact
-/// has one.
+/// Squared ratio of a contact's highest frame to the later ones that is a spike: only a contact has
+/// one.
 const SPIKED: f32 = 1.5;
 /// Frames after which a motion that began slowly is judged, if it is not still before: 1 s.
 const JUDGED_AFTER: u32 = 241;
@@ -64,12 +63,12 @@ impl Moments {
         }
     }
 
-    /// Mean square about the mean, that of the noise left out.
+    /// Mean square about the mean, less that of the noise.
     fn spread(&self, taxels: f32) -> f32 {
         self.squares / greater(self.frames, 1.0) - taxels
     }
 
-    /// True if a level is none of those of the motion.
+    /// True if a level does not belong to the motion.
     fn is_beside(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
         self.frames > 0.0
             && distance(weights, level, &self.mean)
@@ -110,13 +109,13 @@ impl Air {
 pub enum Judged {
     /// A contact; with a spike it is sure that the finger was in the air before.
     Contact { has_spike: bool },
-    /// A slide of a finger that was loaded before, and its course so far.
+    /// A slide of a finger that was loaded before, with its moments so far.
     Slide(Moments),
     /// A slow motion, which goes on.
     Unclear,
 }
 
-/// Gives the frames that are looked at, of the `all` frames from `first` on.
+/// Calls `take` with the frames to examine, of the `all` frames from `first` on.
 fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Values)) {
     let every = all / LOOKED_AT + 1;
     let mut buffer = [0.0; TAXELS];

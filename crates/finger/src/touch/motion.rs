@@ -1,4 +1,4 @@
-//! Is anything moving? Short means of the frames compared with each other at several distances.
+//! Motion detection: short means of the frames are compared with each other at several distances.
 //!
 //! Each comparison sums over the taxels in units of their noise, so under a still finger it is a
 //! chi-square with a degree of freedom for each taxel. First differences see quick changes. Second
@@ -26,47 +26,48 @@ pub const LONG_BLOCKS: u32 = 2 * LONG as u32 + 3;
 /// at a distance of two of them, once in eight blocks. 0.66 to 0.78 s. It finds a tone of 1 Hz that
 /// is as weak as the noise.
 pub const LONGEST_BLOCKS: u32 = 8 * EIGHTS as u32 + 7;
-/// A motion of which no long comparison was above this is a weak one: the long one may miss parts
+/// A motion whose long comparisons are never above this is weak: the long comparison may miss parts
 /// of it. Eight times [`MOVING`].
 const WEAK: Limit = limit(8.0, 360.0);
-/// Blocks after which little is left of one in the averages of the quick comparisons: 116 ms.
+/// Blocks after which little of a block is left in the averages of the quick comparisons: 116 ms.
 pub const FAINT_BLOCKS: u32 = 7;
 /// Fraction of the latest block in these averages.
 const FAINT_FRACTION: f32 = 0.2;
-/// Weight of the comparison with the block before, next to that within a block: they have the same
-/// standard deviation then. Together they find a tone of 35 to 50 Hz that is as weak as the noise;
-/// alone neither does.
+/// Weight of the comparison with the block before relative to that within a block, for the same
+/// standard deviation. Together they find a tone of 35 to 50 Hz that is as weak as the noise; alone
+/// neither does.
 const BESIDE: f32 = 5.0;
 /// An average above this is motion. The averages are of the comparison within blocks, of that
 /// together with the comparison with the block before, and of the short one. An average has a ninth
-/// of a block's variance, more where neighbours share frames. The limit is the mean and four and a
-/// half standard deviations: a slide needs many such blocks. Averages find what is too weak for one
-/// block, above all a tone near 60 Hz: a mean of four frames has none of it.
+/// of a block's variance, more where adjacent blocks share frames. The limit is the mean plus four
+/// and a half standard deviations: a slide needs many such blocks. Averages find what is too weak
+/// for one block, above all a tone near 60 Hz, which a mean of four frames hides.
 const FAINT: [Limit; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)];
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its
 /// standard deviations of 5.7. A day has 5 million blocks.
 const MOVING: Limit = limit(1.0, 45.0);
 /// A block whose differences from frame to frame add up to more has jumped: mean 128, eight times 35.
 const JUMPING: Limit = limit(8.0, 282.0);
-/// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times
-/// what it was then, and an average of blocks, which varies less than one block, so many times.
+/// Noise that is not white makes comparisons larger while nothing moves. Motion is this multiple of
+/// the typical comparison; for an average of blocks, which varies less than one block, the second
+/// multiple.
 const OVER_TYPICAL: f32 = 4.0;
 const FAINT_OVER_TYPICAL: f32 = 1.3;
-/// Standard deviations of the squares of averaged frames about their means that are motion, and
-/// those of an average of them, which has a third of theirs.
+/// Excess of the squares of averaged frames that is motion, in standard deviations; and that of an
+/// average of these squares, whose standard deviation is a third.
 const SWINGING: f32 = 8.0;
 const SWINGING_FAINT: f32 = 1.5;
 /// Fraction of the greatest long comparison below which a later one is the creep of the skin after
 /// the motion, which bends by 3 % of it.
 const CREEP_FRACTION: f32 = 1e-3;
-/// Square across the direction of the load over that along it, at most, where a finger only presses
-/// more or less: the taxels' levels grow with powers of the load between 0.7 and 1.3.
+/// Maximum square across the direction of the load relative to that along it while a finger only
+/// presses more or less: the taxels' levels grow with powers of the load between 0.7 and 1.3.
 const LOAD_SPREAD: f32 = 0.05;
 /// Multiple of the limits of single blocks above which one block is reported as the first sign of a
 /// motion: a motion that becomes a slide needs several blocks.
 const ACROSS: f32 = 1.25;
-/// Taxels that bear a load, at least, if nothing along it is motion: one or two alone show a slide
-/// hardly otherwise.
+/// Minimum number of loaded taxels if changes along the load are no motion: with only one or two, a
+/// slide hardly shows otherwise.
 const LOADED_MIN: f32 = 2.5;
 /// The noise is learnt from every eighth block once it is known.
 const LEARN_EVERY: u32 = 8;
@@ -105,7 +106,7 @@ impl Comparison {
         self.value > self.limit()
     }
 
-    /// The value for an average: one block counts no more than a motion that it shows alone.
+    /// Value for an average, limited to that of a motion in a single block.
     fn capped(&self) -> f32 {
         let limit = self.limit();
         if self.value > limit {
@@ -125,7 +126,7 @@ impl Comparison {
         (self.value, self.average) = (0.0, 0.0);
     }
 
-    /// Learns from a still block. A comparison with nothing says nothing.
+    /// Learns from a still block, unless there was nothing to compare.
     fn learn(&mut self) {
         if self.value > 0.0 {
             self.learned += if self.learned < NOISE_BLOCKS {
@@ -145,30 +146,30 @@ pub struct Motion {
     pub taxels: Taxels,
     noise: Noise,
     past: Past,
-    /// Direction that is ignored, codes, and whether there is one.
+    /// Direction that is ignored, codes; and true if there is one.
     load: Values,
     has_load: bool,
-    /// `load` times the weights: a product with it is the length along the load.
+    /// `load` times the weights: the product with a difference is its length along the load.
     pull: Values,
     /// The greatest long comparison since the last restart.
     greatest_bend: f32,
     /// Still blocks until the noise is learned again.
     until_learning: u32,
-    /// Blocks that nothing can be learned from: a part of their frames is with a drift.
+    /// Number of blocks from which nothing can be learned: some of their frames contain a drift.
     unfit: u32,
     /// Frames of the block under way.
     frames: [Values; BLOCK_FRAMES as usize],
     count: usize,
-    /// The frame before that block, if there was one.
+    /// The frame before the block under way, if there was one.
     before: Option<Values>,
     /// Squared changes from frame to frame in the latest block.
     squares: Values,
-    /// Squares of the block's averaged frames about their means, which hide what is faster. They are
-    /// weighted as differences of the means are, so only their ratio to what is typical says
-    /// something. Noise alone makes them a chi-square with a degree of freedom for each frame but one
-    /// of a mean, of each taxel.
+    /// Squares of the block's averaged frames about their means, which hide faster changes.
+    /// Weighted as differences of the means are, so only the ratio to the typical value counts. In
+    /// noise alone a chi-square with a degree of freedom for each frame but one of a mean, of each
+    /// taxel.
     swung: f32,
-    /// True if blocks are to say if they show a motion across the direction of the load.
+    /// True if blocks are to be tested for motion across the direction of the load.
     pub seeks_across: bool,
     /// Changes from frame to frame, and from the block before, whose average is of both.
     within: Comparison,
@@ -180,9 +181,9 @@ pub struct Motion {
     swing: Comparison,
     /// Blocks in a row without a quick change, since the last restart.
     pub still_quick: u32,
-    /// Blocks in a row without any but that of the longest comparison.
+    /// Blocks in a row without any change but that of the longest comparison.
     pub still: u32,
-    /// Blocks in a row without that.
+    /// Blocks in a row without a change in the longest comparison.
     pub still_longest: u32,
 }
 
@@ -220,7 +221,7 @@ impl Motion {
             short: Comparison::new(taxels, MOVING, FAINT[2]),
             long: Comparison::new(taxels, MOVING, MOVING),
             longest: Comparison::new(taxels, MOVING, MOVING),
-            // Until it is known what is typical nothing swings.
+            // Nothing swings until the typical value is known.
             swing: Comparison {
                 white: [f32::INFINITY; 2],
                 over_typical: [swing, swing_faint],
@@ -250,8 +251,8 @@ impl Motion {
         self.greatest_bend = 0.0;
     }
 
-    /// Takes the next frame, and where it is a mean the squares of frames about it. Gives what the
-    /// block shows that it ends.
+    /// Takes the next frame; for an average, with the squares of the frames about it. Returns the
+    /// result of the block that ends with the frame.
     #[inline]
     pub fn push(&mut self, values: &Values, squares: Option<&Values>) -> Option<Block> {
         if let Some(squares) = squares {
@@ -270,7 +271,7 @@ impl Motion {
         let [first, second, third, fourth] = &self.frames;
         let before = self.before.as_ref().unwrap_or(first);
         let [latest, near, far] = [0, SHORT - 1, 2 * SHORT - 1].map(|back| self.past.back(back));
-        // One loop: it is the dearest step of a frame.
+        // One loop: this is the costliest step of a frame.
         let mut within = 0.0;
         let (mut change, mut bend) = (Apart::NONE, Apart::NONE);
         let mean: Values = core::array::from_fn(|c| {
@@ -319,7 +320,7 @@ impl Motion {
         }
         self.greatest_bend = greater(self.greatest_bend, self.long.value);
         let creep = CREEP_FRACTION * self.greatest_bend;
-        // Noise that wanders makes twice as much of means of eight blocks as of four.
+        // Wandering noise is twice as large in means of eight blocks as in means of four.
         let wander = OVER_TYPICAL * (2.0 * self.long.typical - self.taxels.count);
         let Self {
             within,
@@ -382,8 +383,8 @@ impl Motion {
         sum
     }
 
-    /// How far the mean of the latest four blocks, and two before it at a distance of [`LONG`], are
-    /// off a straight line.
+    /// Squared deviation from a straight line of the mean of the latest four blocks, and two before
+    /// it at a distance of [`LONG`].
     #[inline]
     fn long_bend(&self) -> f32 {
         const FAR: usize = LONG / 2;
@@ -397,8 +398,8 @@ impl Motion {
         bend.square() * (1.0 / 16.0)
     }
 
-    /// How far means of eight blocks are off a straight course: the latest one, and two before it
-    /// at a distance of two.
+    /// Squared deviation of means of eight blocks from a straight line: the latest one, and two
+    /// before it at a distance of two.
     fn longest_bend(&self) -> f32 {
         let [near, middle, far] = [0, 2, 4].map(|back| self.past.eight(back));
         let mut bend = Apart::NONE;
@@ -415,7 +416,7 @@ impl Motion {
         self.greatest_bend < self.taxels.limit(WEAK)
     }
 
-    /// The latest block was a still one: learns the noise from it.
+    /// Learns the noise from the latest block, which was still.
     pub fn learn(&mut self) {
         if self.unfit > 0 {
             self.unfit -= 1;
@@ -451,8 +452,8 @@ impl Motion {
         change(&mut self.swing);
     }
 
-    /// What is typical is to be learned anew, and the noise soon: a drift by `slope` in each block
-    /// was taken for noise until now, or there is none any more.
+    /// Learns the typical values anew, and soon the noise: a drift by `slope` in each block was
+    /// taken for noise until now, or a drift has ended.
     pub fn forget(&mut self, slope: Option<&Values>) {
         self.restart();
         self.each(|one| one.learned = 0.0);
@@ -460,14 +461,14 @@ impl Motion {
         self.noise.forget(slope);
     }
 
-    /// Changes along this direction, if there is one, are no motion from now on: the finger presses
-    /// more or less, or its skin creeps.
+    /// Ignores changes along this direction from now on, if there is one: the finger presses more
+    /// or less, or its skin creeps.
     pub fn ignore(&mut self, load: Option<Values>) {
         (self.load, self.has_load) = (load.unwrap_or([0.0; TAXELS]), load.is_some());
         self.aim();
     }
 
-    /// Brings the direction that is ignored to length one, in units of the noise.
+    /// Scales the ignored direction to length one, in units of the noise.
     fn aim(&mut self) {
         let (weights, load) = (&self.noise.weights, &self.load);
         let (mut square, mut fourth) = (0.0, 0.0);
@@ -501,19 +502,19 @@ impl Motion {
         distance(&self.noise.weights, a, b)
     }
 
-    /// How far it is from one level to another along the direction that is ignored, in units of one
-    /// frame's noise.
+    /// Distance from one level to another along the ignored direction, in units of one frame's
+    /// noise.
     pub fn along(&self, from: &Values, to: &Values) -> f32 {
         along(&self.pull, from, to)
     }
 
-    /// A distance of `codes` codes along that direction, in the same units.
+    /// Converts a distance in codes along the ignored direction to units of one frame's noise.
     pub fn in_noise(&self, codes: f32) -> f32 {
         let square = distance(&self.noise.weights, &self.load, &[0.0; TAXELS]);
         codes * ridgetone_tone::sqrt(square) / greater(length(&self.load), 1.0)
     }
 
-    /// How much more slow comparisons are than in white noise, at least one.
+    /// Ratio of slow comparisons to those in white noise, at least one.
     pub fn wander(&self) -> f32 {
         greater(
             1.0,

@@ -8,9 +8,9 @@ use ridgetone_tone::Values;
 
 /// Blocks after which the noise is known, more or less.
 pub const KNOWN_BLOCKS: f32 = 8.0;
-/// Blocks over which the noise is averaged: 0.5 s, and of 4 s one of eight once it is known.
+/// Blocks over which the noise is averaged: 0.5 s; once it is known, one of eight over 4 s.
 pub const NOISE_BLOCKS: f32 = 32.0;
-/// Minimum variance of a frame, squared codes: that of rounding to whole codes. Less is luck.
+/// Minimum variance of a frame, squared codes: that of rounding to whole codes. Less is chance.
 const ROUNDING_VARIANCE: f32 = 1.0 / 12.0;
 
 /// Estimate of the noise.
@@ -20,15 +20,15 @@ pub struct Noise {
     pub weights: Values,
     /// From the differences between frames: right for white noise.
     quick_variance: Values,
-    /// By the differences from block to block: larger where neighbouring frames share their noise,
-    /// as those of a recording that was interpolated do.
+    /// From the differences between blocks: larger where neighbouring frames share their noise, as
+    /// those of a recording that was interpolated do.
     slow_variance: Values,
     /// Blocks that the noise was learned from, at most [`NOISE_BLOCKS`].
     pub learned: f32,
 }
 
 impl Noise {
-    /// The weights of an ideal chip, until there is better. The first block alone makes the
+    /// The weights of an ideal chip, until there are better ones. The first block alone sets the
     /// variances.
     pub const fn new() -> Self {
         Self {
@@ -39,8 +39,9 @@ impl Noise {
         }
     }
 
-    /// Takes off what a drift by `slope` in each block has added. The noise of a few blocks alone
-    /// would be too little for some taxel. The weights follow with the next block that teaches it.
+    /// Subtracts the contribution of a drift by `slope` in each block. The noise of a few blocks
+    /// alone would be too small for some taxel. The weights follow with the next block that is
+    /// learned from.
     pub fn forget(&mut self, slope: Option<&Values>) {
         self.learned = if self.learned < KNOWN_BLOCKS {
             self.learned

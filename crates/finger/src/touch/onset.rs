@@ -1,4 +1,4 @@
-//! When did it happen: the frame at which the taxels left a level, or arrived at one.
+//! Dating of events: the frame at which the taxels left a level, or arrived at one.
 //!
 //! A motion is detected a few blocks late. The ring still holds its frames.
 
@@ -11,39 +11,39 @@ use crate::touch::values::{add, greater, scale};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
-/// A frame this far from a level is not at that level: 42 for 16 taxels, a chi-square's mean of 16
-/// and 4.5 times its standard deviation of 5.7.
+/// Squared distance above which a frame is not at a level: 42 for 16 taxels, a chi-square's mean of
+/// 16 and 4.5 times its standard deviation of 5.7.
 const DEPARTED: Limit = limit(1.0, 26.0);
-/// Between the distances of frames at a level, whose mean is 16, and those of frames in motion, of
-/// noise and a tone as strong as it, whose mean is 32: where both are as likely.
+/// Squared distance at which a still level, with a mean of 16, is as likely as a motion, with a
+/// mean of 32 (noise and a tone as strong as the noise).
 const BETWEEN: Limit = limit(1.0, 7.0);
 /// [`BETWEEN`] for means of four frames, to which the uncertainty of a level of sixteen adds a
 /// quarter.
 const BETWEEN_MEANS: Limit = limit(1.25, 18.0);
-/// A motion with frames this far off begins at once, or ends at once; and the same as [`BETWEEN`]
-/// for its frames. What is less after a strong motion may be the curve of a skin's creep.
+/// A motion with frames this far off begins or ends abruptly; and the limit for its frames in place
+/// of [`BETWEEN`]. Smaller distances after a strong motion may be the curve of a skin's creep.
 const SHARP_START: (Limit, Limit) = (limit(90.0, 0.0), DEPARTED);
 const SHARP_END: (Limit, Limit) = (limit(600.0, 0.0), limit(10.0, 0.0));
-/// One frame counts at most three of these: a knock is not a motion that goes on.
+/// Maximum count of one frame, in units of the limit: a knock is not a motion that goes on.
 const MAX: f32 = 3.0;
-/// A sum over frames that is so much less than at its most, or more than at its least, will not come
-/// back: 50 ms of noise. For the start of a motion one over means of four needs half as much.
+/// Distance of a sum over frames from its maximum or minimum beyond which the sum will not come
+/// back: 50 ms of noise. For the start of a motion a sum over means of four needs half as much.
 const PAST: Limit = limit(5.0, 20.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
 /// Fraction of the way to a level that is a fall: the skin creeps by about a quarter of it until
 /// the fall is noticed.
 const FALL_FRACTION: f32 = 0.75;
-/// Frames that are searched for the start of a motion before the block that showed it, and behind.
+/// Frames that are searched for the start of a motion before the block that showed it, and after.
 const START_FRAMES: (u32, u32) = (44, 16);
-/// Maximum number of frames that are searched for its end: 0.25 s.
+/// Maximum number of frames that are searched for the end of a motion: 0.25 s.
 pub const END_FRAMES: u32 = 60;
 /// Frames of a hold between a slide and the release that show its level: 33 ms.
 const PLATEAU_FRAMES: u32 = 8;
 /// Frames before a release that may belong to it.
 const LIFTING_FRAMES: u32 = 4;
 
-/// The frames in the ring, and what a distance is measured in.
+/// Frames in the ring, and the units of distances.
 #[derive(Clone, Copy, Debug)]
 pub struct Frames<'a> {
     pub ring: Averages<'a>,
@@ -66,7 +66,7 @@ pub struct StillLevel<'a> {
     pub creep: Option<&'a Values>,
 }
 
-/// The frames that are looked at, backwards from `last`.
+/// Frames to search, backwards from `last`.
 struct Search {
     last: u32,
     frames: u32,
@@ -75,15 +75,15 @@ struct Search {
     for_start: bool,
 }
 
-/// What frames and means of four speak for; and frames by a greater limit, where a motion begins or
-/// ends at once: the curve of a skin's creep is none.
+/// Evidence from frames and from means of four; and from frames by a greater limit, if a motion
+/// begins or ends abruptly: the curve of a skin's creep is no motion.
 struct Spoken {
     single: Extremes,
     mean: Extremes,
     sharp: Option<Extremes>,
 }
 
-/// A sum over frames, latest first, and where it was the most and the least.
+/// A sum over frames, latest first, with its maximum and minimum.
 #[derive(Clone, Copy)]
 struct Extremes {
     sum: f32,
@@ -107,7 +107,7 @@ impl Extremes {
         }
     }
 
-    /// True if what was looked for is far behind.
+    /// True if the search is far past the extreme.
     fn is_past(&self, max: bool) -> bool {
         if max {
             self.max - self.sum > self.past
@@ -116,8 +116,8 @@ impl Extremes {
         }
     }
 
-    /// Adds what speaks for motion, a squared distance of which the noise alone makes as many as
-    /// there are taxels.
+    /// Adds evidence for motion: a squared distance, whose mean in noise alone is the number of
+    /// taxels.
     fn add(&mut self, apart: f32, between: f32, frame: u32) {
         self.sum += if apart > MAX * between {
             MAX * between
@@ -134,8 +134,8 @@ impl Extremes {
 }
 
 impl Frames<'_> {
-    /// A frame without hum and drift, if it is there. [`Self::speak`] has this inlined: it is the
-    /// dearest search.
+    /// A frame without hum and drift, if present. [`Self::speak`], the costliest search, has this
+    /// inlined.
     pub fn values<'a>(&'a self, frame: u32, buffer: &'a mut Values) -> Option<&'a Values> {
         self.condition.frame(self.ring, frame, buffer)
     }
@@ -148,11 +148,10 @@ impl Frames<'_> {
         })
     }
 
-    /// Looks back from frame `last`, at a number of frames, and adds up how much they speak for
-    /// motion away from a still level. What is along the load is none.
-    /// Gives the frame from which on they speak most for it, and the one from which on they speak
-    /// least. Means of four frames show a slow motion earlier than frames do, and one near 60 Hz
-    /// not at all: `earlier` decides between the two.
+    /// Looks back from frame `last` and adds up the evidence for motion away from a still level,
+    /// ignoring changes along the load. Returns the frames from which on the evidence is the most
+    /// and the least. Means of four frames show a slow motion earlier than single frames do, and a
+    /// motion near 60 Hz not at all.
     fn speak(&self, still: StillLevel<'_>, search: Search) -> Spoken {
         let StillLevel { level, creep } = still;
         let Search {
@@ -171,7 +170,7 @@ impl Frames<'_> {
         let mut peak = 0.0;
         let fraction = 1.0 / self.wander;
         let mut buffer = [0.0; TAXELS];
-        // Side by side they are read at once.
+        // Side by side, so that they are read together.
         let mut taxels: [[f32; 4]; TAXELS] =
             core::array::from_fn(|c| [level[c], self.weights[c], self.pull[c], 0.0]);
         for back in 0..frames {
@@ -260,8 +259,8 @@ impl Frames<'_> {
         }
     }
 
-    /// The first of the frames up to `last` that are at `level` without a break. One frame alone
-    /// off it may be noise.
+    /// The first of the frames up to `last` that are at `level` without a break. A single frame off
+    /// the level may be noise.
     pub fn arrival(&self, level: &Values, last: u32) -> u32 {
         let mut was_off = false;
         // One more than is searched: a border is known by the frame before it.
@@ -276,7 +275,7 @@ impl Frames<'_> {
     }
 
     /// The first of the frames up to `last` that have gone most of the way from one level to
-    /// another along the load. What a skin creeps back after the load is less.
+    /// another along the load. The creep of a skin after the load is less.
     pub fn fall(&self, from: &Values, to: &Values, last: u32) -> u32 {
         let (max, mut buffer) = (FALL_FRACTION * along(self.pull, from, to), [0.0; TAXELS]);
         for back in 0..=SEARCH_FRAMES {
@@ -289,9 +288,9 @@ impl Frames<'_> {
         last
     }
 
-    /// The first frame behind a motion that is over in frame `last`, in which the taxels are still:
-    /// the frames from there on speak least for motion. No
-    /// earlier than `earliest`. Looks at one frame of `stride`.
+    /// The first still frame after a motion that is over in frame `last`: from there on the
+    /// evidence for motion is the least. No earlier than `earliest`. Looks at one frame of
+    /// `stride`.
     pub fn motion_end(&self, still: StillLevel<'_>, last: u32, earliest: u32, stride: u32) -> u32 {
         let frames = (last.wrapping_sub(earliest) / stride).min(END_FRAMES);
         let Spoken {
@@ -333,8 +332,8 @@ impl Frames<'_> {
         sum
     }
 
-    /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was
-    /// none.
+    /// The first frame of a hold that a release at frame `lifted` ended; `lifted` if there was no
+    /// hold.
     pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
         let level = self.mean(last, PLATEAU_FRAMES);

@@ -5,33 +5,33 @@ use crate::touch::values::{add, scale};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
-/// Blocks that are remembered. A power of two, because their places wrap.
+/// Number of blocks kept. A power of two, because indices wrap.
 const HISTORY: usize = 8;
-/// Pairs of blocks that are remembered: 0.27 s. A power of two too.
+/// Number of pairs of blocks kept: 0.27 s. A power of two too.
 const PAIRS: usize = 8;
 /// Maximum number of blocks that [`Past::mean_of_four`] can leave out.
 pub const FURTHEST: usize = 2 * PAIRS - 4;
 /// Pairs in a sum of eight blocks.
 const PAIRS_OF_EIGHT: usize = 4;
-/// Sums of eight blocks that are remembered: 0.66 s.
+/// Number of sums of eight blocks kept: 0.66 s.
 pub const EIGHTS: usize = 5;
-/// Blocks that are counted at most.
+/// Maximum count of blocks.
 const COUNTED: usize = 15;
 
 /// Means of the latest blocks.
 #[derive(Clone, Debug)]
 pub struct Past {
     blocks: [Values; HISTORY],
-    /// Sums of two blocks, none of which is in two of them.
+    /// Sums of two blocks, not overlapping.
     pairs: [Values; PAIRS],
-    /// Sums of eight.
+    /// Sums of eight blocks.
     eights: [Values; EIGHTS],
     latest_pair: usize,
     latest_eight: usize,
-    /// True if the latest block ended a pair, and whether it ended eight blocks.
+    /// True if the latest block ended a pair; and true if it ended eight blocks.
     pub pair_is_new: bool,
     pub eight_is_new: bool,
-    /// Place of the latest.
+    /// Index of the latest block.
     latest: usize,
     /// Blocks since the last restart, at most [`COUNTED`].
     pub count: usize,
@@ -95,8 +95,8 @@ impl Past {
         &self.eights[(self.latest_eight + EIGHTS - back) % EIGHTS]
     }
 
-    /// The mean of four blocks, the latest `skip` left out, at most [`FURTHEST`]. Older ones are
-    /// remembered in pairs: `skip` is one less where it would cut a pair.
+    /// The mean of the four blocks before the latest `skip`, at most [`FURTHEST`]. Older blocks are
+    /// kept in pairs: `skip` is one less where it would cut a pair.
     pub fn mean_of_four(&self, skip: usize) -> Values {
         let mut sum = [0.0; TAXELS];
         if skip + 4 > HISTORY {
@@ -109,7 +109,7 @@ impl Past {
         sum
     }
 
-    /// Mean of the last [`PAIRS`], or of those since a restart.
+    /// Mean of the last [`PAIRS`], or of the pairs since a restart.
     pub fn recent_mean(&self) -> Values {
         let pairs = (self.count / 2).clamp(1, PAIRS);
         let mut mean = self.sum_of_pairs(pairs);

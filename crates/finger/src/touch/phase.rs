@@ -1,11 +1,11 @@
-//! The phases of a touch, and what ends one.
+//! Phases of a touch.
 
 use crate::touch::slide::{Moving, Sliding};
 
 /// Phase of a touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
-    /// Blocks that have taught the idle level.
+    /// The idle level is learned: number of blocks so far.
     Learning(u32),
     Idle,
     /// The skin creeps back to where it was before the latest touch: the next block's mean is the
@@ -16,8 +16,8 @@ pub enum Phase {
     Hold,
     /// Something moves, a slide or only a step.
     Moving(Moving),
-    /// The motion is a slide. Its start is looked for with the next frame: in this one the hold's image
-    /// is reported.
+    /// The motion is a slide. Its start is looked for with the next frame: in this one the hold's
+    /// pressure map is reported.
     Starting(Moving),
     Slide(Sliding),
     /// A slide by [`SlideRule::Always`]: nothing is looked for.

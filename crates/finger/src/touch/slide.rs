@@ -1,4 +1,4 @@
-//! The slide: what makes a motion one, until when it moves for sure, and when it ended.
+//! Slides: when a motion is a slide, until when it moved for sure, and when it ended.
 
 use crate::ring::reached;
 use crate::touch::block::{BLOCK_FRAMES, Block};
@@ -10,31 +10,32 @@ use crate::touch::values::{difference, scale};
 use ridgetone_proto::settings::{Slide, SlideRule};
 use ridgetone_tone::Values;
 
-/// Blocks that something has to move for to be a slide, not a knock: 183 ms.
+/// Blocks for which a motion has to last to be a slide, not a knock: 183 ms.
 const LASTING_BLOCKS: u32 = 11;
 /// [`LASTING_BLOCKS`] for a slow motion, whose first blocks do not show: 116 ms.
 const SLOW_LASTING_BLOCKS: u32 = 7;
-/// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some
-/// when it is over.
+/// Blocks with quick changes after which a motion is a slide: after its end a motion stays in the
+/// comparison for some blocks.
 const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
-/// Blocks with these or faint changes after which it is one.
+/// Blocks with quick or faint changes after which a motion is a slide.
 const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;
-/// Blocks with any changes after which it is one.
+/// Blocks with any changes after which a motion is a slide.
 const SLOW_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONG_BLOCKS;
-/// Blocks with any changes, those of the longest comparison too, after which it is one.
+/// Blocks with any changes, also in the longest comparison, after which a motion is a slide.
 const LONGEST_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONGEST_BLOCKS;
-/// Blocks after which four times what is typical, in an average with a fraction of 0.2 for each, is
-/// less than 1.3 times: 4 to 1 + 3 x 0.8^n.
+/// Blocks after which an average with a fraction of 0.2 per block has fallen from four times the
+/// typical value to less than 1.3 times: 1 + 3 x 0.8^n.
 const FADED_BLOCKS: u32 = 11;
-/// Blocks from the one in which a slide is last known to have moved to the mean of four that shows
-/// where the taxels were soon after it: a slow tone in noise may go on for one of them unnoticed.
+/// Blocks from the last one in which a slide is known to have moved to the mean of four that shows
+/// the level soon after it: a slow tone in noise may go on for one of them unnoticed.
 const SOON_BLOCKS: u32 = 2;
-/// Frames by which a slide may end before it is taken for sure to have moved: what is left of it in
-/// an average shows too.
+/// Frames by which a slide may end before the last motion taken for sure: the remainder in an
+/// average shows too.
 const UNSURE_FRAMES: u32 = 40;
-/// Minimum distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
+/// Minimum distance of two means of four blocks that shows a creep, blocks: nearer means share
+/// some.
 const CREEP_BLOCKS: u32 = 4;
-/// Their squared distance, in units of its noise, that is a creep: 61 for 16 taxels, as in
+/// Squared distance of two means, in units of its noise, that is a creep: 61 for 16 taxels, as in
 /// [`crate::touch::motion`].
 const CREEPS: Limit = limit(1.0, 45.0);
 
@@ -42,7 +43,7 @@ const CREEPS: Limit = limit(1.0, 45.0);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sign {
     None,
-    /// The load falls in it: the finger may be leaving.
+    /// The load falls in the motion: the finger may be leaving.
     Unsure,
     Reported,
 }
@@ -50,9 +51,9 @@ pub enum Sign {
 /// A motion that may become a slide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moving {
-    /// First frame of its first block.
+    /// First frame of the motion's first block.
     pub since: u32,
-    /// Blocks with quick changes, with those or faint ones, and with any lately.
+    /// Number of blocks with quick changes, with quick or faint ones, and with any recent ones.
     quick: u32,
     faint: u32,
     any: u32,
@@ -63,7 +64,7 @@ pub struct Moving {
 }
 
 impl Moving {
-    /// Before its first block, which begins with frame `since`.
+    /// A motion before its first block, which begins with frame `since`.
     pub const fn since(since: u32) -> Self {
         Self {
             since,
@@ -75,7 +76,7 @@ impl Moving {
         }
     }
 
-    /// A motion whose beginning was none: it may begin with frame `since`.
+    /// A motion whose start was none: it may begin with frame `since`.
     pub const fn anew(self, since: u32) -> Self {
         Self {
             sign: self.sign,
@@ -83,7 +84,7 @@ impl Moving {
         }
     }
 
-    /// One that has lasted long enough, since a block that begins with frame `since`.
+    /// A motion that has lasted long enough, since a block that begins with frame `since`.
     pub const fn sliding_since(since: u32) -> Self {
         Self {
             since,
@@ -95,7 +96,7 @@ impl Moving {
         }
     }
 
-    /// One block further.
+    /// Counts one more block.
     pub const fn with(self, block: Block) -> Self {
         Self {
             quick: self.quick + block.quick as u32,
@@ -116,20 +117,20 @@ impl Moving {
         self.quick < SLIDE_BLOCKS && self.faint < FAINT_SLIDE_BLOCKS
     }
 
-    /// True if it has lasted long enough.
+    /// True if the motion has lasted long enough.
     pub const fn is_slide(&self) -> bool {
         !self.is_slow() || self.any >= SLOW_SLIDE_BLOCKS || self.longest >= LONGEST_SLIDE_BLOCKS
     }
 }
 
-/// A slide that lasts.
+/// A slide under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sliding {
     /// First frame of the slide.
     pub start: u32,
-    /// Only slow comparisons show that it lasts.
+    /// True if only slow comparisons show that the slide lasts.
     pub is_slow: bool,
-    /// Blocks since it was noticed.
+    /// Blocks since the slide was noticed.
     pub blocks: u32,
 }
 
@@ -143,12 +144,12 @@ impl Sliding {
     }
 }
 
-/// Until when something has moved.
+/// End of a motion so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moved {
     /// The slide lasted at least until this frame.
     pub until: u32,
-    /// Only the longest comparison shows it, which says little of when.
+    /// True if only the longest comparison shows the motion, which dates it poorly.
     pub is_loose: bool,
 }
 
@@ -184,7 +185,7 @@ impl Moved {
 }
 
 /// First frame of the slide that the protocol plans for a touch at frame `contact`, and the one
-/// behind its last. None if the slide is found by motion.
+/// after the last. `None` if the slide is found by motion.
 pub fn planned(slide: &Slide, contact: u32, condition: &Condition) -> Option<(u32, u32)> {
     if slide.rule == SlideRule::Found {
         return None;
@@ -196,10 +197,9 @@ pub fn planned(slide: &Slide, contact: u32, condition: &Condition) -> Option<(u3
     ))
 }
 
-/// The first frame after a slide: where the taxels arrived at the course along which the skin
-/// creeps when nothing moves any more. The block that ends with frame `over`,
-/// the latest one, shows that it has ended. `level` is the mean of the last four
-/// blocks.
+/// The first frame after a slide: the taxels have arrived at the trend along which the skin creeps
+/// when nothing moves any more. The latest block, which ends with frame `over`, shows that the
+/// slide has ended. `level` is the mean of the last four blocks.
 pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moved: Moved, over: u32) -> u32 {
     let moving_until = moved.until;
     if moved.is_loose {
@@ -216,7 +216,7 @@ pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moved: Moved,
     let still = over.wrapping_sub(moving_until) / BLOCK_FRAMES;
     let skip = still.saturating_sub(SOON_BLOCKS + 4);
     let soon = frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
-    // The means of two times sixteen frames: only what their noise does not make is a creep.
+    // Two means of sixteen frames each: only a difference beyond their noise is a creep.
     let is_creep = skip >= CREEP_BLOCKS
         && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > motion.taxels.limit(CREEPS);
     let mut creep = difference(level, &soon);

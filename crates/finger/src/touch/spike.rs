@@ -33,9 +33,9 @@ pub const TAP: Limit = limit(900.0, 0.0);
 /// The highest deviation of every taxel so far.
 #[derive(Clone, Debug)]
 pub struct Spike {
-    /// Deviation of that channel from the idle level, codes.
+    /// Deviation of each taxel from the idle level, codes.
     peak: Values,
-    /// The frame of that deviation, counted from `first`.
+    /// Frame of each taxel's deviation, counted from `first`.
     frame: [u8; TAXELS],
     /// Number of the first frame that was examined.
     first: u32,

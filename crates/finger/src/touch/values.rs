@@ -43,7 +43,7 @@ pub fn difference(values: &Values, less: &Values) -> Values {
     core::array::from_fn(|c| values[c] - less[c])
 }
 
-/// Their length.
+/// Length of a vector of values.
 pub fn length(values: &Values) -> f32 {
     ridgetone_tone::sqrt(along(values, &[0.0; TAXELS], values))
 }

@@ -12,7 +12,7 @@ use crate::trajectory::Trajectory;
 use crate::window_frames::WindowFrames;
 use crate::workspace::Workspace;
 
-/// Maximum deviation of the frequency from the declared one, as a fraction of it.
+/// Maximum relative deviation from the declared frequency.
 const OFF: f32 = 0.02;
 /// Minimum half-width of the search around the declared frequency, cycles per window.
 const OFF_CYCLES: f32 = 0.75;
@@ -20,7 +20,7 @@ const OFF_CYCLES: f32 = 0.75;
 const STEPS: usize = 8;
 
 impl Hum {
-    /// Finds it, where it is said to have `given` cycles per frame, and takes it out of the window.
+    /// Finds the hum near `given` cycles per frame and subtracts it from the window.
     #[inline(never)]
     pub fn take_out(
         window: &mut WindowFrames,
@@ -48,7 +48,7 @@ impl Hum {
         let cycles = count * turns.min(1.0 - turns);
         let off = (OFF * given * count).max(OFF_CYCLES);
         let all = blocks.start(window, 1, true);
-        // Frequencies that the transform does not reach are where it folds them to.
+        // Frequencies above the transform's Nyquist limit are searched for at their aliases.
         let max = window.cycles_max() / window.frames_each() as f32;
         let centre = 2.0 * max * libm::roundf(0.5 * cycles / max);
         let folded = (cycles - centre).abs();

@@ -9,16 +9,16 @@ use crate::source::Values;
 use crate::trajectory::Trajectory;
 use crate::window_frames::WindowFrames;
 
-/// Deviate of one value among some thousands.
+/// Threshold for an impulse among some thousands of values, standard deviations.
 const Z_IMPULSE: f32 = 4.8;
-/// A step from a value to the one next to it has twice the noise: nearly the root of 2.
+/// Threshold for a step between adjacent values, over that for a value: nearly the root of 2.
 const STEP: f32 = 1.41;
 /// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
 const MEAN_MAGNITUDE: f32 = 0.797_884_6;
-/// Most of a window's values that may be impulses.
+/// Maximum fraction of a window's values that may be impulses.
 const SHARE_MAX: f32 = 0.1;
 
-/// Visits the residuals of a window, frame after frame, each with those beside it.
+/// Visits the residuals of each frame, between those of the frames before and after.
 fn residuals(window: &mut WindowFrames, model: &Model, visit: &mut dyn FnMut(u32, &[Values; 3])) {
     let mut last = [[0.0; CHANNELS_MAX]; 3];
     let (mut count, mut numbers) = (0u32, [0; 2]);
@@ -27,7 +27,7 @@ fn residuals(window: &mut WindowFrames, model: &Model, visit: &mut dyn FnMut(u32
         numbers = [numbers[1], frame.number];
         count += 1;
         if count == 2 {
-            // The first frame has one next to it, twice.
+            // The first frame has one neighbour, which is passed twice.
             visit(numbers[0], &[last[2], last[1], last[2]]);
         } else if count > 2 {
             visit(numbers[0], &last);
@@ -38,8 +38,8 @@ fn residuals(window: &mut WindowFrames, model: &Model, visit: &mut dyn FnMut(u32
     }
 }
 
-/// Residuals that are beyond their channel's limit, and as far from those before and after: channel
-/// and value.
+/// Channels and values of residuals beyond their channel's limit that stand out as far from the
+/// frames before and after.
 fn far_off<'v>(
     [before, values, after]: &'v [Values; 3],
     limits: &'v Values,
@@ -54,7 +54,7 @@ fn far_off<'v>(
     })
 }
 
-/// Replaces what a solution leaves of single values; how many there are. Its memory holds nothing.
+/// Replaces impulses in the residuals of a solution, and returns their number. `memory` is scratch.
 #[inline(never)]
 pub fn replace(
     window: &mut WindowFrames,
@@ -68,7 +68,8 @@ pub fn replace(
         trajectory: *trajectory,
     };
     let width = window.width();
-    // The first limit is by all magnitudes, which impulses raise; the second by those below it.
+    // The first limit is from all magnitudes, which impulses raise; the second from those below the
+    // first.
     let mut limits = [f32::INFINITY; CHANNELS_MAX];
     for round in 0..2 {
         let (mut magnitudes, mut max) = ([Sum::default(); CHANNELS_MAX], [0.0; CHANNELS_MAX]);

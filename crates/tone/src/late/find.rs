@@ -10,7 +10,7 @@ use crate::workspace::Workspace;
 use core::hint::black_box;
 
 impl Late {
-    /// The waves of a solution, where channels are late along a path.
+    /// Waves of a solution; `None` unless the fit is along a path of several frames.
     fn new(
         window: &WindowFrames,
         solution: &Solution,
@@ -38,15 +38,15 @@ impl Late {
             trajectory: *trajectory,
             lines: solution.shape.lines,
             waves,
-            // Opaque: the compiler would else call the only such function directly.
+            // `black_box`: otherwise the compiler would call the only such function directly.
             subtract: black_box(Self::take_change),
         };
         late.mean = late.mean_response(&window.domain);
         Some(late)
     }
 
-    /// Finds what lateness changes, by the latest solution. From then on each visit takes it out of
-    /// the frames; false if it is less than the noise, and stays.
+    /// Computes the effect of the delays from the latest solution; later visits subtract it. False,
+    /// without a correction, if the effect is below the noise.
     #[inline(never)]
     pub fn take_out(
         window: &mut WindowFrames,

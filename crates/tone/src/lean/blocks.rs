@@ -1,4 +1,4 @@
-//! Sums of the frames over blocks of the window, at one frequency and its multiples. Fits near that
+//! Sums of the frames over blocks of the window, at one frequency and its multiples. Fits near this
 //! frequency need nothing else.
 
 use super::reference::Reference;
@@ -12,15 +12,15 @@ pub const BLOCKS: usize = 16;
 /// Maximum number of blocks of a window with several lines or few frames: 1 / 64 of the information
 /// is lost.
 pub const BLOCKS_FEWER: usize = 8;
-/// Frames below which a window has fewer blocks.
+/// Number of frames below which a window has fewer blocks.
 const FRAMES_FEW: usize = 128;
 /// Maximum number of lines.
 pub const LINES: usize = 4;
-/// Multiples of the phase whose sums are kept: products of two lines.
+/// Multiples of the phase whose sums are kept, for products of two lines.
 pub const WAVES: usize = 2 * LINES;
 /// Minimum number of frames of a block.
 const FRAMES_OF_BLOCK: usize = 3;
-/// Fraction of sigma by which turned blocks may be off before the frames are read again.
+/// Maximum error of rotated blocks before the frames are read again, as a fraction of sigma.
 const NEAR: f32 = 0.3;
 
 /// Rows of memory for all blocks.
@@ -38,17 +38,17 @@ const fn rows(lines: usize) -> usize {
 /// Sums over a block; `d` is `u` less the block's middle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Block {
-    /// `u` at its middle.
+    /// `u` at the block's middle.
     pub middle: f32,
     /// Number of frames.
     pub frames: f32,
     /// Sum of `d`.
     pub d: f32,
-    /// Cosine and sine of each multiple of the phase, from 1 on.
+    /// Sums of cosine and sine of each multiple of the phase, from 1 on.
     pub waves: [Wave; WAVES],
-    /// Cosine and sine of each line, times `d`.
+    /// Sums of cosine and sine of each line, times `d`.
     pub moments: [Wave; LINES],
-    /// The channels' values.
+    /// Sums of the channels' values.
     pub level: Values,
 }
 
@@ -63,15 +63,14 @@ pub struct Blocks<'m> {
     pub powers: [f32; 3],
     /// Sums of the values, of the values times `u`, and of their squares.
     pub sums: [Values; 3],
-    /// Cycles per window of the line.
+    /// Frequency of the first line, cycles per window.
     pub cycles: f32,
     run: Run,
 }
 
-/// A pass over the frames.
 #[derive(Clone, Copy, Debug)]
 pub struct Pass {
-    /// Cycles per window of the first line.
+    /// Frequency of the first line, cycles per window.
     pub cycles: f32,
     /// Number of lines.
     pub lines: usize,
@@ -80,7 +79,7 @@ pub struct Pass {
 }
 
 impl<'m> Blocks<'m> {
-    /// Empty ones, with [`LEAN_ROWS`] rows of memory.
+    /// Empty blocks, with [`LEAN_ROWS`] rows of memory.
     #[inline(always)]
     pub fn new(rows: &'m mut [Values]) -> Self {
         Self {
@@ -95,7 +94,7 @@ impl<'m> Blocks<'m> {
         }
     }
 
-    /// Blocks, and the rows of each.
+    /// Iterates over the blocks, with the rows of each.
     pub fn iter(&self) -> impl Iterator<Item = (&Block, &[Values])> {
         let rows = self.rows.chunks_exact(rows(self.lines));
         self.blocks.iter().zip(rows).take(self.count)
@@ -111,10 +110,10 @@ impl<'m> Blocks<'m> {
         self.powers[0]
     }
 
-    /// Distance in cycles up to which turned blocks are as good as new ones, for a frequency of
-    /// `cycles` with a standard deviation of `sigma`. They err by a part of the turn: by more in the
-    /// frequency where a block is a part of a cycle, and in the residuals of each block where the
-    /// tone is loud.
+    /// Distance in cycles up to which rotated blocks are as good as new ones, for a frequency of
+    /// `cycles` with a standard deviation of `sigma`. Their error grows with the rotation: in the
+    /// frequency if a block is shorter than a cycle, and in the residuals of each block if the tone
+    /// is loud.
     pub fn near(&self, sigma: f32, cycles: f32, width: usize) -> f32 {
         let blocks = self.count as f32;
         let parts = (0.25 * cycles * cycles).max(0.25);
@@ -122,7 +121,7 @@ impl<'m> Blocks<'m> {
         NEAR * sigma * blocks * (blocks * parts).min(residual)
     }
 
-    /// Maximum number of blocks for so many frames and lines.
+    /// Maximum number of blocks for some frames and lines.
     pub fn max(frames: u32, lines: usize) -> usize {
         if lines > 1 || frames < FRAMES_FEW as u32 {
             BLOCKS_FEWER
@@ -131,7 +130,7 @@ impl<'m> Blocks<'m> {
         }
     }
 
-    /// Sums up the frames of a span; `kept` is memory for some of them.
+    /// Sums up the frames of a span; `kept` is scratch memory for some frames.
     #[inline(never)]
     pub fn collect(
         &mut self,
@@ -187,7 +186,7 @@ impl<'m> Blocks<'m> {
 struct Sums<'b> {
     block: &'b mut Block,
     rows: &'b mut [Values],
-    /// Blocks of the window.
+    /// Sums over the window.
     total: &'b mut [Values; 3],
     /// Values less the reference, where there are several lines.
     kept: &'b mut [Values],
@@ -199,25 +198,24 @@ struct FirstLine<'s> {
     kept: &'s mut [Values],
 }
 
-/// Frames in a row that are multiplied by waves.
+/// Waves for some consecutive frames.
 #[derive(Default)]
 struct Run {
     lines: usize,
-    /// Phase of the line from one frame to the next, and at the window's centre.
+    /// Phase step per frame, and phase at the window's centre.
     step: u32,
     centre: u32,
-    /// This step as cosine and sine.
+    /// Cosine and sine of the phase step.
     turn: Wave,
-    /// From one frame to the next.
+    /// Step of `u` per frame.
     u_step: f32,
-    /// Sum of the squares of `d`, of all frames of a block.
+    /// Sum of the squares of `d` over all frames of a block.
     dd: f32,
     /// Cosine and sine of each line at each frame.
     waves: [[Wave; READ_FRAMES]; LINES],
 }
 
 impl Run {
-    /// Starts a window.
     fn start(&mut self, frames: usize, cycles: f32, lines: usize) {
         let frames = frames as f32;
         self.lines = lines;
@@ -229,7 +227,6 @@ impl Run {
         self.u_step = 2.0 / frames;
     }
 
-    /// `u` at a frame.
     fn u(&self, frame: f32) -> f32 {
         (frame + 0.5) * self.u_step - 1.0
     }
@@ -266,7 +263,7 @@ impl Run {
         }
     }
 
-    /// Waves of some frames, and their sums; `M` is twice `L`.
+    /// Waves of some frames, added to a block's sums; `M` is twice `L`.
     #[inline(never)]
     fn turn_lines<const L: usize, const M: usize>(
         &mut self,
@@ -307,9 +304,10 @@ impl Run {
         self.dd += squares;
     }
 
-    /// Takes the reference out of the values, and adds what the first line needs: sums of the block's
-    /// values, of their products with cosine and sine; of all values, of these times `u`, and of
-    /// their squares. The hot loop: four channels at a time, whose sums are in registers.
+    /// Subtracts the reference, and adds the sums that the first line needs: in the block, of the
+    /// values and of their products with cosine and sine; in the window, of the values, of the
+    /// values times `u`, and of the squares. The hot loop: four channels at a time, with their sums
+    /// in registers.
     #[inline(never)]
     fn add_first<const KEEP: bool>(
         &mut self,
@@ -344,7 +342,7 @@ impl Run {
                 sums[1][group][k] += cos[k];
                 sums[2][group][k] += sin[k];
                 sums[3][group][k] += sum[k];
-                // The sum of sums counts the first value most often.
+                // The sum of running sums counts the first value most often.
                 sums[4][group][k] += u * sum[k] + self.u_step * (count * sum[k] - double[k]);
                 sums[5][group][k] += square[k];
             }

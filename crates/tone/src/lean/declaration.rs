@@ -1,9 +1,9 @@
 //! Tests of the scene's declaration: are the residuals of the blocks white and independent?
 //!
-//! F ratios. The levels of the blocks tell drift and noise that is stronger at low
-//! frequencies; cosine and sine in each block tell a tone that changes, and another one next to it;
-//! correlations of the levels between channels tell noise that channels share. Where the line may be
-//! a harmonic, the lines of the lower fundamentals are looked for.
+//! All are F ratios. The levels of the blocks reveal drift and low-frequency noise; cosine and sine
+//! in each block reveal a tone that changes, and another one next to the line; correlations between
+//! channels reveal shared noise. If the line may be a harmonic, lines of lower fundamentals are
+//! looked for.
 
 use super::blocks::{BLOCKS, BLOCKS_FEWER, Block, Blocks, LINES};
 use super::reference::Reference;
@@ -14,36 +14,36 @@ use crate::significance::{deviate, square_root};
 use crate::source::Values;
 use core::f32::consts::SQRT_2;
 
-/// Deviate of each of them: one of 100,000 is above.
+/// Threshold of each test: one in 100,000 by chance.
 const Z: f32 = 4.3;
 
 /// Deviates of the tests.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Declared {
-    /// Of the levels.
+    /// Deviate of the levels.
     pub levels: f32,
-    /// Of cosine and sine.
+    /// Deviate of cosine and sine.
     pub lines: f32,
-    /// Of the correlations between channels.
+    /// Deviate of the correlations between channels.
     pub shared: f32,
-    /// Of lines at parts of the tested line's frequency.
+    /// Deviate of lines at the [`PARTS`] of the tested line's frequency.
     pub parts: f32,
 }
 
 impl Declared {
-    /// The largest of them.
+    /// Largest deviate.
     pub fn worst(&self) -> f32 {
         self.levels.max(self.lines).max(self.shared).max(self.parts)
     }
 
-    /// True if the window is what the scene declares.
+    /// True if the window is as the scene declares.
     pub fn is_met(&self) -> bool {
         self.worst() <= Z
     }
 }
 
-/// Lines of lower fundamentals of which the tested line is a harmonic: over its frequency, and number
-/// of harmonics that the lowest such fundamental needs.
+/// Lines of lower fundamentals that have the tested line as a harmonic: frequency relative to the
+/// tested line, and number of harmonics that the fundamental needs.
 const PARTS: [(f32, usize); 7] = [
     (1.0 / 2.0, 2),
     (3.0 / 2.0, 3),
@@ -54,25 +54,24 @@ const PARTS: [(f32, usize); 7] = [
     (3.0 / 4.0, 4),
 ];
 
-/// Largest distance of such a line, cycles a block: it turns within the block.
+/// Maximum distance of a [`PARTS`] line, cycles per block: the line rotates within a block.
 const PART_MAX: f32 = 0.8;
 
-/// Residuals kept per window: those of the levels, followed by two of a line where there are few
-/// blocks.
+/// Rows of residuals: levels, followed by cosine and sine of a line if there are few blocks.
 const KEPT: usize = 3 * BLOCKS_FEWER;
 const _: () = assert!(KEPT >= BLOCKS);
 
-/// A solution that is tested.
+/// A solution to test.
 #[derive(Clone, Copy, Debug)]
 pub struct Tested<'t> {
     pub solution: &'t Solution,
-    /// Place of the tested line among the solution's.
+    /// Index of the tested line in the solution.
     pub place: usize,
     /// Harmonics of the scene.
     pub harmonics: usize,
 }
 
-/// Tests what a solution leaves of the blocks' levels and of a line, in memory for [`KEPT`] rows.
+/// Tests the residuals of the blocks' levels and of a line, in memory for [`KEPT`] rows.
 #[inline(never)]
 pub fn test(
     blocks: &Blocks,
@@ -145,7 +144,7 @@ pub fn test(
             parts = parts.max(deviate(ratio, 2.0 * width, width * solution.freedom));
         }
     }
-    // A line of many cycles a block has no part in the levels.
+    // A line of many cycles per block does not affect the levels.
     let of_levels = (count - 2.0 - explained / frames).max(1.0);
     let of_lines = (count - 2.0).max(1.0);
     let freedom = width * solution.freedom;
@@ -170,8 +169,8 @@ struct Model<'m> {
     tested: usize,
 }
 
-/// Weighted squares of what the fit leaves of a block's sums: of the values, and of their products
-/// with cosine and sine of a line. `rest` becomes the residuals, with the variance of a frame.
+/// Weighted squared residuals of a block's sums: of the values, and of their products with cosine
+/// and sine of a line. `rest` receives the residuals, with the variance of a frame.
 #[inline(never)]
 fn residuals(block: &Block, rows: &[Values], model: &Model, rest: [&mut Values; 3]) -> [f32; 2] {
     let Model {
@@ -226,7 +225,7 @@ fn residuals(block: &Block, rows: &[Values], model: &Model, rest: [&mut Values; 
     powers
 }
 
-/// Weighted power of a line at a distance in cycles from the tested one, by its residuals.
+/// Weighted power of a line at a distance in cycles from the tested line, from the residuals.
 #[inline(never)]
 fn part_power(blocks: &Blocks, residuals: &[[Values; 2]], weights: &Values, distance: f32) -> f32 {
     let mut sums = [[0.0; CHANNELS_MAX]; 2];
@@ -242,7 +241,7 @@ fn part_power(blocks: &Blocks, residuals: &[[Values; 2]], weights: &Values, dist
     pairs.map(|((c, s), weight)| weight * (c * c + s * s)).sum()
 }
 
-/// Deviate of the mean square of the correlations between channels, by residuals.
+/// Normal deviate of the mean squared correlation between channels.
 #[inline(never)]
 fn correlation(residuals: &[Values], solution: &Solution, freedom: f32) -> f32 {
     // Rounding does not count as noise.

@@ -1,4 +1,4 @@
-//! A phase-locked loop that goes on from a lean fit of one line, a frame at a time.
+//! A phase-locked loop that continues from a lean fit of one line, a frame at a time.
 //!
 //! All channels share the loop's phase; their levels, slopes, amplitudes and relative phases are
 //! those of the fit. A frame's residuals, projected on the derivative by the phase and weighted,
@@ -6,9 +6,9 @@
 //! Processing: Estimation Theory" (1993), 3.11), and a second-order loop follows it (F. M. Gardner,
 //! "Phaselock Techniques" (2005), chapter 2).
 //!
-//! Nothing is chosen: `6 / N` and `12 / N^2` are the gains of the phase and of the frequency for
-//! fits of `N` frames, a natural frequency of `sqrt(12)` and a damping of `sqrt(3) / 2` over the
-//! window's length. With these the loop's frequency is that of the fits:
+//! No parameter is free: for fits of `N` frames the gains of phase and frequency are `6 / N` and
+//! `12 / N^2`, a natural frequency of `sqrt(12)` and a damping of `sqrt(3) / 2` over the window's
+//! length. With these gains the loop's frequency is that of the fits:
 //!
 //! - White noise leaves phase and frequency with the covariances `4 / N`, `6 / N^2` and
 //!   `12 / N^3`, as a line fitted to `N` phases does at its end. So the loop has no transient.
@@ -25,17 +25,17 @@ use crate::significance::{Z_TEST, deviate, square_root};
 use crate::source::{Overwritten, Values};
 use core::f32::consts::TAU;
 
-/// Variance of a channel's prediction at the window's end, times `N` and over that of the noise: 4 of
-/// level and slope, and 2 of cosine and sine.
+/// Variance of a channel's prediction at the window's end, relative to that of the noise, times
+/// `N`: 4 of level and slope, and 2 of cosine and sine.
 const PREDICTION: f32 = 6.0;
 /// Unknowns of a channel: level, slope, cosine and sine.
 const UNKNOWNS: f32 = 4.0;
 /// Gain of the levels times `N`: an average as quiet as the mean over the window.
 const LEVEL_GAIN: f32 = 2.0;
-/// Fewest frames of which one may be missing.
+/// At most one frame in this many may be missing.
 const GAP_SHARE: f32 = 10.0;
 
-/// Frequency that a loop has after a frame.
+/// Frequency of a loop after a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracked {
     /// Mean frequency over a window as long as the fit's that ends there, cycles per frame.
@@ -44,21 +44,21 @@ pub struct Tracked {
     pub sigma: f32,
 }
 
-/// Memory of a loop: all zeros where there is none.
+/// Memory of a loop; all zeros if there is none.
 #[derive(Debug)]
 pub struct Loop<'m> {
     rows: &'m mut [Values; ROWS],
 }
 
-/// Rows of a loop's memory: levels, slopes a frame, cosines, sines, weights, and [`State`].
+/// Rows of a loop's memory: levels, slopes per frame, cosines, sines, weights, and [`State`].
 pub const ROWS: usize = 6;
 
-/// What a loop knows of all channels together.
+/// State common to all channels of a loop.
 #[derive(Clone, Copy)]
 struct State {
-    /// Frames of the fit's window; zero of no loop.
+    /// Frames of the fit's window; zero without a loop.
     frames: f32,
-    /// Mask of the channels, and how many there are.
+    /// Mask of the channels, and their number (`width`).
     channels: u16,
     width: f32,
     /// Phase of the next frame, turns.
@@ -69,10 +69,10 @@ struct State {
     sigma: f32,
     /// Information of a frame on the phase, the mean over a cycle, one over radians squared.
     information: f32,
-    /// Frames since the fit, and those of them that count.
+    /// Frames since the fit, and the valid ones among them (`taken`).
     age: f32,
     taken: f32,
-    /// Weighted square sum of their residuals.
+    /// Weighted sum of squared residuals since the fit.
     squares: f32,
 }
 
@@ -137,20 +137,20 @@ impl State {
         row
     }
 
-    /// Goes on to a later frame.
+    /// Advances by some frames.
     fn advance(&mut self, frames: f32) {
         let phase = self.phase + frames * self.frequency;
-        // Below half a turn to either side a phase keeps its digits.
+        // Wrapped to half a turn to either side, a phase keeps its digits.
         self.phase = phase - (phase + 0.5f32.copysign(phase)) as i32 as f32;
         self.age += frames;
     }
 
-    /// Square sum of the residuals, over the share by which those after a window are larger.
+    /// Sum of squared residuals, corrected for the prediction error after the window.
     fn squares_in_noise(&self) -> f32 {
         self.squares / (1.0 + PREDICTION / self.frames)
     }
 
-    /// True unless the residuals are larger than those of the fit, which noise alone makes of one in a
+    /// True unless the residuals are larger than those of the fit; noise alone fails once in a
     /// thousand.
     fn agrees(&self) -> bool {
         let (count, freedom) = (self.taken * self.width, self.frames - UNKNOWNS);
@@ -169,7 +169,7 @@ impl State {
         if !(is_whole && is_in_band && self.agrees()) {
             return None;
         }
-        // Of the residuals of the fit and of those since then.
+        // Mean square of the residuals of the fit and of those after it.
         let freedom = self.frames - UNKNOWNS;
         let residual = (freedom * self.width + self.squares_in_noise())
             / ((freedom + self.taken) * self.width);
@@ -178,8 +178,9 @@ impl State {
         // Filtering Made Easy" (1998), 1.2).
         let ratio = 2.0 * beta * beta / (alpha * (4.0 - 2.0 * alpha - beta));
         let sigma = square_root(ratio * residual / self.information) / TAU;
-        // The levels are off by the noise of a line's end, 4 / N, and turn with the phase: next to
-        // the 12 / N^3 of white noise a sine, which the loop lowers to 12 / N^2 over its frequency.
+        // The errors of the levels, with the variance 4 / N of a line's end, turn with the phase
+        // into a sine, which the loop attenuates to 12 / N^2 over its frequency. This adds to the
+        // 12 / N^3 of white noise.
         let cycles = self.frames * self.frequency;
         let levels = 48.0 / (TAU * TAU * cycles * cycles);
         let sigma = sigma.max(self.sigma) * square_root(1.0 + levels);
@@ -196,17 +197,16 @@ fn gains(frames: f32) -> (f32, f32) {
 }
 
 impl<'m> Loop<'m> {
-    /// The loop in this memory.
+    /// A loop in the supplied memory.
     pub fn new(rows: &'m mut [Values; ROWS]) -> Self {
         Self { rows }
     }
 
-    /// Ends the loop.
     pub fn end(&mut self) {
         self.rows[ROWS - 1] = [0.0; CHANNELS_MAX];
     }
 
-    /// Starts at the end of a window with a good fit of one line, or ends.
+    /// Starts at the end of a window with a good fit of one line; otherwise ends the loop.
     pub fn start(&mut self, span: &FrameSpan, solution: &Solution, fit: &Fit) {
         self.end();
         if fit.status != Status::Good || solution.orders() != [1] {
@@ -216,7 +216,7 @@ impl<'m> Loop<'m> {
         let per_frame = 1.0 / (frames * span.frequency(1.0));
         let [_, slope, cosines, sines, ..] = &solution.coefficients;
         let [levels, slopes, first, second, weights, state] = &mut *self.rows;
-        // The next frame, where the window is from -1 to 1.
+        // `u` of the next frame; the window is from -1 to 1.
         let next = 1.0 + 1.0 / frames;
         let mut information = 0.0;
         for c in 0..CHANNELS_MAX {
@@ -246,8 +246,8 @@ impl<'m> Loop<'m> {
         *state = start.into_row();
     }
 
-    /// Follows the line through the frames of a span, which begins where the loop is. None if there
-    /// is no loop or if it has lost the line, which ends it.
+    /// Follows the line through the frames of a span, which must begin where the loop is. `None` if
+    /// there is no loop, or if the loop has lost the line and ends.
     pub fn follow(&mut self, span: &mut FrameSpan) -> Result<Option<Tracked>, Overwritten> {
         let mut state = State::from_row(&self.rows[ROWS - 1]);
         if state.frames <= 0.0 {
@@ -269,7 +269,7 @@ impl<'m> Loop<'m> {
         Ok(tracked)
     }
 
-    /// Takes the next frame.
+    /// Processes the next frame.
     #[inline(always)]
     fn take(&mut self, state: &mut State, values: &Values) {
         let (cos, sin) = cos_sin(from_turns(state.phase));

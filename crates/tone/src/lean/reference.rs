@@ -1,16 +1,16 @@
-//! Level, slope and scale of each channel from some frames: what values are taken against, so that
-//! sums in f32 keep their digits. The fit has its own level and slope.
+//! Reference level and scale of each channel, from some frames: sums of values relative to the
+//! level keep their digits in f32. The fit has its own level and slope.
 
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
 use crate::significance::square_root;
 use crate::source::{Overwritten, Values};
 
-/// Maximum number of frames that are looked at.
+/// Maximum number of frames for a reference.
 const FRAMES: usize = 32;
 /// Minimum number of these frames for a level and a slope.
 const FRAMES_FEWEST: usize = 8;
-/// Minimum variance of a channel over its mean square: rounding.
+/// Minimum variance of a channel relative to its mean square, due to rounding.
 const ROUNDING: f32 = 1e-12;
 
 /// Reference of each channel.
@@ -22,9 +22,9 @@ pub struct Reference {
     pub width: usize,
     /// Level at the window's centre.
     pub level: Values,
-    /// One over the scale; 0 of a channel that is not fitted.
+    /// Inverse scale; 0 for a channel that is not fitted.
     pub inverse: Values,
-    /// Variance of a value's rounding.
+    /// Rounding variance of a value.
     pub rounding: Values,
 }
 

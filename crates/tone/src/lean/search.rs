@@ -23,31 +23,31 @@ const MIXED: usize = CHANNELS_MAX / 2;
 const MIXTURES: usize = 4;
 /// Frames above which one mixture may be enough.
 const FRAMES_LONG: usize = 512;
-/// Deviate of a peak that is clear.
+/// Deviate of a clear peak.
 const Z_CLEAR: f32 = 7.0;
-/// Deviate of a second peak: one of 100,000 is above, one of a thousand windows.
+/// Threshold for a second peak: by chance one bin in 100,000, or one window in a thousand.
 const Z_SECOND: f32 = 4.3;
-/// Deviate of a peak that may be a line: one of a hundred is above.
+/// Threshold for a possible line: one bin in a hundred by chance.
 const Z_LINE: f32 = 2.3;
 /// Powers above this many times their mean are lines rather than noise.
 const NOISE_MAX: f32 = 2.0;
-/// Ratio of the mean of the noise to the mean of what is below that mean, times the mixtures.
+/// Excess of the mean noise over the mean of the bins below `NOISE_MAX`, times the mixtures.
 const NOISE_ABOVE: f32 = 0.45;
 /// Minimum number of cycles of a peak.
 const CYCLES_MIN: f32 = 0.7;
-/// Half of the main lobe of a Hann window, and some more, cycles.
+/// Half-width of a Hann window's main lobe, with some margin, cycles.
 const LOBE: f32 = 2.6;
-/// Minimum number of cycles of a second peak: a level that is not straight is found by the blocks.
+/// Minimum number of cycles of a second peak: a curved level is detected by the blocks.
 const SECOND_CYCLES_MIN: f32 = 2.0;
 
 /// Sum of the power spectra of several mixtures of channels.
 pub struct Search<'m> {
-    /// A signal that is transformed.
+    /// Signal to transform.
     points: &'m mut [Values],
     /// Power of each bin.
     power: &'m mut [f32],
     grid: Grid,
-    /// Mixtures whose power was summed.
+    /// Number of mixtures whose power was summed.
     mixtures: usize,
 }
 
@@ -55,9 +55,9 @@ pub struct Search<'m> {
 #[derive(Clone, Copy, Debug, Default)]
 struct Grid {
     points: usize,
-    /// Frames of a point.
+    /// Frames per point.
     each: usize,
-    /// Points that frames fill.
+    /// Number of points that frames fill.
     pieces: usize,
     /// Distance between bins, cycles per window.
     step: f32,
@@ -68,7 +68,7 @@ struct Grid {
 pub struct Peak {
     /// Cycles per window.
     pub cycles: f32,
-    /// False if the frequency is that of the window before.
+    /// False if the frequency is the expected one.
     pub is_searched: bool,
 }
 
@@ -82,7 +82,7 @@ pub struct Comb {
 }
 
 impl Comb {
-    /// So many lines of a frequency of `cycles` a window of so many frames.
+    /// The first `lines` multiples of `cycles` per window of `frames` frames.
     pub fn new(cycles: f32, lines: usize, frames: u32) -> Self {
         let frames = frames as f32;
         let seen = |number: usize| {
@@ -99,7 +99,7 @@ impl Comb {
         self.at.get(..self.lines).unwrap_or_default()
     }
 
-    /// Distance in cycles of the nearest line.
+    /// Distance to the nearest line, cycles.
     fn distance(&self, cycles: f32) -> f32 {
         let mut min = f32::abs(cycles - self.at[0]);
         for line in self.lines().iter().skip(1) {
@@ -121,7 +121,7 @@ pub struct Second {
     pub power: f32,
 }
 
-/// A sum of a half of the channels, with weights.
+/// Weighted sum of half of the channels.
 #[derive(Clone, Copy)]
 struct Mixture {
     half: usize,
@@ -130,8 +130,8 @@ struct Mixture {
 }
 
 impl Mixture {
-    /// Mixture `number` of a half of the channels: signs are a row of a Hadamard matrix, the
-    /// alternating ones first, so that channels in phase do not stand out at once.
+    /// Mixture `number` of half of the channels: signs are a row of a Hadamard matrix, the
+    /// alternating one first, so that common-mode signals do not stand out at once.
     fn new(reference: &Reference, half: usize, number: usize) -> Self {
         let part = |values: &Values| values.as_chunks::<MIXED>().0[half % 2];
         let (mut weights, level) = (part(&reference.inverse), part(&reference.level));
@@ -161,7 +161,7 @@ impl Mixture {
         sums
     }
 
-    /// Fills the points of a grid.
+    /// Fills points with the mixed frames of a span.
     #[inline(never)]
     fn fill(
         &self,
@@ -205,7 +205,7 @@ impl Mixture {
 }
 
 impl<'m> Search<'m> {
-    /// A search in memory for [`POINTS_MAX`] points at least, and for half as many bins.
+    /// Search with memory for at least [`POINTS_MAX`] points, and for half as many bins.
     pub fn new(points: &'m mut [Values], power: &'m mut [f32]) -> Self {
         Self {
             points,
@@ -215,7 +215,7 @@ impl<'m> Search<'m> {
         }
     }
 
-    /// Memory that holds nothing between searches.
+    /// Scratch memory, free between searches.
     pub fn scratch(&mut self) -> &mut [Values] {
         self.points
     }
@@ -336,7 +336,7 @@ impl<'m> Search<'m> {
         }
     }
 
-    /// Mean power of the bins that are not next to a comb's lines, nor next to zero.
+    /// Mean power of the bins away from zero and from a comb's lines.
     fn noise(&self, comb: &Comb) -> f32 {
         let all = self.mean(comb, f32::INFINITY);
         if comb.lines == 1 {
@@ -347,7 +347,7 @@ impl<'m> Search<'m> {
         below * self.mean(comb, NOISE_MAX * all)
     }
 
-    /// Mean power of the same bins up to a power.
+    /// Mean power of the bins away from zero and from a comb's lines, up to a power.
     fn mean(&self, comb: &Comb, max: f32) -> f32 {
         let step = self.grid.step;
         let (mut sum, mut count) = (0.0, 0.0f32);
@@ -361,13 +361,13 @@ impl<'m> Search<'m> {
         sum / count.max(1.0)
     }
 
-    /// Highest power next to a number of cycles.
+    /// Higher power of the two bins around a frequency.
     fn near(&self, cycles: f32) -> f32 {
         let bin = (cycles / self.grid.step) as usize;
         self.at(bin).max(self.at(bin + 1))
     }
 
-    /// True if a line of a comb may stand out that is none of the lines of a peak.
+    /// True if a line of a comb may stand out that does not belong to a peak.
     #[inline(never)]
     pub fn may_have(&self, comb: &Comb, peak: &Comb, part: usize) -> bool {
         let noise = self.noise(peak);
@@ -380,12 +380,12 @@ impl<'m> Search<'m> {
     }
 
     /// Another tone outside the main lobes of a comb's lines, if it stands out of the noise and of
-    /// the lines' own side lobes. `missing` is the fraction of frames that are not there.
+    /// the lines' side lobes. `missing` is the fraction of missing frames.
     #[inline(never)]
     pub fn second(&self, comb: &Comb, missing: f32) -> Option<Second> {
         let step = self.grid.step;
         let noise = self.noise(comb).max(f32::MIN_POSITIVE);
-        // Missing frames are a window of their own, whose side lobes are at most this high.
+        // Missing frames act as a window, whose side lobes are at most this high.
         let floor = 4.0 * missing * missing;
         let first = (SECOND_CYCLES_MIN / step) as usize + 1;
         let mut best = Second {
@@ -399,8 +399,8 @@ impl<'m> Search<'m> {
             }
             let mut own = 0.0;
             for line in comb.lines() {
-                // The line, its negative frequency, and the level and slope that were taken out of
-                // it; a factor of two in amplitude for interference with the noise.
+                // The line, its negative frequency, and the level and slope that were subtracted; a
+                // factor of two in amplitude for interference with the noise.
                 let lobes = [lobe(x - line), lobe(x + line), lobe(x) / line];
                 let lobes: f32 = lobes.iter().map(|lobe| lobe * lobe).sum();
                 own += 4.0 * self.near(*line) * (lobes + floor);
@@ -422,10 +422,10 @@ fn lobe(distance: f32) -> f32 {
     1.0 / (PI * distance * (distance * distance - 1.0))
 }
 
-/// Distance in cycles of a Hann window's peak from the highest bin, by the powers of the bins before
-/// and after it.
+/// Distance of a Hann window's peak from the highest bin, cycles, from the powers of the adjacent
+/// bins.
 fn offset(before: f32, after: f32, step: f32) -> f32 {
-    // The logarithm of the main lobe is a quadratic and a quartic term, nearly.
+    // The logarithm of the main lobe is nearly a quadratic plus a quartic term.
     const SQUARE: f32 = PI * PI / 6.0 - 1.0;
     const QUARTIC: f32 = PI * PI * PI * PI / 180.0 - 0.5;
     if before <= 0.0 || after <= 0.0 {
@@ -436,7 +436,7 @@ fn offset(before: f32, after: f32, step: f32) -> f32 {
     let max = 0.5 * step;
     let mut x = 0.0;
     for _ in 0..3 {
-        // A bin's distance from the line is that of the peak, the other way round.
+        // The adjacent bins are at `step - x` and `step + x` from the peak.
         let lobe = |distance: f32| {
             let (_, sine) = cos_sin(from_turns(0.5 * distance));
             sine / (distance * (1.0 - distance * distance))
@@ -450,7 +450,7 @@ fn offset(before: f32, after: f32, step: f32) -> f32 {
     x
 }
 
-/// Takes level and slope out of a signal, and weighs it with a Hann window.
+/// Subtracts level and slope from a signal, and applies a Hann window.
 #[inline(never)]
 fn straighten(signal: &mut [f32]) {
     let count = signal.len() as f32;
@@ -461,7 +461,7 @@ fn straighten(signal: &mut [f32]) {
         sum += value;
         double += sum;
     }
-    // The sum of sums counts the first value most often.
+    // The sum of running sums counts the first value most often.
     let moment = start * sum + step * (count * sum - double);
     let (level, slope) = (sum / count, 3.0 * moment / count);
     let (cos, sin) = cos_sin(from_turns(1.0 / count));

@@ -1,8 +1,8 @@
 //! Least squares of all channels from the blocks, and Gauss-Newton steps of the common frequency.
 //!
 //! Each channel has a level, a slope, and a cosine and a sine of each line. The derivative by the
-//! frequency is a combination of more functions, the cosines and the sines times `u`, taken as
-//! constant in a block: what they have next to the first ones gives the step of all channels at
+//! frequency is a combination of further functions: cosines and sines times `u`, taken as constant
+//! in a block. Their components orthogonal to the first functions give the step of all channels at
 //! once (variable projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 
 use super::blocks::{BLOCKS, Block, Blocks, LINES, WAVES};
@@ -15,36 +15,36 @@ use core::f32::consts::{FRAC_1_PI, PI};
 
 /// Maximum number of functions of a channel: level, slope, cosine and sine of each line.
 const FUNCTIONS: usize = 2 + 2 * LINES;
-/// The same with those of the derivative.
+/// Maximum number of functions, including those of the derivative.
 const ALL: usize = FUNCTIONS + 2 * LINES;
-/// Minimum fraction of a function's square that the earlier ones leave.
+/// Minimum fraction of a function's square left by the earlier functions.
 const LEFT: f32 = 1e-4;
-/// Rounding of what a fit leaves of a channel's sum of squares, as a fraction of that sum.
+/// Rounding of a channel's sum of squared residuals, as a fraction of its sum of squares.
 const ROUNDING: f32 = 6e-7;
-/// Largest step, radians at the window's end: half a cycle a window.
+/// Maximum step, radians at the window's end: half a cycle per window.
 const STEP_MAX: f32 = 0.5 * PI;
 
 /// Fit of all channels at one frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct Solution {
-    /// Turn of the phase against that of the blocks, radians at `u` = 1.
+    /// Rotation of the phase relative to the blocks, radians at `u` = 1.
     pub turn: f32,
     /// Standard deviation of the turn.
     pub turn_sigma: f32,
-    /// Score of the turn, in units of the information.
+    /// Next step: score of the turn over its information.
     step: f32,
     /// Decrease of the residuals' squares by the step, in units of the noise.
     gain: f32,
     /// Numbers of the lines.
     orders: [usize; LINES],
     lines: usize,
-    /// Lower factor of the functions' products.
+    /// Lower Cholesky factor of the functions' products.
     lower: [[f32; ALL]; ALL],
-    /// One over its diagonal; 0 of a function that others explain.
+    /// Inverse of the diagonal of `lower`; 0 for a linearly dependent function.
     inverse: [f32; ALL],
     /// Coefficients of the functions.
     pub coefficients: [Values; FUNCTIONS],
-    /// One over the variance of the noise.
+    /// Inverse variance of each channel's noise.
     pub weights: Values,
     /// Variances of the residuals.
     pub variances: Values,
@@ -57,7 +57,7 @@ pub struct Solution {
     totals: Totals,
 }
 
-/// A block's sums at a turned phase: of the multiples from 0 on, and of the lines times `u`.
+/// Sums of a block at a rotated phase: of the multiples from 0 on, and of the lines times `u`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Turned {
     /// Rotation of each line, cosine and sine, from 1 on.
@@ -67,7 +67,8 @@ pub struct Turned {
 }
 
 impl Turned {
-    /// Turns the first lines of a block by `turn` radians at `u` = 1. The others stay as they are.
+    /// Rotates the first lines of a block by `turn` radians at `u` = 1. Other lines stay as they
+    /// are.
     #[inline(always)]
     pub fn set(&mut self, block: &Block, turn: f32, lines: usize) {
         let lines = lines.min(LINES);
@@ -90,17 +91,17 @@ impl Turned {
     }
 }
 
-/// Sums of products of two lines, by their numbers.
+/// Sums of cosine and sine of each multiple of the phase, from 0 on.
 pub type Waves = [Wave; WAVES + 1];
 
 /// Sums over the blocks that the functions' products are made of.
 #[derive(Clone, Copy, Debug)]
 struct Totals {
-    /// Waves, waves times the block's `u`, and times its square.
+    /// Waves, waves times the block's `u`, and waves times the square of `u`.
     waves: [Waves; 3],
-    /// Lines times `u`, and times `u` and the block's.
+    /// Lines times `u`, and lines times `u` and the block's `u`.
     with_u: [[Wave; LINES]; 2],
-    /// Turns of each line in each block.
+    /// Rotation of each line in each block.
     turns: [[Wave; BLOCKS]; LINES],
 }
 
@@ -111,7 +112,7 @@ impl Totals {
         turns: [[[0.0; 2]; BLOCKS]; LINES],
     };
 
-    /// Sums up the first lines of blocks that are turned. The others stay as they are.
+    /// Sums up the first lines of rotated blocks. Other lines stay as they are.
     #[inline(always)]
     fn set(&mut self, blocks: &Blocks, turn: f32, lines: usize) {
         let (lines, max) = (lines.min(LINES), (2 * lines).min(WAVES));
@@ -147,7 +148,7 @@ impl Totals {
 }
 
 impl Solution {
-    /// One without lines.
+    /// A solution without lines.
     pub const NONE: Self = Self {
         turn: 0.0,
         turn_sigma: 0.0,
@@ -166,7 +167,7 @@ impl Solution {
         totals: Totals::NONE,
     };
 
-    /// Chooses the lines of a mask, bit by bit.
+    /// Chooses the lines of a mask, in which bit k is line k.
     pub fn choose(&mut self, lines: u16) {
         self.lines = 0;
         for order in (1..=LINES).filter(|order| lines >> order & 1 == 1) {
@@ -192,7 +193,7 @@ impl Solution {
         (2 + 2 * self.lines).min(FUNCTIONS)
     }
 
-    /// Solves for the channels with the blocks turned.
+    /// Solves for the channels with the blocks rotated by `turn`.
     pub fn solve(&mut self, blocks: &Blocks, reference: &Reference, turn: f32) {
         match self.orders() {
             [1] => self.solve_lines::<1>(blocks, reference, turn),
@@ -200,7 +201,7 @@ impl Solution {
         }
     }
 
-    /// The same for up to `L` lines: with one all loops over lines are gone.
+    /// Solves for up to `L` lines; with one line the loops over lines vanish.
     #[inline(never)]
     fn solve_lines<const L: usize>(&mut self, blocks: &Blocks, reference: &Reference, turn: f32) {
         self.turn = turn;
@@ -225,8 +226,8 @@ impl Solution {
         self.gain = score * self.step;
     }
 
-    /// Solves at the best of some starts, cycles from the blocks' frequency: the one whose step
-    /// leaves least.
+    /// Solves at the best of some starts, cycles from the blocks' frequency: the one with the
+    /// smallest residuals after a step.
     #[inline(never)]
     pub fn start(&mut self, blocks: &Blocks, reference: &Reference, starts: &[f32]) {
         let mut best = (f32::INFINITY, 0.0);
@@ -242,8 +243,8 @@ impl Solution {
         self.solve(blocks, reference, best.1);
     }
 
-    /// Logarithm of the likelihood after the next step, less the price of the unknowns (G. Schwarz,
-    /// Ann. Stat. 6 (1978) 461).
+    /// Log likelihood after the next step, less the penalty of the unknowns (G. Schwarz, Ann. Stat.
+    /// 6 (1978) 461).
     pub fn score(&self, reference: &Reference) -> f32 {
         let functions = self.functions() as f32;
         let frames = self.freedom + functions;
@@ -257,7 +258,7 @@ impl Solution {
         likelihood - 0.5 * unknowns * libm::logf(frames)
     }
 
-    /// Products of the functions.
+    /// Fills in the products of the functions.
     fn fill(&mut self, [n, u, uu]: [f32; 3]) {
         let (lower, totals) = (&mut self.lower, &self.totals);
         let derivatives = (2 + 2 * self.lines).min(FUNCTIONS);
@@ -289,7 +290,7 @@ impl Solution {
         }
     }
 
-    /// Cholesky factor in place; a function that the ones before it explain gets a zero.
+    /// Factors in place; a linearly dependent function gets a pivot of zero.
     fn factor(&mut self) {
         for i in 0..(2 + 4 * self.lines).min(ALL) {
             let (done, row) = self.lower.split_at_mut(i);
@@ -314,7 +315,7 @@ impl Solution {
         }
     }
 
-    /// Solves for four channels: residuals, weights, coefficients; gives their part of the step's
+    /// Solves for four channels: residuals, weights, coefficients; returns their part of the step's
     /// score and information.
     #[inline(never)]
     fn solve_group<const L: usize>(
@@ -338,7 +339,7 @@ impl Solution {
                 [rows[own], rows[own + 1], rows[along], rows[along + 1]] = sums;
             }
         }
-        // Projections on the functions, orthonormal.
+        // Projections on the orthonormal functions.
         for i in 0..all {
             let mut row = rows[i];
             for j in 0..i {
@@ -421,7 +422,7 @@ impl Solution {
         self.step.clamp(-STEP_MAX, STEP_MAX)
     }
 
-    /// Takes a step that changes nothing else.
+    /// Takes the last step, without solving again.
     pub fn finish(&mut self) {
         self.turn += self.step();
     }
@@ -436,8 +437,8 @@ impl Solution {
         self.turn_sigma * FRAC_1_PI
     }
 
-    /// Information on the turn that a line of nothing but noise has in a channel; `variance` is that
-    /// of its cosine and sine.
+    /// Information on the turn that noise alone gives a line in a channel; `variance` is that of
+    /// the line's cosine and sine.
     pub fn noise_information(&self, place: usize, variance: f32) -> f32 {
         let functions = self.functions();
         let order = self.orders().get(place).map_or(0.0, |order| *order as f32);

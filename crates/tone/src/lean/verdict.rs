@@ -1,4 +1,4 @@
-//! The one place of the lean path where a status is set.
+//! Verdict of the lean path: the status of a line, and the result.
 
 use super::blocks::Blocks;
 use super::declaration::Declared;
@@ -11,27 +11,27 @@ use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
 use crate::significance::{Z_TEST, deviate, square_root};
 
-/// Deviate of the line in all channels: one of ten million is above, one of ten thousand windows
-/// with a thousand places.
+/// Threshold for the line in all channels: by chance one in ten million, or one window in ten
+/// thousand with a thousand bins.
 const Z_LINE: f32 = 5.2;
-/// Deviate of the line in a single channel.
+/// Threshold for the line in a single channel.
 const Z_CHANNEL: f32 = 3.1;
-/// Lines of one shape in all channels leave less than this many standard deviations beside it.
+/// Maximum power outside a single waveform, standard deviations of noise, for a line of one shape.
 const Z_SHAPE: f32 = 4.0;
 
 /// Minimum fraction of the information that is not noise.
 const FAINT_MIN: f32 = 0.3;
 
-/// Figures that a status is set by.
+/// Figures that determine the status.
 pub struct Verdict<'v> {
     /// Cycles per window.
     pub cycles: f32,
     pub reference: &'v Reference,
     pub solution: &'v Solution,
-    /// Lines, the strongest first.
+    /// The strongest line.
     pub strongest: &'v Line,
     pub fundamental: &'v Line,
-    /// Information on the turn that noise in all lines seems to have.
+    /// Spurious information on the turn, from noise in all lines.
     pub noise: f32,
     pub declared: &'v Declared,
     /// Another tone, elsewhere in the spectrum.
@@ -41,22 +41,22 @@ pub struct Verdict<'v> {
 /// A line of a solution.
 #[derive(Clone, Copy, Debug)]
 pub struct Line {
-    /// Place among the solution's lines.
+    /// Index in the solution.
     pub place: usize,
     /// Covariance of cosine and sine for unit noise.
     covariance: [[f32; 2]; 2],
-    /// Deviate of its power in all channels.
+    /// Normal deviate of the power in all channels.
     pub deviate: f32,
     /// Power in all channels over the noise.
     pub power: f32,
-    /// The same of what is not of one shape in all channels.
+    /// Power outside a single waveform in all channels, over the noise.
     other: f32,
-    /// Information on the turn that the line would have of noise alone.
+    /// Information on the turn that noise alone would give the line.
     pub noise: f32,
 }
 
 impl Line {
-    /// The line at a place of a solution.
+    /// The line at an index of a solution.
     pub fn new(solution: &Solution, reference: &Reference, place: usize) -> Self {
         let covariance = solution.covariance(place);
         let [[p, q], [_, r]] = covariance;
@@ -93,7 +93,6 @@ impl Line {
 }
 
 impl Verdict<'_> {
-    /// The result.
     pub fn fit(&self, span: &FrameSpan, blocks: &Blocks) -> Fit {
         let solution = self.solution;
         let mut fit = Fit::without_tone(Status::NoTone, blocks.frames() as u32);
@@ -133,7 +132,7 @@ impl Verdict<'_> {
             fundamental: self.fundamental.deviate,
             beside: self.declared.worst(),
             cycles: self.cycles,
-            // Lines of one shape in all channels leave no more than noise beside it.
+            // Lines of one waveform in all channels leave no more than noise outside it.
             one_shape: width <= 2.0
                 || self.strongest.other < width + Z_SHAPE * square_root(2.0 * width),
             steady: 1.0,
@@ -142,7 +141,7 @@ impl Verdict<'_> {
             lines: solution.mask(),
             ..Tests::default()
         };
-        // Noise in the amplitudes looks like information, and scatters the score as that does.
+        // Noise in the amplitudes looks like information, and scatters the score as much.
         let noise = self.noise * solution.turn_sigma * solution.turn_sigma;
         let faint = 1.0 / (1.0 - noise).max(FAINT_MIN);
         // Each channel's noise is known from a finite number of frames.

@@ -9,8 +9,8 @@ fn averaging(channels: u32, scans: u32) -> Option<Averaging> {
     Averaging::new(channels, scans, CLOCK_MHZ)
 }
 
-/// Runs a signal, volts of 3.3 by input and time in seconds, through halves. Gives the codes of each
-/// frame with its time.
+/// Runs a signal, given as readings by input and time in seconds, through halves. Returns the time
+/// and the codes of each frame.
 fn frames(
     averaging: &Averaging,
     count: u32,
@@ -61,7 +61,7 @@ fn frames_have_the_rates_of_the_plans() {
         let found_hz = 1e6 * f64::from(clock_mhz) / f64::from(averaging.frame_ticks());
         assert!((found_hz - rate_hz).abs() < 0.1, "{found_hz}");
     }
-    // Neither a half of 45 us nor more scans than a byte counts.
+    // Refused: a half of 45 us, and more scans than fit a byte.
     assert_eq!(averaging(14, 91), None);
     assert_eq!(averaging(14, 256), None);
     assert_eq!(averaging(0, 92), None);
@@ -81,7 +81,7 @@ fn a_code_of_780000h_is_the_reference() {
     assert!((found[1].1[13] - 4095 * 1920).abs() <= 1, "{found:?}");
 }
 
-/// A ramp that all inputs share reads the same on all of them, at the time that the frame gives.
+/// A ramp on all inputs reads the same on all of them, at the time of the frame.
 #[test]
 fn inputs_that_are_sampled_in_turn_are_as_if_at_once() {
     for (channels, scans) in [(14, 15), (14, 93), (8, 28)] {
@@ -98,7 +98,7 @@ fn inputs_that_are_sampled_in_turn_are_as_if_at_once() {
                 );
             }
         }
-        // Once there is a frame before: without it the last input would be late.
+        // Only after a previous frame: without one the last input is late.
         assert!(found[0].1[channels as usize - 1] > found[0].1[0] + 960);
     }
 }
@@ -108,11 +108,11 @@ fn halves_that_nobody_took_leave_a_whole_frame_out() {
     let averaging = averaging(14, 15).unwrap();
     let (oversampler, buffer) = (Oversampler::new(), [const { AtomicU16::new(9) }; 2 * HALF]);
     oversampler.begin(&averaging);
-    // 136 us each, five to a frame.
+    // Halves of 136 us, five per frame.
     let at_us = |half: u32| half * 136;
     let mut ends = Vec::new();
     for half in 1..=30 {
-        // 7 and 8 came, and nobody; then 16, and not until 20.
+        // Halves 7 and 8 were served late, and halves 16 to 20.
         if [7, 16, 17, 18, 19].contains(&half) {
             continue;
         }

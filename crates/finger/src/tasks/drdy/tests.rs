@@ -8,7 +8,7 @@ use heapless::spsc::Queue;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 
-/// DRDY, and when its next edge falls that was not looked at, nanoseconds of the board.
+/// DRDY, and the board time of the next edge that was not acknowledged, nanoseconds.
 struct Pin {
     board: SimulatedBoard,
     ahead_ns: Option<u64>,
@@ -45,7 +45,7 @@ impl Platform for Clock {
     }
 }
 
-/// A conversion ends while the chip is checked: because of an edge of noise shortly before, or because
+/// A conversion ends while the chip is checked, after an edge of noise shortly before, or because
 /// an estimate waits for the check.
 #[test]
 fn a_conversion_that_ends_during_a_check_is_read() {
@@ -89,7 +89,7 @@ fn check_before_edges(is_urgent: bool) {
             .ahead_ns
             .is_none_or(|ahead_ns| ahead_ns > board.now_ns())
         {
-            // An edge of noise may have come before it.
+            // An edge of noise may have come before.
             drdy.pin.unmute();
         }
         let ahead_ns = drdy.pin.ahead_ns.expect("the chip scans");

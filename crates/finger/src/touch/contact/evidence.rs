@@ -16,9 +16,9 @@ use ridgetone_tone::Values;
 const FALLEN: f32 = 0.55;
 
 impl ContactDetector {
-    /// True if a level, which is `off` from idle, is in the air after a spike, which may be many
-    /// times as high as the hold: only what is next to idle is. Of a finger that is shaken all the
-    /// time a longer mean shows where it is.
+    /// True if a level, which is `off` from idle, is in the air after a spike. The spike may be
+    /// many times as high as the hold, so only a level next to idle counts. For a finger that is
+    /// shaken all the time a longer mean decides.
     pub(super) fn is_back_from_spike(&self, off: f32) -> bool {
         let is_still = self.motion.still_quick >= SPIKE_STILL_BLOCKS;
         let of_recent = self
@@ -36,13 +36,13 @@ impl ContactDetector {
         )
     }
 
-    /// True if what has changed since the block that ends with frame `since` is a contact. Else it
-    /// is a slide of a finger that was on something before, or it is unclear as yet.
+    /// True if the change since the block that ends with frame `since` is a contact. Otherwise a
+    /// finger that was on something before slides, or it is unclear as yet.
     pub(super) fn is_contact(&mut self, since: u32, number: u32, ring: Averages) -> bool {
         let is_still =
             self.motion.still >= SPIKE_STILL_BLOCKS && number.wrapping_sub(since) > SPIKE_FRAMES;
         let first = since.wrapping_sub(BLOCK_FRAMES - 1);
-        // A slide comes by the level before it, but does not stay there; a tap is short.
+        // A slide passes the level before it, but does not stay there; a tap is short.
         let is_short = number.wrapping_sub(since) < 2 * SPIKE_FRAMES;
         let off = |back| {
             self.motion
@@ -81,8 +81,8 @@ impl ContactDetector {
             .is_left(level, self.motion.weights(), self.motion.taxels.count)
     }
 
-    /// True if the load fell in the motion that has just passed, wherever the idle level may be by
-    /// now: it may have drifted, and a skin creeps back to it.
+    /// True if the load fell in the latest motion, whatever the idle level is by now: the level may
+    /// have drifted, and a skin creeps back to it.
     pub(super) fn has_fallen(&self) -> bool {
         let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else {
             return false;
@@ -95,9 +95,9 @@ impl ContactDetector {
         is_down(past.back(STILL_BLOCKS as usize - 1)) && is_down(past.back(0))
     }
 
-    /// The level before a motion that the latest block shows.
+    /// Notes the level before a motion that the latest block shows.
     pub(super) fn note_still_level(&mut self) {
-        // Right after something else it is the level at which that ended.
+        // Right after another motion the level at which that motion ended is kept.
         let count = self.motion.past().count;
         if count > HELD_BACK {
             let skip = count.saturating_sub(4).clamp(HELD_BACK, STILL_BACK);
