@@ -3,23 +3,23 @@
 
 use ridgetone_proto::telemetry::Event;
 
-/// Microseconds in seconds.
+/// Converts microseconds to seconds.
 pub fn seconds(t_us: u64) -> f64 {
     t_us as f64 / 1e6
 }
 
-/// Device time of an event, seconds: of its end if it lasts. A greeting and a reply have none.
+/// Device time of an event, seconds, or of its end if it lasts. A greeting and a reply have none.
 pub fn time_s(event: &Event) -> Option<f64> {
     event.t_us().map(seconds)
 }
 
-/// Bytes in hexadecimal: "0A 31".
+/// Formats bytes in hexadecimal: "0A 31".
 pub fn hex(bytes: &[u8]) -> String {
     let digits: Vec<_> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
     digits.join(" ")
 }
 
-/// A number with `digits` significant digits, plain between 1e-4 and 1e7.
+/// Formats a number with `digits` significant digits, without exponent between 1e-4 and 1e7.
 pub fn significant(value: f64, digits: usize) -> String {
     let power = value.abs().log10().floor();
     if value == 0.0 || !value.is_finite() {
@@ -32,7 +32,8 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Decimals with which an uncertainty has two significant digits; `None` if it is no uncertainty.
+/// Decimals that show an uncertainty with two significant digits; `None` if `sigma` is not an
+/// uncertainty.
 pub fn decimals(sigma: f64) -> Option<usize> {
     // The exponent after rounding: 0.0996 is 0.10.
     let power: i32 = format!("{sigma:.1e}").split_once('e')?.1.parse().ok()?;

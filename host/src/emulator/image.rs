@@ -1,14 +1,14 @@
-//! The firmware image to emulate: its place, and the board that it is for.
+//! Finds the firmware image to emulate, and the board that it is for.
 
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone_emulator::{Board, Image};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-// Images that were there when this command was built: names of boards, and ELF files.
+// Images that existed when this command was built: names of boards, and ELF files.
 include!(concat!(env!("OUT_DIR"), "/images.rs"));
 
-/// Where `cargo xtask firmware` puts the usual image, from cargo's target directory.
+/// Path of the default image within cargo's target directory, as `cargo xtask firmware` writes it.
 const IMAGE: &str = "firmware/feather-f405/ridgetone-firmware.elf";
 
 /// Board that is emulated by default.
@@ -21,8 +21,9 @@ pub struct Firmware {
     pub image: Arc<Image>,
 }
 
-/// The usual image: embedded in this command, else in `CARGO_TARGET_DIR`, else in `target` of the
-/// workspace around the current directory, else of the one this program was built in.
+/// Finds the default image: embedded in this command, else in `CARGO_TARGET_DIR`, else in `target`
+/// of the workspace around the current directory, else of the workspace that this program was built
+/// in.
 pub fn find() -> Result<Firmware> {
     if let Some(firmware) = embedded(BOARD.name().as_ref()) {
         return firmware;
@@ -94,7 +95,7 @@ fn of_bytes(bytes: &[u8], name: &Path) -> Result<Firmware> {
     Ok(Firmware { board, image })
 }
 
-/// The board, whose name build.rs puts into a symbol's.
+/// Returns the board, whose name build.rs puts into the name of a symbol.
 fn board(image: &Image) -> Option<Board> {
     let name = image.name_after("_board_")?;
     Board::named(&name.replace('_', "-"))
