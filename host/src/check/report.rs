@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
-/// Every check, and what they were made with.
+/// All checks, with their summary.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     pub summary: Summary,
@@ -63,7 +63,7 @@ impl Report {
         Self { summary, checks }
     }
 
-    /// Prints the checks on standard output, as text or one object a line.
+    /// Prints the checks on standard output, as text or as one JSON object per line.
     pub fn print(&self, json: bool) -> Result<()> {
         if !json {
             return output::line(self.to_string().trim_end());

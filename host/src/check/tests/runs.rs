@@ -16,11 +16,11 @@ use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Hello, PROTOCOL, Packet};
 
-/// The change to a healthy board, the checks that warn or fail in their order, and a part of the
+/// The change to a healthy board, the checks that warn or fail in their order, and part of the
 /// first one's finding.
 type Case = (fn(&mut Bench), &'static str, &'static str);
 
-/// A line each: the board and its change, the checks, the words.
+/// One line per case: the board and its change, the checks, the words.
 macro_rules! cases {
     ($($expected:literal $words:literal => |$bench:ident| $change:expr;)*) => {
         vec![$((|$bench: &mut Bench| { $change; }, $expected, $words)),*]
@@ -43,7 +43,7 @@ fn cases() -> Vec<Case> {
             |bench| bench.on_start = |chip| chip.begin_fault(Fault::BusCut { high: true });
         "adc_id Fail, adc_registers Fail, adc_restarts Fail, frame_rate Fail, drdy_jitter Fail, inputs Fail, noise Fail, mains Fail, faults Fail" "DOUT is always low" =>
             |bench| bench.on_start = |chip| chip.begin_fault(Fault::BusCut { high: false });
-        // A bit of each thousandth byte; each thousandth byte lost.
+        // A bit of every thousandth byte is flipped; every thousandth byte is lost.
         "commands Warn" "arrived damaged" => |bench| bench.received = |number, byte| Received::Byte(byte ^ (u8::from(number % 1000 == 500) << 2));
         "commands Fail" "bytes overrun" => |bench| bench.received = |number, byte| match number % 1000 {
             500 => Received::Lost(1),
@@ -102,7 +102,7 @@ fn cases() -> Vec<Case> {
     }
 }
 
-/// A fault of the chip that happens once, two seconds into the watch.
+/// Adds a fault of the chip that happens once, two seconds into the watch.
 fn happens(bench: &mut Bench, fault: Fault) {
     let injection = Injection {
         at_s: 4.0,
@@ -112,7 +112,7 @@ fn happens(bench: &mut Bench, fault: Fault) {
     bench.input.options.injections.push(injection);
 }
 
-/// Settings are stored, on a board with other greetings than its own.
+/// Makes the check store settings, on a board whose greetings are altered.
 fn stores(bench: &mut Bench, mut alter: impl FnMut(&mut Hello) + Send + 'static) {
     (bench.plan.stores, bench.plan.length_s) = (true, 3.0);
     bench.altered = Box::new(move |packet: &mut Packet| {
@@ -231,7 +231,7 @@ fn another_protocol_fails_and_leaves_the_rest_unjudged() {
     );
 }
 
-/// RX is not connected: the board is heard, and does not answer.
+/// RX is not connected: the board sends telemetry, but does not answer.
 #[test]
 fn a_board_that_hears_nothing_fails_the_commands_and_is_judged_by_what_it_sends() {
     let bench = Bench::with(|bench| bench.received = |_, _| Received::Byte(0));
@@ -248,7 +248,7 @@ struct Touch(Box<dyn Scene>, f64);
 
 impl Scene for Touch {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        // The finger's own noise before the touch would be judged too.
+        // Without this, the finger's own noise before the touch would be judged too.
         if (0.5..self.1).contains(&t_s) {
             self.0.volts(input, t_s)
         } else {
