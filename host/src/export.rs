@@ -25,7 +25,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// Format by the extension of a file's name, if known.
+    /// Returns the format for the extension of a file's name, if known.
     pub fn by_name(path: &Path) -> Option<Self> {
         Some(match path.extension()?.to_str()?.to_lowercase().as_str() {
             "csv" => Self::Csv,
@@ -36,7 +36,7 @@ impl Format {
     }
 }
 
-/// Writes a recording in a format; for CSV the table `kind`. Gives the counts of packets.
+/// Writes a recording in a format; `kind` is the table for CSV. Returns the counts of packets.
 pub fn run(path: &Path, format: Format, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     match format {
         Format::Csv => table::write(path, kind, out),

@@ -1,4 +1,4 @@
-//! Exports, read back by readers that are not ours.
+//! Exports, read back by independent readers.
 
 use super::*;
 use crate::input::Input;
@@ -187,7 +187,7 @@ fn mcap_holds_every_packet_on_the_topics_of_serve() {
         *count += 1;
     }
     assert_eq!(kinds.values().sum::<u64>(), counts.received);
-    // Readers find messages by the summary.
+    // Readers find messages through the summary.
     let summary = ::mcap::Summary::read(&bytes).unwrap().unwrap();
     let statistics = summary.stats.as_ref().unwrap();
     assert_eq!(statistics.message_count, counts.received);
