@@ -66,7 +66,7 @@ impl CheckArgs {
     }
 }
 
-/// The port with its USB name, if it has one.
+/// Returns the port with its USB name, if it has one.
 fn port_name(name: String) -> String {
     let found = System.list().unwrap_or_default();
     found

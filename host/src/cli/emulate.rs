@@ -73,7 +73,7 @@ struct TruthJson<'a> {
     truth: Truth,
 }
 
-/// The table of a scene.
+/// Result of writing a scene as a table.
 #[derive(Serialize)]
 struct TableJson<'a> {
     file: &'a str,
@@ -81,7 +81,7 @@ struct TableJson<'a> {
     rate_hz: f64,
 }
 
-/// A message, and the device time at which its last byte had left the board.
+/// A message, with the device time at which its last byte had left the board.
 #[derive(Serialize)]
 struct SentJson {
     #[serde(flatten)]

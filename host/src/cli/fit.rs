@@ -269,7 +269,7 @@ struct Batch<'a> {
     labels: Option<LabelFile<'a>>,
 }
 
-/// A file of labels, by the ending of its name.
+/// A file of labels, by the extension of its name.
 enum LabelFile<'a> {
     Audacity(&'a Path),
     Praat(&'a Path),
@@ -289,8 +289,8 @@ impl<'a> LabelFile<'a> {
 }
 
 impl Batch<'_> {
-    /// A file that cannot be read has a row that says why, and the others are fitted. Gives the
-    /// number of such files.
+    /// Fits all files; one that cannot be read gets a row that says why. Returns the number of such
+    /// files.
     fn run(&self, out: &mut dyn Write) -> Result<usize> {
         let mut rows = FitRows::new(out, self.is_json)?;
         let (mut progress, mut failed) = (Progress::default(), 0);
@@ -343,7 +343,7 @@ impl Batch<'_> {
         self.draw(&samples, &selection, points, steps.window_s)
     }
 
-    /// Writes the picture and the labels of the windows, if they are wanted.
+    /// Writes the picture and the labels of the windows, if requested.
     fn draw(
         &self,
         samples: &Samples,

@@ -87,14 +87,14 @@ impl SettingsCommand {
 }
 
 impl SetArgs {
-    /// Whether the board has erased flash for it, and what their plan gives.
+    /// Returns whether the board has erased flash, and the rates and windows of the plan.
     fn set(&self) -> Result<(bool, Option<Gives>)> {
         let from_file = self
             .settings
             .as_deref()
             .map(settings_form::load)
             .transpose()?;
-        // A wrong name or value is refused before a board is opened.
+        // Refuse a wrong name or value before a board is opened.
         settings_form::change(&from_file.unwrap_or_default(), &self.changes)?;
         let mut feed = self.board.open_for_request()?;
         let mut board = Client::new(&mut feed);

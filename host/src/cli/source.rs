@@ -57,7 +57,7 @@ impl SourceOptions {
         }))
     }
 
-    /// True if no board and no recording is named.
+    /// True if neither a board nor a recording is named.
     pub fn is_unnamed(&self) -> bool {
         self.recording().is_none() && self.board.is_unnamed()
     }
