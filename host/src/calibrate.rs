@@ -131,7 +131,7 @@ fn measure(
     let array = Array {
         pitch_mm,
         edge_phase_rad: 0.0,
-        // The lag itself is needed here.
+        // No correction: the lag itself is measured.
         edge_phase_sigma_rad: 0.0,
         period_min_mm: 0.98 * near,
         period_max_mm: (PULLED_MAX * near).min(PITCHES_MAX * pitch_mm),
@@ -217,8 +217,8 @@ fn measure(
     })
 }
 
-/// Fits the line of the nominal pitch to one or two lags. Its uncertainty is that of the pitch,
-/// taken at the farther end of the default periods.
+/// Fits the line of the nominal pitch to one or two lags. Its uncertainty is that of the pitch: the
+/// change of the lag at that end of the default periods that is farther from the gratings.
 fn height(mut points: Vec<Point>, pitch_mm: f64) -> Calibration {
     let count = points.len() as f64;
     let edge = |point: &Point| TAU * pitch_mm / point.period_mm - point.lag_rad;

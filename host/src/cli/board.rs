@@ -33,7 +33,7 @@ impl BoardOptions {
     }
 
     /// Opens the board's line. The emulated board runs at `pace`, or as fast as it can; with
-    /// `repeats` its scene repeats, and of the first scene each touch is over another grating.
+    /// `repeats` its scene repeats, and in the first scene each touch is over a different grating.
     pub fn open(&self, pace: Option<f64>, repeats: bool) -> Result<Feed> {
         if let Some(scene) = &self.emulated {
             return emulated(scene.as_deref(), self.emulation(pace, repeats)?);

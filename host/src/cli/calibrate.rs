@@ -37,7 +37,7 @@ pub struct CalibrateArgs {
     /// Scan plan for scene files: paper, hand, texture or vibration [default: paper].
     #[arg(long, value_name = "NAME", value_parser = plan)]
     plan: Option<Plan>,
-    /// Measure windows of any status, not good ones alone.
+    /// Measure windows of any status, not only good ones.
     #[arg(long)]
     accept: bool,
     /// One JSON object on one line instead of text.

@@ -55,10 +55,10 @@ pub struct EmulateArgs {
     /// Write the raw bytes of the telemetry line here.
     #[arg(long, value_name = "FILE")]
     serial_out: Option<PathBuf>,
-    /// Draw the channels and the results here.
+    /// Draw the channels and the results to this file.
     #[arg(long, value_name = "FILE.svg")]
     svg: Option<PathBuf>,
-    /// One JSON object a line instead of text. `left_s` is the device time at which the message's
+    /// One JSON object per line instead of text. `left_s` is the device time at which the message's
     /// last byte had left the board; the last line has the scene's true values, on the same clock.
     #[arg(long)]
     json: bool,

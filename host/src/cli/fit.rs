@@ -53,7 +53,7 @@ pub struct FitArgs {
     /// [default: one fit].
     #[arg(long, value_name = "S", value_parser = positive)]
     window: Option<f64>,
-    /// From one window to the next, seconds [default: the window's length].
+    /// Time from one window to the next, seconds [default: the window's length].
     #[arg(long, value_name = "S", value_parser = positive, requires = "window")]
     stride: Option<f64>,
     /// Write the table here: CSV, or lines of JSON with --json [default: standard output].
@@ -99,7 +99,7 @@ pub struct FitArgs {
     /// is the one whose name begins with position or speed, or that of the two options above.
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["min_hz", "max_hz", "rate"])]
     positions: Option<PathBuf>,
-    /// Millimetres of one count of the position.
+    /// Millimetres per count of the position.
     #[arg(long, value_name = "MM", value_parser = positive, requires = "position_column")]
     mm_per_count: Option<f64>,
     /// Columns to fit, by name, number or range: `Fx,Fy` or `3-8`; more than 16 in groups

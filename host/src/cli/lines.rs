@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct LineOptions {
-    /// One JSON object a line instead of text.
+    /// One JSON object per line instead of text.
     #[arg(long)]
     pub json: bool,
 }
@@ -150,7 +150,7 @@ fn millivolts(frame: &Frame) -> String {
     frame.volts.iter().map(value).collect::<Vec<_>>().join(" ")
 }
 
-/// Limits the lines of a text to the width of the terminal, if there is one.
+/// Cuts lines that are wider than the terminal, if there is one.
 fn fitted(text: &str) -> String {
     let width = match std::io::stdout().is_terminal() {
         true => terminal::size().map_or(usize::MAX, |(columns, _)| columns.into()),

@@ -29,7 +29,7 @@ pub struct ServeArgs {
     /// First part of all topics: the name of what carries the fingers.
     #[arg(long, value_name = "NAME", default_value = "ridgetone")]
     board: String,
-    /// Serve Foxglove (WebSocket) at this address. Who reaches it can read, and send nothing.
+    /// Serve Foxglove (WebSocket) at this address. Anyone who reaches it can read, but not send.
     #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     foxglove: Option<SocketAddr>,
     /// Publish to this broker of MQTT 5: mqtt://[USER:PASSWORD@]HOST[:PORT].

@@ -1,5 +1,5 @@
-//! Settings of the library, from a file and from options over it. The options of the common ones
-//! are made from the table of settings; `--set` reaches all of them.
+//! Settings of the library, from a file and from options that override it. The options of common
+//! settings are made from the table of settings; `--set` reaches all of them.
 
 use crate::settings_form::{self, from_text, range, shown};
 use crate::usage::UsageError;

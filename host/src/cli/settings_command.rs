@@ -48,7 +48,7 @@ pub struct SetArgs {
     /// All settings of this file; a setting that is not in it gets its default.
     #[arg(long, value_name = "FILE.toml")]
     settings: Option<PathBuf>,
-    /// Store them: they are in force after the next start too.
+    /// Store them, so that they are in force after the next start too.
     #[arg(long)]
     keep: bool,
     #[command(flatten)]

@@ -48,7 +48,7 @@ pub fn find() -> Result<Firmware> {
     read(&found)
 }
 
-/// The image in this command with the name of its board, if there is one.
+/// Returns the embedded image for the board of this name, if there is one.
 fn embedded(name: &Path) -> Option<Result<Firmware>> {
     let (_, bytes) = EMBEDDED
         .iter()

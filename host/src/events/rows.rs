@@ -42,7 +42,7 @@ pub struct Column {
 }
 
 impl Column {
-    /// The value as text; empty if it is not known.
+    /// Returns the value as text; empty if it is not known.
     pub fn text(&self, message: &Value) -> String {
         match message.pointer(&self.pointer) {
             None | Some(Value::Null) => String::new(),
@@ -55,7 +55,7 @@ impl Column {
         }
     }
 
-    /// The value as a number.
+    /// Returns the value as a number.
     pub fn number(&self, message: &Value) -> Option<f64> {
         message.pointer(&self.pointer)?.as_f64()
     }

@@ -108,7 +108,7 @@ fn it_can_be_serialised_with_the_names_that_json_lines_have() {
         json["history"].as_array().unwrap().len(),
         live.history.len()
     );
-    // A code of the reference's is the reference's voltage; taxel 2 was not read, taxel 3 is
+    // The reference's code converts to the reference voltage; taxel 2 was not read, taxel 3 is
     // doubtful.
     let strips = &json["strips"];
     assert_eq!(
