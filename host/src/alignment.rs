@@ -3,7 +3,7 @@
 
 use ridgetone_proto::settings::TAXELS;
 
-/// Relation between the positions of another file and a recording's frames.
+/// Relation between the positions in a different file and a recording's frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alignment {
     /// Name of the file with the positions.

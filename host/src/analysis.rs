@@ -12,7 +12,7 @@ use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Power of an empty bin, decibels: below the floor of 24 bits and 16 channels.
+/// Power of an empty bin, decibels: below the noise floor of 24 bits and 16 channels.
 const DB_MIN: f32 = -120.0;
 
 /// Half-width of the noise band around a line, cycles per window, as in the estimator
@@ -31,7 +31,7 @@ pub struct Spectrum {
     /// Device time of the window's first and last frame, seconds.
     pub from_s: f64,
     pub until_s: f64,
-    /// True if it is the window of the latest estimate; otherwise the latest frames.
+    /// True for the window of the latest estimate, false for the latest frames.
     pub of_estimate: bool,
     /// Bin spacing, hertz; the first bin is at 0 Hz.
     pub bin_hz: f64,
@@ -39,8 +39,8 @@ pub struct Spectrum {
     pub power_db: Vec<f32>,
     /// Frequency of the strongest line, searched between the bins too, hertz.
     pub strongest_hz: Option<f64>,
-    /// The reported tone's harmonics, the fundamental first; empty without a tone of this window in
-    /// time.
+    /// Harmonics of the reported tone, fundamental first; empty unless this is the window of an
+    /// estimate with a tone.
     pub lines: Vec<HarmonicLine>,
 }
 
@@ -51,7 +51,7 @@ pub struct HarmonicLine {
     pub power_db: f32,
 }
 
-/// Spectrum of the residual, in the scale of [`Spectrum`].
+/// Spectrum of the residual, normalised like [`Spectrum`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResidualSpectrum {
     pub bin_hz: f64,
@@ -69,13 +69,13 @@ pub struct Curves {
     pub t_s: Vec<f64>,
     /// Voltages of each taxel; `None` where they are missing or doubtful.
     pub read_v: Vec<Vec<Option<f32>>>,
-    /// For each taxel its offset and the fundamental, volts; `None` if the fit left it out.
+    /// Offset and fundamental of each taxel, volts; `None` if the fit left it out.
     pub tone_v: Vec<Option<Vec<f32>>>,
     /// The whole fit of each taxel: baseline, all harmonics, interferer.
     pub fit_v: Vec<Option<Vec<f32>>>,
-    /// For each taxel of the fit its harmonics, the fundamental first.
+    /// Harmonics of each fitted taxel, the fundamental first.
     pub harmonics: Vec<Option<Vec<Harmonic>>>,
-    /// For each taxel of the fit the RMS of the residual, volts.
+    /// RMS of the residual of each fitted taxel, volts.
     pub residual_v: Vec<Option<f32>>,
     pub residual_spectrum: Option<ResidualSpectrum>,
 }
@@ -419,7 +419,7 @@ mod tests {
         assert_eq!([0, 1, 2].map(|taxel| slot_s(&plan, taxel)), [0.0; 3]);
     }
 
-    /// The driver's own order of a scan.
+    /// The expected order of a scan is the driver's own.
     #[test]
     fn a_taxel_is_as_late_as_its_conversion() {
         for plan in [

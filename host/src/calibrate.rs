@@ -3,7 +3,7 @@
 //!
 //! The lag between the columns of units is modelled as a straight line over the grating's cycles
 //! per millimetre ([`Array::edge_phase_rad`]); here the line is fitted to measured lags by least
-//! squares. One or two gratings give its height alone: its slope is the nominal pitch.
+//! squares. One or two gratings determine only its height; its slope is the nominal pitch then.
 
 use crate::frames::Frames;
 use crate::input::Input;
@@ -60,7 +60,7 @@ pub struct Point {
     pub windows: usize,
 }
 
-/// The line, as [`Array`] has it.
+/// The fitted line, in the form of [`Array`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
     pub pitch_mm: f64,
@@ -72,7 +72,7 @@ pub struct Calibration {
 /// Method by which gratings are measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Measuring {
-    /// The units' own pitch.
+    /// Nominal pitch of the units.
     pub pitch_mm: f32,
     /// Speed of the gratings, if it is known.
     pub speed_mm_s: Option<f64>,

@@ -15,8 +15,8 @@ struct Svg {
 }
 
 impl Svg {
-    /// A picture of this height on a white card, legible on a light and on a dark page. `title` is
-    /// for screen readers.
+    /// Starts a picture of this height on a white card, legible on a light and on a dark page.
+    /// `title` is for screen readers.
     fn new(height: f64, title: &str) -> Self {
         let width = CHART_WIDTH;
         let mut body = format!(
@@ -43,7 +43,7 @@ impl Svg {
         self.body.push('\n');
     }
 
-    /// A text on one line; `y` is its baseline, `anchor` one of `start`, `middle` and `end`.
+    /// Draws a text on one line; `y` is its baseline, `anchor` one of `start`, `middle` and `end`.
     fn text(&mut self, [x, y]: [f64; 2], anchor: &str, class: &str, text: &str) {
         let text = escape(text);
         self.push(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{text}</text>"));
@@ -308,7 +308,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// An axis from the pixel `from` to the pixel `to`.
+    /// Makes an axis from the pixel `from` to the pixel `to`.
     fn axis(&self, values: impl Iterator<Item = f64>, from: f64, to: f64) -> Axis {
         let usable = values.filter(|value| value.is_finite() && (!self.is_log || *value > 0.0));
         let (least, most) = usable.fold(
@@ -346,14 +346,13 @@ pub struct Panel {
     pub shades: Option<Shades>,
 }
 
-/// Width of a chart.
 const CHART_WIDTH: f64 = 940.0;
 const EDGES: (f64, f64) = (74.0, 910.0);
 const PLOT_HEIGHT: f64 = 250.0;
 const KEY_ROW: f64 = 20.0;
 
 impl Panel {
-    /// The key, row by row.
+    /// Lays out the key, row by row.
     fn key(&self) -> Vec<Vec<KeyEntry<'_>>> {
         let mut rows = vec![Vec::new()];
         let mut x = EDGES.0;
@@ -447,7 +446,7 @@ impl Panel {
     }
 }
 
-/// A sample of a curve, and what it is called.
+/// Entry of the key: a sample of the curve, and its name.
 struct KeyEntry<'a> {
     x: f64,
     look: Look,
@@ -462,7 +461,7 @@ fn marker(svg: &mut Svg, look: Look, x: f64, y: f64) {
     }
 }
 
-/// A chart of panels, one below the other.
+/// Draws a chart of panels, one below the other.
 pub fn chart(title: &str, panels: &[Panel]) -> String {
     let height: f64 = panels.iter().map(Panel::height).sum();
     let mut svg = Svg::new(height, title);

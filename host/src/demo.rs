@@ -22,7 +22,6 @@ pub struct Demo {
     /// Tone over noise, dB; `None` if finger and converter are the only noise.
     pub snr_db: Option<f64>,
     pub truth: Truth,
-    /// The board that was emulated.
     pub board: Board,
     pub outcome: Outcome,
     pub packets: Vec<Packet>,
@@ -93,7 +92,7 @@ impl Demo {
         (count > 0.0).then_some(sum / count)
     }
 
-    /// The last event of a kind.
+    /// Returns the last event of a kind.
     fn last<'a, T>(&'a self, kind: impl Fn(&'a Event) -> Option<T>) -> Option<T> {
         self.packets
             .iter()

@@ -1,5 +1,5 @@
-//! Numbers as text: significant digits, and as many decimals as an uncertainty needs. Device time
-//! in seconds.
+//! Numbers as text: significant digits, or as many decimals as an uncertainty needs. Device time in
+//! seconds.
 
 use ridgetone_proto::telemetry::Event;
 
@@ -40,8 +40,8 @@ pub fn decimals(sigma: f64) -> Option<usize> {
     (sigma > 0.0 && sigma.is_finite()).then(|| (1 - power).max(0) as usize)
 }
 
-/// A value and its uncertainty with as many decimals as the uncertainty needs for two significant
-/// digits.
+/// Formats a value and its uncertainty with as many decimals as the uncertainty needs for two
+/// significant digits.
 pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
     match decimals(sigma) {
         Some(decimals) => (format!("{value:.decimals$}"), format!("{sigma:.decimals$}")),
@@ -49,13 +49,13 @@ pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
     }
 }
 
-/// `value +- sigma`, the uncertainty with two significant digits.
+/// Formats `value +- sigma`, the uncertainty with two significant digits.
 pub fn plus_minus(value: f64, sigma: f64) -> String {
     let (value, sigma) = with_sigma(value, sigma);
     format!("{value} +- {sigma}")
 }
 
-/// A value and its uncertainty, the uncertainty with two significant digits, for screens.
+/// Formats a value and its uncertainty for screens, the uncertainty with two significant digits.
 pub fn uncertain(value: f64, sigma: f64) -> String {
     let (value, sigma) = with_sigma(value, sigma);
     format!("{value} \u{b1} {sigma}")

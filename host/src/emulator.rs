@@ -33,7 +33,7 @@ const PATIENCE_S: f64 = 10.0;
 /// Longest wait for the firmware to read the latest conversion at the end, in steps of 10 us.
 const LAST_STEPS: usize = 100;
 
-/// Volts on every input of a processor's own ADC with nothing on the finger: the middle of a
+/// Voltage on every input of a processor's own ADC when nothing touches the finger: the middle of a
 /// bridge.
 const REST_V: f64 = 2.5;
 
@@ -56,7 +56,7 @@ pub struct Options<'a> {
 }
 
 impl<'a> Options<'a> {
-    /// Default options: nothing is kept, and the firmware has its own settings.
+    /// Default options: keeps nothing, and leaves the firmware its own settings.
     pub fn new(firmware: &'a Firmware) -> Self {
         Self {
             firmware,
@@ -82,19 +82,19 @@ pub struct Outcome {
     /// Conversions that the board has read only once, so that nothing confirms them: the next one
     /// was ready before.
     pub read_once: u64,
-    /// When each injected fault acted, nanoseconds of board time.
+    /// Times at which injected faults acted, nanoseconds of board time.
     pub injected: Vec<hal_mock::Injected>,
     pub registers: [u8; hal_mock::chip::REGISTERS],
     /// Conversions read, with the firmware's time of their DRDY edge, if
     /// `Options::keep_conversions`.
     pub conversions: Vec<TimedConversion>,
-    /// Board time at which START first rose, microseconds: zero of the scene's time.
+    /// Board time at which START first rose, microseconds: scene time zero.
     pub start_us: u64,
-    /// Board time of the first DRDY edge, microseconds: zero of the device time.
+    /// Board time of the first DRDY edge, microseconds: device time zero.
     pub first_edge_us: u64,
     /// Board time at the end, microseconds.
     pub end_us: u64,
-    /// Rules of the manuals that the firmware has broken.
+    /// Rules of the manuals that the firmware has violated.
     pub findings: Vec<Finding>,
 }
 
@@ -110,7 +110,7 @@ impl Outcome {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SentByte {
     pub byte: u8,
-    /// Device time at the end of its stop bit, seconds; 0 before the first conversion.
+    /// Device time at the end of the byte's stop bit, seconds; 0 before the first conversion.
     pub left_s: f64,
 }
 
@@ -126,7 +126,7 @@ pub type Talk<'a> = dyn FnMut(Duration, Option<(&Packet, f64)>) -> Result<Vec<u8
 /// to send.
 pub type Exchange<'a> = dyn FnMut(Duration, &[SentByte]) -> Result<Vec<u8>> + 'a;
 
-/// A board in front of `input`.
+/// Returns a board in front of `input`.
 pub fn board(firmware: &Firmware, input: Opened) -> Result<Emulator> {
     board_on(firmware, input, None)
 }
@@ -160,7 +160,7 @@ pub fn untouched(firmware: &Firmware) -> Opened {
     }
 }
 
-/// Scene time, seconds; `None` before the converter has started.
+/// Returns scene time, seconds; `None` before the converter has started.
 fn scene_s(emulator: &mut Emulator) -> Option<f64> {
     let zero_ns = emulator
         .adc()

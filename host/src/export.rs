@@ -18,7 +18,7 @@ use std::path::Path;
 pub enum Format {
     /// One table, of estimates, frames, health, or events `texture`.
     Csv,
-    /// One JSON object a line for each packet, as with --json.
+    /// One JSON object per line for each packet, as with --json.
     Ndjson,
     /// For Foxglove and PlotJuggler: the topics of `serve`.
     Mcap,

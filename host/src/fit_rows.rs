@@ -43,7 +43,7 @@ enum Form<'a> {
 }
 
 impl<'a> FitRows<'a> {
-    /// A table, or lines of JSON.
+    /// Starts a table, or lines of JSON.
     pub fn new(out: &'a mut dyn Write, is_json: bool) -> Result<Self> {
         let form = if is_json {
             Form::Json(out)

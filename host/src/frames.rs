@@ -38,7 +38,6 @@ pub struct Frames {
     source: Source,
     /// Settings to start from: those of the board, or the library's with the table's own plan.
     pub settings: Settings,
-    /// Length, seconds.
     pub length_s: f64,
 }
 

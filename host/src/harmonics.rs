@@ -11,7 +11,7 @@ const FRACTION_MIN: f64 = 1e-9;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Harmonic {
     pub amplitude_v: f32,
-    /// At the window's centre: amplitude x cos(2 pi k f t + phase).
+    /// Phase at the window's centre: amplitude x cos(2 pi k f t + phase).
     pub phase_rad: f32,
 }
 
@@ -139,7 +139,7 @@ pub fn powers(readings: impl Iterator<Item = Reading>, frequencies: Frequencies)
     sums.into_iter().map(|(re, im)| re * re + im * im).collect()
 }
 
-/// The unknowns, and the sum of the squared residuals, by the modified Gram-Schmidt process
+/// Returns the unknowns and the sum of squared residuals, by the modified Gram-Schmidt process
 /// (Björck, "Solving linear least squares problems by Gram-Schmidt orthogonalization", BIT 7,
 /// 1967).
 fn least_squares(rows: &[Vec<f64>], mut residual: Vec<f64>) -> (Vec<f64>, f64) {

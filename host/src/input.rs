@@ -61,7 +61,7 @@ pub struct Opened {
 }
 
 impl Opened {
-    /// Inputs at 0 V for ever, with the converter's noise.
+    /// Returns inputs at 0 V for ever, with the converter's noise.
     pub fn untouched() -> Self {
         Self {
             scene: Box::new(Constant::default()),
@@ -76,12 +76,12 @@ impl Opened {
 /// Time from one input of a scan to the next, seconds.
 pub const SLOT_S: f64 = CONVERSION_NS as f64 * 1e-9;
 
-/// Frames per second of the default scan, nominal.
+/// Returns the nominal frames per second of the default scan.
 pub fn frame_rate_hz() -> f64 {
     rate_of(&Plan::PAPER)
 }
 
-/// Frames per second of a plan, nominal.
+/// Returns the nominal frames per second of a plan.
 pub fn rate_of(plan: &Plan) -> f64 {
     f64::from(plan.adc_clock_hz) / f64::from(plan.frame_ticks)
 }
@@ -128,10 +128,10 @@ impl Input {
     }
 }
 
-/// Longest scene that is played, seconds: a longer one comes from a wrong speed.
+/// Longest scene that is played, seconds: a longer one results from a wrong speed.
 const SCENE_MAX_S: f64 = 3600.0;
 
-/// Fraction of the frame rate up to which a tone is not aliased, with a margin.
+/// Highest tone that is not aliased, as a fraction of the frame rate, with a margin.
 const TONE_MAX: f64 = 0.45;
 
 /// Refuses a scene that would play for hours.

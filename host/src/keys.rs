@@ -1,4 +1,4 @@
-//! Keys pressed on the terminal, and its end.
+//! Keys pressed on the terminal, and detection of its end.
 
 use crate::stop;
 use anyhow::Result;

@@ -162,7 +162,7 @@ macro_rules! latest {
 }
 
 impl Live {
-    /// The state before the first packet from `source`.
+    /// Returns the state before the first packet from `source`.
     pub fn new(source: impl Into<String>) -> Self {
         let now = Now {
             source: source.into(),
@@ -268,7 +268,6 @@ impl Live {
         (self.now.phase, self.now.phase_since_s) = (Phase::Idle, Some(0.0));
     }
 
-    /// Adds a line to the log.
     pub fn note(&mut self, text: impl Into<String>) {
         self.log.push(text.into());
     }
@@ -288,7 +287,7 @@ impl Live {
         };
     }
 
-    /// The settings in force if the board has reported them, otherwise the defaults.
+    /// Returns the settings in force if the board has reported them, otherwise the defaults.
     pub fn settings(&self) -> Settings {
         self.hello()
             .map_or(Settings::DEFAULT, |hello| hello.settings)

@@ -1,4 +1,4 @@
-//! The frames: their rate, their times, and what the inputs show.
+//! Checks of the frames: their rate, their times, and what the inputs show.
 
 use super::observations::{Inputs, Observations, input_names};
 use super::signals::{self, dead_and_railed, line};
@@ -22,7 +22,7 @@ const NOISE_UV: f64 = match SCAN.data_rate {
 /// Mains frequencies and their second harmonics.
 const LINES_HZ: [f64; 4] = [50.0, 60.0, 100.0, 120.0];
 
-/// Jitter, microseconds rms: at 100 Hz these are 1 % and 6 % of a tone's amplitude.
+/// Jitter, microseconds rms: at 100 Hz these limits are 1 % and 6 % of a tone's amplitude.
 const JITTER_RMS_US: Limits = Limits::up_to(20.0, 100.0);
 
 /// Worst jitter, microseconds: half a conversion, and a whole one, which means that a stamp belongs

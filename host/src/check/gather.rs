@@ -108,8 +108,7 @@ struct Talk<'a> {
     feed: &'a mut Feed,
     requests: Requests,
     seen: Seen,
-    /// The greeting with the board's own settings. It is kept while the default plan replaces the
-    /// board's own.
+    /// The greeting with the board's own settings, kept while the default plan replaces its own.
     own: Option<Hello>,
     progress: &'a mut Progress,
 }

@@ -1,4 +1,4 @@
-//! The line, the settings, and what was lost or faulty while the board was watched.
+//! Checks of the line, the settings, and what was lost or faulty while the board was watched.
 
 use super::observations::{Lent, Observations};
 use super::verdict::{Outcome, Verdict, judged, skipped};

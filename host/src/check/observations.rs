@@ -60,7 +60,7 @@ pub struct Exchanged {
 pub struct Watched {
     pub before: Health,
     pub after: Health,
-    /// This end's counts of packets.
+    /// Packet counts of this end of the line.
     pub counts_before: Counts,
     pub counts_after: Counts,
     pub frames: Vec<Raw>,
@@ -86,7 +86,7 @@ pub struct Kept {
     pub sent: Option<Settings>,
     /// Settings in force after the restart, if they came from the flash.
     pub found: Option<Settings>,
-    /// True if the flash may hold other settings than before.
+    /// True if the flash may hold different settings than before.
     pub may_have_changed: bool,
     /// True if the flash was erased during the test.
     pub has_erased: bool,
@@ -193,8 +193,8 @@ impl Observations {
     }
 }
 
-/// Plan by which a board's frames are judged: the default plan at the board's clock for an
-/// ADS1258, the board's own for another converter.
+/// Returns the plan by which a board's frames are judged: for an ADS1258 the default plan at the
+/// board's clock, for a different converter the board's own.
 pub const fn judged_plan(own: &Plan) -> Plan {
     match own.own.converter == Converters::ADS1258 {
         true => Plan::PAPER.with_clock(own.adc_clock_hz),

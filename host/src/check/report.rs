@@ -86,7 +86,7 @@ impl Report {
         output::new_text(path, &text)
     }
 
-    /// Names of the checks that failed.
+    /// Returns the names of the checks that failed.
     pub fn failed(&self) -> Vec<&'static str> {
         let failed = self
             .checks

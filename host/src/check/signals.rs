@@ -15,7 +15,7 @@ const LINE_FRAMES: usize = (2.0 * FRAME_RATE_HZ) as usize;
 /// than a microsecond.
 const CLOCK_FRAMES: usize = (10.0 * FRAME_RATE_HZ) as usize;
 
-/// The codes of one input in consecutive frames.
+/// Returns the codes of one input in consecutive frames.
 fn codes(frames: &[Raw], input: usize) -> impl Iterator<Item = f64> {
     frames
         .iter()
@@ -85,7 +85,7 @@ pub fn line(runs: &[&[Raw]], input: usize, frequency_hz: f64, frame_rate_hz: f64
     (parts > 0).then(|| (power / f64::from(parts)).sqrt())
 }
 
-/// The time stamps of frames against straight lines.
+/// Time stamps of frames compared with straight lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     pub frame_rate_hz: f64,

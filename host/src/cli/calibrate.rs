@@ -31,7 +31,7 @@ pub struct CalibrateArgs {
     /// Pitch of the units themselves, mm.
     #[arg(long, value_name = "MM", default_value_t = UNIT_PITCH_MM as f32)]
     nominal: f32,
-    /// Speed of the gratings, mm/s: a recording whose tone does not belong to it is refused.
+    /// Speed of the gratings, mm/s: a recording whose tone does not match it is refused.
     #[arg(long, value_name = "MM/S", value_parser = positive)]
     speed: Option<f64>,
     /// Scan plan for scene files: paper, hand, texture or vibration [default: paper].

@@ -45,8 +45,8 @@ Examples:
   ridgetone fit stage.csv --position-column encoder --mm-per-count 0.025
   ridgetone fit touch.rec --positions robot.csv --window 0.6")]
 pub struct FitArgs {
-    /// Recordings: CSV with a header; `-` is standard input. Several files, or windows, give a
-    /// table with a row for each.
+    /// Recordings: CSV with a header; `-` is standard input. Several files or windows produce a
+    /// table with one row each.
     #[arg(value_name = "FILE.csv", required = true)]
     files: Vec<PathBuf>,
     /// Fit windows of this length, seconds, one after the other: a recording may have any length
@@ -82,8 +82,8 @@ pub struct FitArgs {
     /// Last time to use, seconds or a date.
     #[arg(long, value_name = "S", value_parser = time, allow_negative_numbers = true)]
     to: Option<f64>,
-    /// Fit all rows. Without this or a part, the slide is fitted where a finger touches, holds and
-    /// slides, in four or more columns in volts or without a unit; elsewhere all rows are.
+    /// Fit all rows. Without this or a part, only the slide is fitted if four or more columns, in
+    /// volts or without a unit, show a finger that touches, holds and slides.
     #[arg(long, conflicts_with_all = ["from", "to"])]
     whole: bool,
     /// Fit by position, with this column as the speed over the surface, in mm/s unless its name or

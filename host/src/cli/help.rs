@@ -1,4 +1,4 @@
-//! `help-files`: the manual's pages, and completions for shells, for whoever packages the command.
+//! `help-files`: the manual's pages, and completions for shells, for packagers.
 
 use crate::output;
 use anyhow::{Context, Result};

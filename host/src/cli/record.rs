@@ -1,4 +1,4 @@
-//! `record`: the telemetry of a board into a file.
+//! `record`: writes the telemetry of a board to a file.
 
 use super::board::BoardOptions;
 use super::lines::report;

@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Set by `cargo xtask events`: write the files instead of comparing them.
+/// Variable that `cargo xtask events` sets to write the files instead of comparing them.
 const WRITE: &str = "RIDGETONE_WRITE";
 
 const BEGIN: &str = "<!-- `cargo xtask events` writes what follows. -->\n";
@@ -359,7 +359,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Compares a file, or writes it.
+/// Compares a file, or writes it if [`WRITE`] is set.
 fn compare_or_write(path: &str, wanted: &str) {
     let full = root().join(path);
     if std::env::var_os(WRITE).is_some() {

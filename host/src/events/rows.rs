@@ -34,7 +34,7 @@ pub fn columns(kind: &str) -> Vec<Column> {
     columns
 }
 
-/// A column: its name, and where its value is in a message (RFC 6901).
+/// A column: its name, and the path to its value in a message (RFC 6901).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
     pub name: String,

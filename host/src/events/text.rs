@@ -137,7 +137,7 @@ fn hello(e: &Hello) -> String {
     )
 }
 
-/// The columns of a table whose rows were channels.
+/// Columns of a table that were read as channels.
 #[derive(Clone, Debug)]
 pub struct Columns {
     pub names: Vec<String>,

@@ -1,5 +1,5 @@
-//! MCAP (<https://mcap.dev>): the topics, schemas and messages of `serve`, at UTC. No compression,
-//! which would need C.
+//! MCAP (<https://mcap.dev>): the topics, schemas and messages of `serve`, with UTC times. No
+//! compression, which would need C.
 
 use super::packets::packets;
 use crate::digits::time_s;

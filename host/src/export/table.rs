@@ -17,7 +17,7 @@ use std::path::Path;
 pub enum Kind {
     /// A row for each estimate; unknown values are empty.
     Estimates,
-    /// A row for each event `track`: fits in brief, of windows that follow each other fast.
+    /// A row for each event `track`: short fits of windows in fast succession.
     Tracks,
     /// A row for each raw frame, in volts: as `replay`, `fit` and `emulate` read it.
     Frames,

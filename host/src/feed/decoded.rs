@@ -1,4 +1,4 @@
-//! A source and the decoder behind it.
+//! Decodes packets from the bytes of a source.
 
 use super::pace::Pace;
 use super::source::{FeedEvent, Source};

@@ -17,7 +17,7 @@ const FREQUENCIES: usize = 880;
 /// Number of frequencies per cycle per window.
 const PER_CYCLE: f64 = 2.0;
 
-/// Multiples of the tone up to which there is room in the picture, if half the rate is far above.
+/// Minimum multiple of the tone at which the picture ends, if half the rate is higher.
 const HARMONICS_SHOWN: f64 = 8.0;
 
 /// Lowest power that is drawn, decibels.

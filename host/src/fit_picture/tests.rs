@@ -1,4 +1,4 @@
-//! Pictures of made recordings: their words and shapes.
+//! Pictures of synthetic recordings: their words and shapes.
 
 use super::*;
 use crate::table_fit;
@@ -20,7 +20,7 @@ fn found(svg: &str, name: &str) -> f64 {
     number.parse().unwrap()
 }
 
-/// A tone of 8 Hz at 250 rows a second in each channel.
+/// Makes a tone of 8 Hz at 250 rows per second in each channel.
 fn tone(channels: usize, limit: f64) -> Samples {
     let value = move |row: usize, channel: usize| {
         let t_s = row as f64 / 250.0;

@@ -1,4 +1,4 @@
-//! The raw frames of a board's recording, codes of its converter.
+//! Raw frames of a board's recording, as codes of its converter.
 
 use super::frame::Frame;
 use crate::messages::{Form, Message, messages};

@@ -18,8 +18,8 @@ use std::ops::ControlFlow;
 /// Number of rows whose stamps are used for the first guess of the spacing.
 const HEAD_ROWS: usize = 4096;
 
-/// Tolerance of a board's frame rate against the nominal one, as a fraction: the error of the
-/// chip's clock.
+/// Tolerance of a board's frame rate relative to nominal, as a fraction: the error of the chip's
+/// clock.
 const SCAN_OFF_MAX: f64 = 0.004;
 
 /// Longest gap between two rows, seconds. A longer one means that the clock was set, or that the
@@ -47,7 +47,7 @@ pub struct Table {
     names: Vec<String>,
     units: Vec<Option<String>>,
     rate_hz: f64,
-    /// Standard deviation of the rate as a fraction of it.
+    /// Relative standard deviation of the rate.
     rate_fraction: f64,
     plan: Plan,
     /// Clock that numbers the rows in each later pass.
@@ -60,10 +60,10 @@ pub struct Table {
     may_be_volts: bool,
 }
 
-/// The value of the largest magnitude.
+/// Value with the largest magnitude.
 #[derive(Clone, Copy, Debug)]
 struct Largest {
-    /// Number of its row, from 1.
+    /// Number of the value's row, from 1.
     row: u64,
     column: usize,
     value: f64,

@@ -31,7 +31,7 @@ pub struct Bench {
     pub is_worn: bool,
     /// Settings that were sent since the start.
     pub in_force: Option<Settings>,
-    /// Faults of the chip after its set-up.
+    /// Injects faults into the chip after its set-up.
     pub on_start: fn(&mut Ads1258),
     /// Changes each packet before it is sent.
     pub altered: Box<dyn FnMut(&mut Packet) + Send>,
@@ -163,7 +163,7 @@ struct Running {
     telemetry: Receiver<Vec<u8>>,
     requests: Option<Sender<Vec<u8>>>,
     unsent: Vec<u8>,
-    /// The board waits for what the reader sends.
+    /// True if the board waits for what the reader sends.
     is_waited_for: bool,
     thread: Option<JoinHandle<Result<()>>>,
 }

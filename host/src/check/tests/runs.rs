@@ -49,7 +49,7 @@ fn cases() -> Vec<Case> {
             500 => Received::Lost(1),
             _ => Received::Byte(byte),
         };
-        // Packets number 1000 and 1001 of the line.
+        // Packets 1000 and 1001 on the line.
         "losses Fail" "2 packets lost, 1 packets damaged" => |bench| bench.on_line = Box::new(|number, bytes| match number {
             1000 => bytes.clear(),
             1001 => bytes[3] ^= 8,
@@ -72,7 +72,8 @@ fn cases() -> Vec<Case> {
         "settings Fail" "stored settings are not in force" => |bench| stores(bench, |hello| {
             (hello.settings, hello.source) = (Settings::DEFAULT, Usual);
         });
-        // A board that does not forget: after the third start it has other settings than at first.
+        // A board that does not forget: after the third start it has different settings than at
+        // first.
         "settings Fail" "what was stored before is not restored" => |bench| {
             let mut was_stored = false;
             stores(bench, move |hello| {
@@ -147,8 +148,8 @@ fn faults_of_the_board_are_found_and_no_others() {
     }
 }
 
-/// Rates, noise and mains are judged for the default plan, which is in force meanwhile. A flash that
-/// refuses has not changed, so nothing is restored there.
+/// Rates, noise and mains are judged with the default plan in force. A flash that refuses to be
+/// written has not changed, so nothing is restored there.
 #[test]
 fn what_was_stored_and_what_was_in_force_is_restored() {
     let stored = Settings {
@@ -210,7 +211,7 @@ fn what_was_stored_and_what_was_in_force_is_restored() {
         }
         let mut client = Client::new(&mut feed);
         assert_eq!(client.hello().unwrap().settings, own);
-        // After another start, too.
+        // The stored settings are in force after a restart.
         client.request(Command::Restart).unwrap();
         let hello = client.hello().unwrap();
         assert_eq!(hello.settings, before.unwrap_or_default());
@@ -261,7 +262,8 @@ impl Scene for Touch {
     }
 }
 
-/// While a finger slides, mains and noise cannot be judged; all else can. Between touches they are.
+/// While a finger slides, mains and noise cannot be judged, but all else can; between touches they
+/// can.
 #[test]
 fn touches_are_not_mistaken_for_pick_up() {
     let once = || Input::default().open().expect("a scene");
