@@ -160,7 +160,7 @@ pub fn part_name(part: FittedPart) -> &'static str {
     }
 }
 
-/// Cycles up to which a longer part tells two readings apart.
+/// Cycles below which an ambiguous fit needs a longer part.
 const FEW_CYCLES: f64 = 8.0;
 
 fn meaning(fit: &TableFit) -> &'static str {

@@ -24,7 +24,7 @@ pub struct HelpFilesArgs {
 }
 
 impl HelpFilesArgs {
-    /// `command`: the whole command line.
+    /// Writes the files; `command` is the whole command line.
     pub(super) fn run(self, mut command: Command) -> Result<()> {
         if let Some(shell) = self.completions {
             let mut script = Vec::new();

@@ -56,7 +56,8 @@ fn embedded(name: &Path) -> Option<Result<Firmware>> {
     Some(of_bytes(bytes, name))
 }
 
-/// Reads a file, or takes the embedded image of the board of that name. A device may never end.
+/// Reads a file, or takes the embedded image of the board of that name. Refuses a device, which may
+/// never end.
 pub fn read(path: &Path) -> Result<Firmware> {
     if !path.exists()
         && let Some(firmware) = embedded(path)
