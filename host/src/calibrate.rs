@@ -22,8 +22,8 @@ use std::fmt;
 /// is.
 const GRATINGS_FOR_A_PITCH: usize = 3;
 
-/// Relative standard deviation of the pitch that the phases show: under contacts of 7 to 30 mm of
-/// the simulated finger it is 0.98 to 1.03 of the units' pitch (`host/tests/calibrate.rs`).
+/// Relative standard deviation of the pitch that the phases show: 0.98 to 1.03 of the units' pitch
+/// under contacts of 7 to 30 mm of the simulated finger (`host/tests/calibrate.rs`).
 const PITCH_SIGMA: f64 = 0.03;
 
 /// Maximum relative difference between the supplied speed and that of the tone: a grating of a

@@ -3,9 +3,9 @@
 /// Standard deviations below which a difference between two counts may be chance.
 const BY_CHANCE: f64 = 3.0;
 
-/// True if readings end at a limit: compared with the next value, more of them have the minimum or
-/// maximum than those of a sine can. With rounded readings of a sine the ratio is at most 1 +
-/// sqrt(2), because it stays above a height h for a time that grows with the root of h.
+/// True if readings end at a limit: the outermost value is more frequent, relative to the next one,
+/// than in a sine. In a rounded sine the ratio is at most 1 + sqrt(2), because the time that a sine
+/// spends within a height h of its peak grows with the root of h.
 pub fn is_clipped(values: &[f64]) -> bool {
     let known = || values.iter().copied().filter(|value| !value.is_nan());
     let (lowest, highest) = (Ends::of(known()), Ends::of(known().map(|value| -value)));

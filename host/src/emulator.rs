@@ -76,8 +76,8 @@ pub struct Outcome {
     pub counts: Counts,
     pub conversions_served: u64,
     pub chip: hal_mock::Counters,
-    /// Conversions of which at least one read arrived undamaged. A conversion that was read only
-    /// once counts only if it is the last.
+    /// Conversions with at least one undamaged read. A conversion that was read only once counts
+    /// only if it is the last.
     pub arrived: u64,
     /// Conversions that the board has read only once, so that nothing confirms them: the next one
     /// was ready before.

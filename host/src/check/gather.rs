@@ -108,7 +108,7 @@ struct Talk<'a> {
     feed: &'a mut Feed,
     requests: Requests,
     seen: Seen,
-    /// The greeting with the board's own settings, kept while the default plan replaces its own.
+    /// The greeting with the board's own settings, kept while the default plan is in force.
     own: Option<Hello>,
     progress: &'a mut Progress,
 }

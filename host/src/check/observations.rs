@@ -70,7 +70,7 @@ pub struct Watched {
     pub has_restarted: bool,
 }
 
-/// Record that the default plan was in force instead of the board's own.
+/// Result of replacing the board's own plan by the default one.
 #[derive(Clone, Debug)]
 pub struct Lent {
     /// The board's own plan.
@@ -79,7 +79,7 @@ pub struct Lent {
     pub failed: Option<String>,
 }
 
-/// Test in which settings were stored, the board restarted, and the earlier settings restored.
+/// Result of storing settings, restarting the board, and restoring the earlier settings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Kept {
     /// Settings that were stored.

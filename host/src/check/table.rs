@@ -26,8 +26,8 @@ const SUPPLY_V: Limits = Limits::between([4.75, 5.25], [4.75, 5.25]);
 /// Maximum deviation of the reference from the setting, as a fraction: half of the firmware's limit
 /// for the fault `reference`, and that limit.
 const REFERENCE: Limits = Limits::off(0.01, 0.02);
-/// Temperatures without suspicion, and the operating range of the chip (SBAS297G, -40 to 105),
-/// degrees Celsius.
+/// Temperatures that pass without a warning, and the operating range of the chip (SBAS297G, -40 to
+/// 105), degrees Celsius.
 const TEMPERATURE_C: Limits = Limits::between([5.0, 60.0], [-40.0, 105.0]);
 /// Offset, volts: own limits, 55 and 220 times the noise of one reading. SBAS297G states a typical
 /// drift, 0.02 uV per degree, but no limit.

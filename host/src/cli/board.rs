@@ -26,7 +26,7 @@ pub struct BoardOptions {
 }
 
 impl BoardOptions {
-    /// True if no board is named, so that the only one there is gets used.
+    /// True if no board is named: the only one there is will be used.
     pub fn is_unnamed(&self) -> bool {
         let is_named = matches!(self.port, Some(Some(_))) || self.usb_serial.is_some();
         !is_named && self.emulated.is_none()

@@ -122,7 +122,7 @@ fn a_table_in_volts_agrees_with_a_board_in_front_of_the_same_scene() {
     }
 }
 
-/// Returns the errors, in sigmas, of windows of touches recorded with some channels at `rate_hz`.
+/// Returns the errors of estimates, in sigmas, for touches recorded with `channels` channels.
 fn errors(rate_hz: f64, decimals: usize, channels: usize) -> Vec<f64> {
     let (folder, mut errors) = (tempfile::tempdir().unwrap(), Vec::new());
     let path = folder.path().join("touch.csv");
