@@ -76,7 +76,7 @@ pub struct Printer {
 impl Printer {
     pub fn new(lines: LineOptions, in_order: bool) -> Self {
         let json = lines.json.then(JsonLines::default);
-        // Programs get the lines in the order of their numbers, unsorted by time.
+        // Programs get the lines in the order of their numbers.
         let held = (in_order && json.is_none()).then(VecDeque::new);
         Self {
             json,

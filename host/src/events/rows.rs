@@ -2,7 +2,7 @@
 //!
 //! A column has the name of its field. Objects within a message put their name in front, and so do
 //! lists of a fixed length, with the number of the item: `registers_3`. Words in a list are joined.
-//! Lists of objects with varying length and unknown values are left out.
+//! Lists of objects whose length varies are left out, and so are unknown values of a message.
 
 use super::schema;
 use serde_json::{Map, Value};
