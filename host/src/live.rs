@@ -108,7 +108,7 @@ struct Latest {
     texture: Option<Kept>,
 }
 
-/// The small part of the state, which changes as a whole.
+/// The small part of the state, which the web page receives as a whole.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Now {
     /// Name of the source: a port, a recording, the emulated board.

@@ -25,7 +25,7 @@ impl Pace {
     /// one than the packets before. A gap or a restart of the board sets a new mark.
     pub fn wait(&mut self, packet: &Packet, now: Instant) -> Duration {
         let event = &packet.event;
-        // A greeting has a time too: a touch is half a second after the start.
+        // Use the time of greetings too: a touch may come half a second after the start.
         let Some(t_s) = event.dated_us().or(event.made_us()).map(seconds) else {
             return Duration::ZERO;
         };
