@@ -239,7 +239,6 @@ impl Shades {
     }
 }
 
-/// Draws a shape in a shade from 1 to 7.
 fn shade(svg: &mut Svg, shape: &str, level: u8) {
     let opacity = f64::from(level) / 9.0;
     svg.push(&format!(
@@ -289,7 +288,6 @@ impl Look {
     }
 }
 
-/// A curve and its name in the key.
 #[derive(Clone, Debug)]
 pub struct Curve {
     pub name: String,
@@ -380,7 +378,6 @@ impl Panel {
         PLOT_HEIGHT + 108.0 + KEY_ROW * self.key().len() as f64
     }
 
-    /// Draws the panel below `top`.
     fn draw(&self, svg: &mut Svg, top: f64) {
         let (left, right) = EDGES;
         let (upper, lower) = (top + 56.0, top + 56.0 + PLOT_HEIGHT);
@@ -461,7 +458,6 @@ fn marker(svg: &mut Svg, look: Look, x: f64, y: f64) {
     }
 }
 
-/// Draws a chart of panels, one below the other.
 pub fn chart(title: &str, panels: &[Panel]) -> String {
     let height: f64 = panels.iter().map(Panel::height).sum();
     let mut svg = Svg::new(height, title);

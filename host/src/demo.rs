@@ -27,7 +27,6 @@ pub struct Demo {
     pub packets: Vec<Packet>,
 }
 
-/// Runs the firmware on a scene.
 pub fn run(
     scene: Sliding,
     options: Options<'_>,
@@ -92,7 +91,6 @@ impl Demo {
         (count > 0.0).then_some(sum / count)
     }
 
-    /// Returns the last event of a kind.
     fn last<'a, T>(&'a self, kind: impl Fn(&'a Event) -> Option<T>) -> Option<T> {
         self.packets
             .iter()

@@ -68,7 +68,6 @@ impl<'a> Options<'a> {
     }
 }
 
-/// Results of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Every byte of the telemetry line, if `Options::keep_serial`.
@@ -126,7 +125,6 @@ pub type Talk<'a> = dyn FnMut(Duration, Option<(&Packet, f64)>) -> Result<Vec<u8
 /// to send.
 pub type Exchange<'a> = dyn FnMut(Duration, &[SentByte]) -> Result<Vec<u8>> + 'a;
 
-/// Returns a board in front of `input`.
 pub fn board(firmware: &Firmware, input: Opened) -> Result<Emulator> {
     board_on(firmware, input, None)
 }

@@ -22,7 +22,6 @@ pub(crate) struct Fit<'a> {
     fit: &'a TableFit,
 }
 
-/// Returns the JSON object of a fit.
 pub(crate) fn object<'a>(file: &'a str, fit: &'a TableFit) -> Fit<'a> {
     Fit {
         r#type: "fit",

@@ -29,7 +29,6 @@ const COLUMNS: [&str; 14] = [
 /// Writes the results of fits and counts them.
 pub struct FitRows<'a> {
     form: Form<'a>,
-    /// Rows that were written.
     pub count: u64,
     /// Number of good fits among them.
     pub good: u64,
@@ -105,7 +104,6 @@ impl<'a> FitRows<'a> {
         }
     }
 
-    /// Flushes the output.
     pub fn finish(&mut self) -> Result<()> {
         match &mut self.form {
             Form::Csv(csv) => Ok(csv.flush()?),

@@ -38,7 +38,6 @@ pub fn first_scene() -> Result<Sliding> {
     )
 }
 
-/// Returns the scene of `ridgetone demo`.
 pub fn demo_scene() -> Result<Sliding> {
     built_in(
         "hal-mock/scenes/demo.toml",

@@ -33,7 +33,6 @@ const NAME_MAX: usize = 18;
 /// Values over seconds or millimetres.
 pub type Points = Vec<(f64, f64)>;
 
-/// Row of a channel.
 #[derive(Clone, Debug, Default)]
 pub struct Strip {
     pub name: String,
@@ -86,7 +85,6 @@ struct Column {
 }
 
 impl Strips {
-    /// Draws the strips, and a panel below them.
     pub fn picture(&self, panel: Option<&Panel>) -> String {
         let strips_height = TOP + self.row_height() * self.strips.len() as f64 + BELOW;
         let height = strips_height + panel.map_or(0.0, Panel::height);
@@ -117,7 +115,6 @@ impl Strips {
         self.strips.iter().any(|strip| strip.explained.is_some())
     }
 
-    /// Right edge of the amplitudes.
     fn amplitude_right(&self) -> f64 {
         RIGHT - if self.has_explained() { EXPLAINED } else { 0.0 }
     }

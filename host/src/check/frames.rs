@@ -132,7 +132,6 @@ pub fn mains(seen: &Observations, limits: Limits) -> Outcome {
     limits.judge(uv, finding, values)
 }
 
-/// Returns the input with the greatest value.
 fn greatest(values: &[Option<f64>; TAXELS]) -> Option<(usize, f64)> {
     let known = values
         .iter()

@@ -82,7 +82,6 @@ pub struct Lent {
 /// Result of storing settings, restarting the board, and restoring the earlier settings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Kept {
-    /// Settings that were stored.
     pub sent: Option<Settings>,
     /// Settings in force after the restart, if they came from the flash.
     pub found: Option<Settings>,
@@ -181,7 +180,6 @@ impl Observations {
         own.map_or(Plan::PAPER, |plan| judged_plan(&plan))
     }
 
-    /// The version of the firmware.
     pub fn version(&self) -> Option<String> {
         let hello = self.hello.as_ref()?;
         Some(hello.version.map(|part| part.to_string()).join("."))

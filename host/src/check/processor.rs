@@ -9,7 +9,6 @@ use serde_json::json;
 
 use Verdict::{Fail, Pass, Warn};
 
-/// The version of this command.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 pub fn firmware(seen: &Observations) -> Outcome {

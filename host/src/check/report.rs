@@ -34,7 +34,6 @@ pub struct Summary {
     pub inputs: Inputs,
     pub firmware: Option<String>,
     pub protocol: u8,
-    /// Version of the command.
     pub version: &'static str,
     pub system: String,
 }
@@ -86,7 +85,6 @@ impl Report {
         output::new_text(path, &text)
     }
 
-    /// Returns the names of the checks that failed.
     pub fn failed(&self) -> Vec<&'static str> {
         let failed = self
             .checks

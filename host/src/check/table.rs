@@ -75,7 +75,6 @@ pub const TABLE: [Row; 24] = [
 /// Name of the check of a board's own scan plan, reported only if it is not the default plan.
 const PLAN: &str = "plan";
 
-/// One check of the table.
 pub struct Row {
     pub name: &'static str,
     pub page: &'static str,

@@ -78,7 +78,6 @@ impl Limits {
         Verdict::graded(!is_within(self.pass), !is_within(self.fail))
     }
 
-    /// Judges a value, with its finding.
     pub fn judge(&self, value: impl Into<f64>, finding: String, values: Value) -> Outcome {
         Ok(judged(self.verdict(value.into()), finding, values))
     }

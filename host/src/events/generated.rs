@@ -45,7 +45,6 @@ fn unit(name: &str) -> &'static str {
     fits.map_or("", |(_, unit)| unit)
 }
 
-/// Returns the schema of an object.
 pub fn schema<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().for_serialize();
     let generator = settings.with(|settings| settings.inline_subschemas = true);
@@ -214,7 +213,6 @@ fn python_type(name: &str, schema: &Value) -> String {
     types.iter().map(one).collect::<Vec<_>>().join(" | ")
 }
 
-/// Formats Python's classes.
 fn python() -> String {
     let head = r#""""The messages of a board, and the result of `fit`. `cargo xtask events` writes this file: do not edit it."""
 

@@ -55,7 +55,6 @@ impl Column {
         }
     }
 
-    /// Returns the value as a number.
     pub fn number(&self, message: &Value) -> Option<f64> {
         message.pointer(&self.pointer)?.as_f64()
     }

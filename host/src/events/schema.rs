@@ -18,7 +18,6 @@ pub fn messages() -> impl Iterator<Item = (&'static str, &'static Value)> {
     all.filter(|(kind, _)| *kind != "fit")
 }
 
-/// Returns the schema of messages of this `type`.
 pub fn of(kind: &str) -> Option<&'static Value> {
     SCHEMAS.get(kind)
 }

@@ -11,7 +11,6 @@ use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// A source and the decoder behind it.
 pub struct Feed {
     source: Box<dyn Source + Send>,
     decoder: Decoder,
@@ -175,7 +174,6 @@ impl Feed {
         self.source.has_board()
     }
 
-    /// Returns the number of bytes received so far.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -192,7 +190,6 @@ impl Feed {
         self.source.name()
     }
 
-    /// Returns the time since the feed was opened.
     pub fn elapsed(&self) -> Duration {
         self.opened.elapsed()
     }

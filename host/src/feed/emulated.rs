@@ -16,7 +16,6 @@ use std::time::Duration;
 /// Name of the emulated board as a source.
 pub const EMULATED: &str = "emulated board";
 
-/// Options of an emulated board.
 #[derive(Clone, Debug)]
 pub struct Emulation {
     pub firmware: Firmware,
@@ -110,7 +109,6 @@ impl Drop for Emulated {
     }
 }
 
-/// Ends a board.
 pub fn end(session: Option<Session>) -> Result<()> {
     let Some(session) = session else {
         return Ok(());

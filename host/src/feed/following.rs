@@ -35,7 +35,6 @@ pub struct Following {
     pub raw: RawFrames,
     /// The board's answer to [`Self::set`]; `None` until it arrives.
     pub settings_reply: Option<SettingsReply>,
-    /// Number of answers so far.
     answers: u32,
     is_setting: bool,
     is_idle: bool,
@@ -129,7 +128,6 @@ impl Following {
         self.feed.next(most)
     }
 
-    /// Returns when the latest packet was received.
     pub fn receipt(&self) -> Option<Receipt> {
         self.feed.receipt()
     }

@@ -19,7 +19,6 @@ struct Obedient {
     board: Receiver<RamFlash>,
     outgoing: VecDeque<FeedEvent<Vec<u8>>>,
     sequence: u16,
-    /// Number of bytes received.
     received: usize,
 }
 

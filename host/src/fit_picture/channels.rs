@@ -12,10 +12,8 @@ use crate::tone::Domain;
 use anyhow::{Result, anyhow};
 use std::ops::RangeInclusive;
 
-/// Number of periods in the close-up.
 const CLOSE_PERIODS: f64 = 4.0;
 
-/// Steps of the fitted curve in the close-up.
 const CURVE_STEPS: u32 = 160;
 
 /// Rows and channels of a fit. The axis is the recording's time in seconds, or millimetres from the

@@ -73,7 +73,6 @@ fn raw_of(message: &Message) -> Result<Option<Raw>> {
     message.frame(&mut 0.0)
 }
 
-/// Returns the settings that a greeting reports.
 fn settings_of(message: &Message) -> Result<Option<Settings>> {
     match message {
         Message::Packet(packet, _) => Ok(match &packet.event {

@@ -20,7 +20,6 @@ impl Default for Reading {
     }
 }
 
-/// A frame of a recording.
 pub enum Frame<'a> {
     Raw(Raw),
     Plain(PlainFrame<'a>),

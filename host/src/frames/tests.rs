@@ -6,7 +6,6 @@ use ridgetone_proto::telemetry::{Span, Status, WIRE_MAX, encode};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Returns the events of a recording with these settings.
 fn run(frames: &Frames, settings: &Settings) -> Vec<Event> {
     let mut events = Vec::new();
     let mut sink = |packet: &Packet| {

@@ -69,7 +69,6 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// Makes a board that is healthy except for one change.
     pub fn with(change: impl FnOnce(&mut Self)) -> Self {
         let mut bench = Self::default();
         change(&mut bench);
