@@ -1,26 +1,25 @@
-//! What a fit has to know of positions that come from another clock than the frames: the skew of the
-//! channels, the delay of the low-pass, and the uncertain delay.
+//! Relation between the clock of positions and that of the frames: the skew of the channels, the
+//! delay of the low-pass, and the uncertain delay.
 
 use ridgetone_proto::settings::TAXELS;
 
-/// Relation between the positions of another file and a recording's frames.
+/// Relation between the positions in a different file and a recording's frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alignment {
     /// Name of the file with the positions.
     pub file: String,
-    /// Frames by which each taxel is read after the frame's position.
+    /// Delay of each taxel's reading after the frame's position, frames.
     pub skew_frames: [f32; TAXELS],
-    /// Time constant of the low-pass, seconds; positions are those of that much earlier.
+    /// Time constant of the low-pass, seconds; positions are taken this much earlier.
     pub low_pass_s: f64,
-    /// Standard deviation of the time by which all positions may be late, seconds.
+    /// Standard deviation of the unknown common delay of all positions, seconds.
     pub sigma_s: f64,
 }
 
 impl Alignment {
-    /// Standard deviation of a frequency by positions, as a fraction of it, that follows from the
-    /// uncertain delay: positions that are late by a time are wrong by the speed times that, and
-    /// the slope of this error over the position is the error of the frequency. At a constant
-    /// speed there is none.
+    /// Returns the relative standard deviation of a spatial frequency that follows from the
+    /// uncertain delay. A delay shifts positions by the speed times the delay, and the slope of
+    /// this shift over the position is the error of the frequency: zero at a constant speed.
     pub fn sigma_fraction(&self, positions_mm: &[f32], rate_hz: f64) -> f64 {
         let speeds = positions_mm
             .windows(3)

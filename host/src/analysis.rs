@@ -1,5 +1,5 @@
-//! Analysis of raw frames that the board does not send: the spectrum of a window, and the reported
-//! tone as curves over the same frames.
+//! Analyses of raw frames that the board does not send: the spectrum of a window, and curves of the
+//! reported tone over the same frames.
 
 use crate::digits::seconds;
 use crate::frame::Frame;
@@ -12,35 +12,35 @@ use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Power of an empty bin, decibels: below the floor of 24 bits and 16 channels.
+/// Power of an empty bin, decibels: below the noise floor of 24 bits and 16 channels.
 const DB_MIN: f32 = -120.0;
 
-/// The neighbourhood of a line reaches five cycles per window to both sides: the estimator takes
-/// the noise there (`crates/tone/src/noise_bins.rs`).
+/// Half-width of the noise band around a line, cycles per window, as in the estimator
+/// (`crates/tone/src/noise_bins.rs`).
 pub const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 
-/// Points of the shortest spectrum: with this many, its lines look smooth.
+/// Minimum number of points in a spectrum, so that its lines look smooth.
 const POINTS_MIN: usize = 64;
 
-/// Places between two bins at which the strongest line is looked for.
+/// Steps between two bins in the search for the strongest line.
 const BETWEEN_BINS: usize = 16;
 
-/// The periodogram over all channels, each less its straight line.
+/// Periodogram over all channels, after subtracting a straight line from each.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spectrum {
     /// Device time of the window's first and last frame, seconds.
     pub from_s: f64,
     pub until_s: f64,
-    /// True if it is the window of the latest estimate; otherwise the latest frames.
+    /// True for the window of the latest estimate, false for the latest frames.
     pub of_estimate: bool,
-    /// From one bin to the next, hertz; the first is at 0 Hz.
+    /// Bin spacing, hertz; the first bin is at 0 Hz.
     pub bin_hz: f64,
     /// Fraction of the channels' power in each bin, decibels: 0 if all power is in one line.
     pub power_db: Vec<f32>,
-    /// The strongest line between the bins, hertz, if there is one.
+    /// Frequency of the strongest line, searched between the bins too, hertz.
     pub strongest_hz: Option<f64>,
-    /// The reported tone's harmonics, the fundamental first; empty without a tone of this window in
-    /// time.
+    /// Harmonics of the reported tone, fundamental first; empty unless this is the window of an
+    /// estimate with a tone.
     pub lines: Vec<HarmonicLine>,
 }
 
@@ -51,37 +51,37 @@ pub struct HarmonicLine {
     pub power_db: f32,
 }
 
-/// Spectrum of the residual, in the scale of [`Spectrum`].
+/// Spectrum of the residual, normalised like [`Spectrum`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResidualSpectrum {
     pub bin_hz: f64,
     pub power_db: Vec<f32>,
-    /// The fundamental's neighbourhood, and the noise in it: the median of its bins.
+    /// Noise band around the fundamental, and the noise in it: the median of its bins.
     pub from_hz: f64,
     pub until_hz: f64,
     pub noise_db: f32,
 }
 
-/// The reported tone over the frames of its window, as far as they are kept.
+/// The reported tone over the frames of its window that are still kept.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Curves {
     /// Device time of each frame, seconds.
     pub t_s: Vec<f64>,
     /// Voltages of each taxel; `None` where they are missing or doubtful.
     pub read_v: Vec<Vec<Option<f32>>>,
-    /// For each taxel its offset and the fundamental, volts; `None` if the fit left it out.
+    /// Offset and fundamental of each taxel, volts; `None` if the fit left it out.
     pub tone_v: Vec<Option<Vec<f32>>>,
     /// The whole fit of each taxel: baseline, all harmonics, interferer.
     pub fit_v: Vec<Option<Vec<f32>>>,
-    /// For each taxel of the fit its harmonics, the fundamental first.
+    /// Harmonics of each fitted taxel, the fundamental first.
     pub harmonics: Vec<Option<Vec<Harmonic>>>,
-    /// For each taxel of the fit the RMS of the residual, volts.
+    /// RMS of the residual of each fitted taxel, volts.
     pub residual_v: Vec<Option<f32>>,
     pub residual_spectrum: Option<ResidualSpectrum>,
 }
 
-/// Spectrum of the latest estimate's window if all its frames are kept, else of the latest ones.
-/// Returns `None` with too few frames.
+/// Returns the spectrum of the latest estimate's window if all its frames are kept, otherwise of
+/// the latest frames; `None` with too few frames.
 pub fn spectrum(live: &Live) -> Option<Spectrum> {
     let window = live
         .estimate()
@@ -116,7 +116,7 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
     })
 }
 
-/// A tone's harmonics below half the frame rate, each with the power of the highest bin next to it.
+/// Returns a tone's harmonics below half the frame rate, with the power of the higher adjacent bin.
 fn lines(tone: &Estimate, bin_hz: f64, power_db: &[f32]) -> Vec<HarmonicLine> {
     let line = |k: u8| {
         let frequency_hz = f64::from(k) * f64::from(tone.frequency);
@@ -134,7 +134,7 @@ fn decibel(power: f32) -> f32 {
     (10.0 * power.log10()).max(DB_MIN)
 }
 
-/// The spectrum of what `whole` leaves of `volts`, both by taxel, around the tone of
+/// Returns the spectrum of `volts` less the fit in `whole`, both by taxel, around the tone at
 /// `frequency_hz`.
 fn residual_spectrum(
     volts: &[Vec<Option<f32>>],
@@ -146,7 +146,7 @@ fn residual_spectrum(
     for (volts, found) in volts.iter().zip(whole) {
         let Some(found) = found else { continue };
         let residual = volts.iter().zip(&found.fit_v);
-        // A missing value leaves nothing.
+        // A missing value has no residual.
         let residual = residual.map(|(v, fit)| v.map_or(0.0, |v| f64::from(v) - f64::from(*fit)));
         lines_of.add(harmonics::about_line(volts), residual.collect());
     }
@@ -176,8 +176,8 @@ fn residual_spectrum(
     })
 }
 
-/// The latest estimate's tone over the frames of its window. None without a tone, or
-/// without any of the frames.
+/// Returns the latest estimate's tone over the frames of its window; `None` without a tone, or if
+/// none of the frames is kept.
 pub fn curves(live: &Live) -> Option<Curves> {
     let estimate = live.estimate()?;
     if !estimate.status.has_tone() {
@@ -197,7 +197,7 @@ pub fn curves(live: &Live) -> Option<Curves> {
             .iter()
             .find(|channel| usize::from(channel.taxel) == taxel)?;
         let value = |frame: &Frame| {
-            // Phases are those of a scan read at once; this taxel's slot is later.
+            // The phases assume that all taxels are read at once; this taxel's slot is later.
             let t_s = frame.t_s + after_s(taxel) - centre_s;
             let wave = (TAU * f64::from(estimate.frequency) * t_s + f64::from(channel.phase_rad))
                 .cos() as f32;
@@ -250,7 +250,7 @@ pub fn curves(live: &Live) -> Option<Curves> {
     })
 }
 
-/// From a frame's first conversion to that of a taxel, seconds.
+/// Returns the time from a frame's first conversion to that of a taxel, seconds.
 fn slot_s(plan: &Plan, taxel: usize) -> f64 {
     if plan.sampling == Sampling::AtOnce {
         return 0.0;
@@ -263,11 +263,11 @@ fn slot_s(plan: &Plan, taxel: usize) -> f64 {
 
 /// Frames of an estimate's window.
 struct Windowed {
-    /// Frames that are kept.
+    /// Frames of the window that are still kept.
     frames: Vec<Frame>,
-    /// Half way from its first frame to its last, seconds.
+    /// Midpoint between the window's first and last frame, seconds.
     centre_s: f64,
-    /// True if its first and its last frame are kept.
+    /// True if the window's first and last frames are kept.
     is_whole: bool,
 }
 
@@ -275,7 +275,7 @@ fn windowed(strips: &Strips, estimate: &Estimate) -> Option<Windowed> {
     let (oldest, newest) = (strips.iter().next()?, strips.iter().next_back()?);
     let frame_s =
         (newest.t_s - oldest.t_s) / f64::from(newest.number.wrapping_sub(oldest.number).max(1));
-    // A window ends with its last frame: from stamp to stamp it is one frame shorter.
+    // A window is one frame longer than the time from its first stamp to its last.
     let end_s = seconds(estimate.t_us);
     let start_s = end_s - f64::from(estimate.window_s) + frame_s;
     let slack_s = 0.5 * frame_s;
@@ -287,7 +287,7 @@ fn windowed(strips: &Strips, estimate: &Estimate) -> Option<Windowed> {
     })
 }
 
-/// The latest frames, as many as a window has.
+/// Returns the latest frames, as many as fit in a window.
 fn latest(live: &Live) -> Vec<Frame> {
     let wanted = (live.settings().window_s * nominal_hz(live)).round() as usize;
     let frames = live.strips.iter();
@@ -302,21 +302,20 @@ fn nominal_hz(live: &Live) -> f32 {
         })
 }
 
-/// The channels of a window, whose lines count by the fraction of each channel's own power that
-/// they take.
+/// Channels of a window. A channel's power in a line counts as a fraction of its total power.
 #[derive(Default)]
 struct Periodogram {
     channels: Vec<Shares>,
 }
 
-/// A channel, and the sum of the squares that its lines are shares of.
+/// A channel, and the sum of squares to which its lines are normalised.
 struct Shares {
     squares: f64,
     values: Vec<f64>,
 }
 
 impl Periodogram {
-    /// The periodogram of frames without their straight lines; a missing value leaves nothing.
+    /// Makes the periodogram of frames less their straight lines; a missing value counts as zero.
     fn of(frames: &[Frame], slots: usize) -> Self {
         let mut lines_of = Self::default();
         for taxel in 0..TAXELS {
@@ -349,7 +348,8 @@ impl Periodogram {
         self.channels.first().map(|channel| channel.values.len())
     }
 
-    /// For each frequency, in cycles per window, the fraction of the channels' power in its line.
+    /// Returns the fraction of the channels' power in the line at each frequency (cycles per
+    /// window).
     fn powers(&self, frequencies: Frequencies) -> Vec<f64> {
         let mut mean = vec![0.0; frequencies.count];
         for Shares { squares, values } in &self.channels {
@@ -369,7 +369,7 @@ impl Periodogram {
         bin * self.frames().unwrap_or(0) as f64 / points as f64
     }
 
-    /// Powers of bins that are a share `1 / points` of the frame rate apart.
+    /// Returns the powers of bins spaced by 1 / `points` of the frame rate, decibels.
     fn power_db(&self, points: usize) -> Vec<f32> {
         let frequencies = Frequencies {
             first: 0.0,
@@ -380,7 +380,7 @@ impl Periodogram {
         powers.map(|power| decibel(power as f32)).collect()
     }
 
-    /// The strongest line of two cycles and more, looked for next to the strongest bin of
+    /// Searches for the strongest line of at least two cycles near the strongest bin of
     /// [`Self::power_db`].
     fn strongest_cycles(&self, power_db: &[f32]) -> Option<f64> {
         let points = 2 * power_db.len();
@@ -419,7 +419,7 @@ mod tests {
         assert_eq!([0, 1, 2].map(|taxel| slot_s(&plan, taxel)), [0.0; 3]);
     }
 
-    /// The driver's own order of a scan.
+    /// The expected order of a scan is the driver's own.
     #[test]
     fn a_taxel_is_as_late_as_its_conversion() {
         for plan in [

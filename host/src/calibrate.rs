@@ -3,7 +3,7 @@
 //!
 //! The lag between the columns of units is modelled as a straight line over the grating's cycles
 //! per millimetre ([`Array::edge_phase_rad`]); here the line is fitted to measured lags by least
-//! squares. One or two gratings give its height alone: its slope is the nominal pitch.
+//! squares. One or two gratings determine only its height; its slope is the nominal pitch then.
 
 use crate::frames::Frames;
 use crate::input::Input;
@@ -18,19 +18,20 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt;
 
-/// Minimum number of gratings for a pitch: two make a line, and the third shows how straight it is.
+/// Minimum number of gratings to fit the pitch: two define a line, a third shows how straight it
+/// is.
 const GRATINGS_FOR_A_PITCH: usize = 3;
 
-/// Standard deviation of the pitch that the phases show over the units' own: under contacts of 7 to
-/// 30 mm of the simulated finger it is 0.98 to 1.03 of that (`host/tests/calibrate.rs`).
+/// Relative standard deviation of the pitch that the phases show: 0.98 to 1.03 of the units' pitch
+/// under contacts of 7 to 30 mm of the simulated finger (`host/tests/calibrate.rs`).
 const PITCH_SIGMA: f64 = 0.03;
 
-/// Maximum difference between the speed that is given and that of the tone, as a share: a grating
-/// of another period, or a harmonic, is off by more.
+/// Maximum relative difference between the supplied speed and that of the tone: a grating of a
+/// different period, or a harmonic, is off by more.
 const SPEED_OFF_MAX: f64 = 0.03;
 
-/// Longest period by the nominal pitch over the true one: the contact's ends then change the lag by
-/// a fifth.
+/// Maximum ratio of the period by the nominal pitch to the true period: the contact's ends then
+/// change the lag by a fifth.
 const PULLED_MAX: f32 = 1.25;
 
 /// Longest period, in nominal pitches of the array: at two, both directions look alike.
@@ -59,7 +60,7 @@ pub struct Point {
     pub windows: usize,
 }
 
-/// The line, as [`Array`] has it.
+/// The fitted line, in the form of [`Array`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
     pub pitch_mm: f64,
@@ -71,13 +72,13 @@ pub struct Calibration {
 /// Method by which gratings are measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Measuring {
-    /// The units' own pitch.
+    /// Nominal pitch of the units.
     pub pitch_mm: f32,
     /// Speed of the gratings, if it is known.
     pub speed_mm_s: Option<f64>,
     /// Plan for scenes; recordings have their own.
     pub plan: Plan,
-    /// Windows that are not good are left out, unless this is set.
+    /// True to use windows that are not good, too.
     pub accepts_any: bool,
 }
 
@@ -110,8 +111,8 @@ fn refuse_without_pairs(plan: &Plan) -> Result<()> {
     Ok(())
 }
 
-/// The lag of a grating, as one of nominal pitch without the effect of the contact's ends would
-/// have it.
+/// Measures the lag of a grating as an array of nominal pitch would show it without the effect of
+/// the contact's ends.
 fn measure(
     Grating {
         name,
@@ -130,7 +131,7 @@ fn measure(
     let array = Array {
         pitch_mm,
         edge_phase_rad: 0.0,
-        // The lag itself is needed here.
+        // No correction: the lag itself is measured.
         edge_phase_sigma_rad: 0.0,
         period_min_mm: 0.98 * near,
         period_max_mm: (PULLED_MAX * near).min(PITCHES_MAX * pitch_mm),
@@ -155,7 +156,7 @@ fn measure(
             first |= matches!(&packet.event, Event::Slide(slide) if slide.end_us.is_none());
             return Ok(());
         };
-        // The onset of friction is in a slide's first window, and in the whole slide.
+        // Skip a slide's first window and the whole slide: both contain the onset of friction.
         if fit.span == Span::Window && !std::mem::take(&mut first) {
             if fit.status != Status::Good && !accepts_any {
                 *left_out.entry(name_of(fit.status).to_string()).or_default() += 1;
@@ -216,8 +217,8 @@ fn measure(
     })
 }
 
-/// The line of the nominal pitch through one or two lags. Its uncertainty is that of the pitch:
-/// what it changes at the end of the default periods that is further away.
+/// Fits the line of the nominal pitch to one or two lags. Its uncertainty is that of the pitch: the
+/// change of the lag at that end of the default periods that is farther from the gratings.
 fn height(mut points: Vec<Point>, pitch_mm: f64) -> Calibration {
     let count = points.len() as f64;
     let edge = |point: &Point| TAU * pitch_mm / point.period_mm - point.lag_rad;
@@ -243,7 +244,7 @@ fn height(mut points: Vec<Point>, pitch_mm: f64) -> Calibration {
     }
 }
 
-/// The straight line through the lags over the wave number, by least squares.
+/// Fits a straight line to the lags over the wave number by least squares.
 fn line(mut points: Vec<Point>) -> Result<Calibration> {
     let count = points.len() as f64;
     let mean = |of: &dyn Fn(&Point) -> f64| points.iter().map(of).sum::<f64>() / count;

@@ -15,8 +15,8 @@ struct Svg {
 }
 
 impl Svg {
-    /// A picture of this height on a white card, legible on a light and on a dark page. `title` is
-    /// for screen readers.
+    /// Starts a picture of this height on a white card, legible on a light and on a dark page.
+    /// `title` is for screen readers.
     fn new(height: f64, title: &str) -> Self {
         let width = CHART_WIDTH;
         let mut body = format!(
@@ -37,13 +37,13 @@ impl Svg {
         svg
     }
 
-    /// An element as it stands in the file.
+    /// Appends an element verbatim.
     fn push(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');
     }
 
-    /// A text on one line; `y` is its baseline, `anchor` one of `start`, `middle` and `end`.
+    /// Draws a text on one line; `y` is its baseline, `anchor` one of `start`, `middle` and `end`.
     fn text(&mut self, [x, y]: [f64; 2], anchor: &str, class: &str, text: &str) {
         let text = escape(text);
         self.push(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{text}</text>"));
@@ -67,7 +67,7 @@ impl Svg {
         self.push(&format!("<path d=\"{d}\" class=\"{class}\"/>"));
     }
 
-    /// Dots, as a path of strokes without length and with round ends.
+    /// Draws dots, as a path of zero-length strokes with round ends.
     fn dots(&mut self, points: &[(f64, f64)], class: &str) {
         let mut d = String::new();
         for (x, y) in points {
@@ -89,7 +89,7 @@ fn escape(text: &str) -> String {
 }
 
 /// Style of all pictures: legible on light and on dark. The colours are those of Okabe and Ito,
-/// lighter on dark; dashes and markers tell curves apart without them.
+/// lighter on dark; dashes and markers distinguish the curves without colour.
 const STYLE: &str = "svg text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
 svg .title{font-size:16px;font-weight:600}svg .small{font-size:11px;fill:#555}svg .head{font-size:11px;font-weight:600}\
 svg path{fill:none}svg path.shade{fill:#5b6470}svg path.dots{stroke-width:5;stroke-linecap:round}svg .card{fill:#fff;stroke:#bbb}svg .odd{fill:#f4f5f7}svg .axis{stroke:#555}svg .grid{stroke:#ddd}\
@@ -104,11 +104,11 @@ svg .odd{fill:#1c2026}svg .axis{stroke:#aab}svg .grid{stroke:#2c3138}svg .slide{
 svg .window,svg .edge{stroke:#6bb8f0}svg .bar,svg .reference{stroke:#eee}svg .data,svg .dot{stroke:#99a3b3}\
 svg .fit{stroke:#ff9a5c}svg .c0{stroke:#6bb8f0}svg .c1{stroke:#ff9a5c}svg .c2{stroke:#4fd0a4}svg .c3{stroke:#ff7fb0}}";
 
-/// Width of a character of a small label and of another one, rounded up, pixels.
+/// Widths of a character in a small label and in any other label, rounded up, pixels.
 const CHARACTER: f64 = 6.4;
 const WIDE_CHARACTER: f64 = 7.0;
 
-/// An axis between two values at two places in pixels, evenly divided or by decades.
+/// Axis that maps a range of values to a range of pixels, evenly divided or by decades.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     range: (f64, f64),
@@ -123,7 +123,7 @@ impl Axis {
         self.at.0 + (self.at.1 - self.at.0) * (scaled(value) - from) / (to - from)
     }
 
-    /// Round values within the range, about `wanted` of them if it is evenly divided.
+    /// Returns round values within the range, about `wanted` of them if it is evenly divided.
     fn ticks(&self, wanted: u32) -> Vec<(f64, String)> {
         let (from, to) = self.range;
         if self.is_log {
@@ -148,7 +148,7 @@ impl Axis {
     }
 }
 
-/// A power of ten times 1, 2 or 5, without the digits that rounding leaves.
+/// Formats a power of ten times 1, 2 or 5 without rounding errors.
 fn plain(value: f64) -> String {
     if !(1e-3..1e5).contains(&value) {
         return format!("{value:.0e}");
@@ -157,15 +157,15 @@ fn plain(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// The greatest of 1, 2, 5 times a power of ten that is not above `value`.
+/// Returns the greatest of 1, 2, 5 times a power of ten that is not above `value`.
 fn nice(value: f64) -> f64 {
     let power = 10f64.powf(value.log10().floor());
     let digits = [5.0, 2.0].into_iter().find(|digit| value >= digit * power);
     digits.unwrap_or(1.0) * power
 }
 
-/// Centred labels on one line, moved between its ends; a label that would touch another is left
-/// out.
+/// Centres labels on one line and shifts them to stay between its ends; leaves out labels that
+/// would touch another.
 fn spaced(mut labels: Vec<(f64, String)>, left: f64, right: f64) -> Vec<(f64, String)> {
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut placed = Vec::new();
@@ -181,7 +181,8 @@ fn spaced(mut labels: Vec<(f64, String)>, left: f64, right: f64) -> Vec<(f64, St
     placed
 }
 
-/// At most four points for each pixel column: first, extremes and last. The others are invisible.
+/// Returns at most four points per pixel column: first, extremes and last. Others would be
+/// invisible.
 fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut out = Vec::new();
     for column in points.chunk_by(|a, b| a.0.floor() == b.0.floor()) {
@@ -204,8 +205,8 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     out
 }
 
-/// Shades behind the curves of a panel: columns of equal width over its horizontal range, each with
-/// levels from 0, nothing, to 7 at equal steps of its vertical range.
+/// Shades behind the curves of a panel: columns of equal width over its horizontal range, with
+/// levels from 0 (nothing) to 7 at equal steps of its vertical range.
 #[derive(Clone, Debug)]
 pub struct Shades {
     /// Meaning of the shades, for the key.
@@ -214,7 +215,7 @@ pub struct Shades {
 }
 
 impl Shades {
-    /// Draws them between the left and the right edge, upwards from `lower`. A path for each level.
+    /// Draws the shades between the left and right edge, upwards from `lower`, one path per level.
     fn draw(&self, svg: &mut Svg, [left, right]: [f64; 2], [lower, upper]: [f64; 2]) {
         let width = (right - left) / self.columns.len().max(1) as f64;
         for level in 1..=7 {
@@ -238,7 +239,6 @@ impl Shades {
     }
 }
 
-/// Draws a shape in a shade from 1 to 7.
 fn shade(svg: &mut Svg, shape: &str, level: u8) {
     let opacity = f64::from(level) / 9.0;
     svg.push(&format!(
@@ -246,8 +246,7 @@ fn shade(svg: &mut Svg, shape: &str, level: u8) {
     ));
 }
 
-/// How a curve is drawn. Those with a number have the colour, the dashes and the marker of this
-/// number.
+/// Style of a curve. A number selects the colour, the dashes and the marker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
     Line(usize),
@@ -289,7 +288,6 @@ impl Look {
     }
 }
 
-/// A curve and its name in the key.
 #[derive(Clone, Debug)]
 pub struct Curve {
     pub name: String,
@@ -297,7 +295,7 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// The scale of one side of a panel; the range of what is drawn if none is given.
+/// The scale of one side of a panel; without a range it spans the drawn values.
 #[derive(Clone, Debug, Default)]
 pub struct Scale {
     pub label: String,
@@ -308,7 +306,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// An axis from the pixel `from` to the pixel `to`.
+    /// Makes an axis from the pixel `from` to the pixel `to`.
     fn axis(&self, values: impl Iterator<Item = f64>, from: f64, to: f64) -> Axis {
         let usable = values.filter(|value| value.is_finite() && (!self.is_log || *value > 0.0));
         let (least, most) = usable.fold(
@@ -346,14 +344,13 @@ pub struct Panel {
     pub shades: Option<Shades>,
 }
 
-/// Width of a chart.
 const CHART_WIDTH: f64 = 940.0;
 const EDGES: (f64, f64) = (74.0, 910.0);
 const PLOT_HEIGHT: f64 = 250.0;
 const KEY_ROW: f64 = 20.0;
 
 impl Panel {
-    /// The key, row by row.
+    /// Lays out the key, row by row.
     fn key(&self) -> Vec<Vec<KeyEntry<'_>>> {
         let mut rows = vec![Vec::new()];
         let mut x = EDGES.0;
@@ -381,7 +378,6 @@ impl Panel {
         PLOT_HEIGHT + 108.0 + KEY_ROW * self.key().len() as f64
     }
 
-    /// Draws the panel below `top`.
     fn draw(&self, svg: &mut Svg, top: f64) {
         let (left, right) = EDGES;
         let (upper, lower) = (top + 56.0, top + 56.0 + PLOT_HEIGHT);
@@ -447,7 +443,7 @@ impl Panel {
     }
 }
 
-/// A sample of a curve, and what it is called.
+/// Entry of the key: a sample of the curve, and its name.
 struct KeyEntry<'a> {
     x: f64,
     look: Look,
@@ -462,7 +458,6 @@ fn marker(svg: &mut Svg, look: Look, x: f64, y: f64) {
     }
 }
 
-/// A chart of panels, one below the other.
 pub fn chart(title: &str, panels: &[Panel]) -> String {
     let height: f64 = panels.iter().map(Panel::height).sum();
     let mut svg = Svg::new(height, title);

@@ -1,5 +1,5 @@
-//! `check`: a first power-up in one command. A conversation with the board gives
-//! [`Observations`]; each row of [`table::TABLE`] judges them.
+//! `check`: a first power-up in one command. A conversation with the board yields [`Observations`],
+//! which each row of [`table::TABLE`] judges.
 
 mod converter;
 mod frames;

@@ -98,7 +98,7 @@ enum Command {
     Link(TeletactionArgs),
 }
 
-/// The words of a command of `ridgetone-teletaction`, which parses them.
+/// Arguments of `ridgetone-teletaction`, which parses them itself.
 #[derive(Debug, clap::Args)]
 #[command(disable_help_flag = true)]
 struct TeletactionArgs {

@@ -10,7 +10,7 @@ use ridgetone_proto::command::{Command, Outcome, Reply};
 use ridgetone_proto::plan::Gives;
 use ridgetone_proto::telemetry::{Event, Hello, Packet};
 
-/// Packets after the reply among which the greeting is expected.
+/// Number of packets after the reply within which the greeting is expected.
 const PACKETS_MAX: usize = 20;
 
 /// The PC's end of the conversation with a board.
@@ -30,7 +30,7 @@ impl<'a> Client<'a> {
         }
     }
 
-    /// The board's greeting.
+    /// Requests the board's greeting.
     pub fn hello(&mut self) -> Result<Hello> {
         let mut hello = None;
         let keep = |packet: &Packet, hello: &mut Option<Hello>| {
@@ -56,9 +56,9 @@ impl<'a> Client<'a> {
         hello.context("the board did not send its settings")
     }
 
-    /// Sends a command. True if the board erased flash for it, which costs a second or two of
-    /// conversions. Fails if the board refuses the command, with the reason ([`UsageError`] for a
-    /// setting), or does not answer.
+    /// Sends a command. Returns true if the board erased flash for it, which costs a second or two
+    /// of conversions. Fails if the board refuses the command, with the reason ([`UsageError`] for
+    /// a setting), or does not answer.
     pub fn request(&mut self, command: Command) -> Result<bool> {
         let mut take = |packet: &Packet| {
             if let Event::Reply(Reply {

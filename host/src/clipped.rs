@@ -1,12 +1,11 @@
 //! Clipped channels, and angles that wrap.
 
-/// Counted events differ by chance if they differ by less, in standard deviations.
+/// Standard deviations below which a difference between two counts may be chance.
 const BY_CHANCE: f64 = 3.0;
 
-/// True if readings end at a limit: more of them have the least or the greatest value than a sine's
-/// have for the number of those next to it. Of a sine whose readings are rounded, 1 + sqrt(2) as
-/// many at most have the outermost value as the next one: it is over a height h for a time that
-/// grows with the root of h.
+/// True if readings end at a limit: the outermost value is more frequent, relative to the next one,
+/// than in a sine. In a rounded sine the ratio is at most 1 + sqrt(2), because the time that a sine
+/// spends within a height h of its peak grows with the root of h.
 pub fn is_clipped(values: &[f64]) -> bool {
     let known = || values.iter().copied().filter(|value| !value.is_nan());
     let (lowest, highest) = (Ends::of(known()), Ends::of(known().map(|value| -value)));
@@ -14,7 +13,7 @@ pub fn is_clipped(values: &[f64]) -> bool {
     has_values_between && (lowest.is_limit() || highest.is_limit())
 }
 
-/// The lowest value of some, the next one above it, and how many have either.
+/// The lowest value, the next one above it, and the number of times each occurs.
 struct Ends {
     outer: f64,
     next: f64,
@@ -49,7 +48,7 @@ impl Ends {
         ends
     }
 
-    /// True if more values are at the end than of a sine.
+    /// True if more values are at the end than a sine can have there.
     fn is_limit(&self) -> bool {
         let most = 1.0 + 2f64.sqrt();
         let more = self.outer_count - most * self.next_count;
@@ -57,18 +56,18 @@ impl Ends {
     }
 }
 
-/// Periods of angles: degrees, radians, gons.
+/// Possible periods of angles: degrees, radians, gons.
 const PERIODS: [f64; 3] = [360.0, std::f64::consts::TAU, 400.0];
 
-/// Jumps that show that an angle begins again.
+/// Minimum number of jumps that show that an angle wraps.
 const JUMPS_MIN: usize = 3;
 
-/// Period at which readings begin again, as angles do; `None` if they do not.
+/// Period at which readings wrap, as angles do; `None` if they do not.
 pub fn wraps_at(values: &[f64]) -> Option<f64> {
     let known = || values.iter().copied().filter(|value| !value.is_nan());
     let span = known().fold(f64::NEG_INFINITY, f64::max) - known().fold(f64::INFINITY, f64::min);
     let steps = || known().zip(known().skip(1)).map(|(a, b)| (b - a).abs());
-    // Radians have decimals.
+    // Angles in radians have decimals.
     let are_whole = known().all(|value| value.fract() == 0.0);
     PERIODS
         .into_iter()
@@ -77,7 +76,7 @@ pub fn wraps_at(values: &[f64]) -> Option<f64> {
             let is_jump = |step: &f64| *step > 0.75 * period;
             let jumps = steps().filter(is_jump).count();
             let others = steps().filter(|step| !is_jump(step));
-            // The count is constant between jumps.
+            // A counter is constant between jumps.
             let steepest = others.fold(0.0, f64::max);
             (0.9 * period..=1.0001 * period).contains(&span)
                 && jumps >= JUMPS_MIN

@@ -1,5 +1,5 @@
-//! Content of a file behind its compression and its text encoding: text, sound, or something that
-//! is no recording.
+//! Content of a file after decompression and decoding of its text: text, sound, or something that
+//! is not a recording.
 
 use anyhow::{Result, bail};
 use encoding_rs::{Encoding, UTF_16BE, UTF_16LE};
@@ -7,10 +7,10 @@ use encoding_rs_io::DecodeReaderBytesBuilder;
 use flate2::read::MultiGzDecoder;
 use std::io::{Cursor, Read};
 
-/// Bytes that identify the kind of a file.
+/// Number of bytes read to identify the kind of a file.
 const LOOK_BYTES: u64 = 4096;
 
-/// A reader that can go to another thread.
+/// A reader that can be sent to another thread.
 pub type Input = Box<dyn Read + Send>;
 
 /// Kind of a file's content.
@@ -24,7 +24,7 @@ pub enum Content {
 const JSON_ARRAY: &str =
     "a JSON array: in Python, ridgetone.fit(pandas.read_json(FILE), rate_hz=...)";
 
-/// Kinds of file that are no recordings by their first bytes, and the way out.
+/// File types that are not recordings, by their first bytes, with advice on how to read them.
 const OTHERS: [(&[u8], &str); 14] = [
     (
         b"\x93NUMPY",
@@ -70,7 +70,7 @@ const OTHERS: [(&[u8], &str); 14] = [
 ];
 
 impl Content {
-    /// Finds what an input holds.
+    /// Detects the kind of content.
     pub fn of(input: Input) -> Result<Self> {
         let (start, input) = look(input)?;
         if start.starts_with(&[0x1F, 0x8B]) {
@@ -106,7 +106,7 @@ impl Content {
     }
 }
 
-/// True if a text begins with the mark of a universal file, and the number of a data set.
+/// True if a text begins with the delimiter of a universal file and the number of a data set.
 fn is_universal(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
     let mut lines = text.lines().map(str::trim);
@@ -116,14 +116,14 @@ fn is_universal(start: &[u8]) -> bool {
             .is_some_and(|set| matches!(set, "58" | "58b" | "151" | "55" | "15" | "82" | "164"))
 }
 
-/// The beginning of an input, and all of it.
+/// Returns the beginning of an input, and a reader of the whole input.
 fn look(mut input: Input) -> std::io::Result<(Vec<u8>, Input)> {
     let mut start = Vec::new();
     input.by_ref().take(LOOK_BYTES).read_to_end(&mut start)?;
     Ok((start.clone(), Box::new(Cursor::new(start).chain(input))))
 }
 
-/// Kind of ZIP archive by its first entry.
+/// Describes a ZIP archive by its first entry.
 fn archive(start: &[u8]) -> &'static str {
     let names = |part: &[u8]| start.windows(part.len()).any(|bytes| bytes == part);
     if names(b".npy") {
@@ -135,7 +135,8 @@ fn archive(start: &[u8]) -> &'static str {
     }
 }
 
-/// The encoding of text in units of two bytes, by its mark or by the zeros next to Latin letters.
+/// Returns the encoding of 16-bit text, from its byte order mark or the zeros next to Latin
+/// letters.
 fn utf_16(start: &[u8]) -> Option<&'static Encoding> {
     if start.starts_with(&[0xFF, 0xFE]) {
         return Some(UTF_16LE);

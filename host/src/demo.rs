@@ -1,4 +1,4 @@
-//! `demo`: runs the firmware on a scene, and prints its results next to the true values.
+//! `demo`: runs the firmware on a scene and prints its results next to the true values.
 
 use crate::digits::{decimals, plus_minus, seconds};
 use crate::emulator::{self, Options, Outcome};
@@ -19,16 +19,14 @@ use std::fmt;
 pub struct Demo {
     pub speed_mm_s: f64,
     pub period_mm: f64,
-    /// Tone over noise, dB. None with the noise of finger and converter alone.
+    /// Tone over noise, dB; `None` if finger and converter are the only noise.
     pub snr_db: Option<f64>,
     pub truth: Truth,
-    /// The board that was emulated.
     pub board: Board,
     pub outcome: Outcome,
     pub packets: Vec<Packet>,
 }
 
-/// Runs the firmware on a scene.
 pub fn run(
     scene: Sliding,
     options: Options<'_>,
@@ -52,7 +50,7 @@ pub fn run(
         &mut sink,
         progress,
     )?;
-    // The scene alone is drawn, and not what follows until the last message.
+    // Draw only the scene, not what follows until the last message.
     let first_us = outcome.conversions.first().map_or(0, |first| first.t_us);
     let end_us = ((truth.end_s - outcome.zero_s()) * 1e6) as u32;
     let is_in = |one: &TimedConversion| one.t_us.wrapping_sub(first_us) < end_us;
@@ -76,13 +74,13 @@ impl Demo {
         picture::draw(&recording, Some(self.truth.frequency_hz))
     }
 
-    /// Mean processor load during the slide, 0 to 1, from the health reports in it. `None` if there
-    /// are none.
+    /// Returns the mean processor load during the slide, 0 to 1, from the health reports in it;
+    /// `None` without any.
     pub fn sliding_load(&self) -> Option<f32> {
         let (mut sum, mut count) = (0.0, 0.0);
         for packet in &self.packets {
             if let Event::Health(health) = packet.event {
-                // A report covers the second before it.
+                // A report covers the preceding second.
                 let slide_s = self.truth.slide_start_s + 1.0..=self.truth.slide_end_s;
                 if slide_s.contains(&seconds(health.t_us)) {
                     sum += health.load;
@@ -93,7 +91,6 @@ impl Demo {
         (count > 0.0).then_some(sum / count)
     }
 
-    /// The last event of a kind.
     fn last<'a, T>(&'a self, kind: impl Fn(&'a Event) -> Option<T>) -> Option<T> {
         self.packets
             .iter()
@@ -102,7 +99,7 @@ impl Demo {
     }
 }
 
-/// The processor of a board, by the board's name: `STM32F405` of `feather-f405`.
+/// Derives the processor from the board's name: `STM32F405` from `feather-f405`.
 fn processor(board: Board) -> String {
     let mut words = board.name().split('-');
     let family = words.find_map(|word| word.strip_prefix("f4"));
@@ -152,7 +149,7 @@ impl fmt::Display for Row {
     }
 }
 
-/// A measured value next to the true one, with their distance in standard deviations.
+/// Compares a measured value with the true one, in standard deviations.
 fn compared(name: &'static str, found: f64, sigma: f64, truth: f64, unit: &str) -> Row {
     let decimals = decimals(sigma).unwrap_or(4);
     Row {

@@ -1,25 +1,25 @@
-//! Numbers as text: significant digits, and as many decimals as an uncertainty needs. Device time
-//! in seconds.
+//! Numbers as text: significant digits, or as many decimals as an uncertainty needs. Device time in
+//! seconds.
 
 use ridgetone_proto::telemetry::Event;
 
-/// Microseconds in seconds.
+/// Converts microseconds to seconds.
 pub fn seconds(t_us: u64) -> f64 {
     t_us as f64 / 1e6
 }
 
-/// Device time of an event, seconds: of its end if it lasts. A greeting and a reply have none.
+/// Device time of an event, seconds, or of its end if it lasts. A greeting and a reply have none.
 pub fn time_s(event: &Event) -> Option<f64> {
     event.t_us().map(seconds)
 }
 
-/// Bytes in hexadecimal: "0A 31".
+/// Formats bytes in hexadecimal: "0A 31".
 pub fn hex(bytes: &[u8]) -> String {
     let digits: Vec<_> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
     digits.join(" ")
 }
 
-/// A number with `digits` significant digits, plain between 1e-4 and 1e7.
+/// Formats a number with `digits` significant digits, without exponent between 1e-4 and 1e7.
 pub fn significant(value: f64, digits: usize) -> String {
     let power = value.abs().log10().floor();
     if value == 0.0 || !value.is_finite() {
@@ -32,15 +32,16 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Decimals with which an uncertainty has two significant digits; `None` if it is no uncertainty.
+/// Decimals that show an uncertainty with two significant digits; `None` if `sigma` is not an
+/// uncertainty.
 pub fn decimals(sigma: f64) -> Option<usize> {
     // The exponent after rounding: 0.0996 is 0.10.
     let power: i32 = format!("{sigma:.1e}").split_once('e')?.1.parse().ok()?;
     (sigma > 0.0 && sigma.is_finite()).then(|| (1 - power).max(0) as usize)
 }
 
-/// A value and its uncertainty with as many decimals as the uncertainty needs for two significant
-/// digits.
+/// Formats a value and its uncertainty with as many decimals as the uncertainty needs for two
+/// significant digits.
 pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
     match decimals(sigma) {
         Some(decimals) => (format!("{value:.decimals$}"), format!("{sigma:.decimals$}")),
@@ -48,13 +49,13 @@ pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
     }
 }
 
-/// `value +- sigma`, the uncertainty with two significant digits.
+/// Formats `value +- sigma`, the uncertainty with two significant digits.
 pub fn plus_minus(value: f64, sigma: f64) -> String {
     let (value, sigma) = with_sigma(value, sigma);
     format!("{value} +- {sigma}")
 }
 
-/// A value and its uncertainty, the uncertainty with two significant digits, for screens.
+/// Formats a value and its uncertainty for screens, the uncertainty with two significant digits.
 pub fn uncertain(value: f64, sigma: f64) -> String {
     let (value, sigma) = with_sigma(value, sigma);
     format!("{value} \u{b1} {sigma}")

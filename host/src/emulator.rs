@@ -1,5 +1,5 @@
-//! The firmware image that gets flashed, on the register model of its board, in front of a scene:
-//! as fast as it goes. In real time it is [`feed::Emulated`](crate::feed::Emulated).
+//! Runs the firmware image that gets flashed on the register model of its board, in front of a
+//! scene, as fast as possible. [`feed::Emulated`](crate::feed::Emulated) runs it in real time.
 
 pub mod image;
 
@@ -23,21 +23,21 @@ use std::time::Duration;
 /// Board time between two exchanges with the PC, nanoseconds.
 const STEP_NS: u64 = 1_000_000;
 
-/// Board time after the end of a scene in which the last fit ends and health is reported once more,
-/// seconds.
+/// Board time after the end of a scene, seconds: enough for the last fit and one more health
+/// report.
 const TAIL_S: f64 = 1.1;
 
-/// Board time that the firmware has to start its converter, seconds.
+/// Maximum board time for the firmware to start its converter, seconds.
 const PATIENCE_S: f64 = 10.0;
 
 /// Longest wait for the firmware to read the latest conversion at the end, in steps of 10 us.
 const LAST_STEPS: usize = 100;
 
-/// Volts on every input of a processor's own ADC with nothing on the finger: the middle of a
+/// Voltage on every input of a processor's own ADC when nothing touches the finger: the middle of a
 /// bridge.
 const REST_V: f64 = 2.5;
 
-/// FLASH_OPTCR with brown-out level 3, as the guide has one set it (RM0090, 3.9.10).
+/// FLASH_OPTCR with brown-out level 3, as the guide says to set it (RM0090, 3.9.10).
 const OPTION_BYTES: u32 = 0x0FFF_AAE1;
 
 /// Options of an emulated run.
@@ -48,15 +48,15 @@ pub struct Options<'a> {
     pub keep_conversions: bool,
     /// True to fill [`Outcome::serial`].
     pub keep_serial: bool,
-    /// Settings of the firmware: [`run`] sends others than its own after the greeting.
+    /// Settings of the firmware; [`run`] sends them after the greeting if they are not the default.
     pub settings: Settings,
-    /// The board's crystal is dead, and its internal oscillator is off by this much, parts per
-    /// million.
+    /// Error of the internal oscillator that replaces a dead crystal, parts per million; `None` if
+    /// the crystal works.
     pub internal_ppm: Option<i32>,
 }
 
 impl<'a> Options<'a> {
-    /// Default options: nothing is kept, and the firmware has its own settings.
+    /// Default options: keeps nothing, and leaves the firmware its own settings.
     pub fn new(firmware: &'a Firmware) -> Self {
         Self {
             firmware,
@@ -68,7 +68,6 @@ impl<'a> Options<'a> {
     }
 }
 
-/// Results of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Every byte of the telemetry line, if `Options::keep_serial`.
@@ -76,30 +75,30 @@ pub struct Outcome {
     pub counts: Counts,
     pub conversions_served: u64,
     pub chip: hal_mock::Counters,
-    /// Conversions of which at least one read arrived as converted; one that was read a single time
+    /// Conversions with at least one undamaged read. A conversion that was read only once counts
     /// only if it is the last.
     pub arrived: u64,
-    /// Conversions that the board has read a single time, so that nothing confirms them: the next
-    /// one was ready before.
+    /// Conversions that the board has read only once, so that nothing confirms them: the next one
+    /// was ready before.
     pub read_once: u64,
-    /// When each injected fault acted, nanoseconds of board time.
+    /// Times at which injected faults acted, nanoseconds of board time.
     pub injected: Vec<hal_mock::Injected>,
     pub registers: [u8; hal_mock::chip::REGISTERS],
     /// Conversions read, with the firmware's time of their DRDY edge, if
     /// `Options::keep_conversions`.
     pub conversions: Vec<TimedConversion>,
-    /// Board time at which START first rose, microseconds: zero of the scene's time.
+    /// Board time at which START first rose, microseconds: scene time zero.
     pub start_us: u64,
-    /// Board time of the first DRDY edge, microseconds: zero of the device time.
+    /// Board time of the first DRDY edge, microseconds: device time zero.
     pub first_edge_us: u64,
     /// Board time at the end, microseconds.
     pub end_us: u64,
-    /// Rules of the manuals that the firmware has broken.
+    /// Rules of the manuals that the firmware has violated.
     pub findings: Vec<Finding>,
 }
 
 impl Outcome {
-    /// Zero of the device time in scene time, seconds: the scene begins when the board starts the
+    /// Returns device time zero in scene time, seconds: scene time begins when the board starts the
     /// chip, device time with the first result.
     pub fn zero_s(&self) -> f64 {
         (self.first_edge_us as f64 - self.start_us as f64) / 1e6
@@ -110,29 +109,28 @@ impl Outcome {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SentByte {
     pub byte: u8,
-    /// Device time at the end of its stop bit, seconds; 0 before the first conversion.
+    /// Device time at the end of the byte's stop bit, seconds; 0 before the first conversion.
     pub left_s: f64,
 }
 
 /// Takes a packet, and the device time at which its last byte had left the board, seconds.
 pub type Sink<'a> = dyn FnMut(&Packet, f64) -> Result<()> + 'a;
 
-/// The PC's end of the line, packet by packet: takes the board's time and a received packet with the
-/// time of [`SentByte::left_s`], and gives the bytes to send. It is called with every packet, and
-/// without one whenever the board has sent anything else.
+/// The PC's end of the line, packet by packet: takes the board's time and a received packet with
+/// its [`SentByte::left_s`], and returns the bytes to send. Called with every packet, and with none
+/// whenever the board has sent anything else.
 pub type Talk<'a> = dyn FnMut(Duration, Option<(&Packet, f64)>) -> Result<Vec<u8>> + 'a;
 
-/// The PC's end of the line: takes the board's time and the received bytes, and gives the bytes to
-/// send.
+/// The PC's end of the line: takes the board's time and the received bytes, and returns the bytes
+/// to send.
 pub type Exchange<'a> = dyn FnMut(Duration, &[SentByte]) -> Result<Vec<u8>> + 'a;
 
-/// A board in front of `input`.
 pub fn board(firmware: &Firmware, input: Opened) -> Result<Emulator> {
     board_on(firmware, input, None)
 }
 
-/// A board in front of `input`, with a dead crystal and its internal oscillator off by
-/// `internal_ppm` if that is given, parts per million.
+/// Returns a board in front of `input`. With `internal_ppm` its crystal is dead and its internal
+/// oscillator is off by this much, parts per million.
 fn board_on(firmware: &Firmware, input: Opened, internal_ppm: Option<i32>) -> Result<Emulator> {
     let start = Start {
         adc: input.options,
@@ -145,7 +143,7 @@ fn board_on(firmware: &Firmware, input: Opened, internal_ppm: Option<i32>) -> Re
     emulator.map_err(|failure| anyhow!("{failure}"))
 }
 
-/// Nothing on the finger of this board.
+/// Returns the input of a board whose finger nothing touches.
 pub fn untouched(firmware: &Firmware) -> Opened {
     if !Board::OWN_ADC.contains(&firmware.board) {
         return Opened::untouched();
@@ -160,7 +158,7 @@ pub fn untouched(firmware: &Firmware) -> Opened {
     }
 }
 
-/// Scene time, seconds; `None` before the converter has started.
+/// Returns scene time, seconds; `None` before the converter has started.
 fn scene_s(emulator: &mut Emulator) -> Option<f64> {
     let zero_ns = emulator
         .adc()
@@ -169,14 +167,14 @@ fn scene_s(emulator: &mut Emulator) -> Option<f64> {
     Some(emulator.now_ns().saturating_sub(zero_ns) as f64 * 1e-9)
 }
 
-/// True if a scene of this length is over, and all that the board reports of it.
+/// True if a scene of this length is over and the board has had time to report all of it.
 pub fn is_over(emulator: &mut Emulator, end_s: f64) -> bool {
     scene_s(emulator).is_some_and(|at_s| at_s >= end_s + TAIL_S)
 }
 
-/// Runs the firmware on `input` until the input is over, or this process is to stop (Ctrl-C).
-/// Packets go to `sink` as they arrive; `progress` takes the seconds of the input done, and its
-/// length. Fails if the firmware does what is not modelled, does not start, or refuses its
+/// Runs the firmware on `input` until the input is over or this process is asked to stop (Ctrl-C).
+/// Passes packets to `sink` as they arrive; `progress` takes the seconds of input done and in all.
+/// Fails if the firmware does something that is not modelled, does not start or refuses its
 /// settings, or if `sink` fails.
 pub fn run(
     input: Opened,
@@ -213,7 +211,7 @@ pub fn run(
     run_packets(input, options, &mut talk, progress)
 }
 
-/// A run in which the PC also sends.
+/// Like [`run`], but the PC also sends.
 pub fn run_packets(
     input: Opened,
     options: Options<'_>,
@@ -246,7 +244,7 @@ pub fn run_packets(
     })
 }
 
-/// As [`run_packets`] with the bytes of the line: it neither decodes nor counts packets.
+/// Like [`run_packets`], but with the bytes of the line: neither decodes nor counts packets.
 pub fn run_bytes(
     input: Opened,
     options: Options<'_>,
@@ -289,7 +287,7 @@ pub fn run_bytes(
             "the firmware has not started its converter within {PATIENCE_S} s of board time"
         );
     }
-    // So that every conversion that was made is read or lost.
+    // Runs on until every conversion is either read or lost.
     for _ in 0..LAST_STEPS {
         if emulator.adc().latest_drdy_fall_ns() == last_ns {
             break;

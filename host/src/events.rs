@@ -3,7 +3,7 @@
 //! | step | where |
 //! |---|---|
 //! | what a message holds: fields, units, meaning | [`view`] |
-//! | as one JSON object a line | `json` |
+//! | as one JSON object per line | `json` |
 //! | JSON schemas, made from the views and checked in | [`schema`] |
 //! | as rows of a table | `rows` |
 //! | as lines of text | `text` |

@@ -18,14 +18,14 @@ use std::path::Path;
 pub enum Format {
     /// One table, of estimates, frames, health, or events `texture`.
     Csv,
-    /// One JSON object a line for each packet, as with --json.
+    /// One JSON object per line for each packet, as with --json.
     Ndjson,
     /// For Foxglove and PlotJuggler: the topics of `serve`.
     Mcap,
 }
 
 impl Format {
-    /// Format by the extension of a file's name, if known.
+    /// Returns the format for the extension of a file's name, if known.
     pub fn by_name(path: &Path) -> Option<Self> {
         Some(match path.extension()?.to_str()?.to_lowercase().as_str() {
             "csv" => Self::Csv,
@@ -36,7 +36,7 @@ impl Format {
     }
 }
 
-/// Writes a recording in a format; for CSV the table `kind`. Gives the counts of packets.
+/// Writes a recording in a format; `kind` is the table for CSV. Returns the counts of packets.
 pub fn run(path: &Path, format: Format, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     match format {
         Format::Csv => table::write(path, kind, out),

@@ -1,7 +1,7 @@
 //! Where packets come from: a board on a port, the emulated board, or a recording. One decoder
 //! serves all three.
 //!
-//! A [`Source`] gives bytes; [`Feed`] decodes packets from them, counts losses, and records the
+//! A [`Source`] returns bytes; [`Feed`] decodes packets from them, counts losses, and records the
 //! bytes on request.
 
 mod decoded;

@@ -22,7 +22,7 @@ use channels::Fitted;
 use ridgetone_proto::telemetry::Status;
 use std::path::Path;
 
-/// Draws a fit of these samples with this selection. They are read once more.
+/// Draws a fit of these samples with this selection. Reads the samples once more.
 pub fn draw(samples: &Samples, selection: &Selection, fit: &TableFit) -> Result<String> {
     let fitted = Fitted::read(samples, selection, fit)?;
     let panel = spectrum::panel(&fitted, fit);
@@ -78,7 +78,7 @@ fn headline(file: &str, fit: &TableFit) -> (String, String) {
     (title, subtitle)
 }
 
-/// A warning of channels whose readings end at a limit.
+/// Warns of channels whose readings end at a limit.
 fn clipped_words(strips: &[Strip]) -> Option<String> {
     let clipped = strips
         .iter()

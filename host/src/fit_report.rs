@@ -22,7 +22,6 @@ pub(crate) struct Fit<'a> {
     fit: &'a TableFit,
 }
 
-/// The object that programs get.
 pub(crate) fn object<'a>(file: &'a str, fit: &'a TableFit) -> Fit<'a> {
     Fit {
         r#type: "fit",
@@ -40,7 +39,7 @@ fn digits_of(value: Option<f64>, digits: usize) -> String {
     value.map_or("-".to_owned(), |value| significant(value, digits))
 }
 
-/// The results with their names, without the channels.
+/// Returns the results with their names, without the channels.
 pub fn lines(fit: &TableFit) -> Vec<(&'static str, String)> {
     let mut lines = Vec::new();
     let mut line = |name: &'static str, value: String| lines.push((name, value));
@@ -151,7 +150,7 @@ pub fn text(fit: &TableFit) -> String {
     out
 }
 
-/// The part that was fitted, in a word.
+/// Names the part that was fitted.
 pub fn part_name(part: FittedPart) -> &'static str {
     match part {
         FittedPart::Slide => "the slide",
@@ -160,7 +159,7 @@ pub fn part_name(part: FittedPart) -> &'static str {
     }
 }
 
-/// Cycles up to which a longer part tells two readings apart.
+/// Cycles below which an ambiguous fit needs a longer part.
 const FEW_CYCLES: f64 = 8.0;
 
 fn meaning(fit: &TableFit) -> &'static str {

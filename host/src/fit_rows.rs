@@ -26,24 +26,23 @@ const COLUMNS: [&str; 14] = [
     "why",
 ];
 
-/// Output of the fits, and their number.
+/// Writes the results of fits and counts them.
 pub struct FitRows<'a> {
     form: Form<'a>,
-    /// Rows that were written.
     pub count: u64,
-    /// Fits among them that are good.
+    /// Number of good fits among them.
     pub good: u64,
 }
 
 enum Form<'a> {
-    /// With a header.
+    /// A table with a header.
     Csv(Box<csv::Writer<&'a mut dyn Write>>),
-    /// A line for each.
+    /// One JSON object per line.
     Json(&'a mut dyn Write),
 }
 
 impl<'a> FitRows<'a> {
-    /// A table, or lines of JSON.
+    /// Starts a table, or lines of JSON.
     pub fn new(out: &'a mut dyn Write, is_json: bool) -> Result<Self> {
         let form = if is_json {
             Form::Json(out)
@@ -87,7 +86,7 @@ impl<'a> FitRows<'a> {
         ])?)
     }
 
-    /// Writes why a file or a window, from this time on, has no fit.
+    /// Writes the reason why a file, or its window from `from_s` on, has no fit.
     pub fn refused(&mut self, file: &str, from_s: Option<f64>, why: &str) -> Result<()> {
         self.count += 1;
         match &mut self.form {
@@ -105,7 +104,6 @@ impl<'a> FitRows<'a> {
         }
     }
 
-    /// Writes what is kept back.
     pub fn finish(&mut self) -> Result<()> {
         match &mut self.form {
             Form::Csv(csv) => Ok(csv.flush()?),

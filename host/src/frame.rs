@@ -7,7 +7,7 @@ use ridgetone_proto::telemetry::Raw;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Device time of its first slot, seconds.
+    /// Device time of the frame's first slot, seconds.
     pub t_s: f64,
     /// Number of the frame since start-up, lost frames included.
     pub number: u32,
@@ -16,7 +16,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A raw frame in volts, against a reference of `vref_v` volts.
+    /// Converts a raw frame to volts, with a reference of `vref_v` volts.
     pub fn new(raw: &Raw, vref_v: f32) -> Self {
         let usable = raw.present & raw.good;
         let volts = |taxel: usize| {

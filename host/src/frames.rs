@@ -1,6 +1,6 @@
-//! Recordings as frames for the library: those that a board has sent raw, or the rows of a table at
-//! their own rate and with their own number of channels. No chip is simulated: nothing is
-//! resampled, and only what follows from the frames is reported.
+//! Recordings as frames for the library: raw frames from a board, or the rows of a table at their
+//! own rate and with their own number of channels. No chip is simulated: nothing is resampled, and
+//! only what follows from the frames is reported.
 
 mod board;
 mod frame;
@@ -25,7 +25,7 @@ use ridgetone_proto::telemetry::{Estimate, Event, Packet, Track};
 use std::ops::ControlFlow;
 use table::Table;
 
-/// Frames between two reports of progress.
+/// Number of frames between two reports of progress.
 const PROGRESS_EVERY: u64 = 4096;
 
 enum Source {
@@ -38,13 +38,12 @@ pub struct Frames {
     source: Source,
     /// Settings to start from: those of the board, or the library's with the table's own plan.
     pub settings: Settings,
-    /// Length, seconds.
     pub length_s: f64,
 }
 
 impl Frames {
-    /// Reads a recording once. Fails if it is no steady sampling of 1 to 16 channels at a rate that
-    /// the library takes, and says how to fit it instead.
+    /// Reads a recording once. Fails, and says how to fit it instead, unless it is steady sampling
+    /// of 1 to 16 channels at a rate that the library takes.
     pub fn open(samples: &Samples, reading: Reading) -> Result<Self> {
         let board = samples
             .path()
@@ -78,7 +77,7 @@ impl Frames {
         self.settings.plan
     }
 
-    /// Remarks on how a table was read: guesses, and values beyond the reference.
+    /// Returns remarks on how a table was read: guesses, and values beyond the reference.
     pub fn remarks(&self, settings: &Settings) -> Vec<String> {
         match &self.source {
             Source::Board(_) => Vec::new(),
@@ -89,7 +88,7 @@ impl Frames {
         }
     }
 
-    /// The columns of a table that are no taxels of a board.
+    /// Returns the columns of a table, unless they are the taxels of a board.
     pub fn columns(&self) -> Option<Columns> {
         match &self.source {
             Source::Table(table) if !table.is_of_board() => Some(table.columns()),
@@ -107,8 +106,8 @@ impl Frames {
         Ok(())
     }
 
-    /// The settings, with all of a table as one slide if nothing touches a finger in it. Values
-    /// beyond the reference, which hide a touch, leave the settings as they are.
+    /// Returns the settings, with the whole table as one slide if nothing touches a finger in it.
+    /// Values beyond the reference hide a touch: then the settings stay as they are.
     pub fn settings_for(&self, settings: Settings) -> Result<Settings> {
         let Source::Table(table) = &self.source else {
             return Ok(settings);
@@ -134,8 +133,8 @@ impl Frames {
         Ok(always(settings))
     }
 
-    /// Touches in a table whose values are volts, by touch detection alone; times are seconds from
-    /// its first row, and slides count behind a contact.
+    /// Finds touches in a table of volts by touch detection alone; times are seconds from its first
+    /// row, and slides count only after a contact.
     pub fn touches(&self) -> Result<Touches> {
         if let Source::Table(table) = &self.source {
             let beyond = table.beyond(self.settings.vref_v.into());
@@ -152,8 +151,8 @@ impl Frames {
     }
 
     /// Runs all frames through the library with settings that have passed [`Settings::validate`],
-    /// and gives what it reports to `sink`, numbered; with `raw` every frame, too. It ends early
-    /// when this process is to stop.
+    /// and passes the numbered packets to `sink`, with `raw` every frame, too. Ends early when this
+    /// process is asked to stop.
     pub fn run(
         &self,
         settings: &Settings,
@@ -235,7 +234,7 @@ impl Frames {
         }
     }
 
-    /// Touch detection alone: gives `take` the events until it breaks.
+    /// Runs touch detection alone, and passes the events to `take` until it breaks.
     fn detect(
         &self,
         settings: &Settings,
@@ -278,7 +277,7 @@ impl Frames {
         Ok(())
     }
 
-    /// Gives every frame until `take` breaks or fails.
+    /// Passes every frame to `take` until it breaks or fails.
     fn each(&self, take: &mut dyn FnMut(Frame<'_>) -> Result<ControlFlow<()>>) -> Result<()> {
         match &self.source {
             Source::Board(board) => board.each(take),
@@ -287,7 +286,7 @@ impl Frames {
     }
 }
 
-/// Channels of a finger, at least: fewer are another instrument.
+/// Minimum number of channels of a finger: with fewer, it is a different instrument.
 const TOUCH_CHANNELS_MIN: usize = 4;
 
 /// True if columns may be the taxels of a finger: four or more, in volts or without a unit.
@@ -305,9 +304,9 @@ fn may_be_volts(rows: &dyn RowReader, columns: &[usize]) -> bool {
     columns.iter().all(|at| is_volts(&units[*at]))
 }
 
-/// The settings with all of a recording as one slide.
+/// Returns the settings with the whole recording as one slide.
 fn always(settings: Settings) -> Settings {
-    // Only a protocol's speed is that of this recording.
+    // The speed in the settings belongs to this recording only if it is that of a protocol.
     let speed_mm_s = match settings.slide.rule {
         SlideRule::Protocol => settings.slide.speed_mm_s,
         _ => 0.0,

@@ -1,4 +1,4 @@
-//! Rows with time stamps onto an even grid, or as they are stamped where there is none.
+//! Maps rows with time stamps onto an even grid, or keeps the stamped times if there is no grid.
 
 use crate::digits::significant;
 use crate::part::{Part, Selection};
@@ -6,53 +6,53 @@ use crate::speed::{Column, Quantity};
 use crate::tables::{RowClock, Spacing, spacing};
 use anyhow::{Context, Result, bail, ensure};
 
-/// Fraction of missing rows above which the time stamps are no steady sampling with a few rows
-/// lost.
+/// Fraction of missing rows above which the time stamps do not count as steady sampling with a few
+/// rows lost.
 const MISSING_MAX: f64 = 0.2;
 
-/// Fraction of the time above which a gap is a pause between two recordings.
+/// Length of a gap, as a fraction of the whole time, above which it separates two recordings.
 const PAUSE_SHARE: f64 = 0.5;
 
-/// Distance from a multiple of a given spacing, as a fraction of it, up to which stamps tell which
-/// rows of that spacing are missing.
+/// Maximum distance of stamps from multiples of a supplied spacing, as a fraction of it, for them
+/// to show which rows are missing.
 const ON_GRID: f64 = 0.2;
 
 /// Standard deviation of the spacings, as a fraction of their mean, above which rows may have been
-/// sampled at the times of their stamps and not on an even grid.
+/// sampled at their stamped times instead of on an even grid.
 const SCATTER_MAX: f64 = 0.02;
 
-/// Maximum number of places of a given rate for each row of a file.
+/// Maximum number of grid positions at a supplied rate for each row of a file.
 const SLOTS_MAX: usize = 16;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     pub rate_hz: f64,
-    /// Standard deviation of the rate; zero of a given one.
+    /// Standard deviation of the rate; zero for a supplied rate.
     pub rate_sigma_hz: f64,
-    /// The rate by the time stamps, if there are any.
+    /// Rate according to the time stamps, if there are any.
     pub stamped_hz: Option<f64>,
-    /// Places of the rows, in sampling intervals from the first row.
+    /// Position of each row on the grid, in sampling intervals from the first row.
     pub places: Vec<usize>,
-    /// Times of the rows from the first one, seconds, where they are not evenly spaced; the rate is
-    /// the mean one then. Empty where they are.
+    /// Times of the rows from the first one, seconds, if they are not evenly spaced (the rate is
+    /// then the mean); otherwise empty.
     pub uneven_s: Vec<f64>,
-    /// Standard deviation of the spacings, as a fraction of their mean; zero where rounding of the
-    /// stamps explains it, and of a given rate.
+    /// Standard deviation of the spacings, as a fraction of their mean; zero if rounding of the
+    /// stamps explains it, or for a supplied rate.
     pub scatter: f64,
 }
 
 impl Grid {
-    /// Sampling intervals, those of missing rows included.
+    /// Returns the number of sampling intervals, including those of missing rows.
     pub fn slots(&self) -> usize {
         self.places.last().map_or(0, |last| last + 1)
     }
 
-    /// Places without a row.
+    /// Returns the number of sampling intervals without a row.
     pub fn missing(&self) -> usize {
         self.slots() - self.places.len()
     }
 
-    /// Time from one row to another, by their numbers in the part, seconds.
+    /// Returns the time between two rows, by their numbers in the part, seconds.
     pub fn between_s(&self, from: usize, to: usize) -> f64 {
         match self.uneven_s[..] {
             [] => (self.places[to] - self.places[from]) as f64 / self.rate_hz,
@@ -60,7 +60,7 @@ impl Grid {
         }
     }
 
-    /// Rows without time stamps: one each 1 / `rate_hz`.
+    /// Makes a grid for rows without time stamps, 1 / `rate_hz` apart.
     pub fn even(rows: usize, rate_hz: f64) -> Self {
         Self {
             rate_hz,
@@ -72,7 +72,7 @@ impl Grid {
         }
     }
 
-    /// Rows at the times of their stamps.
+    /// Makes a grid of rows at their stamped times.
     fn uneven(time_s: &[f64]) -> Self {
         let length_s = time_s[time_s.len() - 1] - time_s[0];
         Self {
@@ -81,14 +81,14 @@ impl Grid {
         }
     }
 
-    /// The same rows at the times of their stamps, where these scatter about the grid. The readings
-    /// tell whether the sampling was uneven or its stamps.
+    /// Returns the same rows at their stamped times if these scatter about the grid. The readings
+    /// can tell whether the sampling was uneven or only its stamps.
     pub fn at_own_times(&self, time_s: &[f64]) -> Option<Self> {
         (self.scatter > SCATTER_MAX).then(|| Self::uneven(time_s))
     }
 
-    /// Positions of all sampling intervals, millimetres from the first, from the rows' values in a
-    /// column, with straight lines in between. NaN stands for a value that is missing.
+    /// Returns the positions of all sampling intervals, millimetres from the first, by linear
+    /// interpolation between the rows' values in a column. NaN marks a missing value.
     pub fn positions_mm(&self, column: &Column, values: &[f64]) -> Result<Vec<f32>, String> {
         let mm_per_unit = column.mm_per_unit(values)?;
         let first = values.first().copied().unwrap_or(0.0);
@@ -119,7 +119,7 @@ impl Grid {
         Ok(positions)
     }
 
-    /// The grid of a part of a recording: by a given rate, or by its stamps.
+    /// Makes the grid of a part of a recording, from a supplied rate or from its stamps.
     pub fn of(part: &Part, file: &str, selection: &Selection) -> Result<Self> {
         if !part.is_stamped {
             let rate_hz = selection.rate_hz.with_context(|| {
@@ -135,9 +135,9 @@ impl Grid {
             .with_context(|| file.to_owned())
     }
 
-    /// From time stamps in seconds, strictly increasing unless `rate_hz` overrides them. A gap
-    /// counts as rows that are missing. The rate is that of the straight line through all stamps.
-    /// `name_row` names a row in errors.
+    /// Makes a grid from time stamps in seconds, strictly increasing unless `rate_hz` overrides
+    /// them. A gap counts as missing rows. The rate is that of the straight line through all
+    /// stamps. `name_row` names a row in errors.
     pub fn from_stamps(
         time_s: &[f64],
         rate_hz: Option<f64>,
@@ -172,7 +172,8 @@ impl Grid {
         Ok(Self::uneven(time_s))
     }
 
-    /// Rows at a given rate. Their stamps, at whatever rate, only say which rows are missing.
+    /// Makes a grid at a supplied rate. The stamps, at whatever rate, only show which rows are
+    /// missing.
     fn given(time_s: &[f64], rate_hz: f64, name_row: &dyn Fn(usize) -> String) -> Result<Self> {
         let even = Self::even(time_s.len(), rate_hz);
         let increases = time_s.windows(2).all(|pair| pair[1] > pair[0]);
@@ -195,7 +196,7 @@ impl Grid {
             .all(|place| (place - place.round()).abs() < ON_GRID);
         let rounded: Vec<usize> = exact.map(|place| place.round() as usize).collect();
         let are_apart = rounded.windows(2).all(|pair| pair[1] > pair[0]);
-        // Stamps of another rate would ask for more places than the file has rows.
+        // Stamps of a different rate would need far more positions than the file has rows.
         let slots = rounded.last().map_or(0, |last| last + 1);
         if is_on_grid && are_apart && slots <= SLOTS_MAX * time_s.len() {
             return Ok(Self {
@@ -208,7 +209,7 @@ impl Grid {
     }
 }
 
-/// Refuses rows with a gap of more than half their time.
+/// Refuses rows in which a gap takes more than half the time.
 fn check_pause(time_s: &[f64], name_row: &dyn Fn(usize) -> String) -> Result<()> {
     let spacing = |row: &usize| time_s[row + 1] - time_s[*row];
     let widest = (0..time_s.len() - 1).max_by(|a, b| spacing(a).total_cmp(&spacing(b)));
@@ -224,13 +225,13 @@ fn check_pause(time_s: &[f64], name_row: &dyn Fn(usize) -> String) -> Result<()>
     Ok(())
 }
 
-/// The numbers of rows by their stamps.
+/// Numbers rows by their stamps.
 fn numbered(clock: &mut RowClock, time_s: &[f64]) -> Vec<usize> {
     time_s.iter().map(|t_s| clock.push(*t_s) as usize).collect()
 }
 
-/// Standard deviation of the rows' spacings, those of missing rows left out, as a fraction of the
-/// mean spacing.
+/// Returns the RMS deviation of the rows' spacings from a whole number of sampling intervals, as a
+/// fraction of an interval.
 fn scatter(time_s: &[f64], places: &[usize], spacing_s: f64) -> f64 {
     let pairs = time_s.windows(2).zip(places.windows(2));
     let off = pairs.map(|(time_s, places)| {
@@ -240,7 +241,7 @@ fn scatter(time_s: &[f64], places: &[usize], spacing_s: f64) -> f64 {
     (off.map(|off| off * off).sum::<f64>() / count).sqrt()
 }
 
-/// True if rows with these numbers are a steady sampling with a few rows lost.
+/// True if rows with these numbers are steady sampling with a few rows lost.
 fn is_steady(places: &[usize]) -> bool {
     let slots = places.last().map_or(0, |last| last + 1);
     (slots - places.len()) as f64 <= MISSING_MAX * slots as f64
@@ -288,7 +289,7 @@ mod tests {
         let grid = Grid::from_stamps(&stamps, None, named).unwrap();
         assert!((grid.rate_hz - 200.0).abs() < 2.0, "{}", grid.rate_hz);
         assert!((grid.between_s(0, 3) - 0.018).abs() < 1e-9 && grid.missing() == 0);
-        // A given rate overrides them.
+        // A supplied rate overrides the stamps.
         let given = Grid::from_stamps(&stamps, Some(200.0), named).unwrap();
         assert_eq!(given, Grid::even(100, 200.0));
         let dropped: Vec<f64> = (0..100)

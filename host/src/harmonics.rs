@@ -1,17 +1,17 @@
-//! All harmonics of a known frequency in one channel, by least squares: amplitudes for display. The
-//! frequency is the estimator's; here nothing is searched.
+//! Fits all harmonics of a known frequency to one channel by least squares, for display. The
+//! frequency is the estimator's; nothing is searched here.
 
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// A column is left out if all but this fraction of it is a combination of the others.
+/// Minimum fraction of a column that is independent of the others; otherwise it is left out.
 const FRACTION_MIN: f64 = 1e-9;
 
 /// One harmonic in one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Harmonic {
     pub amplitude_v: f32,
-    /// At the window's centre: amplitude x cos(2 pi k f t + phase).
+    /// Phase at the window's centre: amplitude x cos(2 pi k f t + phase).
     pub phase_rad: f32,
 }
 
@@ -22,13 +22,13 @@ pub struct Harmonics {
     pub fit_v: Vec<f32>,
     /// The fundamental first.
     pub harmonics: Vec<Harmonic>,
-    /// Root mean square of the residuals, by their degrees of freedom.
+    /// RMS of the residuals, normalised by their degrees of freedom, volts.
     pub residual_v: f32,
 }
 
 /// Fits `count` harmonics of `frequency_hz`, and a line at `interferer_hz` if there is one, to the
-/// known of `volts` at `t_s` (seconds from the window's centre). None if there are no more values
-/// than unknowns.
+/// known values of `volts` at `t_s` (seconds from the window's centre). Returns `None` unless there
+/// are more values than unknowns.
 pub fn fit(
     t_s: &[f64],
     volts: &[Option<f32>],
@@ -87,8 +87,8 @@ pub fn fit(
     })
 }
 
-/// Offset and slope a value of the known values' straight line, and the sum of their squares about
-/// it.
+/// Returns offset and slope per value of the straight line through the known values, and the sum of
+/// squares about it.
 pub fn straight_line(volts: &[Option<f32>]) -> ([f64; 2], f64) {
     let known = || {
         let known = volts.iter().enumerate();
@@ -102,7 +102,7 @@ pub fn straight_line(volts: &[Option<f32>]) -> ([f64; 2], f64) {
     ([line[0], line[1]], squares)
 }
 
-/// Sum of squares of the known values about their straight line.
+/// Returns the sum of squares of the known values about their straight line.
 pub fn about_line(volts: &[Option<f32>]) -> f64 {
     straight_line(volts).1
 }
@@ -114,7 +114,7 @@ pub struct Reading {
     pub value: f64,
 }
 
-/// Evenly spaced frequencies, in cycles a unit of the axis.
+/// Evenly spaced frequencies, in cycles per unit of the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Frequencies {
     pub first: f64,
@@ -122,7 +122,7 @@ pub struct Frequencies {
     pub count: usize,
 }
 
-/// Periodogram: power of the values at each frequency.
+/// Returns the periodogram: power of the values at each frequency.
 pub fn powers(readings: impl Iterator<Item = Reading>, frequencies: Frequencies) -> Vec<f64> {
     let mut sums = vec![(0.0, 0.0); frequencies.count];
     for Reading { at, value } in readings {
@@ -139,7 +139,7 @@ pub fn powers(readings: impl Iterator<Item = Reading>, frequencies: Frequencies)
     sums.into_iter().map(|(re, im)| re * re + im * im).collect()
 }
 
-/// The unknowns, and the sum of the squared residuals, by the modified Gram-Schmidt process
+/// Returns the unknowns and the sum of squared residuals, by the modified Gram-Schmidt process
 /// (Björck, "Solving linear least squares problems by Gram-Schmidt orthogonalization", BIT 7,
 /// 1967).
 fn least_squares(rows: &[Vec<f64>], mut residual: Vec<f64>) -> (Vec<f64>, f64) {

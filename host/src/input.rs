@@ -8,15 +8,15 @@ use ridgetone_proto::plan::Plan;
 /// Reference of the simulated chip, volts; the library's default settings expect the same.
 pub const REFERENCE_V: f64 = 4.096;
 
-/// From power-up to the chip's first answer, clock cycles (SBAS297G, power-up).
+/// Time from power-up to the chip's first answer, clock cycles (SBAS297G, power-up).
 const POWER_UP_CYCLES: u64 = ads1258::POWER_UP_TICKS as u64;
 
 /// A grating slid over the finger, and the chip in front of it.
 #[derive(Clone, Debug)]
 pub struct Input {
     pub scene: Sliding,
-    /// Seed of the converter's own noise, 4.5 uV rms at the scan's data rate. A scene's own is in
-    /// [`Sliding`].
+    /// Seed of the converter's own noise, 4.5 uV rms at the scan's data rate. The seed of the
+    /// scene's noise is in [`Sliding`].
     pub seed: u64,
 }
 
@@ -29,8 +29,8 @@ impl Default for Input {
     }
 }
 
-/// The scene of a first look: a physical fingertip, over which the period comes out right. The
-/// plain scene, [`Sliding::default`], gives each channel a phase of its own: it is for tests.
+/// Returns the scene for a first look: a physical fingertip, for which the period comes out right.
+/// The plain scene, [`Sliding::default`], is for tests: each channel has a phase of its own.
 pub fn first_scene() -> Result<Sliding> {
     built_in(
         "hal-mock/scenes/c1.toml",
@@ -38,7 +38,6 @@ pub fn first_scene() -> Result<Sliding> {
     )
 }
 
-/// The scene of `ridgetone demo`.
 pub fn demo_scene() -> Result<Sliding> {
     built_in(
         "hal-mock/scenes/demo.toml",
@@ -61,7 +60,7 @@ pub struct Opened {
 }
 
 impl Opened {
-    /// Inputs at 0 V for ever, with the converter's noise.
+    /// Returns inputs at 0 V for ever, with the converter's noise.
     pub fn untouched() -> Self {
         Self {
             scene: Box::new(Constant::default()),
@@ -73,21 +72,21 @@ impl Opened {
     }
 }
 
-/// From one input of a scan to the next, seconds.
+/// Time from one input of a scan to the next, seconds.
 pub const SLOT_S: f64 = CONVERSION_NS as f64 * 1e-9;
 
-/// Frames per second of the default scan, nominal.
+/// Returns the nominal frames per second of the default scan.
 pub fn frame_rate_hz() -> f64 {
     rate_of(&Plan::PAPER)
 }
 
-/// Frames per second of a plan, nominal.
+/// Returns the nominal frames per second of a plan.
 pub fn rate_of(plan: &Plan) -> f64 {
     f64::from(plan.adc_clock_hz) / f64::from(plan.frame_ticks)
 }
 
 impl Input {
-    /// A scene with its own seed for all noise.
+    /// Makes an input that uses the scene's seed for all noise.
     pub fn of(scene: Sliding) -> Self {
         Self {
             seed: scene.seed,
@@ -95,7 +94,7 @@ impl Input {
         }
     }
 
-    /// The chip in front of any scene.
+    /// Returns options of the chip for any scene.
     fn options(&self) -> Options {
         Options {
             seed: self.seed,
@@ -128,10 +127,10 @@ impl Input {
     }
 }
 
-/// Longest scene that is played, seconds: a longer one comes from a wrong speed.
+/// Longest scene that is played, seconds: a longer one results from a wrong speed.
 const SCENE_MAX_S: f64 = 3600.0;
 
-/// Fraction of the frame rate up to which a tone is not aliased, with a margin.
+/// Highest tone that is not aliased, as a fraction of the frame rate, with a margin.
 const TONE_MAX: f64 = 0.45;
 
 /// Refuses a scene that would play for hours.

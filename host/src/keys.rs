@@ -1,4 +1,4 @@
-//! Keys pressed on the terminal, and its end.
+//! Keys pressed on the terminal, and detection of its end.
 
 use crate::stop;
 use anyhow::Result;
@@ -6,9 +6,9 @@ use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyEvent};
 use std::time::Duration;
 
-/// The next key that was pressed, without waiting; None if there is none. Once the terminal is gone
-/// this requests the end of the process: crossterm's `poll` would never return then
-/// (<https://github.com/crossterm-rs/crossterm/issues/793>).
+/// Returns the next key that was pressed, without waiting; `None` if there is none. Once the
+/// terminal is gone this requests the end of the process: crossterm's `poll` would never return
+/// then (<https://github.com/crossterm-rs/crossterm/issues/793>).
 pub fn next() -> Result<Option<KeyEvent>> {
     loop {
         if is_terminal_gone() {
@@ -24,8 +24,8 @@ pub fn next() -> Result<Option<KeyEvent>> {
     }
 }
 
-/// Restores the terminal, unless it is gone. ratatui would fail on one that is gone and report it on
-/// standard error; where that is the same terminal, the report panics and the process aborts.
+/// Restores the terminal, unless it is gone. ratatui would fail on a closed terminal and report it
+/// on standard error; if that is the same terminal, the report panics and the process aborts.
 pub fn restore(terminal: DefaultTerminal) {
     if is_terminal_gone() {
         std::mem::forget(terminal);
@@ -34,14 +34,14 @@ pub fn restore(terminal: DefaultTerminal) {
     }
 }
 
-/// True if the terminal was closed, or the connection that it belongs to.
+/// True if the terminal, or the connection that it belongs to, was closed.
 #[cfg(unix)]
 fn is_terminal_gone() -> bool {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
     use std::io::IsTerminal;
     use std::sync::LazyLock;
-    // Asked at first, because a terminal that is gone is none. Where standard input is no terminal,
-    // keys come from another, and an end here says nothing.
+    // Asked at the start, because a closed terminal no longer counts as one. If standard input is
+    // not a terminal, keys come from elsewhere, and its end means nothing.
     static IS_TERMINAL: LazyLock<bool> = LazyLock::new(|| std::io::stdin().is_terminal());
     let stdin = std::io::stdin();
     let mut ends = [PollFd::new(&stdin, PollFlags::IN)];

@@ -25,13 +25,14 @@
 //! | packets as text, as JSON | [`events`], [`names`], `tone`, [`overtones`], `remarks` |
 //! | a board's clock next to UTC | [`utc`] |
 //! | settings as TOML and `name=value` | [`settings_form`] |
-//! | results next to the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`chart`] |
+//! | results compared with the truth, and a picture | [`demo`], [`picture`], [`static_image`],
+//! [`chart`] |
 //! | the commands of `ridgetone-teletaction` | `teletaction` |
 //! | the command line | [`cli`], [`usage`], [`program`], [`output`], [`digits`], [`stop`] |
 #![forbid(unsafe_code)]
-// Messages quote files, boards and peers: `note!` escapes and cuts them.
+// Messages quote text from files, boards and peers: `note!` escapes and cuts it.
 #![deny(clippy::print_stderr)]
-// Not published: a field whose name and unit say everything needs no documentation.
+// The crate is not published: a field with a clear name and unit needs no documentation.
 #![allow(missing_docs)]
 
 pub mod alignment;

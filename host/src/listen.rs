@@ -1,4 +1,4 @@
-//! Packets of a feed one by one, until the source is over or the sink breaks off.
+//! Passes a feed's packets to a sink, until the source is over or the sink breaks off.
 
 use crate::events;
 use crate::feed::{Feed, FeedEvent, Requester, other_requests};
@@ -13,22 +13,23 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// Time without a packet after which a board is silent: it sends one a second.
+/// Time without a packet after which a board counts as silent: it sends one a second.
 pub const SILENT: Duration = Duration::from_secs(3);
 
-/// Longest wait between two looks at [`stop`] and at due requests.
+/// Longest wait between two checks of [`stop`] and of due requests.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Time after which damage is reported without a loss.
+/// Time after which damaged packets are reported even if none are missing.
 const DAMAGED_ALONE: Duration = Duration::from_secs(1);
 
-/// Longest wait for the greeting of a board that was sending already.
+/// Longest wait for the greeting of a board that is already sending.
 const GREETING: Duration = Duration::from_millis(500);
 
-/// A feed that is listened to: its requests are sent while its packets are read.
+/// A feed whose requests are sent while its packets are read.
 ///
-/// A board that sends already is asked for its greeting, and its packets are held back until it has
-/// come: a board with another protocol would be read wrongly until its next greeting by itself.
+/// A board that is already sending is asked for its greeting, and its packets are held back until
+/// the greeting arrives: those of a different protocol would be misread until the next periodic
+/// greeting.
 pub struct Listener {
     pub feed: Feed,
     requester: Requester,
@@ -38,22 +39,22 @@ pub struct Listener {
     /// Time at which the request was sent, until the greeting arrives.
     joining: Option<Instant>,
     held: VecDeque<Heard>,
-    /// Packets lost and damaged as reported.
+    /// Numbers of lost and damaged packets already reported.
     reported: (u32, u32),
     damaged_since: Option<Instant>,
-    /// The name of the open port, until something is said of it.
+    /// Name of the open port, until its first warning.
     unnamed: Option<String>,
-    /// Silence was reported.
+    /// True if silence was reported.
     was_silent: bool,
 }
 
 /// Event of a feed.
 pub enum Heard {
-    /// With the time of its receipt, if that is known.
+    /// A packet, with the time of its receipt if known.
     Packet(Box<Packet>, Option<Receipt>),
     /// The board at this name is connected.
     Connected(String),
-    /// Disconnected, for this reason; the feed waits for it.
+    /// The board at this name is disconnected, for this reason; the feed waits for it.
     Disconnected(String, String),
     Over,
 }
@@ -99,7 +100,7 @@ impl Listener {
         Ok(self.held.pop_front())
     }
 
-    /// Asks a board that sends already for its greeting.
+    /// Asks a board that is already sending for its greeting.
     fn join(&mut self, first: &Packet) -> Result<()> {
         if matches!(first.event, Event::Hello(_)) || !self.feed.has_board() {
             return Ok(());
@@ -107,7 +108,7 @@ impl Listener {
         self.greeting = other_requests();
         self.greeting.push(Command::Greet);
         let request = self.greeting.due(self.feed.elapsed())?;
-        // A line on which nothing can be sent is read as it is.
+        // If nothing can be sent on the line, read it without the greeting.
         if self.feed.send(&request).is_ok() {
             self.joining = Some(Instant::now());
         }
@@ -147,8 +148,8 @@ impl Listener {
         Ok(heard)
     }
 
-    /// A sentence on packets lost or damaged, if there are new ones; before the first packet, on
-    /// what else is on the line.
+    /// Returns a sentence on newly lost or damaged packets or, before the first packet, on what
+    /// else is on the line.
     pub fn losses(&mut self) -> Option<String> {
         let counts = self.feed.counts();
         if counts.received == 0 && self.feed.has_board() {
@@ -171,8 +172,8 @@ impl Listener {
         if (counts.missing, counts.damaged) == self.reported {
             return None;
         }
-        // A damaged packet mostly shows as a loss with the next packet. At a wrong baud rate there
-        // is no next packet.
+        // A damaged packet usually shows as a loss with the next packet, but at a wrong baud rate
+        // there is no next packet.
         let since = *self.damaged_since.get_or_insert_with(Instant::now);
         if counts.missing <= self.reported.0 && since.elapsed() <= DAMAGED_ALONE {
             return None;
@@ -185,12 +186,12 @@ impl Listener {
     }
 }
 
-/// Takes packets, and when they were received if that is known.
+/// Takes packets, with the time of receipt if known.
 pub type Sink<'a> = dyn FnMut(&Packet, Option<Receipt>) -> Result<ControlFlow<()>> + 'a;
 
-/// Gives packets to `sink`, sends the due requests, and reports connections and losses on standard
-/// error. Ends when the source is over, when the sink breaks off, or when this process is to stop.
-/// Returns the feed.
+/// Passes packets to `sink`, sends due requests, and reports connections and losses on standard
+/// error. Ends when the source is over, when the sink breaks off, or when this process is asked to
+/// stop. Returns the feed.
 pub fn run(feed: Feed, requester: Requester, sink: &mut Sink<'_>) -> (Feed, Result<()>) {
     let mut listener = Listener::new(feed, requester);
     let ended = listen(&mut listener, sink);

@@ -1,5 +1,5 @@
-//! The state of a board, folded from its packets: the model behind the terminal's screen and the
-//! web page. It draws nothing; [`crate::feed`] gives the packets.
+//! The state of a board, folded from the packets of a [`crate::feed`]: the model behind the
+//! terminal's screen and the web page. It draws nothing.
 //!
 //! [`Live`] can be serialised. Packets in it have the same names as with `--json`
 //! ([`crate::events::json`]).
@@ -29,7 +29,7 @@ pub type Log = Bounded<String, 200>;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
-    /// No packet has shown it yet.
+    /// No packet has shown the phase yet.
     #[default]
     Unknown,
     /// Nothing touches the finger.
@@ -44,7 +44,7 @@ pub enum Phase {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(tag = "state", rename_all = "snake_case")]
 pub enum Connection {
-    /// Nothing was received yet.
+    /// Nothing has been received yet.
     #[default]
     Waiting,
     Connected,
@@ -69,7 +69,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// A decoder's counts, and the number of packets that it gave.
+    /// Combines a decoder's counts with the number of packets that it returned.
     pub fn of(decoder: &Decoder, received: u64) -> Self {
         let Decoder {
             missing,
@@ -108,14 +108,14 @@ struct Latest {
     texture: Option<Kept>,
 }
 
-/// The small part of the state, which changes as a whole.
+/// The small part of the state, which the web page receives as a whole.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Now {
     /// Name of the source: a port, a recording, the emulated board.
     pub source: String,
     pub connection: Connection,
     pub counts: Counts,
-    /// Content of the line if there are no packets.
+    /// Description of bytes on the line that are not packets.
     #[serde(skip)]
     pub strangers: Option<String>,
     /// The latest device time, seconds since the board's first conversion.
@@ -128,7 +128,7 @@ pub struct Now {
     pub contact_s: Option<f64>,
     pub restarts: u32,
     latest: Latest,
-    /// Faults that last.
+    /// Faults that have not ended.
     #[serde(serialize_with = "fault_names")]
     pub faults: Vec<Fault>,
 }
@@ -142,8 +142,8 @@ pub struct Live {
     /// The latest raw frames: empty unless they were requested.
     #[serde(serialize_with = "columns")]
     pub strips: Strips,
-    /// Events, a line each, oldest first: all packets but estimates, tracks, health, raw frames and
-    /// requests done.
+    /// Events, one line each, oldest first: all packets except estimates, tracks, health, raw
+    /// frames and completed requests.
     pub log: Log,
     #[serde(skip)]
     starts: Starts,
@@ -162,7 +162,7 @@ macro_rules! latest {
 }
 
 impl Live {
-    /// The state before the first packet from `source`.
+    /// Returns the state before the first packet from `source`.
     pub fn new(source: impl Into<String>) -> Self {
         let now = Now {
             source: source.into(),
@@ -207,7 +207,7 @@ impl Live {
                 }
             }
             Event::Image(image) => match image.hold {
-                // If an image after a slide is still kept, it belongs to the touch before this one.
+                // An image after a slide that is still kept belongs to the previous touch.
                 Hold::BeforeSlide => {
                     (now.latest.image_before, now.latest.image_after) = (kept(), None)
                 }
@@ -242,8 +242,8 @@ impl Live {
         }
     }
 
-    /// The board sends a greeting after start-up, every ten seconds and on request. Most greetings
-    /// change nothing.
+    /// Handles a greeting. The board sends one after start-up, every ten seconds and on request;
+    /// most change nothing.
     fn greeted(&mut self, packet: &Packet, hello: &Hello, has_restarted: bool) {
         let at_that_time = |before: &Hello| Hello {
             t_us: hello.t_us,
@@ -259,7 +259,8 @@ impl Live {
         }
     }
 
-    /// The board's clock begins at zero again, so earlier data do not fit on the same axis.
+    /// Forgets earlier data: the board's clock begins at zero again, so they do not fit on the
+    /// axis.
     fn restarted(&mut self) {
         self.now.restarts += 1;
         self.clear();
@@ -267,7 +268,6 @@ impl Live {
         (self.now.phase, self.now.phase_since_s) = (Phase::Idle, Some(0.0));
     }
 
-    /// Adds a line to the log.
     pub fn note(&mut self, text: impl Into<String>) {
         self.log.push(text.into());
     }
@@ -287,13 +287,13 @@ impl Live {
         };
     }
 
-    /// The settings in force if the board has reported them, otherwise the defaults.
+    /// Returns the settings in force if the board has reported them, otherwise the defaults.
     pub fn settings(&self) -> Settings {
         self.hello()
             .map_or(Settings::DEFAULT, |hello| hello.settings)
     }
 
-    /// True if an estimate is of a touch before the present one.
+    /// True if an estimate belongs to an earlier touch.
     pub fn is_past(&self, estimate: &Estimate) -> bool {
         let contact_s = self.now.contact_s;
         contact_s.is_some_and(|contact_s| seconds(estimate.t_us) < contact_s)

@@ -33,7 +33,6 @@ const NAME_MAX: usize = 18;
 /// Values over seconds or millimetres.
 pub type Points = Vec<(f64, f64)>;
 
-/// A channel.
 #[derive(Clone, Debug, Default)]
 pub struct Strip {
     pub name: String,
@@ -71,7 +70,7 @@ pub struct Strips {
     pub range: RangeInclusive<f64>,
     /// Range of the close-up; none without a tone.
     pub close: Option<RangeInclusive<f64>>,
-    /// All channels to one scale, in volts; otherwise each to its own.
+    /// True to draw all channels to one scale, in volts; otherwise each has its own.
     pub is_in_volts: bool,
     pub phases: Option<Phases>,
     pub strips: Vec<Strip>,
@@ -86,7 +85,6 @@ struct Column {
 }
 
 impl Strips {
-    /// Draws the strips, and a panel below them.
     pub fn picture(&self, panel: Option<&Panel>) -> String {
         let strips_height = TOP + self.row_height() * self.strips.len() as f64 + BELOW;
         let height = strips_height + panel.map_or(0.0, Panel::height);
@@ -104,7 +102,7 @@ impl Strips {
         svg.finish()
     }
 
-    /// Few channels have more room.
+    /// Fewer channels get higher rows.
     fn row_height(&self) -> f64 {
         (720.0 / self.strips.len().max(1) as f64).clamp(46.0, 130.0)
     }
@@ -117,12 +115,11 @@ impl Strips {
         self.strips.iter().any(|strip| strip.explained.is_some())
     }
 
-    /// Right edge of the amplitudes.
     fn amplitude_right(&self) -> f64 {
         RIGHT - if self.has_explained() { EXPLAINED } else { 0.0 }
     }
 
-    /// The readings, and the close-up if there is one.
+    /// Returns the columns for the readings and for the close-up, if there is one.
     fn columns(&self) -> (Column, Option<Column>) {
         let names = self.strips.iter().map(|strip| shortened(&strip.name));
         let longest = names.map(|name| name.chars().count()).max();
@@ -274,7 +271,7 @@ impl Strips {
         }
     }
 
-    /// Contact, slides, fitted window and release, with labels above that do not overlap.
+    /// Draws contact, slides, fitted window and release, with labels above that do not overlap.
     fn phases(&self, svg: &mut Svg, phases: &Phases, axis: &Axis) {
         let (x, bottom) = (|value: &f64| axis.place(*value), self.bottom());
         for slide in &phases.slides {
@@ -306,7 +303,7 @@ impl Strips {
         }
     }
 
-    /// An axis with round values under a column, its scale bar if it has one, and its key.
+    /// Draws an axis with round values under a column, its scale bar if it has one, and its key.
     fn below(&self, svg: &mut Svg, column: &Column, key: &[(&str, &str)]) {
         let ((left, right), bottom) = (column.axis.at, self.bottom());
         svg.line([(left, bottom), (right, bottom)], "axis");
@@ -347,7 +344,7 @@ fn inside<'a>(
     points.iter().filter(move |(at, _)| range.contains(at))
 }
 
-/// Minimum and maximum value; zeros without a point.
+/// Returns the minimum and maximum value; zeros without a point.
 fn extremes<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> (f64, f64) {
     let grow = |ends: Option<(f64, f64)>, (_, value): &(f64, f64)| {
         let (low, high) = ends.unwrap_or((*value, *value));
@@ -356,7 +353,7 @@ fn extremes<'a>(points: impl Iterator<Item = &'a (f64, f64)>) -> (f64, f64) {
     points.fold(None, grow).unwrap_or_default()
 }
 
-/// A name that is too long keeps its end, where units and numbers are.
+/// Shortens a name that is too long, but keeps its end, where units and numbers are.
 fn shortened(name: &str) -> String {
     let count = name.chars().count();
     if count <= NAME_MAX {

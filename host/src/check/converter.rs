@@ -1,4 +1,4 @@
-//! The ADS1258 by its registers and by its own readings.
+//! Checks of the ADS1258 by its registers and by its own readings.
 
 use super::observations::Observations;
 use super::verdict::{Judged, Limits, Outcome, Verdict, judged};
@@ -13,7 +13,7 @@ use Verdict::{Fail, Pass};
 /// ID4 in the register ID: 0 is the ADS1258, 1 the ADS1158 (SBAS297G, register map).
 const ID4: u8 = 1 << 4;
 
-/// The wire to look at if all registers read the same.
+/// Returns the wire to look at if all registers read the same.
 fn stuck(registers: &[u8; 10]) -> Option<&'static str> {
     match registers {
         [0xff, ..] if *registers == [0xff; 10] => Some(
@@ -26,7 +26,7 @@ fn stuck(registers: &[u8; 10]) -> Option<&'static str> {
     }
 }
 
-/// The registers of an ADS1258. Another converter is judged by whether it answers.
+/// Returns the registers of an ADS1258. A different converter is judged by whether it answers.
 fn ads1258(seen: &Observations) -> Result<&[u8; 10], Judged> {
     let converter = seen.need(&seen.converter)?;
     let name = &converter.name;

@@ -1,4 +1,4 @@
-//! The frames: their rate, their times, and what the inputs show.
+//! Checks of the frames: their rate, their times, and what the inputs show.
 
 use super::observations::{Inputs, Observations, input_names};
 use super::signals::{self, dead_and_railed, line};
@@ -19,14 +19,14 @@ const NOISE_UV: f64 = match SCAN.data_rate {
     DataRate::Drate3 => 12.0,
 };
 
-/// Mains and twice mains.
+/// Mains frequencies and their second harmonics.
 const LINES_HZ: [f64; 4] = [50.0, 60.0, 100.0, 120.0];
 
-/// Jitter, microseconds rms: at 100 Hz these are 1 % and 6 % of a tone's amplitude.
+/// Jitter, microseconds rms: at 100 Hz these limits are 1 % and 6 % of a tone's amplitude.
 const JITTER_RMS_US: Limits = Limits::up_to(20.0, 100.0);
 
-/// Worst jitter, microseconds: half a conversion, and a whole one, which is a stamp of the wrong
-/// edge.
+/// Worst jitter, microseconds: half a conversion, and a whole one, which means that a stamp belongs
+/// to the wrong edge.
 const JITTER_WORST_US: Limits =
     Limits::up_to(CONVERSION_NS as f64 / 2000.0, CONVERSION_NS as f64 / 1000.0);
 
@@ -38,7 +38,7 @@ pub fn frame_rate(seen: &Observations, limits: Limits) -> Outcome {
     let adc_clock_mhz = adc_clock_hz * 1e-6;
     let finding = format!(
         "{hz:.3} Hz, {:+.0} ppm off the nominal {nominal_hz:.3} Hz; the ADC's clock is {adc_clock_mhz:.4} MHz",
-        // Plus zero, where it is rounded to minus zero.
+        // Adding zero turns a rounded minus zero into zero.
         off_ppm.round() + 0.0
     );
     let values = json!({
@@ -132,7 +132,6 @@ pub fn mains(seen: &Observations, limits: Limits) -> Outcome {
     limits.judge(uv, finding, values)
 }
 
-/// The input with the greatest value.
 fn greatest(values: &[Option<f64>; TAXELS]) -> Option<(usize, f64)> {
     let known = values
         .iter()

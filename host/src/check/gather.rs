@@ -26,18 +26,19 @@ pub struct Plan {
     pub inputs: Inputs,
 }
 
-/// A board sends `health` every second and the greeting every ten: nothing for so long is silence.
+/// Time without a message after which a board counts as silent: `health` comes every second.
 const SILENCE: Duration = Duration::from_secs(12);
-/// Messages of `health` in which a greeting must come.
+/// Number of `health` messages within which a greeting must come.
 const GREETING_HEALTHS: u32 = 12;
-/// Longest wait between two looks at [`stop`].
+/// Longest wait between two checks of [`stop`].
 const LOOK: Duration = Duration::from_millis(50);
-/// Raw frames are requested for so much longer than the watch lasts, seconds.
+/// Time for which raw frames are requested beyond the watch, seconds.
 const SPARE_S: f64 = 60.0;
 /// Stride to store as a test, seconds, and an alternative if the first is already in force.
 const STRIDES_S: [f32; 2] = [0.3, 0.35];
 
-/// Talks to the board. What failed is in [`Observations::ended`]; settings are restored then too.
+/// Talks to the board. A failure is put in [`Observations::ended`]; settings are restored all the
+/// same.
 pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observations {
     let mut talk = Talk {
         feed,
@@ -63,7 +64,7 @@ struct Seen {
     hello: Option<Hello>,
     health: Option<Health>,
     converter: Option<ConverterState>,
-    /// The board has started anew.
+    /// True if the board has restarted.
     has_started: bool,
     starts: Starts,
     healths: u32,
@@ -95,7 +96,7 @@ impl Seen {
     }
 }
 
-/// Fails with the reason if a board has refused a command.
+/// Fails with the reason if the board has refused a command.
 fn done(outcome: Outcome) -> Result<()> {
     match outcome {
         Outcome::Done | Outcome::DoneErased => Ok(()),
@@ -107,8 +108,7 @@ struct Talk<'a> {
     feed: &'a mut Feed,
     requests: Requests,
     seen: Seen,
-    /// The greeting with the board's own settings. It is kept while the default plan replaces the
-    /// board's own.
+    /// The greeting with the board's own settings, kept while the default plan is in force.
     own: Option<Hello>,
     progress: &'a mut Progress,
 }
@@ -117,7 +117,8 @@ impl Talk<'_> {
     fn run(&mut self, plan: Plan, found: &mut Observations) -> Result<()> {
         self.progress.show(format_args!("greeting the board"));
         let greeted = self.request(Command::Greet);
-        // Without an answer the board may still be heard. One that was silent for all tries is not.
+        // A board that does not answer may still send telemetry, unless it was silent for all
+        // tries.
         let is_heard = greeted.is_ok() || self.feed.counts().received > 0;
         let is_known =
             |seen: &Seen| seen.hello.is_some() && seen.health.is_some() && seen.converter.is_some();
@@ -141,13 +142,13 @@ impl Talk<'_> {
         heard?;
         self.lend_plan(found)?;
         let done = self.examine(plan, found);
-        // Also behind what failed, and after Ctrl-C.
+        // After a failure and after Ctrl-C, too.
         self.return_plan(found);
         done
     }
 
-    /// Puts the default plan in force, for which frames, noise and mains are judged, if the board
-    /// has another one.
+    /// Puts the default plan in force if the board has a different one: frames, noise and mains are
+    /// judged for it.
     fn lend_plan(&mut self, found: &mut Observations) -> Result<()> {
         let has_another = |hello: &&Hello| hello.settings.plan != found.judged();
         let Some(own) = found.hello.as_ref().filter(has_another) else {
@@ -158,7 +159,7 @@ impl Talk<'_> {
         self.progress.show(format_args!("another scan plan"));
         let outcome = self.set(settings, false)?;
         done(outcome).context("the default scan plan is refused")?;
-        // The first report behind it may still count the other plan's conversions.
+        // The first report after the change may still count conversions of the old plan.
         let from = self.seen.healths;
         self.listen(|seen| seen.healths > from + 1)?;
         found.health = self.seen.health;
@@ -189,7 +190,7 @@ impl Talk<'_> {
 
     /// Watches the board with the default plan in force.
     fn examine(&mut self, plan: Plan, found: &mut Observations) -> Result<()> {
-        // Telemetry runs meanwhile as it does in use.
+        // Keep telemetry running as in normal use.
         self.request_frames(plan.length_s)?;
         let exchanged = found.exchanged.insert(Exchanged::default());
         self.exchange(exchanged)?;
@@ -216,7 +217,7 @@ impl Talk<'_> {
         self.request(Command::Set { settings, keep })
     }
 
-    /// Requests raw frames for `length_s` seconds and some more.
+    /// Requests raw frames for `length_s` plus [`SPARE_S`] seconds.
     fn request_frames(&mut self, length_s: f64) -> Result<Outcome> {
         let frames = (length_s + SPARE_S) * f64::from(FRAME_RATE_HZ);
         self.request(Command::Raw {
@@ -250,8 +251,8 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Sends commands of many lengths, none of which changes anything on the board: it must refuse
-    /// all but the greeting.
+    /// Sends commands of many lengths that change nothing on the board: it must refuse all but the
+    /// greeting.
     fn exchange(&mut self, exchanged: &mut Exchanged) -> Result<()> {
         let (probes, sends) = (probes()?, self.requests.sends);
         exchanged.commands = probes.len() as u32;
@@ -270,11 +271,11 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Listens for a while. The length counts in messages of `health`, one a second, because device
-    /// time stands still without conversions.
+    /// Listens for a while. Counts `health` messages, one a second, because device time stands
+    /// still without conversions.
     fn watch(&mut self, length_s: f64) -> Result<Watched> {
         self.request_frames(length_s)?;
-        // Counters after the last command.
+        // Wait for counters that include the last command.
         let heard = self.seen.healths;
         self.listen(|seen| seen.healths > heard)?;
         let before = self.seen.health.unwrap_or_default();
@@ -297,8 +298,8 @@ impl Talk<'_> {
         })
     }
 
-    /// Stores changed settings, restarts the board, looks for them, and restores what was stored
-    /// and what was in force.
+    /// Stores changed settings, restarts the board, looks for them, and restores both the stored
+    /// settings and those in force.
     fn keep(&mut self) -> Result<Kept> {
         self.progress.show(format_args!("storing settings"));
         let in_force = self.own.clone().or(self.seen.hello.clone());
@@ -332,7 +333,7 @@ impl Talk<'_> {
     }
 
     fn store(&mut self, settings: Settings, kept: &mut Kept) -> Result<()> {
-        // The settings are restored even if no answer comes.
+        // Restore the settings even if no answer comes.
         kept.may_have_changed = true;
         let outcome = self.set(settings, true)?;
         kept.has_erased = outcome == Outcome::DoneErased;
@@ -343,8 +344,8 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// The request that restores the flash comes first and waits for nothing else: it is also sent
-    /// after Ctrl-C.
+    /// Sends the request that restores the flash first, without waiting for anything else, so that
+    /// it is sent even after Ctrl-C.
     fn restore(&mut self, stored: &Hello, in_force: &Hello, may_have_changed: bool) -> Result<()> {
         let was_stored = stored.source.is_stored();
         if may_have_changed {
@@ -365,12 +366,12 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Resets the board, and gives its first greeting.
+    /// Resets the board and returns its first greeting.
     fn restart(&mut self) -> Result<Hello> {
         (self.seen.hello, self.seen.has_started) = (None, false);
         self.request(Command::Restart)?;
         self.progress.show(format_args!("the board restarts"));
-        // That greeting may be lost; the next one comes after ten.
+        // The greeting may be lost; the next one comes after ten `health` messages.
         let from = self.seen.healths;
         self.listen(|seen| {
             seen.hello.is_some() && (seen.has_started || seen.healths > from + GREETING_HEALTHS)
@@ -384,8 +385,8 @@ fn not_interrupted() -> Result<()> {
     Ok(())
 }
 
-/// A greeting, and settings without a window, which the board must refuse; their six masks take one
-/// to three bytes each. By their lengths on the wire, bytes.
+/// Returns probes by their lengths on the wire, bytes: a greeting, and settings without a window,
+/// which the board must refuse. Each of their six masks takes one to three bytes.
 fn probes() -> Result<BTreeMap<usize, Command>> {
     let mut commands = vec![Command::Greet];
     for mask in [1, 1 << 7, 1 << 14] {
@@ -413,7 +414,7 @@ fn probes() -> Result<BTreeMap<usize, Command>> {
     }
     let mut probes = BTreeMap::new();
     for command in commands {
-        // Two of three numbers of requests take three bytes, as this one does.
+        // Most request numbers take three bytes, as this one does.
         let request = Request {
             number: u16::MAX,
             command,

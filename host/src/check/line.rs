@@ -1,4 +1,4 @@
-//! The line, the settings, and what was lost or faulty while the board was watched.
+//! Checks of the line, the settings, and what was lost or faulty while the board was watched.
 
 use super::observations::{Lent, Observations};
 use super::verdict::{Outcome, Verdict, judged, skipped};
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use Verdict::{Fail, Pass, Warn};
 
-/// Name of the plan that is judged.
+/// Name of the plan by which boards are judged.
 const DEFAULT: &str = "paper";
 
 /// Passes if the board has its own plan again.
@@ -34,7 +34,7 @@ pub fn plan(seen: &Observations) -> Outcome {
 
 pub fn commands(seen: &Observations) -> Outcome {
     let sent = seen.need(&seen.exchanged)?;
-    // Between the first `health` and the one behind the last command.
+    // Counts between the first `health` and the first one after the last command.
     let grown = |count: fn(&Health) -> u32| {
         let (before, after) = (seen.health.as_ref()?, &seen.watched.as_ref()?.before);
         Some(count(after).wrapping_sub(count(before)))

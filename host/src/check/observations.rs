@@ -1,4 +1,4 @@
-//! Observations of a board by `check`. Tests make their own.
+//! Observations that `check` makes of a board; tests construct their own.
 
 use super::signals::Clock;
 use super::verdict::{Judged, Verdict, judged, skipped};
@@ -22,7 +22,7 @@ pub enum Inputs {
     InUse,
 }
 
-/// Everything that the checks judge. What the run did not reach is `None`.
+/// Everything that the checks judge; `None` where the run did not get that far.
 #[derive(Clone, Debug, Default)]
 pub struct Observations {
     pub inputs: Inputs,
@@ -34,69 +34,68 @@ pub struct Observations {
     pub converter: Option<ConverterState>,
     pub exchanged: Option<Exchanged>,
     pub watched: Option<Watched>,
-    /// None if settings were not to be stored.
+    /// `None` if settings were not to be stored.
     pub kept: Option<Kept>,
-    /// None if the board has the default plan itself.
+    /// `None` if the default plan is the board's own.
     pub lent: Option<Lent>,
     /// Why the run ended early.
     pub ended: Option<String>,
 }
 
-/// Commands of every length.
+/// Results of sending commands of every length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Exchanged {
-    /// Different commands.
+    /// Number of different commands.
     pub commands: u32,
-    /// Commands that were answered as they must be.
+    /// Number of commands that were answered correctly.
     pub answered: u32,
-    /// Times that one was sent, repetitions included.
+    /// Number of times that a command was sent, repetitions included.
     pub sends: u32,
     pub shortest_bytes: usize,
     pub longest_bytes: usize,
 }
 
-/// A time in which nothing but the board's telemetry was on the line.
+/// A period in which only the board's telemetry was on the line.
 #[derive(Clone, Debug, Default)]
 pub struct Watched {
     pub before: Health,
     pub after: Health,
-    /// This end's counts of packets.
+    /// Packet counts of this end of the line.
     pub counts_before: Counts,
     pub counts_after: Counts,
     pub frames: Vec<Raw>,
-    /// Device times of contacts and of the releases behind them, microseconds.
+    /// Device times of contacts and of the releases that follow, microseconds.
     pub touches_us: Vec<(u64, Option<u64>)>,
-    /// The board has started again by itself.
+    /// True if the board has restarted by itself.
     pub has_restarted: bool,
 }
 
-/// The default plan was in force instead of the board's own.
+/// Result of replacing the board's own plan by the default one.
 #[derive(Clone, Debug)]
 pub struct Lent {
     /// The board's own plan.
     pub plan: Plan,
-    /// Why it is not in force again.
+    /// Why the board's own plan could not be put in force again.
     pub failed: Option<String>,
 }
 
-/// Settings stored, the board restarted, and what was stored before restored.
+/// Result of storing settings, restarting the board, and restoring the earlier settings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Kept {
-    /// Settings that were stored.
     pub sent: Option<Settings>,
-    /// Settings in force after the restart, if they were those of the flash.
+    /// Settings in force after the restart, if they came from the flash.
     pub found: Option<Settings>,
-    /// True if the flash may hold other settings than before.
+    /// True if the flash may hold different settings than before.
     pub may_have_changed: bool,
-    /// True if the flash was erased for it.
+    /// True if the flash was erased during the test.
     pub has_erased: bool,
-    /// Why they were not stored, or not found.
+    /// Why settings were not stored, or not found after the restart.
     pub failed: Option<String>,
-    /// Why what was stored before could not be restored.
+    /// Why the earlier settings could not be restored.
     pub not_restored: Option<String>,
 }
 
-/// Time before a contact is noticed, and in which the skin settles after a release, microseconds.
+/// Time in which a contact is not yet noticed or the skin settles after a release, microseconds.
 const MARGIN_US: u64 = 300_000;
 
 impl Watched {
@@ -113,7 +112,7 @@ impl Watched {
         })
     }
 
-    /// Runs of consecutive frames without a touch.
+    /// Returns runs of consecutive frames without a touch.
     pub fn untouched(&self) -> Vec<&[Raw]> {
         let is_untouched = |frame: &Raw| self.is_untouched(frame.t_us);
         let runs = self.frames.chunk_by(|a, b| {
@@ -125,18 +124,18 @@ impl Watched {
 }
 
 impl Observations {
-    /// A part, or the reason for which it was not seen.
+    /// Returns a part, or skips the check with the reason why the part is missing.
     pub fn need<'a, T>(&'a self, part: &'a Option<T>) -> Result<&'a T, Judged> {
         part.as_ref().ok_or_else(|| skipped(self.why()))
     }
 
-    /// The latest `health` before the board was restarted.
+    /// Returns the latest `health` before the board was restarted.
     pub fn health(&self) -> Result<&Health, Judged> {
         let latest = self.watched.as_ref().map(|watched| &watched.after);
         latest.map_or_else(|| self.need(&self.health), Ok)
     }
 
-    /// The report with the converter's readings of itself.
+    /// Returns the health report with the converter's readings of itself.
     pub fn readings(&self) -> Result<&Health, Judged> {
         if self.judged().health == HealthReadings::Never {
             return Err(skipped("this converter has no readings of its own"));
@@ -147,7 +146,7 @@ impl Observations {
         }
     }
 
-    /// The raw frames of the time in which the board was only listened to.
+    /// Returns the raw frames from the time in which the board was only listened to.
     pub fn frames(&self) -> Result<&[Raw], Judged> {
         match &self.need(&self.watched)?.frames[..] {
             [] => Err(judged(Verdict::Fail, "no frame was read", json!({}))),
@@ -155,7 +154,7 @@ impl Observations {
         }
     }
 
-    /// The times of a second of frames of one scan: one that is restarted has another phase.
+    /// Returns the clock from a second or more of one scan: a restarted scan has a different phase.
     pub fn clock(&self) -> Result<Clock, Judged> {
         let (frames, watched) = (self.frames()?, self.need(&self.watched)?);
         let is_one_scan = watched.before.chip_restarts == watched.after.chip_restarts;
@@ -163,38 +162,37 @@ impl Observations {
         clock.ok_or_else(|| skipped("no second of frames without a restart of the scan"))
     }
 
-    /// The setting of the reference, volts; what the board measures if it has not greeted.
+    /// Returns the reference in the settings, volts, or as measured if the board has not greeted.
     pub fn vref_v(&self) -> f32 {
         let measured = || self.health().map_or(0.0, |health| health.reference_v);
         let set = self.hello.as_ref().map(|hello| hello.settings.vref_v);
         set.unwrap_or_else(measured)
     }
 
-    /// Microvolts of a code: 1 LSB is VREF / 780000h (SBAS297G, data format).
+    /// Returns the microvolts per code: 1 LSB is VREF / 780000h (SBAS297G, data format).
     pub fn uv_per_code(&self) -> f64 {
         1e6 * f64::from(self.vref_v()) / 7_864_320.0
     }
 
-    /// The plan by which frames are judged.
+    /// Returns the plan by which frames are judged.
     pub fn judged(&self) -> Plan {
         let own = self.hello.as_ref().map(|hello| hello.settings.plan);
         own.map_or(Plan::PAPER, |plan| judged_plan(&plan))
     }
 
-    /// The version of the firmware.
     pub fn version(&self) -> Option<String> {
         let hello = self.hello.as_ref()?;
         Some(hello.version.map(|part| part.to_string()).join("."))
     }
 
-    /// Why something was not seen.
+    /// Returns the reason why something was not observed.
     pub fn why(&self) -> &str {
         self.ended.as_deref().unwrap_or("the board has not sent it")
     }
 }
 
-/// Plan by which a board's frames are judged: the default plan at the board's clock for an
-/// ADS1258, the board's own for another converter.
+/// Returns the plan by which a board's frames are judged: for an ADS1258 the default plan at the
+/// board's clock, for a different converter the board's own.
 pub const fn judged_plan(own: &Plan) -> Plan {
     match own.own.converter == Converters::ADS1258 {
         true => Plan::PAPER.with_clock(own.adc_clock_hz),
@@ -202,7 +200,7 @@ pub const fn judged_plan(own: &Plan) -> Plan {
     }
 }
 
-/// Bits of a mask of inputs as names: "AIN3, AIN7".
+/// Formats a mask of inputs as names: "AIN3, AIN7".
 pub fn input_names(mask: u16) -> String {
     let present = (0..TAXELS).filter(|input| mask >> input & 1 != 0);
     present

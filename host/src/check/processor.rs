@@ -1,4 +1,4 @@
-//! The processor and its firmware: version, start, clock, load, stack.
+//! Checks of the processor and its firmware: version, start, clock, load, stack.
 
 use super::observations::Observations;
 use super::verdict::{Limits, Outcome, Verdict, judged, skipped};
@@ -9,7 +9,6 @@ use serde_json::json;
 
 use Verdict::{Fail, Pass, Warn};
 
-/// The version of this command.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 pub fn firmware(seen: &Observations) -> Outcome {
@@ -94,7 +93,7 @@ pub fn oscillator(seen: &Observations) -> Outcome {
     })
 }
 
-/// Reason for a figure that a board may leave at zero.
+/// Reason to skip a figure that a board may leave at zero.
 const NOT_MEASURED: &str = "the board does not measure it";
 
 pub fn load(seen: &Observations, limits: Limits) -> Outcome {

@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
-/// Every check, and what they were made with.
+/// All checks, with their summary.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     pub summary: Summary,
@@ -34,7 +34,6 @@ pub struct Summary {
     pub inputs: Inputs,
     pub firmware: Option<String>,
     pub protocol: u8,
-    /// Version of the command.
     pub version: &'static str,
     pub system: String,
 }
@@ -63,7 +62,7 @@ impl Report {
         Self { summary, checks }
     }
 
-    /// Prints the checks on standard output, as text or one object a line.
+    /// Prints the checks on standard output, as text or as one JSON object per line.
     pub fn print(&self, json: bool) -> Result<()> {
         if !json {
             return output::line(self.to_string().trim_end());
@@ -86,7 +85,6 @@ impl Report {
         output::new_text(path, &text)
     }
 
-    /// Names of the checks that failed.
     pub fn failed(&self) -> Vec<&'static str> {
         let failed = self
             .checks

@@ -7,15 +7,15 @@ use std::f64::consts::TAU;
 /// The ends of the scale, codes (SBAS297G, data format).
 const SCALE: (i32, i32) = (-0x80_0000, 0x7f_ffff);
 
-/// Frames of a part in which a line is looked for: two seconds. A mains frequency is steady for so
-/// long, and it keeps 120 Hz apart from its alias of 121.1 Hz at 241.14 frames a second.
+/// Frames in a part in which a line is measured: two seconds. Mains frequency is steady for that
+/// long, and 120 Hz is resolved from its alias at 121.1 Hz at 241.14 frames a second.
 const LINE_FRAMES: usize = (2.0 * FRAME_RATE_HZ) as usize;
 
 /// Frames in a straight-line fit of the time stamps: ten seconds, in which crystals drift by less
 /// than a microsecond.
 const CLOCK_FRAMES: usize = (10.0 * FRAME_RATE_HZ) as usize;
 
-/// The codes of one input in consecutive frames.
+/// Returns the codes of one input in consecutive frames.
 fn codes(frames: &[Raw], input: usize) -> impl Iterator<Item = f64> {
     frames
         .iter()
@@ -23,7 +23,7 @@ fn codes(frames: &[Raw], input: usize) -> impl Iterator<Item = f64> {
         .map(move |frame| f64::from(frame.codes[input]))
 }
 
-/// Inputs whose code never changes, and those that are at an end of the scale in one frame of a
+/// Returns the inputs whose code never changes, and those at an end of the scale in one frame of a
 /// hundred, as masks.
 pub fn dead_and_railed(frames: &[Raw]) -> (u16, u16) {
     let (mut dead, mut railed) = (0, 0);
@@ -46,8 +46,8 @@ pub fn dead_and_railed(frames: &[Raw]) -> (u16, u16) {
     (dead, railed)
 }
 
-/// Noise of an input, codes rms, from the differences between neighbouring frames: drifts do not
-/// count.
+/// Returns the noise of an input, codes rms, from differences between neighbouring frames, so that
+/// drifts do not count.
 pub fn noise(runs: &[&[Raw]], input: usize) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0u32);
     for run in runs {
@@ -59,8 +59,8 @@ pub fn noise(runs: &[&[Raw]], input: usize) -> Option<f64> {
     (count > 0).then(|| (sum / (2.0 * f64::from(count))).sqrt())
 }
 
-/// A line of `frequency_hz` in an input, codes rms: mean power of parts of two seconds, each with a
-/// Hann window, by which tones and drifts 2 Hz away do not count. None without such a part.
+/// Returns the line of `frequency_hz` in an input, codes rms: mean power of parts of two seconds
+/// with a Hann window, which rejects tones and drifts 2 Hz away. `None` without a whole part.
 pub fn line(runs: &[&[Raw]], input: usize, frequency_hz: f64, frame_rate_hz: f64) -> Option<f64> {
     let (mut power, mut parts) = (0.0, 0u32);
     for part in runs.iter().flat_map(|run| run.chunks_exact(LINE_FRAMES)) {
@@ -85,7 +85,7 @@ pub fn line(runs: &[&[Raw]], input: usize, frequency_hz: f64, frame_rate_hz: f64
     (parts > 0).then(|| (power / f64::from(parts)).sqrt())
 }
 
-/// The time stamps of frames against straight lines.
+/// Time stamps of frames compared with straight lines.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     pub frame_rate_hz: f64,
@@ -119,13 +119,13 @@ impl Clock {
     }
 }
 
-/// Residuals of the least-squares line of time over frame number.
+/// Returns the residuals of the least-squares line of time over frame number.
 fn residuals_us(frames: &[Raw]) -> Vec<f64> {
     let Some(first) = frames.first() else {
         return Vec::new();
     };
     let points = frames.iter().map(|frame| {
-        // Differences, so that nothing is lost in f64 after weeks.
+        // Differences, so that f64 stays exact after weeks.
         (
             f64::from(frame.number.wrapping_sub(first.number)),
             frame.t_us.wrapping_sub(first.t_us) as f64,

@@ -17,31 +17,31 @@ const FLASHING: &str = "docs/guide/2-build.md#flash-and-check";
 const PLANS: &str = "docs/guide/3-speed-or-accuracy.md#scan-plans";
 pub const TROUBLESHOOTING: &str = "docs/guide/2-build.md#what-ridgetone-check-finds";
 
-/// Fraction of time that the processor is busy. A fit takes what the rest of the work leaves.
+/// Fraction of time that the processor is busy. A fit gets the time that other work leaves.
 const LOAD: Limits = Limits::up_to(0.5, 0.85);
 /// Fraction of the stack in use. A fit with raw frames on the line takes 69 % (register model).
 const STACK: Limits = Limits::up_to(0.85, 0.95);
 /// Supply of the analog part, volts: 5 V +-5 % (SBAS297G, operating conditions).
 const SUPPLY_V: Limits = Limits::between([4.75, 5.25], [4.75, 5.25]);
-/// Fraction by which the reference may be off the setting: half of the firmware's limit for the
-/// fault `reference`, and that limit.
+/// Maximum deviation of the reference from the setting, as a fraction: half of the firmware's limit
+/// for the fault `reference`, and that limit.
 const REFERENCE: Limits = Limits::off(0.01, 0.02);
-/// Temperatures at which nothing is suspicious, and those at which the chip works (SBAS297G, -40 to
+/// Temperatures that pass without a warning, and the operating range of the chip (SBAS297G, -40 to
 /// 105), degrees Celsius.
 const TEMPERATURE_C: Limits = Limits::between([5.0, 60.0], [-40.0, 105.0]);
-/// Offset, volts: own limits, 55 and 220 times the noise of one reading. SBAS297G gives a typical
-/// drift, 0.02 uV per degree, and no limit.
+/// Offset, volts: own limits, 55 and 220 times the noise of one reading. SBAS297G states a typical
+/// drift, 0.02 uV per degree, but no limit.
 const OFFSET_V: Limits = Limits::off(250e-6, 1e-3);
-/// Fraction by which the gain may be off 1: own limits; a voltage is off by as much. The
+/// Maximum deviation of the gain from 1: own limits; voltages are off by the same fraction. The
 /// reference's own tolerance cancels.
 const GAIN: Limits = Limits::off(0.005, 0.02);
-/// Rate off the nominal one, ppm: what two crystals may do with their capacitors, and the
-/// firmware's limit for the fault `clock`.
+/// Deviation of the rate from nominal, ppm: what two crystals may reach with their capacitors, and
+/// the firmware's limit for the fault `clock`.
 const RATE_PPM: Limits = Limits::off(200.0, 5000.0);
 /// Noise relative to the datasheet, whose figures are typical.
 const NOISE: Limits = Limits::up_to(1.5, 3.0);
-/// Pick-up, microvolts rms: twice the converter's noise, and a good part of a touch, which makes
-/// millivolts.
+/// Pick-up, microvolts rms: twice the converter's noise, and a sizeable fraction of a touch, which
+/// makes millivolts.
 const PICK_UP_UV: Limits = Limits::up_to(10.0, 1000.0);
 
 /// Every check: its name, how it is judged, and the page that helps.
@@ -72,10 +72,9 @@ pub const TABLE: [Row; 24] = [
     row(PLAN, State(plan), PLANS),
 ];
 
-/// The check of a board's own scan plan: reported only if that is not the default one.
+/// Name of the check of a board's own scan plan, reported only if it is not the default plan.
 const PLAN: &str = "plan";
 
-/// One check of the table.
 pub struct Row {
     pub name: &'static str,
     pub page: &'static str,
@@ -105,7 +104,7 @@ pub struct Check {
     pub page: &'static str,
 }
 
-/// Judges what was seen, row by row.
+/// Judges the observations, row by row.
 pub fn judge(seen: &Observations) -> Vec<Check> {
     let rows = TABLE
         .iter()

@@ -1,4 +1,4 @@
-//! Each check with the fault that it must find, then whole runs against a simulated board.
+//! Runs each check on the fault that it must find, then whole runs against a simulated board.
 
 mod bench;
 mod runs;
@@ -17,11 +17,11 @@ use std::path::Path;
 
 use Verdict::{Fail, Skipped, Warn};
 
-/// A check, its verdict and a part of its finding, and the change to what a healthy board with
-/// shorted inputs shows that causes it. No other check may warn or fail.
+/// A check, its verdict and part of its finding, and the change to the observations of a healthy
+/// board with shorted inputs. No other check may warn or fail.
 type Fault = (&'static str, Verdict, &'static str, fn(&mut Observations));
 
-/// A line each: the part of what was seen that changes, the check with its verdict and a part of its
+/// One line per fault: the observations to change, the check with its verdict and part of its
 /// finding, and the change.
 macro_rules! faults {
     ($($part:ident: $name:literal $verdict:ident $words:literal => $change:expr;)*) => {
@@ -142,7 +142,7 @@ fn late_us(watched: &mut Watched, late_us: fn(f64) -> f64) {
     }
 }
 
-/// Adds a line of so many microvolts rms to an input.
+/// Adds a line of `uv_rms` microvolts to an input.
 fn add_line(watched: &mut Watched, input: usize, uv_rms: f64, hz: f64) {
     let amplitude = 2f64.sqrt() * uv_rms * 7_864_320.0 / 4.096e6;
     for frame in &mut watched.frames {
@@ -151,7 +151,7 @@ fn add_line(watched: &mut Watched, input: usize, uv_rms: f64, hz: f64) {
     }
 }
 
-/// Names and verdicts of what warns or fails.
+/// Returns names and verdicts of the checks that warn or fail.
 fn wrong(checks: &[Check]) -> Vec<(&'static str, Verdict)> {
     let wrong = checks
         .iter()
@@ -177,7 +177,7 @@ fn each_check_finds_its_fault_and_no_other_one_does() {
         happens(&mut seen);
         let checks = judge(&seen);
         let mut others = wrong(&checks);
-        // A line of 50 Hz is noise, too.
+        // A line of 50 Hz also counts as noise.
         others.retain(|other| other.0 != name && (name, other.0) != ("mains", "noise"));
         let check = find(&checks, name);
         let is_found = check.verdict == verdict && check.finding.contains(words);
@@ -222,7 +222,7 @@ fn simulated_frames(codes: impl Fn(f64) -> f64) -> Vec<Raw> {
     (0..1500).map(raw).collect()
 }
 
-/// A line has its rms, whatever its phase; drifts and tones 2 Hz away have none.
+/// A line is measured with its rms, whatever its phase; drifts and tones 2 Hz away do not count.
 #[test]
 fn a_line_is_measured_next_to_drifts_and_other_tones() {
     let rate_hz = f64::from(FRAME_RATE_HZ);

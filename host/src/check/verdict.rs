@@ -1,4 +1,4 @@
-//! Verdicts, and the limits that give them.
+//! Verdicts, and the limits that decide them.
 
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -16,7 +16,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Fails if one thing is so, and warns if another is.
+    /// Returns `Fail` if `fails`, otherwise `Warn` if `warns`, otherwise `Pass`.
     pub fn graded(warns: bool, fails: bool) -> Self {
         match (warns, fails) {
             (_, true) => Self::Fail,
@@ -34,7 +34,7 @@ pub struct Judged {
     pub values: Value,
 }
 
-/// How a check is judged. An error ends it early: mostly because something was not seen.
+/// Result of a check. An error ends it early, mostly because something was not observed.
 pub type Outcome = Result<Judged, Judged>;
 
 pub fn judged(verdict: Verdict, finding: impl Into<String>, values: Value) -> Judged {
@@ -50,7 +50,7 @@ pub fn skipped(why: impl Into<String>) -> Judged {
     judged(Verdict::Skipped, why, json!({}))
 }
 
-/// The range of values that pass, and the one beyond which a check fails.
+/// Range of values that pass, and range outside which a check fails.
 #[derive(Clone, Copy)]
 pub struct Limits {
     pub pass: [f64; 2],
@@ -58,7 +58,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Limits of a deviation to either side.
+    /// Limits of a deviation in either direction.
     pub const fn off(pass: f64, fail: f64) -> Self {
         Self::between([-pass, pass], [-fail, fail])
     }
@@ -72,13 +72,12 @@ impl Limits {
         Self { pass, fail }
     }
 
-    /// The verdict on a value. One that is not a number fails.
+    /// Returns the verdict on a value. NaN fails.
     pub fn verdict(&self, value: f64) -> Verdict {
         let is_within = |[min, max]: [f64; 2]| (min..=max).contains(&value);
         Verdict::graded(!is_within(self.pass), !is_within(self.fail))
     }
 
-    /// Judges a value, with its finding.
     pub fn judge(&self, value: impl Into<f64>, finding: String, values: Value) -> Outcome {
         Ok(judged(self.verdict(value.into()), finding, values))
     }

@@ -26,14 +26,14 @@ pub struct BoardOptions {
 }
 
 impl BoardOptions {
-    /// True if no board is named: it is the only one there is.
+    /// True if no board is named: the only one there is will be used.
     pub fn is_unnamed(&self) -> bool {
         let is_named = matches!(self.port, Some(Some(_))) || self.usb_serial.is_some();
         !is_named && self.emulated.is_none()
     }
 
     /// Opens the board's line. The emulated board runs at `pace`, or as fast as it can; with
-    /// `repeats` its scene repeats, and of the first scene each touch is over another grating.
+    /// `repeats` its scene repeats, and in the first scene each touch is over a different grating.
     pub fn open(&self, pace: Option<f64>, repeats: bool) -> Result<Feed> {
         if let Some(scene) = &self.emulated {
             return emulated(scene.as_deref(), self.emulation(pace, repeats)?);
@@ -51,7 +51,7 @@ impl BoardOptions {
         })
     }
 
-    /// Refuses an image where no board is emulated.
+    /// Refuses a firmware image unless a board is emulated.
     pub(super) fn check_firmware(&self) -> Result<()> {
         match (&self.emulated, &self.firmware.elf) {
             (None, Some(_)) => {
@@ -62,13 +62,12 @@ impl BoardOptions {
         }
     }
 
-    /// Opens a board for requests alone: the emulated one feels the first scene at the speed of a
-    /// real one.
+    /// Opens a board for requests alone; an emulated one repeats its scene in real time.
     pub fn open_for_request(&self) -> Result<Feed> {
         self.open(Some(1.0), true)
     }
 
-    /// Opens a board; nothing touches the emulated one unless a scene is given.
+    /// Opens a board; nothing touches an emulated one unless a scene is supplied.
     pub fn open_untouched(&self) -> Result<Feed> {
         match self.emulated {
             Some(None) => Ok(untouched(self.emulation(Some(1.0), false)?)),

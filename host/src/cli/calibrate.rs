@@ -31,13 +31,13 @@ pub struct CalibrateArgs {
     /// Pitch of the units themselves, mm.
     #[arg(long, value_name = "MM", default_value_t = UNIT_PITCH_MM as f32)]
     nominal: f32,
-    /// Speed of the gratings, mm/s: a recording whose tone does not belong to it is refused.
+    /// Speed of the gratings, mm/s: a recording whose tone does not match it is refused.
     #[arg(long, value_name = "MM/S", value_parser = positive)]
     speed: Option<f64>,
     /// Scan plan for scene files: paper, hand, texture or vibration [default: paper].
     #[arg(long, value_name = "NAME", value_parser = plan)]
     plan: Option<Plan>,
-    /// Measure windows of any status, not good ones alone.
+    /// Measure windows of any status, not only good ones.
     #[arg(long)]
     accept: bool,
     /// One JSON object on one line instead of text.

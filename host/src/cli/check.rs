@@ -26,14 +26,14 @@ pub struct CheckArgs {
     /// Time to watch for losses, seconds of the board's clock.
     #[arg(long = "for", value_name = "S", default_value_t = 60.0, value_parser = positive)]
     length: f64,
-    /// What is connected to the analog inputs: noise is judged if they are shorted to AINCOM,
-    /// pick-up unless they are open.
+    /// Connection of the analog inputs: noise is judged if they are shorted to AINCOM, pick-up
+    /// unless they are open.
     #[arg(long, value_enum, value_name = "KIND", default_value_t = Inputs::InUse)]
     inputs: Inputs,
     /// Do not store settings, and do not restart the board.
     #[arg(long)]
     no_store: bool,
-    /// One JSON object a line instead of text: each check, then a summary.
+    /// One JSON object per line instead of text: each check, then a summary.
     #[arg(long)]
     json: bool,
     /// Also write the report here, as JSON if the name ends in .json; an existing file is kept
@@ -66,7 +66,7 @@ impl CheckArgs {
     }
 }
 
-/// The port with its USB name, if it has one.
+/// Returns the port with its USB name, if it has one.
 fn port_name(name: String) -> String {
     let found = System.list().unwrap_or_default();
     found

@@ -20,7 +20,7 @@ pub enum BoardCommand {
 Example:
   ridgetone command start")]
     Start(BoardOptions),
-    /// Send health, faults and the converter alone until `command start`.
+    /// Send only health, faults and the converter until `command start`.
     #[command(after_help = "\
 Example:
   ridgetone command stop")]

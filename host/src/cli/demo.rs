@@ -21,7 +21,7 @@ pub struct DemoArgs {
     settings: Option<PathBuf>,
     #[command(flatten)]
     firmware: FirmwareOptions,
-    /// Draw the channels and the results here.
+    /// Draw the channels and the results to this file.
     #[arg(long, value_name = "FILE.svg")]
     svg: Option<PathBuf>,
 }

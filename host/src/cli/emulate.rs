@@ -55,10 +55,10 @@ pub struct EmulateArgs {
     /// Write the raw bytes of the telemetry line here.
     #[arg(long, value_name = "FILE")]
     serial_out: Option<PathBuf>,
-    /// Draw the channels and the results here.
+    /// Draw the channels and the results to this file.
     #[arg(long, value_name = "FILE.svg")]
     svg: Option<PathBuf>,
-    /// One JSON object a line instead of text. `left_s` is the device time at which the message's
+    /// One JSON object per line instead of text. `left_s` is the device time at which the message's
     /// last byte had left the board; the last line has the scene's true values, on the same clock.
     #[arg(long)]
     json: bool,
@@ -73,7 +73,7 @@ struct TruthJson<'a> {
     truth: Truth,
 }
 
-/// The table of a scene.
+/// Result of writing a scene as a table.
 #[derive(Serialize)]
 struct TableJson<'a> {
     file: &'a str,
@@ -81,7 +81,7 @@ struct TableJson<'a> {
     rate_hz: f64,
 }
 
-/// A message, and the device time at which its last byte had left the board.
+/// A message, with the device time at which its last byte had left the board.
 #[derive(Serialize)]
 struct SentJson {
     #[serde(flatten)]

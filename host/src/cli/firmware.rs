@@ -8,8 +8,8 @@ use std::path::PathBuf;
 /// Firmware for an emulated board.
 #[derive(Args, Clone, Debug)]
 pub struct FirmwareOptions {
-    /// Firmware image of a finger; the board is the one that it is for. A command that holds images
-    /// also takes feather-f405 and nucleo-f446re [default: feather-f405, else
+    /// Firmware image of a finger, for the board to emulate. A command with embedded images also
+    /// takes feather-f405 and nucleo-f446re [default: feather-f405, else
     /// target/firmware/feather-f405/ridgetone-firmware.elf of the workspace].
     #[arg(long, value_name = "PATH")]
     pub elf: Option<PathBuf>,

@@ -45,15 +45,15 @@ Examples:
   ridgetone fit stage.csv --position-column encoder --mm-per-count 0.025
   ridgetone fit touch.rec --positions robot.csv --window 0.6")]
 pub struct FitArgs {
-    /// Recordings: CSV with a header; `-` is standard input. Several files, or windows, give a
-    /// table with a row for each.
+    /// Recordings: CSV with a header; `-` is standard input. Several files or windows produce a
+    /// table with one row each.
     #[arg(value_name = "FILE.csv", required = true)]
     files: Vec<PathBuf>,
     /// Fit windows of this length, seconds, one after the other: a recording may have any length
     /// [default: one fit].
     #[arg(long, value_name = "S", value_parser = positive)]
     window: Option<f64>,
-    /// From one window to the next, seconds [default: the window's length].
+    /// Time from one window to the next, seconds [default: the window's length].
     #[arg(long, value_name = "S", value_parser = positive, requires = "window")]
     stride: Option<f64>,
     /// Write the table here: CSV, or lines of JSON with --json [default: standard output].
@@ -82,8 +82,8 @@ pub struct FitArgs {
     /// Last time to use, seconds or a date.
     #[arg(long, value_name = "S", value_parser = time, allow_negative_numbers = true)]
     to: Option<f64>,
-    /// Fit all rows. Without this or a part, the slide is fitted where a finger touches, holds and
-    /// slides, in four or more columns in volts or without a unit; elsewhere all rows are.
+    /// Fit all rows. Without this or a part, only the slide is fitted if four or more columns, in
+    /// volts or without a unit, show a finger that touches, holds and slides.
     #[arg(long, conflicts_with_all = ["from", "to"])]
     whole: bool,
     /// Fit by position, with this column as the speed over the surface, in mm/s unless its name or
@@ -99,7 +99,7 @@ pub struct FitArgs {
     /// is the one whose name begins with position or speed, or that of the two options above.
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["min_hz", "max_hz", "rate"])]
     positions: Option<PathBuf>,
-    /// Millimetres of one count of the position.
+    /// Millimetres per count of the position.
     #[arg(long, value_name = "MM", value_parser = positive, requires = "position_column")]
     mm_per_count: Option<f64>,
     /// Columns to fit, by name, number or range: `Fx,Fy` or `3-8`; more than 16 in groups
@@ -269,7 +269,7 @@ struct Batch<'a> {
     labels: Option<LabelFile<'a>>,
 }
 
-/// A file of labels, by the ending of its name.
+/// A file of labels, by the extension of its name.
 enum LabelFile<'a> {
     Audacity(&'a Path),
     Praat(&'a Path),
@@ -289,8 +289,8 @@ impl<'a> LabelFile<'a> {
 }
 
 impl Batch<'_> {
-    /// A file that cannot be read has a row that says why, and the others are fitted. Gives the
-    /// number of such files.
+    /// Fits all files; one that cannot be read gets a row that says why. Returns the number of such
+    /// files.
     fn run(&self, out: &mut dyn Write) -> Result<usize> {
         let mut rows = FitRows::new(out, self.is_json)?;
         let (mut progress, mut failed) = (Progress::default(), 0);
@@ -343,7 +343,7 @@ impl Batch<'_> {
         self.draw(&samples, &selection, points, steps.window_s)
     }
 
-    /// Writes the picture and the labels of the windows, if they are wanted.
+    /// Writes the picture and the labels of the windows, if requested.
     fn draw(
         &self,
         samples: &Samples,

@@ -1,4 +1,4 @@
-//! `help-files`: the manual's pages, and completions for shells, for whoever packages the command.
+//! `help-files`: the manual's pages, and completions for shells, for packagers.
 
 use crate::output;
 use anyhow::{Context, Result};
@@ -24,7 +24,7 @@ pub struct HelpFilesArgs {
 }
 
 impl HelpFilesArgs {
-    /// `command`: the whole command line.
+    /// Writes the files; `command` is the whole command line.
     pub(super) fn run(self, mut command: Command) -> Result<()> {
         if let Some(shell) = self.completions {
             let mut script = Vec::new();

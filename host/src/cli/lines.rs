@@ -19,13 +19,13 @@ use std::ops::ControlFlow;
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct LineOptions {
-    /// One JSON object a line instead of text.
+    /// One JSON object per line instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
-/// Prints all packets of a feed, and at the end the counts. Text of a recording is in the order of
-/// time; a board is not held up.
+/// Prints all packets of a feed, then the counts. Text of a recording is sorted by time; text of a
+/// board is not held up.
 pub fn print(feed: Feed, requester: Requester, lines: LineOptions) -> Result<()> {
     let mut printer = Printer::new(lines, !feed.has_board());
     let (feed, ended) = listen::run(feed, requester, &mut |packet, receipt| {
@@ -36,7 +36,7 @@ pub fn print(feed: Feed, requester: Requester, lines: LineOptions) -> Result<()>
     ended
 }
 
-/// Prints the good estimates of a feed for a serial plotter, and at the end the counts.
+/// Prints the good estimates of a feed for a serial plotter, then the counts.
 pub fn plot(feed: Feed, requester: Requester) -> Result<()> {
     let (feed, ended) = listen::run(feed, requester, &mut |packet, _| {
         plotted(&packet.event).map_or(Ok(()), |line| output::line(&line))?;
@@ -46,7 +46,8 @@ pub fn plot(feed: Feed, requester: Requester) -> Result<()> {
     ended
 }
 
-/// A good estimate as names and values; none for all else, which a plotter would draw as well.
+/// Formats a good estimate as names and values; `None` for all else, which a plotter would draw
+/// too.
 fn plotted(event: &Event) -> Option<String> {
     match event {
         Event::Estimate(one) if one.status == Status::Good => {
@@ -56,19 +57,19 @@ fn plotted(event: &Event) -> Option<String> {
     }
 }
 
-/// Device time by which a line may come too late for its place, seconds: an estimate of a whole
-/// slide comes after its end.
+/// Maximum device time by which a line may come after later ones, seconds: an estimate of a whole
+/// slide comes after the slide's end.
 const LATE_S: f64 = 0.5;
 
-/// Prints packets as lines. When dropped, it prints the lines that still wait.
+/// Prints packets as lines. When dropped, prints the lines that are still held.
 pub struct Printer {
     json: Option<JsonLines>,
     vref_v: f32,
-    /// Lines that wait for earlier ones, in the order of time, if there is an order to keep.
+    /// Lines that wait for earlier ones, sorted by time; `None` if lines are not sorted.
     held: Option<VecDeque<(f64, String)>>,
     now_s: f64,
     starts: Starts,
-    /// Of a table.
+    /// Columns of a table, in place of taxels.
     columns: Option<Columns>,
 }
 
@@ -87,7 +88,7 @@ impl Printer {
         }
     }
 
-    /// With the columns of a table in place of taxels.
+    /// Prints the columns of a table in place of taxels.
     #[must_use]
     pub fn of_columns(mut self, columns: Option<Columns>) -> Self {
         self.columns = columns;
@@ -124,7 +125,7 @@ impl Printer {
         self.flush(self.now_s - LATE_S)
     }
 
-    /// Prints what is no later than this.
+    /// Prints the lines up to this time.
     fn flush(&mut self, until_s: f64) -> Result<()> {
         let Some(held) = &mut self.held else {
             return Ok(());
@@ -137,19 +138,19 @@ impl Printer {
 
 impl Drop for Printer {
     fn drop(&mut self) {
-        // A reader that has closed the output wants no more lines.
+        // If this fails, the reader has closed the output and does not want more lines.
         let _ = self.flush(f64::INFINITY);
     }
 }
 
-/// Codes of a frame in millivolts; a dash where they cannot be trusted.
+/// Formats a frame in millivolts, with a dash where a code cannot be trusted.
 fn millivolts(frame: &Frame) -> String {
     let value =
         |volts: &Option<f32>| volts.map_or("-".to_owned(), |volts| format!("{:+.3}", 1e3 * volts));
     frame.volts.iter().map(value).collect::<Vec<_>>().join(" ")
 }
 
-/// A text whose lines are no wider than the terminal, if there is one.
+/// Cuts lines that are wider than the terminal, if there is one.
 fn fitted(text: &str) -> String {
     let width = match std::io::stdout().is_terminal() {
         true => terminal::size().map_or(usize::MAX, |(columns, _)| columns.into()),

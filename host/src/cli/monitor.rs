@@ -35,8 +35,8 @@ pub struct MonitorArgs {
     /// Print lines instead of a screen.
     #[arg(long)]
     plain: bool,
-    /// Request every raw frame of a board and print it; with --json with volts next to the codes.
-    /// The screen has them anyway.
+    /// Request every raw frame of a board and print it; with --json, volts are next to the codes.
+    /// The screen shows raw frames anyway.
     #[arg(long)]
     raw: bool,
     /// Print `Hz:8.3333,sigma:0.0002` for each good estimate, and nothing else: lines that the

@@ -1,6 +1,6 @@
 //! Numbers on the command line.
 
-/// A finite number.
+/// Parses a finite number.
 pub fn number(text: &str) -> Result<f64, String> {
     text.parse::<f64>()
         .ok()
@@ -8,14 +8,14 @@ pub fn number(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "not a number".into())
 }
 
-/// A time: seconds, or a date as tables have them.
+/// Parses a time: seconds, or a date as in tables.
 pub fn time(text: &str) -> Result<f64, String> {
     let date = || crate::tables::seconds_of(text);
     let why = "not a number of seconds, and no date such as 2026-01-31T12:30:05.25";
     number(text).ok().or_else(date).ok_or_else(|| why.into())
 }
 
-/// A number greater than zero.
+/// Parses a number greater than zero.
 pub fn positive(text: &str) -> Result<f64, String> {
     let value = number(text)?;
     if value > 0.0 {

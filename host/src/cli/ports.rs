@@ -11,7 +11,7 @@ use clap::Args;
 Example:
   ridgetone ports")]
 pub struct PortsArgs {
-    /// One JSON object a line instead of text.
+    /// One JSON object per line instead of text.
     #[arg(long)]
     json: bool,
 }

@@ -1,4 +1,4 @@
-//! `record`: the telemetry of a board into a file.
+//! `record`: writes the telemetry of a board to a file.
 
 use super::board::BoardOptions;
 use super::lines::report;
@@ -47,9 +47,9 @@ impl RecordArgs {
         let mut requester = Requester::with_settings(settings);
         requester.want_raw_if(self.raw);
         stop::on_signal()?;
-        // A request takes a moment: a board that runs ahead of it would have sent much by then.
+        // A request takes a moment, in which a board at full speed would send a lot.
         let pace = (self.raw || settings.is_some()).then_some(1.0);
-        // A length may be longer than the scene of the emulated board.
+        // A length may exceed the scene of the emulated board, so repeat the scene.
         let feed = self.board.open(pace, self.length.is_some())?;
         let (feed, recorded) = record::record(feed, &self.output, requester, self.length)?;
         report(feed.counts());

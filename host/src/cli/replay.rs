@@ -21,7 +21,7 @@ use clap::Args;
 use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
 
-/// Advice on a recording without a slide.
+/// Advice for a recording without a slide.
 const ALWAYS: &str = "`--set slide.rule=always` takes all of it as a slide";
 
 #[derive(Debug, Args)]

@@ -30,7 +30,7 @@ pub struct SceneOptions {
     seed: Option<u64>,
 }
 
-/// A ratio of powers in decibels; none for no noise at all.
+/// A ratio of powers in decibels; `None` for no noise at all.
 #[derive(Clone, Copy, Debug)]
 struct Decibel(Option<f64>);
 
@@ -43,7 +43,7 @@ fn decibel(text: &str) -> Result<Decibel, String> {
 }
 
 impl SceneOptions {
-    /// The scene of a file, or the plain scene, for a plan.
+    /// Returns the scene of a file, or the plain scene, for a plan.
     pub fn sliding(&self, file: Option<&Path>, plan: &Plan) -> Result<Sliding> {
         if let Some(path) = file {
             let scene = hal_mock::load_scene(path, rate_of(plan))?;
@@ -67,7 +67,7 @@ impl SceneOptions {
         })
     }
 
-    /// The scene and the chip in front of it.
+    /// Returns the scene and the chip in front of it.
     pub fn input(&self, file: Option<&Path>, plan: &Plan) -> Result<Input> {
         Ok(Input::of(self.sliding(file, plan)?))
     }

@@ -26,19 +26,19 @@ pub struct ServeArgs {
     /// finger.
     #[arg(long = "finger", value_name = "NAME=SOURCE", required = true)]
     fingers: Vec<String>,
-    /// First part of all topics: the name of what carries the fingers.
+    /// First part of all topics: the name of the device that carries the fingers.
     #[arg(long, value_name = "NAME", default_value = "ridgetone")]
     board: String,
-    /// Serve Foxglove (WebSocket) at this address. Who reaches it can read, and send nothing.
+    /// Serve Foxglove (WebSocket) at this address. Anyone who reaches it can read, but not send.
     #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
     foxglove: Option<SocketAddr>,
     /// Publish to this broker of MQTT 5: mqtt://[USER:PASSWORD@]HOST[:PORT].
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "mqtt://127.0.0.1:1883")]
     mqtt: Option<String>,
-    /// Print one JSON object a line: the topic and the message.
+    /// Print one JSON object per line: the topic and the message.
     #[arg(long)]
     json: bool,
-    /// Do not request frames; everything else takes 1 kB a second of the line.
+    /// Do not request frames; everything else takes 1 kB per second of the line.
     #[arg(long)]
     no_frames: bool,
     #[command(flatten)]

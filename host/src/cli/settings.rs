@@ -1,5 +1,5 @@
-//! Settings of the library, from a file and from options over it. The options of the common ones
-//! are made from the table of settings; `--set` reaches all of them.
+//! Settings of the library, from a file and from options that override it. The options of common
+//! settings are made from the table of settings; `--set` reaches all of them.
 
 use crate::settings_form::{self, from_text, range, shown};
 use crate::usage::UsageError;
@@ -24,20 +24,20 @@ pub struct SettingsOptions {
     given: GivenSettings,
 }
 
-/// Settings whose options were given.
+/// Settings whose options were supplied.
 #[derive(Clone, Debug, Default)]
 pub struct GivenSettings(Vec<(&'static Setting, Value)>);
 
-/// The setting that gives a protocol its speed: with it slides follow the protocol.
+/// Setting of a protocol's speed: if it is supplied, slides follow the protocol.
 const SPEED: &str = "slide.speed_mm_s";
 
-/// A plan by its name.
+/// Finds a plan by its name.
 pub fn plan(name: &str) -> Result<Plan, String> {
     let names = || Plan::NAMED.map(|(name, _)| name).join(", ");
     Plan::named(name).ok_or_else(|| format!("choose one of {}", names()))
 }
 
-/// Settings that have an option.
+/// Returns the settings that have an option.
 fn with_option() -> impl Iterator<Item = &'static Setting> {
     TABLE.iter().filter(|setting| !setting.option.is_empty())
 }
@@ -66,7 +66,7 @@ fn value_name(setting: &Setting) -> &'static str {
     }
 }
 
-/// The setting's sentence, what it may be, and its default.
+/// Formats the setting's sentence, the accepted values, and the default.
 fn help(setting: &Setting) -> String {
     let sentence = setting.sentence().trim_end_matches('.');
     let unit = match setting.unit {
@@ -111,12 +111,12 @@ impl Args for GivenSettings {
 }
 
 impl SettingsOptions {
-    /// True if any option is given.
+    /// True if any option was supplied.
     pub fn is_given(&self) -> bool {
         self.settings_file.is_some() || !self.changes.is_empty() || !self.given.0.is_empty()
     }
 
-    /// The library's settings with these in place.
+    /// Returns the library's settings, overridden by these.
     pub fn settings(&self) -> Result<Settings> {
         let base = match &self.settings_file {
             Some(path) => settings_form::load(path)?,
@@ -125,8 +125,8 @@ impl SettingsOptions {
         self.change(base)
     }
 
-    /// The settings of a recording with these in place. It keeps its plan; `name` is that of its
-    /// file.
+    /// Returns the settings of a recording, overridden by these except for its plan; `name` is that
+    /// of the file.
     pub fn over(&self, base: &Settings, name: &str) -> Result<Settings> {
         let file = match &self.settings_file {
             Some(path) => Settings {

@@ -48,7 +48,7 @@ pub struct SetArgs {
     /// All settings of this file; a setting that is not in it gets its default.
     #[arg(long, value_name = "FILE.toml")]
     settings: Option<PathBuf>,
-    /// Store them: they are in force after the next start too.
+    /// Store them, so that they are in force after the next start too.
     #[arg(long)]
     keep: bool,
     #[command(flatten)]
@@ -87,14 +87,14 @@ impl SettingsCommand {
 }
 
 impl SetArgs {
-    /// Whether the board has erased flash for it, and what their plan gives.
+    /// Returns whether the board has erased flash, and the rates and windows of the plan.
     fn set(&self) -> Result<(bool, Option<Gives>)> {
         let from_file = self
             .settings
             .as_deref()
             .map(settings_form::load)
             .transpose()?;
-        // A wrong name or value is refused before a board is opened.
+        // Refuse a wrong name or value before a board is opened.
         settings_form::change(&from_file.unwrap_or_default(), &self.changes)?;
         let mut feed = self.board.open_for_request()?;
         let mut board = Client::new(&mut feed);

@@ -15,7 +15,7 @@ pub struct SourceOptions {
     /// A recording of telemetry, as `record` writes it.
     #[arg(long = "file", value_name = "RECORDING", conflicts_with_all = ["port", "usb_serial", "emulated"])]
     recording: Option<PathBuf>,
-    /// The same without the option's name.
+    /// A recording of telemetry, without the option's name.
     #[arg(value_name = "RECORDING", hide = true, conflicts_with_all = ["recording", "port", "usb_serial", "emulated"])]
     file: Option<PathBuf>,
     #[command(flatten)]
@@ -43,7 +43,7 @@ impl SourceOptions {
         self.recording.as_ref().or(self.file.as_ref())
     }
 
-    /// The recording to look back at; with a pace, telemetry is played beside it.
+    /// Returns the recording to look back at; with a pace, telemetry is played as well.
     pub fn run(&self) -> Result<Option<RunFile>> {
         let Some(path) = self.recording() else {
             return Ok(None);
@@ -57,7 +57,7 @@ impl SourceOptions {
         }))
     }
 
-    /// True if no board and no recording is named.
+    /// True if neither a board nor a recording is named.
     pub fn is_unnamed(&self) -> bool {
         self.recording().is_none() && self.board.is_unnamed()
     }

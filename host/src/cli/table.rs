@@ -4,7 +4,7 @@ use super::parse::positive;
 use crate::tables::{TableForm, TimeColumn};
 use clap::Args;
 
-/// Refusal of the options without a file.
+/// Error for these options without a file.
 pub const OF_A_FILE: &str =
     "--rate, --time-column and --flatten say how to read a table: name its file";
 
@@ -23,7 +23,7 @@ pub struct TableOptions {
 }
 
 impl TableOptions {
-    /// True if one of them is given.
+    /// True if one of these options was supplied.
     pub fn is_given(&self) -> bool {
         self.rate.is_some() || self.time_column.is_some() || self.flatten
     }

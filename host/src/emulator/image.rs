@@ -1,14 +1,14 @@
-//! The firmware image to emulate: its place, and the board that it is for.
+//! Finds the firmware image to emulate, and the board that it is for.
 
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone_emulator::{Board, Image};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-// Images that were there when this command was built: names of boards, and ELF files.
+// Images that existed when this command was built: names of boards, and ELF files.
 include!(concat!(env!("OUT_DIR"), "/images.rs"));
 
-/// Where `cargo xtask firmware` puts the usual image, from cargo's target directory.
+/// Path of the default image within cargo's target directory, as `cargo xtask firmware` writes it.
 const IMAGE: &str = "firmware/feather-f405/ridgetone-firmware.elf";
 
 /// Board that is emulated by default.
@@ -21,8 +21,9 @@ pub struct Firmware {
     pub image: Arc<Image>,
 }
 
-/// The usual image: embedded in this command, else in `CARGO_TARGET_DIR`, else in `target` of the
-/// workspace around the current directory, else of the one this program was built in.
+/// Finds the default image: embedded in this command, else in `CARGO_TARGET_DIR`, else in `target`
+/// of the workspace around the current directory, else of the workspace that this program was built
+/// in.
 pub fn find() -> Result<Firmware> {
     if let Some(firmware) = embedded(BOARD.name().as_ref()) {
         return firmware;
@@ -47,7 +48,7 @@ pub fn find() -> Result<Firmware> {
     read(&found)
 }
 
-/// The image in this command with the name of its board, if there is one.
+/// Returns the embedded image for the board of this name, if there is one.
 fn embedded(name: &Path) -> Option<Result<Firmware>> {
     let (_, bytes) = EMBEDDED
         .iter()
@@ -55,7 +56,8 @@ fn embedded(name: &Path) -> Option<Result<Firmware>> {
     Some(of_bytes(bytes, name))
 }
 
-/// Reads a file, or takes the embedded image of the board of that name. A device may never end.
+/// Reads a file, or takes the embedded image of the board of that name. Refuses a device, which may
+/// never end.
 pub fn read(path: &Path) -> Result<Firmware> {
     if !path.exists()
         && let Some(firmware) = embedded(path)
@@ -94,7 +96,7 @@ fn of_bytes(bytes: &[u8], name: &Path) -> Result<Firmware> {
     Ok(Firmware { board, image })
 }
 
-/// The board, whose name build.rs puts into a symbol's.
+/// Returns the board, whose name build.rs puts into the name of a symbol.
 fn board(image: &Image) -> Option<Board> {
     let name = image.name_after("_board_")?;
     Board::named(&name.replace('_', "-"))

@@ -1,6 +1,6 @@
-//! What is made from the views and checked in: `schema.json`, the lists of `host/reference.md`,
-//! Python's classes. The test fails if one of them is not what the views say; `cargo xtask events`
-//! writes them anew.
+//! Files that are generated from the views and checked in: `schema.json`, the lists of
+//! `host/reference.md`, Python's classes. The test fails if a file differs from the views; `cargo
+//! xtask events` rewrites them.
 
 use super::schema::DIALECT;
 use super::view::{Message, schemas};
@@ -10,13 +10,13 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Set by `cargo xtask events`: write the files instead of comparing them.
+/// Variable that `cargo xtask events` sets to write the files instead of comparing them.
 const WRITE: &str = "RIDGETONE_WRITE";
 
 const BEGIN: &str = "<!-- `cargo xtask events` writes what follows. -->\n";
 const END: &str = "<!-- End of what `cargo xtask events` writes. -->\n";
 
-/// Units by the end of a field's name; the first that fits counts.
+/// Units by the end of a field's name; the first match counts.
 const UNITS: [(&str, &str); 20] = [
     ("hz_per_s", "Hz/s"),
     ("per_mm2", "1/mm^2"),
@@ -45,7 +45,6 @@ fn unit(name: &str) -> &'static str {
     fits.map_or("", |(_, unit)| unit)
 }
 
-/// The schema of an object.
 pub fn schema<T: JsonSchema>() -> Value {
     let settings = SchemaSettings::draft2020_12().for_serialize();
     let generator = settings.with(|settings| settings.inline_subschemas = true);
@@ -55,7 +54,7 @@ pub fn schema<T: JsonSchema>() -> Value {
     schema
 }
 
-/// The schema of a message of the board.
+/// Returns the schema of a message of the board.
 pub fn with_envelope<T: JsonSchema>() -> Value {
     let (mut schema, envelope) = (schema::<T>(), schema::<Message>());
     let mut properties = Map::new();
@@ -75,7 +74,7 @@ pub fn with_envelope<T: JsonSchema>() -> Value {
     schema
 }
 
-/// The schema of what this computer says itself.
+/// Returns the schema of a message of this computer.
 pub fn with_note<T: JsonSchema>() -> Value {
     let (mut schema, envelope) = (schema::<T>(), schema::<Message>());
     let common = &envelope["properties"];
@@ -93,7 +92,8 @@ pub fn with_note<T: JsonSchema>() -> Value {
     schema
 }
 
-/// Plain types, one-line descriptions with their unit, values of enums as a list.
+/// Simplifies a schema: plain types, one-line descriptions with their unit, values of enums as a
+/// list.
 fn simplify(name: &str, schema: &mut Value) {
     let Some(fields) = schema.as_object_mut() else {
         return;
@@ -132,7 +132,7 @@ fn simplify(name: &str, schema: &mut Value) {
     }
 }
 
-/// Variants that are described one by one become a list of values.
+/// Turns variants that are described one by one into a list of values.
 fn flatten_enum(fields: &mut Map<String, Value>) {
     if let Some(Value::Array(variants)) = fields.remove("oneOf") {
         let values = |variant: &Value| match &variant["enum"] {
@@ -145,7 +145,7 @@ fn flatten_enum(fields: &mut Map<String, Value>) {
     }
 }
 
-/// A doc comment without line ends and without links.
+/// Returns a doc comment without line breaks and without links.
 fn one_line(text: &str) -> String {
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let text = text
@@ -162,7 +162,7 @@ fn one_line(text: &str) -> String {
     words.join(" ")
 }
 
-/// All schemas, a line for each field.
+/// Formats all schemas, one line per field.
 fn schema_json() -> String {
     let mut out = "{\n".to_owned();
     let all = schemas();
@@ -187,7 +187,7 @@ fn schema_json() -> String {
     out + "}\n"
 }
 
-/// Type and values of a field in words of Python.
+/// Formats type and values of a field as Python.
 fn python_type(name: &str, schema: &Value) -> String {
     let types = match &schema["type"] {
         Value::Array(types) => types.clone(),
@@ -213,7 +213,6 @@ fn python_type(name: &str, schema: &Value) -> String {
     types.iter().map(one).collect::<Vec<_>>().join(" | ")
 }
 
-/// Python's classes.
 fn python() -> String {
     let head = r#""""The messages of a board, and the result of `fit`. `cargo xtask events` writes this file: do not edit it."""
 
@@ -296,7 +295,7 @@ fn python_fields(out: &mut String, schema: &Value, without: &[String]) {
     }
 }
 
-/// A docstring in a class, in lines of at most 120 characters.
+/// Formats a docstring in a class, in lines of at most 120 characters.
 fn docstring(text: &str) -> String {
     let mut lines = vec!["    \"\"\"".to_owned()];
     for word in text.split(' ') {
@@ -311,7 +310,7 @@ fn docstring(text: &str) -> String {
     lines.join("\n") + "\"\"\"\n"
 }
 
-/// The reference's lists of fields: a section for each kind of message.
+/// Formats the reference's lists of fields: a section for each kind of message.
 fn fields() -> String {
     let mut out = String::new();
     let envelope = schema::<Message>();
@@ -333,7 +332,7 @@ fn fields() -> String {
     out + "\n"
 }
 
-/// A line for a field, and one for each field within it.
+/// Formats a line for a field, and one for each field within it.
 fn field(out: &mut String, name: &str, schema: &Value) {
     let described = schema["description"].as_str().unwrap_or_default();
     let own = name.rsplit('.').next().unwrap_or(name);
@@ -358,7 +357,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Compares a file, or writes it.
+/// Compares a file, or writes it if [`WRITE`] is set.
 fn compare_or_write(path: &str, wanted: &str) {
     let full = root().join(path);
     if std::env::var_os(WRITE).is_some() {

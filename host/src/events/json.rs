@@ -1,4 +1,5 @@
-//! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
+//! One JSON object per packet. f32 values keep their shortest form, which reads back to the same
+//! f32.
 
 use super::view::{Message, Received};
 use crate::digits::seconds;
@@ -7,18 +8,18 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet};
 use serde::Serialize;
 
-/// A packet as one JSON object on one line, without the line's end.
+/// Formats a packet as one JSON object on one line, without the line end.
 pub fn json(packet: &Packet) -> serde_json::Result<String> {
     serde_json::to_string(&serializable(packet))
 }
 
-/// A packet in the form of [`json`], for a serializer.
+/// Returns a packet in the form of [`json`], for a serializer.
 pub fn serializable(packet: &Packet) -> impl Serialize {
     Message::new(packet, None)
 }
 
-/// The packets of a board as [`json`] has them; raw frames with volts next to the codes. It needs
-/// all packets: the reference is in the greeting.
+/// Formats the packets of a board as [`json`] does, with volts next to the codes of raw frames. It
+/// needs all packets, because the reference is in the greeting.
 #[derive(Clone, Debug)]
 pub struct JsonLines {
     vref_v: f32,
@@ -35,7 +36,7 @@ impl Default for JsonLines {
 }
 
 impl JsonLines {
-    /// A packet as one JSON object on one line, without the line's end.
+    /// Formats a packet as one JSON object on one line, without the line end.
     pub fn line(
         &mut self,
         packet: &Packet,
@@ -44,7 +45,7 @@ impl JsonLines {
         serde_json::to_string(&self.message(packet, receipt))
     }
 
-    /// A packet for a serializer.
+    /// Returns a packet for a serializer.
     pub fn message(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Message {
         if let Event::Hello(hello) = &packet.event {
             self.vref_v = hello.settings.vref_v;

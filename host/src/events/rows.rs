@@ -2,14 +2,13 @@
 //!
 //! A column has the name of its field. Objects within a message put their name in front, and so do
 //! lists of a fixed length, with the number of the item: `registers_3`. Words in a list are joined.
-//! Lists of objects whose length varies are left out, and so are values of a message that are not
-//! known.
+//! Lists of objects whose length varies are left out, and so are unknown values of a message.
 
 use super::schema;
 use serde_json::{Map, Value};
 
-/// Fields of a line of JSON that a row leaves out: they are the same in all rows, or not the
-/// board's.
+/// Fields of a JSON line that a row leaves out, because they are the same in all rows or do not
+/// come from the board.
 const LEFT_OUT: [&str; 8] = [
     "type",
     "sequence",
@@ -21,7 +20,7 @@ const LEFT_OUT: [&str; 8] = [
     "clock_skew_sigma_ppm",
 ];
 
-/// Columns of messages of this `type`.
+/// Returns the columns of messages of this `type`.
 pub fn columns(kind: &str) -> Vec<Column> {
     let mut columns = Vec::new();
     let root = Column {
@@ -35,7 +34,7 @@ pub fn columns(kind: &str) -> Vec<Column> {
     columns
 }
 
-/// A column: its name, and where its value is in a message (RFC 6901).
+/// A column: its name, and the path to its value in a message (RFC 6901).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
     pub name: String,
@@ -43,7 +42,7 @@ pub struct Column {
 }
 
 impl Column {
-    /// The value as text; empty if it is not known.
+    /// Returns the value as text; empty if it is not known.
     pub fn text(&self, message: &Value) -> String {
         match message.pointer(&self.pointer) {
             None | Some(Value::Null) => String::new(),
@@ -56,7 +55,6 @@ impl Column {
         }
     }
 
-    /// The value as a number.
     pub fn number(&self, message: &Value) -> Option<f64> {
         message.pointer(&self.pointer)?.as_f64()
     }
@@ -97,7 +95,7 @@ fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
         .flat_map(Map::iter)
 }
 
-/// The type of a value that is known.
+/// Returns the type of a value when it is known.
 fn kind(schema: &Value) -> &str {
     match &schema["type"] {
         Value::Array(types) => types.first().and_then(Value::as_str).unwrap_or_default(),

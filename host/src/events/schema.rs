@@ -1,5 +1,5 @@
-//! JSON schemas of the messages, by their `type`. `schema.json` is made from the views; the unit
-//! tests compare them, and `cargo xtask events` writes it anew.
+//! JSON schemas of the messages, by their `type`. `schema.json` is generated from the views; the
+//! unit tests compare them, and `cargo xtask events` rewrites it.
 
 use serde_json::{Map, Value};
 use std::sync::LazyLock;
@@ -12,13 +12,12 @@ static SCHEMAS: LazyLock<Map<String, Value>> = LazyLock::new(|| {
     serde_json::from_str(include_str!("schema.json")).unwrap_or_default()
 });
 
-/// Schemas of messages by `type`, in the order of the views: all but the object of `fit`.
+/// Returns schemas of messages by `type`, in the order of the views: all but the object of `fit`.
 pub fn messages() -> impl Iterator<Item = (&'static str, &'static Value)> {
     let all = SCHEMAS.iter().map(|(kind, schema)| (kind.as_str(), schema));
     all.filter(|(kind, _)| *kind != "fit")
 }
 
-/// The schema of messages of this `type`.
 pub fn of(kind: &str) -> Option<&'static Value> {
     SCHEMAS.get(kind)
 }

@@ -1,4 +1,4 @@
-//! One line a packet: time, type, and values with units. A static image has its map below.
+//! One line per packet: time, type, and values with units. A static image has its map below.
 
 use super::rows::{self, Column};
 use super::serializable;
@@ -17,7 +17,7 @@ use ridgetone_proto::telemetry::{
     Track, Travel, TravelStatus,
 };
 
-/// A packet as one line, without its end; an image as five.
+/// Formats a packet as one line, without its end; an image as five lines.
 pub fn text(packet: &Packet) -> String {
     match &packet.event {
         Event::Hello(e) => format!("{:>10}  hello     {}", "", hello(e)),
@@ -62,9 +62,9 @@ fn kind(packet: &Packet) -> String {
     name(&packet.event).to_lowercase()
 }
 
-/// The values of a packet by the names of their fields.
+/// Formats the values of a packet by the names of their fields.
 fn values(packet: &Packet) -> String {
-    // A message that is no JSON has no values.
+    // A message that cannot be serialised has no values.
     let message = serde_json::to_value(serializable(packet)).unwrap_or_default();
     let columns = rows::columns(&kind(packet));
     let value = |column: &Column| format!("{} {}", column.name, column.text(&message));
@@ -137,17 +137,17 @@ fn hello(e: &Hello) -> String {
     )
 }
 
-/// The columns of a table whose rows were channels.
+/// Columns of a table that were read as channels.
 #[derive(Clone, Debug)]
 pub struct Columns {
     pub names: Vec<String>,
-    /// Unit of each, as far as the file says them.
+    /// Unit of each column, as far as the file names it.
     pub units: Vec<Option<String>>,
     pub volts_per_unit: f64,
 }
 
 impl Columns {
-    /// A value of a channel with its unit and its column.
+    /// Formats a value of a channel with its unit and its column.
     fn level(&self, volts: f32, channel: u8) -> String {
         let value = significant(f64::from(volts) / self.volts_per_unit, 4);
         let unit = self
@@ -160,7 +160,7 @@ impl Columns {
     }
 }
 
-/// As [`text`], with the columns and units of a table in place of taxels and volts.
+/// Like [`text`], with the columns and units of a table in place of taxels and volts.
 pub fn text_of_columns(packet: &Packet, columns: &Columns) -> String {
     let level = |volts, channel| columns.level(volts, channel);
     match &packet.event {
@@ -173,12 +173,12 @@ pub fn text_of_columns(packet: &Packet, columns: &Columns) -> String {
     }
 }
 
-/// A value of a board's channel.
+/// Formats a value of a board's channel.
 fn on_taxel(volts: f32, taxel: u8) -> String {
     format!("{:.3} mV on taxel {taxel}", 1e3 * volts)
 }
 
-/// `level` words the amplitude of a channel.
+/// Formats an estimate; `level` formats the amplitude of a channel.
 fn estimate(e: &Estimate, level: &dyn Fn(f32, u8) -> String) -> String {
     let span = match e.span {
         Span::Window => "window",
@@ -220,7 +220,7 @@ fn track(e: &Track) -> String {
     format!("{}  {}", tone(e), name(e.status))
 }
 
-/// Frequency and standard deviation, if there is a tone.
+/// Formats frequency and standard deviation, if there is a tone.
 fn tone(e: &Track) -> String {
     if e.status.has_tone() {
         let (value, sigma) = with_sigma(e.frequency.into(), e.sigma.into());
@@ -317,7 +317,7 @@ fn reply(e: &Reply) -> String {
     format!("request {}: {}{gives}", e.number, outcome(&e.outcome))
 }
 
-/// Rates and windows of a plan.
+/// Formats the rates and windows of a plan.
 pub fn given(gives: &Gives) -> String {
     let Gives {
         frame_rate_hz,

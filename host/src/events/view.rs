@@ -1,4 +1,4 @@
-//! Messages of a board as programs see them: one struct an event, one `From` from the wire.
+//! Messages of a board as programs see them: one struct per event, made from the wire by a `From`.
 //!
 //! Everything else follows from these structs: lines of JSON, their schemas, the columns of tables,
 //! the topics of streams, the lists of `host/reference.md` and Python's classes. Doc comments become
@@ -73,7 +73,7 @@ pub enum View {
 }
 
 impl Message {
-    /// Voltages of raw frames need the reference, which the greeting has.
+    /// Makes a message. Voltages of raw frames need the reference, which is in the greeting.
     pub fn new(packet: &Packet, vref_v: Option<f32>) -> Self {
         let body = match &packet.event {
             Event::Hello(event) => View::Hello(Box::new(event.into())),
@@ -775,8 +775,8 @@ pub struct Missed {
     pub count: u64,
 }
 
-/// The schema of each kind of message, in the order of the reference: those of the board, those of
-/// this computer, and the object of `fit`.
+/// Returns the schema of each kind of message, in the order of the reference: messages of the
+/// board, messages of this computer, and the object of `fit`.
 #[cfg(test)]
 pub fn schemas() -> Vec<(&'static str, serde_json::Value)> {
     use super::generated::{schema, with_envelope, with_note};

@@ -1,5 +1,5 @@
-//! MCAP (<https://mcap.dev>): the topics, schemas and messages of `serve`, at UTC. No compression,
-//! which would need C.
+//! MCAP (<https://mcap.dev>): the topics, schemas and messages of `serve`, with UTC times. No
+//! compression, which would need C.
 
 use super::packets::packets;
 use crate::digits::time_s;
@@ -19,10 +19,10 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 use std::path::Path;
 
-/// Writes all packets. It reads the recording twice: channels come first, and what the whole of it
-/// says of the board's clock.
+/// Writes all packets. Reads the recording twice: channels come first, and the relation of the
+/// board's clock to UTC takes the whole recording.
 ///
-/// `log_time` is when a message's moment was in UTC, `publish_time` when it was received. Without
+/// `log_time` is the UTC time of a message's event, `publish_time` that of its receipt. Without
 /// times of receipt both are device time.
 pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
     let mut messages = Messages::default();
@@ -60,7 +60,7 @@ pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
     Ok(counts)
 }
 
-/// Adds a channel for each topic, in their order, with what the board's first greeting says.
+/// Adds a channel for each topic, in their order, with metadata from the board's first greeting.
 fn channels<W: Write + Seek>(file: &mut Writer<W>, hello: Option<&Hello>) -> Result<Vec<u16>> {
     let names = Names::unnamed();
     let mut metadata: BTreeMap<String, String> = names.metadata(0);
@@ -85,11 +85,11 @@ fn channels<W: Write + Seek>(file: &mut Writer<W>, hello: Option<&Hello>) -> Res
 struct Messages {
     json: JsonLines,
     streamed: Streamed,
-    /// The board's clock from each of its starts to the next, as far as it was learned.
+    /// The board's clock after each of its starts, as far as it was learned.
     clocks: Vec<UtcClock>,
-    /// Starts that were learned.
+    /// Starts found while learning the clocks.
     learned: Starts,
-    /// Starts that are being read, and the number of the latest.
+    /// Starts found while writing, and the number of the latest.
     starts: Starts,
     start: usize,
     /// Time of the latest packet that has one: UTC, or device time if nothing was learned.
@@ -107,7 +107,7 @@ impl Messages {
         }
     }
 
-    /// Topic of a packet and its text.
+    /// Returns the topic of a packet and its text.
     fn message(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Result<(Topic, String)> {
         let mut message = self.json.message(packet, receipt);
         self.start += usize::from(self.starts.take(&packet.event));

@@ -11,7 +11,7 @@ use ridgetone_proto::telemetry::Packet;
 use std::path::Path;
 use std::time::Duration;
 
-/// Gives every packet of a recording to `sink`, and shows the progress.
+/// Passes every packet of a recording to `sink`, and shows the progress.
 pub fn packets(
     path: &Path,
     sink: &mut dyn FnMut(&Packet, Option<Receipt>) -> Result<()>,

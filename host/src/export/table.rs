@@ -17,7 +17,7 @@ use std::path::Path;
 pub enum Kind {
     /// A row for each estimate; unknown values are empty.
     Estimates,
-    /// A row for each event `track`: fits in brief, of windows that follow each other fast.
+    /// A row for each event `track`: short fits of windows in fast succession.
     Tracks,
     /// A row for each raw frame, in volts: as `replay`, `fit` and `emulate` read it.
     Frames,
@@ -28,7 +28,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The messages that make rows; raw frames have a table of their own.
+    /// Type of the messages that make the rows; raw frames are written by [`frames`].
     const fn of_messages(self) -> &'static str {
         match self {
             Self::Estimates => "estimate",
@@ -58,7 +58,7 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     Ok(counts)
 }
 
-/// The values of all messages of this `type`, by the columns of their schema.
+/// Writes the values of all messages of this `type`, by the columns of their schema.
 fn values(
     path: &Path,
     kind: &str,
@@ -80,7 +80,7 @@ fn values(
     })
 }
 
-/// Frames in volts, as `replay` and `fit` read them from the recording itself.
+/// Writes frames in volts, as `replay` and `fit` read them from the recording itself.
 fn frames(path: &Path, csv: &mut csv::Writer<&mut dyn Write>, rows: &mut u64) -> Result<Counts> {
     let counts = packets(path, &mut |_, _| Ok(()))?;
     let open = || messages(path, Form::Telemetry);

@@ -1,4 +1,4 @@
-//! Exports, read back by readers that are not ours.
+//! Exports, read back by independent readers.
 
 use super::*;
 use crate::input::Input;
@@ -11,8 +11,7 @@ use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Packet, Raw, WIRE_MAX, encode};
 use std::path::PathBuf;
 
-/// A recording of the default scene and of 100 raw frames, of which the one with number 50 lacks a
-/// taxel.
+/// Records the default scene and 100 raw frames, of which number 50 lacks a taxel.
 fn recorded(folder: &Path) -> PathBuf {
     let path = folder.join("touch.rec");
     let mut bytes = replay::run(
@@ -63,8 +62,7 @@ fn frames_become_a_table_that_replay_takes() {
     let table = Table::parse(&csv, "frames").unwrap();
     assert_eq!((table.names().len(), table.rows().len()), (TAXELS, 99));
     assert_eq!(table.time_s().unwrap()[1], 6.004147);
-    // Taxel 0 was never good; codes are volts by the reference: 7,864,320 of them are 4.096 V
-    // (SBAS297G).
+    // Taxel 0 was never good; 7,864,320 codes are the reference of 4.096 V (SBAS297G).
     for (channel, volts) in table.rows()[9].iter().enumerate() {
         let expected = 10_000.0 * channel as f64 * 4.096 / 7_864_320.0;
         assert!((volts - expected).abs() < 1e-7, "{channel}: {volts}");
@@ -187,7 +185,7 @@ fn mcap_holds_every_packet_on_the_topics_of_serve() {
         *count += 1;
     }
     assert_eq!(kinds.values().sum::<u64>(), counts.received);
-    // Readers find messages by the summary.
+    // Readers find messages through the summary.
     let summary = ::mcap::Summary::read(&bytes).unwrap().unwrap();
     let statistics = summary.stats.as_ref().unwrap();
     assert_eq!(statistics.message_count, counts.received);

@@ -1,4 +1,4 @@
-//! A source and the decoder behind it.
+//! Decodes packets from the bytes of a source.
 
 use super::pace::Pace;
 use super::source::{FeedEvent, Source};
@@ -11,12 +11,11 @@ use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// A source and the decoder behind it.
 pub struct Feed {
     source: Box<dyn Source + Send>,
     decoder: Decoder,
     received: u64,
-    /// Number of the latest packet: a packet that arrives twice is given once.
+    /// Number of the latest packet, so that a packet that arrives twice is returned once.
     latest: Option<u16>,
     bytes: u64,
     strangers: Strangers,
@@ -29,7 +28,7 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// A feed from a source that was not read yet.
+    /// Makes a feed from a source that has not been read yet.
     pub fn new(source: impl Source + Send + 'static) -> Self {
         Self {
             source: Box::new(source),
@@ -47,7 +46,7 @@ impl Feed {
         }
     }
 
-    /// Delays packets until their device time: for a recording, which has all of them at once.
+    /// Delays packets until their device time: a recording has all of them at once.
     #[must_use]
     pub fn paced(self, pace: Pace) -> Self {
         Self {
@@ -66,8 +65,8 @@ impl Feed {
     }
 
     /// Waits for the next event, at most for `most`. After a disconnection the gap in the sequence
-    /// numbers gives the number of missing packets. Fails if the board speaks another protocol, the
-    /// source cannot go on, or the recording cannot be written.
+    /// numbers shows how many packets are missing. Fails if the board speaks a different protocol,
+    /// the source cannot go on, or the recording cannot be written.
     pub fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Packet>>> {
         let begun = Instant::now();
         loop {
@@ -102,7 +101,7 @@ impl Feed {
             FeedEvent::Connected(name) => self.queue.push_back((FeedEvent::Connected(name), None)),
             FeedEvent::Data(bytes) => self.decode(&bytes, self.source.receipt())?,
             FeedEvent::Disconnected(name, why) => {
-                // Ends a frame that was cut off, which would spoil the first one after the
+                // End a frame that was cut off: it would spoil the first one after the
                 // reconnection.
                 self.decode(&[0], self.source.receipt())?;
                 self.queue
@@ -151,13 +150,13 @@ impl Feed {
         Ok(())
     }
 
-    /// When the packet that [`next`](Self::next) gave last was received; `None` of a recording that
-    /// does not say it.
+    /// Returns when the latest packet from [`next`](Self::next) was received; `None` for a
+    /// recording without times of receipt.
     pub fn receipt(&self) -> Option<Receipt> {
         self.receipt
     }
 
-    /// Time that a byte takes on the line, seconds.
+    /// Returns the time that a byte takes on the line, seconds.
     pub fn byte_s(&self) -> f64 {
         self.source.byte_s()
     }
@@ -175,12 +174,11 @@ impl Feed {
         self.source.has_board()
     }
 
-    /// Bytes received so far.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Bytes that are no packets: text, or another baud rate.
+    /// Describes received bytes that are not packets: text, or a wrong baud rate.
     pub fn strangers(&self) -> Option<String> {
         let what = || self.strangers.what();
         (self.received == 0 && self.has_board())
@@ -192,7 +190,6 @@ impl Feed {
         self.source.name()
     }
 
-    /// Time since the feed was opened.
     pub fn elapsed(&self) -> Duration {
         self.opened.elapsed()
     }

@@ -1,5 +1,5 @@
-//! The emulated board as a source: the firmware image on the register model, at the speed of a real
-//! one.
+//! The emulated board as a source: runs the firmware image on the register model, at the speed of a
+//! real board.
 
 use super::decoded::Feed;
 use super::source::{FeedEvent, Source};
@@ -16,13 +16,13 @@ use std::time::Duration;
 /// Name of the emulated board as a source.
 pub const EMULATED: &str = "emulated board";
 
-/// Options of an emulated board.
 #[derive(Clone, Debug)]
 pub struct Emulation {
     pub firmware: Firmware,
-    /// Board time over wall time; as fast as possible if none.
+    /// Board time over wall time; `None` for as fast as possible.
     pub pace: Option<f64>,
-    /// The scene repeats for ever; of the first scene each touch is over another grating.
+    /// True to repeat the scene for ever; in the first scene, each touch is over a different
+    /// grating.
     pub repeats: bool,
 }
 
@@ -32,7 +32,7 @@ pub fn emulated(scene: Option<&Path>, how: Emulation) -> Result<Feed> {
     Ok(Feed::new(Emulated::start(input, how.firmware, how.pace)))
 }
 
-/// A scene file, or the first scene, in front of a board.
+/// Returns a scene file, or the first scene, as the input of a board.
 pub fn scene_input(scene: Option<&Path>, repeats: bool) -> Result<Opened> {
     let input = match scene {
         Some(path) => {
@@ -54,13 +54,13 @@ pub fn untouched(how: Emulation) -> Feed {
     Feed::new(Emulated::start(input, how.firmware, how.pace))
 }
 
-/// The emulated board. Dropped, it ends the emulator, and says if it could not keep the pace.
+/// The emulated board. Dropping it ends the emulator, and reports if it could not keep the pace.
 #[derive(Debug)]
 pub struct Emulated(Option<Session>);
 
 impl Emulated {
-    /// Starts an image in front of `input`. `pace` is board time over wall time; none: as fast as
-    /// possible. With a pace, bytes arrive at their board time and not before.
+    /// Starts an image in front of `input`. `pace` is board time over wall time, `None` for as fast
+    /// as possible. With a pace, bytes do not arrive before their board time.
     pub fn start(input: Opened, firmware: Firmware, pace: Option<f64>) -> Self {
         let end_s = input.end_s;
         Self(Some(Session::start_until(
@@ -89,7 +89,7 @@ impl Source for Emulated {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        // A board that has ended hears nothing any more; its end is the next event.
+        // A board that has ended receives nothing more; its end is the next event.
         if let Some(session) = &self.0 {
             session.send(bytes);
         }
@@ -109,7 +109,6 @@ impl Drop for Emulated {
     }
 }
 
-/// Ends a board.
 pub fn end(session: Option<Session>) -> Result<()> {
     let Some(session) = session else {
         return Ok(());

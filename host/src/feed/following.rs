@@ -1,4 +1,4 @@
-//! A feed folded into [`Live`], whose board keeps sending raw frames: the common part of the
+//! A feed folded into [`Live`], from a board that keeps sending raw frames: the common part of the
 //! terminal's screen and the web page.
 
 use super::decoded::Feed;
@@ -14,7 +14,7 @@ use ridgetone_proto::telemetry::{Event, Packet};
 use serde::Serialize;
 use std::time::Duration;
 
-/// Raw frames: what strips are drawn from.
+/// State of the raw frames, from which strips are drawn.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum RawFrames {
     /// There is no board to request them from.
@@ -22,7 +22,7 @@ pub enum RawFrames {
     Unavailable,
     /// Not requested.
     Off,
-    /// They are requested.
+    /// Requested.
     On,
     /// The request failed, for this reason.
     Refused(String),
@@ -31,20 +31,19 @@ pub enum RawFrames {
 pub struct Following {
     feed: Feed,
     requester: Requester,
-    /// Whether raw frames come, or why not.
+    /// State of the request for raw frames.
     pub raw: RawFrames,
-    /// The board's answer to [`Self::set`]; `None` before it has come.
+    /// The board's answer to [`Self::set`]; `None` until it arrives.
     pub settings_reply: Option<SettingsReply>,
-    /// Answers so far.
     answers: u32,
     is_setting: bool,
     is_idle: bool,
 }
 
-/// Outcome of settings that were sent.
+/// Outcome of settings that were sent to the board.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct SettingsReply {
-    /// From 1 on: another answer may have the same words.
+    /// Counts from 1, to distinguish answers with the same text.
     pub number: u32,
     pub text: String,
     pub is_refused: bool,
@@ -74,12 +73,12 @@ impl Following {
         }
     }
 
-    /// A state that knows the name of the source alone.
+    /// Returns a state that has only the name of the source.
     pub fn live(&self) -> Live {
         Live::new(self.feed.name())
     }
 
-    /// Requests raw frames, or ends them; without a board it does nothing.
+    /// Requests raw frames, or stops them; does nothing without a board.
     pub fn want_raw(&mut self, wanted: bool) {
         if self.raw != RawFrames::Unavailable {
             self.raw = if wanted {
@@ -91,7 +90,7 @@ impl Following {
         }
     }
 
-    /// True if there is a board that takes settings.
+    /// True if there is a board that accepts settings.
     pub fn has_board(&self) -> bool {
         self.feed.has_board()
     }
@@ -109,7 +108,7 @@ impl Following {
             settings,
             keep: false,
         });
-        // The greeting says which settings are in force.
+        // The greeting reports which settings are in force.
         self.requester.push(Command::Greet);
     }
 
@@ -129,7 +128,6 @@ impl Following {
         self.feed.next(most)
     }
 
-    /// When the latest packet was received.
     pub fn receipt(&self) -> Option<Receipt> {
         self.feed.receipt()
     }
@@ -185,7 +183,7 @@ impl Following {
     fn follow_up(&mut self, live: &mut Live) {
         live.now.counts = self.feed.counts();
         live.now.strangers = self.feed.strangers();
-        // A source that is paused does not answer.
+        // A paused source does not answer.
         if self.feed.has_board()
             && !self.is_idle
             && live.now.connection == Connection::Connected
@@ -197,8 +195,8 @@ impl Following {
         }
     }
 
-    /// Ends raw frames, and gives the feed back. It does not wait for the answer: the board stops
-    /// by itself after a minute.
+    /// Stops raw frames and returns the feed. Does not wait for the answer: the board stops by
+    /// itself after a minute.
     pub fn finish(mut self) -> Feed {
         if self.raw == RawFrames::On {
             self.requester.want_raw(false);

@@ -1,4 +1,4 @@
-//! A recording at the speed at which it was made.
+//! Plays a recording at the speed at which it was made.
 
 use crate::digits::seconds;
 use ridgetone_proto::telemetry::{Events, Packet};
@@ -11,21 +11,21 @@ const PAUSE_MAX_S: f64 = 2.0;
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
     speed: f64,
-    /// A device time, and the wall time that belongs to it.
+    /// A device time, and the corresponding wall time.
     mark: Option<(f64, Instant)>,
 }
 
 impl Pace {
-    /// Plays `speed` seconds of device time in a second.
+    /// Plays `speed` seconds of device time per second.
     pub const fn new(speed: f64) -> Self {
         Self { speed, mark: None }
     }
 
-    /// Time that a packet has to wait. It does not wait without a time, or with an earlier time
-    /// than the packets before it; a gap or a restart of the board sets a new mark.
+    /// Returns the time that a packet has to wait: zero without a device time, or with an earlier
+    /// one than the packets before. A gap or a restart of the board sets a new mark.
     pub fn wait(&mut self, packet: &Packet, now: Instant) -> Duration {
         let event = &packet.event;
-        // A greeting has a time too: a touch is half a second after the start.
+        // Use the time of greetings too: a touch may come half a second after the start.
         let Some(t_s) = event.dated_us().or(event.made_us()).map(seconds) else {
             return Duration::ZERO;
         };

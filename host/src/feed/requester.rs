@@ -1,4 +1,4 @@
-//! Requests to the board behind a feed: waited for, or sent while its packets are read.
+//! Requests to the board behind a feed: awaited, or sent while its packets are read.
 
 use super::decoded::Feed;
 use super::source::FeedEvent;
@@ -12,18 +12,18 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 /// Time between two requests for raw frames.
 const RENEW: Duration = Duration::from_secs(5);
 
-/// Frames in a request for raw frames, a minute's: a board whose reader is gone stops sending by
-/// itself, and the emulated board may run some times faster than this clock.
+/// Number of frames per request for raw frames, a minute's worth: a board whose reader is gone
+/// stops sending by itself, and the emulated board may run several times faster than this clock.
 const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 
-/// Requests whose first number comes from the clock: a board only repeats its reply to the number
-/// that it answered last.
+/// Makes requests whose first number comes from the clock: a board only repeats its reply to the
+/// number that it answered last.
 pub fn new_requests() -> Requests {
     Requests::new(clock_number())
 }
 
-/// A second series of requests, whose numbers do not meet those of [`new_requests`] for half a
-/// minute.
+/// Makes a second series of requests, whose numbers do not collide with those of [`new_requests`]
+/// for half a minute.
 pub fn other_requests() -> Requests {
     Requests::new(clock_number() ^ 0x8000)
 }
@@ -57,11 +57,11 @@ pub fn request(
     }
 }
 
-/// Requests to a board whose packets somebody else reads.
+/// Requests to a board whose packets are read elsewhere.
 #[derive(Debug)]
 pub struct Requester {
     requests: Requests,
-    /// When to request raw frames next; none: nobody wants them.
+    /// Time of the next request for raw frames; `None` if nobody wants them.
     renew: Option<Instant>,
     starts: Starts,
 }
@@ -93,7 +93,7 @@ impl Requester {
         self.requests.push(command);
     }
 
-    /// Requests raw frames from now on, or ends them.
+    /// Requests raw frames from now on, or stops them.
     pub fn want_raw(&mut self, wanted: bool) {
         self.renew = wanted.then(Instant::now);
         if !wanted {
@@ -129,7 +129,7 @@ impl Requester {
         sent
     }
 
-    /// Takes a packet; gives the command that it answers, and the outcome.
+    /// Takes a packet; returns the command that it answers, and the outcome.
     pub fn answered(&mut self, packet: &Packet) -> Option<(Command, Outcome)> {
         if self.starts.take(&packet.event)
             && let Some(renew) = &mut self.renew

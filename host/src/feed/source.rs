@@ -4,7 +4,7 @@ use crate::utc::Receipt;
 use anyhow::{Result, bail};
 use std::time::Duration;
 
-/// Report of a source, with bytes as data, or of a feed, with packets.
+/// Event of a source, with bytes as data, or of a feed, with packets as data.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FeedEvent<T> {
     /// The board is connected, under this name.
@@ -17,18 +17,18 @@ pub enum FeedEvent<T> {
 }
 
 pub trait Source {
-    /// Name for people: of a port or of a file.
+    /// Name of a port or of a file, for people.
     fn name(&self) -> String;
 
-    /// Waits for the next event, at most for `most`. Nobody calls it after [`FeedEvent::Over`].
+    /// Waits for the next event, at most for `most`. Not called after [`FeedEvent::Over`].
     fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>>;
 
-    /// When the latest data were received; `None` of a recording that does not say it.
+    /// Returns when the latest data were received; `None` for a recording without times of receipt.
     fn receipt(&self) -> Option<Receipt> {
         Some(Receipt::now(self.byte_s()))
     }
 
-    /// Time that a byte takes on the line, seconds; 0 without a serial line.
+    /// Returns the time that a byte takes on the line, seconds; 0 without a serial line.
     fn byte_s(&self) -> f64 {
         0.0
     }
@@ -47,7 +47,7 @@ pub trait Source {
     }
 }
 
-/// No board: there is only a file of this name to look back at.
+/// Source without a board: there is only a file of this name to look back at.
 pub struct NoBoard(pub String);
 
 impl Source for NoBoard {

@@ -1,12 +1,12 @@
-//! Bytes on a line that hold no packet of ours: another baud rate, or another device.
+//! Bytes on a line that are not our packets: a wrong baud rate, or a different device.
 
-/// Bytes without a packet from which on something is said: a packet has at most half of them.
+/// Number of bytes without a packet that call for a remark: at least twice the longest packet.
 const BYTES_MIN: u64 = 1024;
 
-/// The same of whole lines of text, which no packet is.
+/// Number of bytes in whole lines of text that call for a remark: packets do not look like text.
 const TEXT_BYTES_MIN: u64 = 128;
 
-/// Fraction of printable bytes from which on they are text.
+/// Minimum fraction of printable bytes in text.
 const TEXT_MIN: f64 = 0.9;
 
 /// Longest example of a text, characters.
@@ -37,7 +37,8 @@ impl Strangers {
         }
     }
 
-    /// What the bytes are most likely, and what to do; `None` before there are enough of them.
+    /// Describes what the bytes most likely are, and what to do; `None` before there are enough of
+    /// them.
     pub fn what(&self) -> Option<String> {
         let Self {
             bytes, printable, ..

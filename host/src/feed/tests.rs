@@ -19,7 +19,6 @@ struct Obedient {
     board: Receiver<RamFlash>,
     outgoing: VecDeque<FeedEvent<Vec<u8>>>,
     sequence: u16,
-    /// Number of bytes received.
     received: usize,
 }
 
@@ -129,7 +128,7 @@ fn requests_are_sent_and_answered_and_raw_frames_requested_only_while_they_are_w
         (board.lock().unwrap().received, answers.len()),
         (received, 3)
     );
-    // A restarted board no longer sends them.
+    // A restarted board no longer sends raw frames.
     let (boot, source) = Default::default();
     let hello = Hello {
         protocol: PROTOCOL,
@@ -253,7 +252,7 @@ fn packets_come_at_their_time_and_pauses_are_not_waited_out() {
     assert_eq!(wait_ms(10_000, 0), 0);
     // Half a second later at twice the speed, 100 ms of which have passed.
     assert_eq!(wait_ms(10_500, 100), 150);
-    // One that is late comes at once.
+    // A late packet comes at once.
     assert_eq!(wait_ms(10_400, 300), 0);
     // A gap, and a restarted board: a new mark.
     assert_eq!(wait_ms(60_000, 300), 0);

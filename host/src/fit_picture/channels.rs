@@ -12,19 +12,17 @@ use crate::tone::Domain;
 use anyhow::{Result, anyhow};
 use std::ops::RangeInclusive;
 
-/// Periods in the close-up.
 const CLOSE_PERIODS: f64 = 4.0;
 
-/// Steps of the fitted curve in the close-up.
 const CURVE_STEPS: u32 = 160;
 
-/// Rows and channels of a fit. Along the axis are seconds in the time of the recording, or
-/// millimetres from the first row.
+/// Rows and channels of a fit. The axis is the recording's time in seconds, or millimetres from the
+/// first row.
 pub struct Fitted {
     pub range: RangeInclusive<f64>,
-    /// Rows over their length: a second, or a millimetre.
+    /// Rows per second or per millimetre.
     pub density: f64,
-    /// A few periods around the middle; none without a tone.
+    /// A few periods around the middle; `None` without a tone.
     pub close: Option<RangeInclusive<f64>>,
     pub strips: Vec<Strip>,
 }
@@ -74,7 +72,7 @@ impl Fitted {
     }
 }
 
-/// Position of the rows along the axis of the fit.
+/// Returns the positions of the rows along the axis of the fit.
 fn positions_of_rows(
     part: &Part,
     grid: &Grid,
@@ -94,7 +92,7 @@ fn positions_of_rows(
         .collect())
 }
 
-/// Values from the first known one on; NaN is a missing reading.
+/// Returns values relative to the first known one; NaN is a missing reading.
 fn readings(at: &[f64], values: &[f64]) -> Points {
     let known = at.iter().copied().zip(values.iter().copied());
     let known: Points = known.filter(|(_, value)| !value.is_nan()).collect();
@@ -130,7 +128,7 @@ fn add_fit(strip: &mut Strip, close: &RangeInclusive<f64>, fit: &TableFit) {
     let curve_at: Vec<f64> = curve_at.collect();
     let at = strip.readings.iter().map(|(at, _)| at).chain(&curve_at);
     let at: Vec<f64> = at.map(|at| at - centre).collect();
-    // In single precision a small signal on a large level has few digits: its unit is its span.
+    // A small signal on a large level loses digits in single precision: use the span as the unit.
     let span = span(&strip.readings);
     let values = strip.readings.iter().map(|(_, v)| Some((v / span) as f32));
     let unknown = curve_at.iter().map(|_| None);
@@ -149,14 +147,14 @@ fn add_fit(strip: &mut Strip, close: &RangeInclusive<f64>, fit: &TableFit) {
     strip.explained = (all > 0.0).then(|| (1.0 - squares / all).clamp(0.0, 1.0));
 }
 
-/// Maximum distance between two values; 1 if all are alike.
+/// Returns the difference between maximum and minimum; 1 if all values are equal.
 fn span(points: &Points) -> f64 {
     let values = || points.iter().map(|(_, value)| *value);
     let span = values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min);
     if span > 0.0 { span } else { 1.0 }
 }
 
-/// Variance of readings about their straight line.
+/// Returns the variance of readings about their straight line.
 pub fn variance(points: &Points) -> f64 {
     let span = span(points);
     let scaled = points.iter().map(|(_, value)| Some((value / span) as f32));

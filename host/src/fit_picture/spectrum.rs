@@ -11,25 +11,25 @@ use crate::table_fit::TableFit;
 use crate::tone::Domain;
 use std::f64::consts::TAU;
 
-/// Frequencies that are drawn.
+/// Number of frequencies drawn.
 const FREQUENCIES: usize = 880;
 
-/// Frequencies in the width of a cycle a window.
+/// Number of frequencies per cycle per window.
 const PER_CYCLE: f64 = 2.0;
 
-/// Multiples of the tone up to which there is room in the picture, if half the rate is far above.
+/// Minimum multiple of the tone at which the picture ends, if half the rate is higher.
 const HARMONICS_SHOWN: f64 = 8.0;
 
 /// Lowest power that is drawn, decibels.
 const DB_MIN: f64 = -140.0;
 
-/// Values over the axis of the fit, and the power that counts as all.
+/// Values over the axis of the fit, and the variance that counts as 0 dB.
 struct Series<'a> {
     points: &'a Points,
     variance: f64,
 }
 
-/// The panel; `None` if there is nothing to analyse.
+/// Returns the panel; `None` if there is nothing to analyse.
 pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
     let half_rate = 0.5 * fitted.density;
     let tone = fit.tone.frequency().map(|found| found.value);
@@ -61,7 +61,7 @@ pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
         .collect();
     levels.sort_by(f64::total_cmp);
     let top = readings.iter().map(|(_, db)| *db).fold(-3.0, f64::max) + 6.0;
-    // The deepest gaps between lines say nothing.
+    // Ignore the deepest gaps between lines.
     let bottom = levels[levels.len() / 20] - 6.0;
     let mut curves = vec![curve("readings", Look::Data, readings)];
     if let (Some(residual), Some(tone)) = (residual, tone) {
@@ -81,7 +81,7 @@ pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
             let ends = [(frequency - reach).max(0.0), (frequency + reach).min(max)];
             let level = ends.map(|at| (at, noise_db));
             curves.push(curve(names[1], Look::Marked(1), level.into()));
-            // The key has each of them once.
+            // Name each curve in the key only once.
             names = [""; 2];
         }
     }
@@ -119,7 +119,7 @@ fn curve(name: &str, look: Look, points: Points) -> Curve {
     }
 }
 
-/// The median of a spectrum around a frequency.
+/// Returns the median of a spectrum around a frequency.
 fn around(spectrum: &Points, frequency: f64, reach: f64) -> Option<f64> {
     let inside = spectrum
         .iter()
@@ -129,18 +129,17 @@ fn around(spectrum: &Points, frequency: f64, reach: f64) -> Option<f64> {
     found.get(found.len() / 2).copied()
 }
 
-/// Windows of one length over the rows, half over one another, with a Hann taper each.
+/// Windows of one length over the rows, overlapping by half, with a Hann taper.
 struct Windows {
     /// Start of each window.
     starts: Vec<f64>,
     length: f64,
-    /// From one frequency to the next.
+    /// Spacing of the frequencies.
     step: f64,
 }
 
 impl Windows {
-    /// Windows in which the frequencies of the picture, up to `max`, are as close as they can tell
-    /// them apart.
+    /// Makes windows just long enough to resolve the picture's frequencies, up to `max`.
     fn new(fitted: &Fitted, max: f64) -> Self {
         let all = fitted.range.end() - fitted.range.start();
         let length = (FREQUENCIES as f64 / PER_CYCLE / max).min(all);
@@ -154,8 +153,8 @@ impl Windows {
         }
     }
 
-    /// The mean power over windows and series at evenly spaced frequencies, decibels: 0 for a line
-    /// that is all there is. The baseline, at zero, is left out.
+    /// Returns the mean power over windows and series at evenly spaced frequencies, decibels: 0 for
+    /// a line with all the power. Leaves out the baseline at zero.
     fn spectrum(&self, all: &[Series<'_>]) -> Points {
         let mut power = vec![0.0; FREQUENCIES + 1];
         let mut count = 0.0;
@@ -169,7 +168,7 @@ impl Windows {
         power.into_iter().enumerate().skip(1).map(at).collect()
     }
 
-    /// Adds the power of a series in one window; false if no row is in it.
+    /// Adds the power of a series in one window; returns false if the window has no row.
     fn add(&self, Series { points, variance }: &Series<'_>, start: f64, power: &mut [f64]) -> bool {
         let mean = points.iter().map(|(_, value)| value).sum::<f64>() / points.len() as f64;
         let mut weights = 0.0;
@@ -190,7 +189,7 @@ impl Windows {
         if weights <= 0.0 {
             return false;
         }
-        // A line of amplitude a has the variance a^2 / 2, and half of a in its sum.
+        // A line of amplitude a has the variance a^2 / 2 and contributes a / 2 to its sum.
         let scale = 2.0 / (weights * weights * variance);
         for (power, square) in power.iter_mut().zip(squares) {
             *power += scale * square;

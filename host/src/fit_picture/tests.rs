@@ -1,11 +1,11 @@
-//! Pictures of made recordings: their words and shapes.
+//! Pictures of synthetic recordings: their words and shapes.
 
 use super::*;
 use crate::table_fit;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Noise from -0.5 to 0.5 by the number of a reading (SplitMix64).
+/// Returns noise from -0.5 to 0.5 for the reading with this number (SplitMix64).
 fn noise(number: usize) -> f64 {
     let mut bits = (number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -13,14 +13,14 @@ fn noise(number: usize) -> f64 {
     ((bits ^ bits >> 31) >> 11) as f64 * 2f64.powi(-53) - 0.5
 }
 
-/// The number in the picture's headline.
+/// Returns a number from the picture's headline.
 fn found(svg: &str, name: &str) -> f64 {
     let (_, after) = svg.split_once(&format!(">{name}: ")).unwrap();
     let (number, _) = after.split_once(' ').unwrap();
     number.parse().unwrap()
 }
 
-/// A tone of 8 Hz at 250 rows a second in each channel.
+/// Makes a tone of 8 Hz at 250 rows per second in each channel.
 fn tone(channels: usize, limit: f64) -> Samples {
     let value = move |row: usize, channel: usize| {
         let t_s = row as f64 / 250.0;

@@ -1,4 +1,4 @@
-//! The raw frames of a board's recording, codes of its converter.
+//! Raw frames of a board's recording, as codes of its converter.
 
 use super::frame::Frame;
 use crate::messages::{Form, Message, messages};
@@ -15,7 +15,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// Also gives the settings that the board had, and the length in seconds.
+    /// Opens a recording. Returns the settings that the board had and the length in seconds, too.
     pub fn open(name: &str, path: &Path, form: Form) -> Result<(Self, Settings, f64)> {
         let board = Self {
             path: path.to_owned(),
@@ -73,7 +73,6 @@ fn raw_of(message: &Message) -> Result<Option<Raw>> {
     message.frame(&mut 0.0)
 }
 
-/// The settings that a greeting reports.
 fn settings_of(message: &Message) -> Result<Option<Settings>> {
     match message {
         Message::Packet(packet, _) => Ok(match &packet.event {

@@ -6,7 +6,7 @@ use ridgetone_proto::telemetry::Raw;
 /// Interpretation of the rows of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// Rows per second, whatever their stamps; by the stamps if none.
+    /// Rows per second, overriding their stamps; `None` to use the stamps.
     pub rate_hz: Option<f64>,
     pub volts_per_unit: f64,
 }
@@ -20,10 +20,9 @@ impl Default for Reading {
     }
 }
 
-/// A frame of a recording.
 pub enum Frame<'a> {
     Raw(Raw),
     Plain(PlainFrame<'a>),
-    /// The board restarted here: what follows is another run.
+    /// The board restarted here; another run follows.
     Restart,
 }

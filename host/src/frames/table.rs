@@ -15,30 +15,30 @@ use ridgetone_proto::settings::{Array, Settings, TAXELS, TRACK_STRIDE_S};
 use std::fmt;
 use std::ops::ControlFlow;
 
-/// Rows whose stamps give the first guess of their spacing.
+/// Number of rows whose stamps are used for the first guess of the spacing.
 const HEAD_ROWS: usize = 4096;
 
-/// Tolerance of a board's frame rate against the nominal one, as a fraction: the error of the
-/// chip's clock.
+/// Tolerance of a board's frame rate relative to nominal, as a fraction: the error of the chip's
+/// clock.
 const SCAN_OFF_MAX: f64 = 0.004;
 
-/// Longest gap between two rows, seconds. A longer one is a clock that was set, or a pause between
-/// two recordings.
+/// Longest gap between two rows, seconds. A longer one means that the clock was set, or that the
+/// recording was interrupted.
 const GAP_MAX_S: f64 = 60.0;
 
 /// Longest gap, as a fraction of the whole time.
 const GAP_FRACTION_MAX: f64 = 0.5;
 
-/// Spacings of the rows before a gap that it is longer than, at least.
+/// Minimum ratio of a wide gap to the mean spacing of the rows before it.
 const GAP_ROWS: f64 = 10.0;
 
 /// Maximum number of rows that may be missing, as a fraction of all.
 const MISSING_MAX: f64 = 0.2;
 
-/// Rows of a suggested window, at least.
+/// Minimum number of rows in a suggested window.
 const WINDOW_ROWS: f64 = 64.0;
 
-/// From one window to the next, as a fraction of the window.
+/// Stride between windows, as a fraction of the window.
 const STRIDE_FRACTION: f32 = 0.25;
 
 pub struct Table {
@@ -47,23 +47,23 @@ pub struct Table {
     names: Vec<String>,
     units: Vec<Option<String>>,
     rate_hz: f64,
-    /// Standard deviation of the rate as a fraction of it.
+    /// Relative standard deviation of the rate.
     rate_fraction: f64,
     plan: Plan,
-    /// Numbers the rows again.
+    /// Clock that numbers the rows in each later pass.
     clock: Option<RowClock>,
     rows: u64,
-    /// Number of the last row, missing ones counted.
+    /// Number of the last row, counting missing ones.
     last: u64,
     largest: Option<Largest>,
     guessed: Option<String>,
     may_be_volts: bool,
 }
 
-/// The value of the largest magnitude.
+/// Value with the largest magnitude.
 #[derive(Clone, Copy, Debug)]
 struct Largest {
-    /// Number of its row, from 1.
+    /// Number of the value's row, from 1.
     row: u64,
     column: usize,
     value: f64,
@@ -130,13 +130,13 @@ impl Table {
         })
     }
 
-    /// True if its values may be the volts of a finger.
+    /// True if the values may be the voltages of a finger.
     pub fn may_be_volts(&self) -> bool {
         self.may_be_volts
     }
 
-    /// The library's settings with the plan of these rows. Columns that are no board's have no
-    /// places on a finger, from which a spatial period could follow.
+    /// Returns the library's settings with the plan of these rows. Columns that are not a board's
+    /// have no positions on a finger, so no spatial period can follow from them.
     pub fn settings(&self) -> Settings {
         let front = match self.is_of_board() {
             true => Array::DEFAULT.front,
@@ -176,13 +176,13 @@ impl Table {
         }
     }
 
-    /// True for the columns that `export` and `emulate --print-scene` write, at the rate of the
-    /// board's scan: its inputs are read one after the other.
+    /// True if the columns are those that `export` and `emulate --print-scene` write, at the rate
+    /// of the board's scan: its inputs are read one after the other.
     pub fn is_of_board(&self) -> bool {
         is_of_board(&self.names, self.rate_hz)
     }
 
-    /// A warning if values are beyond the reference: they are left out.
+    /// Returns a warning if values are beyond the reference, since they are left out.
     pub fn beyond(&self, vref_v: f64) -> Option<String> {
         let Largest { row, column, value } = self.largest?;
         let volts = value * self.volts_per_unit;
@@ -234,7 +234,7 @@ fn is_of_board(names: &[String], rate_hz: f64) -> bool {
     names == raw_rows::names() && (rate_hz / rate_of(&Plan::PAPER) - 1.0).abs() <= SCAN_OFF_MAX
 }
 
-/// The command that fits a recording whatever its rate.
+/// Returns the command that fits a recording of any rate.
 fn instead(samples: &Samples, options: Option<&str>) -> String {
     let Some(file) = samples.path() else {
         return "`fit` takes rows of any rate".into();
@@ -247,7 +247,7 @@ fn instead(samples: &Samples, options: Option<&str>) -> String {
     format!("`ridgetone fit {options}{file}` fits it")
 }
 
-/// A word for a shell.
+/// Quotes a word for a shell.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "._-/+:,@%".contains(c);
     match !word.is_empty() && word.chars().all(is_plain) {
@@ -272,7 +272,7 @@ impl Gap {
         self.to_s - self.from_s
     }
 
-    /// True if it is far wider than the gaps between the rows before it.
+    /// True if the gap is far wider than the spacings before it.
     fn is_wide(&self) -> bool {
         let spacings = self.row.saturating_sub(2) as f64;
         self.length_s() * spacings > GAP_ROWS * self.before_s && spacings > 0.0
@@ -301,7 +301,7 @@ impl fmt::Display for Gap {
 struct Survey {
     head: Vec<f64>,
     clock: Option<RowClock>,
-    /// The clock before it took any row.
+    /// The clock before its first row.
     numbers: Option<RowClock>,
     rows: u64,
     last: u64,
@@ -399,7 +399,7 @@ impl Survey {
         }
     }
 
-    /// Rows per second, and the standard deviation as a fraction of it.
+    /// Returns the rows per second, and their relative standard deviation.
     fn rate(&self, reading: Reading) -> Result<Option<(f64, f64)>> {
         if let Some(rate_hz) = reading.rate_hz {
             return Ok(Some((rate_hz, 0.0)));

@@ -6,7 +6,6 @@ use ridgetone_proto::telemetry::{Span, Status, WIRE_MAX, encode};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Events of a recording with these settings.
 fn run(frames: &Frames, settings: &Settings) -> Vec<Event> {
     let mut events = Vec::new();
     let mut sink = |packet: &Packet| {
@@ -33,8 +32,8 @@ fn estimates(events: &[Event]) -> Vec<&Estimate> {
     estimates
 }
 
-/// A board that sends every frame raw from its start on: from the codes in its recording the library
-/// finds what the board has found, to the last bit, in both forms of the recording.
+/// From the raw frames in a recording that starts with the board, the library finds the same events
+/// as the board did, to the last bit, in both forms of the recording.
 #[test]
 fn the_raw_frames_of_a_recording_give_the_events_of_the_board_to_the_bit() {
     let settings = Settings {
@@ -78,15 +77,15 @@ fn the_raw_frames_of_a_recording_give_the_events_of_the_board_to_the_bit() {
     }
 }
 
-/// A table of a scene as `emulate --print-scene` writes it.
+/// Writes the table of a scene as `emulate --print-scene` does.
 fn table_of(scene: &Sliding, rate_hz: f64, path: &std::path::Path) {
     let mut made = SlidingScene::new(scene.clone()).expect("a scene");
     let file = std::fs::File::create(path).expect("a file");
     write_csv(&mut made, rate_hz, SLOT_S, file).expect("written");
 }
 
-/// A scene's table gives the frequencies and periods that a board in front of the scene gives, within
-/// 0.3 sigma. The board's converter adds noise of its own, far below that of the scene.
+/// A scene's table yields the frequencies and periods that a board in front of the scene reports,
+/// within 0.3 sigma. The board's converter adds noise, far below that of the scene.
 #[test]
 fn a_table_in_volts_agrees_with_a_board_in_front_of_the_same_scene() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -122,8 +121,7 @@ fn a_table_in_volts_agrees_with_a_board_in_front_of_the_same_scene() {
     }
 }
 
-/// Estimates of windows of touches of which some channels were recorded at `rate_hz`: each one's
-/// error by its sigma.
+/// Returns the errors of estimates, in sigmas, for touches recorded with `channels` channels.
 fn errors(rate_hz: f64, decimals: usize, channels: usize) -> Vec<f64> {
     let (folder, mut errors) = (tempfile::tempdir().unwrap(), Vec::new());
     let path = folder.path().join("touch.csv");
@@ -271,7 +269,7 @@ fn rows_that_are_no_steady_sampling_in_the_bounds_are_refused_with_the_command_t
     }
 }
 
-/// A pass that ends early, or fails, is no shorter recording.
+/// A pass that ends early or fails does not pass for a shorter recording.
 #[test]
 fn a_second_pass_that_differs_from_the_first_is_noticed() {
     let whole = Arc::new(AtomicU32::new(0));

@@ -16,7 +16,6 @@ impl<T, const MOST: usize> Default for Bounded<T, MOST> {
 }
 
 impl<T, const MOST: usize> Bounded<T, MOST> {
-    /// Adds an item, and drops the oldest one if there are too many.
     pub fn push(&mut self, item: T) {
         if self.0.len() == MOST {
             self.0.pop_front();

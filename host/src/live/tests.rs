@@ -1,4 +1,4 @@
-//! The state, folded from the packets of the default scene, next to the truth of the scene.
+//! Compares the state, folded from the packets of the default scene, with the truth of the scene.
 
 use super::*;
 use crate::input::Input;
@@ -108,7 +108,7 @@ fn it_can_be_serialised_with_the_names_that_json_lines_have() {
         json["history"].as_array().unwrap().len(),
         live.history.len()
     );
-    // A code of the reference's is the reference's voltage; taxel 2 was not read, taxel 3 is
+    // The reference's code converts to the reference voltage; taxel 2 was not read, taxel 3 is
     // doubtful.
     let strips = &json["strips"];
     assert_eq!(
@@ -149,7 +149,7 @@ fn a_restart_begins_a_new_axis_and_a_repeated_greeting_does_not() {
     let mut live = Live::new("a scene");
     packets().iter().for_each(|packet| live.take(packet));
     let lines = live.log.len();
-    // By wrap a periodic greeting has number 0, too.
+    // After a wrap a periodic greeting has number 0, too.
     live.take(&hello(0, 20_000_000));
     live.take(&hello(701, 30_000_000));
     assert_eq!((live.now.restarts, live.log.len()), (0, lines + 1));

@@ -21,22 +21,22 @@ use std::time::Duration;
 /// Changes the bytes of one packet, numbered from 0.
 type OnLine = Box<dyn FnMut(u64, &mut Vec<u8>) + Send>;
 
-/// A board that is healthy but for these faults.
+/// A board that is healthy except for these faults.
 pub struct Bench {
     pub input: Opened,
     pub boot: Boot,
-    /// Settings that were stored before.
+    /// Settings in the flash at the start.
     pub stored: Option<Settings>,
-    /// The flash refuses to be written.
+    /// True if the flash refuses to be written.
     pub is_worn: bool,
     /// Settings that were sent since the start.
     pub in_force: Option<Settings>,
-    /// Faults of the chip after its set-up.
+    /// Injects faults into the chip after its set-up.
     pub on_start: fn(&mut Ads1258),
     /// Changes each packet before it is sent.
     pub altered: Box<dyn FnMut(&mut Packet) + Send>,
     pub on_line: OnLine,
-    /// What the board's USART makes of each byte, numbered from 0.
+    /// Maps each byte, numbered from 0, to what the board's USART receives.
     pub received: fn(u64, u8) -> Received,
     pub plan: Plan,
 }
@@ -69,7 +69,6 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// A healthy board but for a change.
     pub fn with(change: impl FnOnce(&mut Self)) -> Self {
         let mut bench = Self::default();
         change(&mut bench);
@@ -138,7 +137,7 @@ impl Surroundings for BoardEnd {
         let mut bytes = Vec::new();
         for mut packet in sent.iter().filter_map(|byte| self.decoder.push(*byte)) {
             if let Event::Health(health) = &mut packet.event {
-                // No simulated board measures these.
+                // A simulated board does not measure these.
                 (health.load, health.stack_used_bytes, health.stack_bytes) = (0.1, 7000, 32_768);
             }
             (self.bench.altered)(&mut packet);
@@ -163,7 +162,7 @@ struct Running {
     telemetry: Receiver<Vec<u8>>,
     requests: Option<Sender<Vec<u8>>>,
     unsent: Vec<u8>,
-    /// The board waits for what the reader sends.
+    /// True if the board waits for what the reader sends.
     is_waited_for: bool,
     thread: Option<JoinHandle<Result<()>>>,
 }
@@ -177,7 +176,7 @@ impl Source for Running {
         if std::mem::replace(&mut self.is_waited_for, true)
             && let Some(requests) = &self.requests
         {
-            // Without a board the next line fails too.
+            // If the board is gone, the next line fails too.
             let _ = requests.send(std::mem::take(&mut self.unsent));
         }
         Ok(Some(
@@ -196,7 +195,7 @@ impl Source for Running {
 impl Drop for Running {
     fn drop(&mut self) {
         self.requests = None;
-        // It ends with an error, since nobody reads.
+        // The thread ends with an error, since nobody reads.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }

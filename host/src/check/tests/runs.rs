@@ -16,11 +16,11 @@ use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Hello, PROTOCOL, Packet};
 
-/// The change to a healthy board, the checks that warn or fail in their order, and a part of the
+/// The change to a healthy board, the checks that warn or fail in their order, and part of the
 /// first one's finding.
 type Case = (fn(&mut Bench), &'static str, &'static str);
 
-/// A line each: the board and its change, the checks, the words.
+/// One line per case: the board and its change, the checks, the words.
 macro_rules! cases {
     ($($expected:literal $words:literal => |$bench:ident| $change:expr;)*) => {
         vec![$((|$bench: &mut Bench| { $change; }, $expected, $words)),*]
@@ -43,13 +43,13 @@ fn cases() -> Vec<Case> {
             |bench| bench.on_start = |chip| chip.begin_fault(Fault::BusCut { high: true });
         "adc_id Fail, adc_registers Fail, adc_restarts Fail, frame_rate Fail, drdy_jitter Fail, inputs Fail, noise Fail, mains Fail, faults Fail" "DOUT is always low" =>
             |bench| bench.on_start = |chip| chip.begin_fault(Fault::BusCut { high: false });
-        // A bit of each thousandth byte; each thousandth byte lost.
+        // A bit of every thousandth byte is flipped; every thousandth byte is lost.
         "commands Warn" "arrived damaged" => |bench| bench.received = |number, byte| Received::Byte(byte ^ (u8::from(number % 1000 == 500) << 2));
         "commands Fail" "bytes overrun" => |bench| bench.received = |number, byte| match number % 1000 {
             500 => Received::Lost(1),
             _ => Received::Byte(byte),
         };
-        // Packets number 1000 and 1001 of the line.
+        // Packets 1000 and 1001 on the line.
         "losses Fail" "2 packets lost, 1 packets damaged" => |bench| bench.on_line = Box::new(|number, bytes| match number {
             1000 => bytes.clear(),
             1001 => bytes[3] ^= 8,
@@ -72,7 +72,8 @@ fn cases() -> Vec<Case> {
         "settings Fail" "stored settings are not in force" => |bench| stores(bench, |hello| {
             (hello.settings, hello.source) = (Settings::DEFAULT, Usual);
         });
-        // A board that does not forget: after the third start it has other settings than at first.
+        // A board that does not forget: after the third start it has different settings than at
+        // first.
         "settings Fail" "what was stored before is not restored" => |bench| {
             let mut was_stored = false;
             stores(bench, move |hello| {
@@ -102,7 +103,7 @@ fn cases() -> Vec<Case> {
     }
 }
 
-/// A fault of the chip that happens once, two seconds into the watch.
+/// Adds a fault of the chip that happens once, two seconds into the watch.
 fn happens(bench: &mut Bench, fault: Fault) {
     let injection = Injection {
         at_s: 4.0,
@@ -112,7 +113,7 @@ fn happens(bench: &mut Bench, fault: Fault) {
     bench.input.options.injections.push(injection);
 }
 
-/// Settings are stored, on a board with other greetings than its own.
+/// Makes the check store settings, on a board whose greetings are altered.
 fn stores(bench: &mut Bench, mut alter: impl FnMut(&mut Hello) + Send + 'static) {
     (bench.plan.stores, bench.plan.length_s) = (true, 3.0);
     bench.altered = Box::new(move |packet: &mut Packet| {
@@ -147,8 +148,8 @@ fn faults_of_the_board_are_found_and_no_others() {
     }
 }
 
-/// Rates, noise and mains are judged for the default plan, which is in force meanwhile. A flash that
-/// refuses has not changed, so nothing is restored there.
+/// Rates, noise and mains are judged with the default plan in force. A flash that refuses to be
+/// written has not changed, so nothing is restored there.
 #[test]
 fn what_was_stored_and_what_was_in_force_is_restored() {
     let stored = Settings {
@@ -210,7 +211,7 @@ fn what_was_stored_and_what_was_in_force_is_restored() {
         }
         let mut client = Client::new(&mut feed);
         assert_eq!(client.hello().unwrap().settings, own);
-        // After another start, too.
+        // The stored settings are in force after a restart.
         client.request(Command::Restart).unwrap();
         let hello = client.hello().unwrap();
         assert_eq!(hello.settings, before.unwrap_or_default());
@@ -231,7 +232,7 @@ fn another_protocol_fails_and_leaves_the_rest_unjudged() {
     );
 }
 
-/// RX is not connected: the board is heard, and does not answer.
+/// RX is not connected: the board sends telemetry, but does not answer.
 #[test]
 fn a_board_that_hears_nothing_fails_the_commands_and_is_judged_by_what_it_sends() {
     let bench = Bench::with(|bench| bench.received = |_, _| Received::Byte(0));
@@ -248,7 +249,7 @@ struct Touch(Box<dyn Scene>, f64);
 
 impl Scene for Touch {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        // The finger's own noise before the touch would be judged too.
+        // Without this, the finger's own noise before the touch would be judged too.
         if (0.5..self.1).contains(&t_s) {
             self.0.volts(input, t_s)
         } else {
@@ -261,7 +262,8 @@ impl Scene for Touch {
     }
 }
 
-/// While a finger slides, mains and noise cannot be judged; all else can. Between touches they are.
+/// While a finger slides, mains and noise cannot be judged, but all else can; between touches they
+/// can.
 #[test]
 fn touches_are_not_mistaken_for_pick_up() {
     let once = || Input::default().open().expect("a scene");
