@@ -38,7 +38,7 @@ impl Clock {
 
 impl Ads1258 {
     /// Changes the nominal frequency on CLKIO; with 0 Hz, no clock, the chip neither converts nor
-    /// answers. The first clock begins the power-up; any clock after a pause begins a conversion if
+    /// answers. The first clock begins the power-up; a clock that starts begins a conversion if
     /// START is high.
     pub fn set_clock(&mut self, now_ns: u64, clock_hz: u32) {
         self.advance_to(now_ns);

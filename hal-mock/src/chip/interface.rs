@@ -190,7 +190,7 @@ impl Ads1258 {
         (self.poison_byte(), next)
     }
 
-    /// The first SCLK of a read: DRDY rises.
+    /// Raises DRDY at the first SCLK of a read and counts the result.
     fn result_read_begins(&mut self) {
         self.drdy_low = false;
         self.counters.read += u64::from(self.outcome.new);
