@@ -20,7 +20,7 @@ impl Width {
         }
     }
 
-    /// The lowest bits of a word, extended to all of it.
+    /// Extends the lowest bits of a word to a whole word.
     pub const fn extend(self, value: u32) -> u32 {
         match self {
             Self::Byte => value & 0xFF,

@@ -44,7 +44,7 @@ impl Cpu {
             }
             Op::WriteSpecial(n, number) => {
                 let value = self.r[usize::from(n)];
-                // Four bits of priority exist.
+                // Priorities have four bits.
                 let priority = (value & 0xF0) as u8;
                 match number {
                     0..=3 => self.set_apsr(value),
