@@ -55,8 +55,8 @@ async fn main(_spawner: embassy_executor::Spawner) {
     let (tx, rx) = (p.DMA2_CH3, p.DMA2_CH0);
     let bus = Spi::new(p.SPI1, p.PA5, p.PA7, p.PA6, tx, rx, Irqs, bus);
     let mut adc = Ads1258::new(ExclusiveDevice::new_no_delay(bus, cs).unwrap());
-    // DRDY falls when a conversion is ready; its interrupt, EXTI4, wakes the task. Pulled up: without
-    // a chip it would float.
+    // DRDY falls when a conversion is ready; its interrupt, EXTI4, wakes the task. The pull-up
+    // keeps the pin from floating without a chip.
     let mut drdy = ExtiInput::new(p.PA4, p.EXTI4, Pull::Up, Irqs);
 
     Cycles.delay_ms(200); // the chip's crystal starts
