@@ -107,8 +107,7 @@ pub struct Gives {
     pub frame_rate_hz: f32,
     /// Half of it: tones from there on alias, hertz.
     pub nyquist_hz: f32,
-    /// The usual plans and their names. The ADS1258's rates apply to its 15.72864 MHz crystal; with
-    /// a clock of 16 MHz they are 1.48, 5.9, 11.9 and 23.7 kHz.
+    /// The longest window, seconds.
     pub window_max_s: f32,
 }
 
@@ -152,8 +151,8 @@ impl Plan {
     /// The same fourteen inputs at 1.47 kHz.
     pub const ONBOARD_HAND: Self = Self::onboard(15);
 
-    /// The usual plans and their names. The ADS1258's rates are those of its 15.72864 MHz crystal;
-    /// with a clock of 16 MHz it makes 1.48, 5.9, 11.9 and 23.7 kHz.
+    /// The usual plans and their names. The ADS1258's rates apply to its 15.72864 MHz crystal; with
+    /// a clock of 16 MHz they are 1.48, 5.9, 11.9 and 23.7 kHz.
     pub const NAMED: [(&'static str, Self); 7] = [
         ("paper", Self::PAPER),
         ("hand", Self::HAND),
