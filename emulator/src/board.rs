@@ -42,7 +42,6 @@ pub enum Board {
     StylusF405,
 }
 
-/// Pins of the ADS1258.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AdcPins {
     pub sck: Pin,
@@ -64,11 +63,9 @@ pub(crate) struct StylusPins {
 /// Wiring and limits of a board.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wiring {
-    /// Pins of an ADS1258.
     pub adc: Option<AdcPins>,
     /// Pins of sensors at the processor's own ADC, in the order of the inputs.
     pub inputs: &'static [Pin],
-    /// Pins of a stylus.
     pub stylus: Option<StylusPins>,
     /// Output of TIM10, a clock for the ADC.
     pub clock: Pin,
@@ -82,7 +79,6 @@ pub(crate) struct Wiring {
     pub is_bypassed: bool,
     pub flash_bytes: usize,
     pub ccm_bytes: usize,
-    /// True if RCC has DCKCFGR.
     pub has_dckcfgr: bool,
     /// True if PWR_CR has ADCDC1, and SYSCFG_PMC ADC1DC2 (crate `stm32f4` 0.16).
     pub has_adc_accuracy: bool,

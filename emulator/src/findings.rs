@@ -119,7 +119,6 @@ impl fmt::Display for Finding {
     }
 }
 
-/// All findings.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Findings(pub Vec<Finding>);
 

@@ -17,7 +17,6 @@ pub struct Image {
     pub(crate) functions: Vec<Function>,
 }
 
-/// A function of an image.
 #[derive(Clone, Debug)]
 pub(crate) struct Function {
     pub name: String,

@@ -11,7 +11,6 @@ pub enum Width {
 }
 
 impl Width {
-    /// Bytes in memory.
     pub const fn bytes(self) -> u32 {
         match self {
             Self::Byte | Self::SignedByte => 1,

@@ -10,7 +10,6 @@ use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::RECORD_BYTES;
 
-/// Creates settings that differ by their number.
 fn settings(number: u16) -> Settings {
     Settings {
         stride_s: 0.25 + 0.01 * f32::from(number % 50),

@@ -54,7 +54,6 @@ pub struct Ads1258 {
     reset_low: bool,
     /// Time of scene zero.
     zero_ns: Option<u64>,
-    /// The running conversion.
     conversion: Option<Conversion>,
     /// CHID of the latest slot begun; `None`: the scan begins at the top.
     last_chid: Option<u8>,

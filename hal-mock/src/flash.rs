@@ -6,7 +6,6 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Bytes programmed at once.
 const WORD_BYTES: usize = 4;
-/// Number of pages.
 const PAGES: u32 = 2;
 
 /// Two pages of flash that lose power after a number of operations (words programmed and pages

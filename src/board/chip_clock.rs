@@ -6,7 +6,6 @@ use stm32f4xx_hal::gpio::{Alternate, PB8, Speed};
 use stm32f4xx_hal::pac::TIM10;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-/// The timer's clock, hertz.
 const TIMER_HZ: u32 = CLOCKS.apb2_timers_mhz() * 1_000_000;
 /// Timer clocks per period of the chip's clock, which may be up to 16 MHz.
 const PERIOD: u16 = TIMER_HZ.div_ceil(16_000_000) as u16;

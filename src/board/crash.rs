@@ -48,7 +48,6 @@ pub fn keep(record: &Record) {
     write(&stored);
 }
 
-/// Creates the record of a panic.
 pub fn record_of(info: &core::panic::PanicInfo) -> Record {
     let (file, line) = info
         .location()

@@ -25,7 +25,6 @@ fn first() -> usize {
     &raw const _settings_start as usize
 }
 
-/// Number of the first settings sector.
 fn first_sector() -> u8 {
     5 + (first().saturating_sub(SECTOR_5) / SettingsFlash::ERASE_SIZE) as u8
 }
@@ -89,7 +88,6 @@ fn address(offset: u32, bytes: usize) -> Result<usize, NorFlashErrorKind> {
     }
 }
 
-/// Bytes of both sectors.
 const CAPACITY: usize = PAGES as usize * SettingsFlash::ERASE_SIZE;
 
 impl ErrorType for SettingsFlash {

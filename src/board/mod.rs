@@ -150,7 +150,6 @@ pub type LineReceiver = serial_line::LineReceiver<chosen::Usart>;
 pub struct Board {
     pub converter: Converter,
     pub drdy: Drdy,
-    /// Sender and receiver of the line.
     pub line: (SerialLine, LineReceiver),
     pub boot: Boot,
     pub flash: SettingsFlash,

@@ -16,7 +16,6 @@ fn bounds() -> (usize, usize) {
     )
 }
 
-/// Size of the stack in words.
 pub fn words() -> usize {
     let (low, high) = bounds();
     high.saturating_sub(low) / 4

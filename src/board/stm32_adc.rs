@@ -76,7 +76,6 @@ pub struct Converter {
     adc: ADC1,
     common: ADC_COMMON,
     stream: Stream0<DMA2>,
-    /// Channel of each input.
     channels: [u8; INPUTS],
     /// Plan written to the registers.
     plan: OnboardPlan,

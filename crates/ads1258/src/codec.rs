@@ -3,7 +3,6 @@
 use crate::register::Image;
 use crate::{Error, Model, Register};
 
-/// Resets all registers.
 pub(crate) const RESET: [u8; 1] = [0xC0];
 
 /// Starts one conversion.
@@ -26,7 +25,6 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// The command that reads `count` registers.
     pub(crate) fn read<E>(first: Register, count: usize) -> Result<Self, Error<E>> {
         Self::new(READ_REGISTER, first, count, Register::ALL.len())
     }

@@ -54,7 +54,6 @@ impl Windows {
         self.wanted_s / self.measured_s
     }
 
-    /// Conversion of noise.
     pub(crate) fn noise(&self) -> Law {
         Law {
             log_gain: -0.5 * libm::log10f(self.bins()),

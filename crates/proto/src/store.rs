@@ -118,10 +118,8 @@ pub struct FlashStore<F: NorFlash> {
 }
 
 impl<F: NorFlash> FlashStore<F> {
-    /// Bytes of a page.
     const PAGE_BYTES: u32 = F::ERASE_SIZE as u32;
 
-    /// Number of slots in a page.
     const SLOTS: Slot = Self::PAGE_BYTES / RECORD_BYTES as u32;
 
     /// Creates a store in pages with any content.
@@ -141,7 +139,6 @@ impl<F: NorFlash> FlashStore<F> {
         self.flash
     }
 
-    /// Number of slots in both pages.
     const ALL: Slot = PAGES * Self::SLOTS;
 
     const fn offset(slot: Slot) -> u32 {
@@ -194,7 +191,6 @@ impl<F: NorFlash> FlashStore<F> {
         latest
     }
 
-    /// True if a slot is erased.
     fn is_erased(&mut self, slot: Slot) -> bool {
         // Compare words, because a start checks thousands of slots.
         self.read::<RECORD_BYTES>(slot)

@@ -26,7 +26,6 @@ fn settings(number: u64) -> Settings {
     }
 }
 
-/// Creates a store in an empty flash.
 fn empty<const PAGE_BYTES: u32>() -> FlashStore<CutFlash<PAGE_BYTES>> {
     FlashStore::new(CutFlash::new(1))
 }
@@ -108,7 +107,6 @@ fn cut_everywhere<const PAGE_BYTES: u32>(
             } else {
                 assert!(saved.is_ok());
             }
-            // Power returns for good.
             let mut store = FlashStore::new(left.power(None));
             assert!(store.save(Some(&settings(number + 2)), true).is_ok());
             let last = (settings(number + 2), SettingsSource::Stored);

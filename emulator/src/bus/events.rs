@@ -142,7 +142,6 @@ impl Bus {
         self.expect_drdy();
     }
 
-    /// Triggers the DAC from TIM6 at this cycle.
     pub fn trigger_dac(&mut self, cycle: u64) {
         /// Delay from the trigger to DOR1, cycles of APB1 (RM0090, 14.3.4).
         const TRIGGER_CYCLES: u64 = 3;

@@ -180,7 +180,6 @@ impl Bus {
         }))
     }
 
-    /// Notes a broken rule, if any.
     pub fn note(&mut self, broken: Option<(Rule, String)>) {
         if let Some((rule, detail)) = broken {
             self.broke(rule, detail);

@@ -19,7 +19,6 @@ const EXTENDED: u32 = 0x68;
 const ALIGNED: u32 = 1 << 9;
 
 impl Cpu {
-    /// Masks of exceptions.
     pub fn masks(&self) -> Masks {
         Masks {
             primask: self.primask,

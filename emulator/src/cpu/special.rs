@@ -13,7 +13,6 @@ const FAULTMASK: u8 = 19;
 const CONTROL: u8 = 20;
 
 impl Cpu {
-    /// APSR: the flags.
     pub(super) fn apsr(&self) -> u32 {
         u32::from(self.n) << 31
             | u32::from(self.z) << 30

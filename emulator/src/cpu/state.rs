@@ -36,7 +36,6 @@ pub(crate) struct Cpu {
     pub pc: u32,
     /// True while WFI waits.
     pub is_asleep: bool,
-    /// Instructions executed.
     pub instructions: u64,
     /// Decoded instructions with their size in bytes, one per half word of the flash.
     pub cache: Vec<(Op, u8)>,

@@ -20,7 +20,6 @@ pub enum OwnAdcFault {
     Transfer,
 }
 
-/// Offset of DBGMCU_CR.
 const DBGMCU_CR: u32 = 4;
 
 /// Bits per second of the PC's end of the serial line.

@@ -22,7 +22,6 @@ pub struct Reading {
 }
 
 pub struct Adc {
-    /// The chip.
     pub chip: Ads1258,
     cs_low: bool,
     start: bool,
@@ -135,7 +134,6 @@ impl Adc {
         });
     }
 
-    /// Sets START.
     pub fn set_start(&mut self, high: bool, now_ns: u64) {
         if high != self.start {
             self.start = high;

@@ -50,7 +50,6 @@ struct Source {
     data: u32,
     /// CR bits: peripheral to memory with increment, both sizes, and the channel.
     kind: u32,
-    /// Bytes of a transfer.
     bytes: u32,
 }
 
@@ -339,5 +338,4 @@ impl Stream {
     }
 }
 
-/// A broken rule, if any.
 pub type Broken = Option<(Rule, String)>;

@@ -48,7 +48,6 @@ impl Encoder {
         };
     }
 
-    /// True if the counter is on.
     pub fn is_on(&self) -> bool {
         self.cr1 & CEN != 0
     }

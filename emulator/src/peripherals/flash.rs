@@ -20,7 +20,6 @@ const PGSERR: u32 = 1 << 7;
 const ERRORS: u32 = 0xF0;
 
 pub struct Flash {
-    /// The memory.
     pub bytes: Vec<u8>,
     acr: u32,
     sr: u32,

@@ -15,7 +15,6 @@ pub struct Iwdg {
     /// Times at which writes to PR and RLR take effect, nanoseconds.
     updated_ns: [u64; 2],
     fed_ns: u64,
-    /// Number of feeds.
     pub feeds: u64,
 }
 

@@ -71,7 +71,6 @@ impl OwnAdc {
         2 * (1 + (self.ccr >> 16 & 3) as u64)
     }
 
-    /// Number of conversions in a sequence.
     pub const fn sequence_length(&self) -> u32 {
         if self.cr1 & SCAN == 0 {
             1

@@ -60,7 +60,7 @@ pub struct Rcc {
     has_failed: bool,
     /// Actual frequency of the internal oscillator, hertz.
     pub hsi_hz: u64,
-    /// True if HSE has stopped for good.
+    /// True if HSE does not run and never starts.
     pub hse_is_dead: bool,
     /// True if HSE will not start after the next reset.
     pub hse_dies: bool,

@@ -43,7 +43,6 @@ impl Spi {
         };
     }
 
-    /// True if SPI is on.
     pub fn is_on(&self) -> bool {
         self.cr1 & SPE != 0
     }

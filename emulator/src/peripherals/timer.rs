@@ -93,7 +93,6 @@ impl Timer {
         (wraps > 0).then_some(self.from.1)
     }
 
-    /// Restarts counting now from a value.
     pub fn restart(&mut self, value: u32, now: u64) {
         self.from = (value, now);
     }

@@ -10,7 +10,6 @@ pub(crate) const HARD_FAULT: u16 = 3;
 /// (RM0090, table 61).
 const EXCEPTIONS: usize = 113;
 
-/// Masks of exceptions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Masks {
     pub primask: bool,
@@ -69,7 +68,6 @@ pub(crate) struct Scs {
     since: [u64; EXCEPTIONS],
     /// Cycle at which each exception began.
     begun: [u64; EXCEPTIONS],
-    /// Statistics of each exception.
     pub served: [Served; EXCEPTIONS],
     /// Cycles and instructions already included in [`Self::served`].
     charged: [u64; 2],
@@ -138,7 +136,6 @@ impl Scs {
         self.charged[0] += cycles;
     }
 
-    /// Address of the vector table.
     pub fn vectors(&self) -> u32 {
         self.vtor
     }
@@ -199,7 +196,6 @@ impl Scs {
         }
     }
 
-    /// Begins an exception.
     pub fn begin(&mut self, number: u16) {
         let bit = 1_u128 << number;
         let has_no_cause = number >= FIRST_IRQ && (self.lines | self.by_software) & bit == 0;

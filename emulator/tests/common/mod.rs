@@ -21,7 +21,6 @@ pub struct Run {
     pub events: Vec<Event>,
 }
 
-/// Reads the image of a board.
 pub fn image(board: Board) -> Image {
     Image::built(board).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -82,7 +81,6 @@ impl Run {
         );
     }
 
-    /// Number of packets that did not arrive.
     pub fn missing(&self) -> u32 {
         self.decoder.missing
     }
@@ -104,7 +102,6 @@ impl Run {
     }
 }
 
-/// Returns the event if it is a greeting.
 pub fn hello(event: &Event) -> Option<Hello> {
     if let Event::Hello(hello) = event {
         Some(hello.clone())
@@ -129,7 +126,6 @@ pub fn reply_to(number: u16) -> impl Fn(&Event) -> Option<Outcome> {
     }
 }
 
-/// Returns the event if it is a converter's state.
 pub fn converter(event: &Event) -> Option<ConverterState> {
     if let Event::Converter(state) = event {
         Some(state.clone())
@@ -138,7 +134,6 @@ pub fn converter(event: &Event) -> Option<ConverterState> {
     }
 }
 
-/// Returns the event if it is a health report.
 pub fn health(event: &Event) -> Option<Health> {
     if let Event::Health(health) = event {
         Some(*health)
@@ -177,7 +172,6 @@ pub fn touches_and_tones(events: &[Event]) -> Vec<Event> {
     kept
 }
 
-/// Returns the event if it is an estimate.
 pub fn estimate_of(event: &Event) -> Option<Estimate> {
     if let Event::Estimate(estimate) = event {
         Some(estimate.clone())
@@ -186,7 +180,6 @@ pub fn estimate_of(event: &Event) -> Option<Estimate> {
     }
 }
 
-/// Selects the estimates.
 pub fn estimates(events: &[Event]) -> Vec<Estimate> {
     events.iter().filter_map(estimate_of).collect()
 }

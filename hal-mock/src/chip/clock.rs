@@ -30,7 +30,6 @@ impl Clock {
         (u128::from(ns) * u128::from(self.microhertz) / SCALE) as u64
     }
 
-    /// Duration of `cycles` in seconds.
     pub(crate) fn seconds(self, cycles: u64) -> f64 {
         cycles as f64 / (self.microhertz as f64 * 1e-6)
     }

@@ -46,7 +46,6 @@ pub enum Fault {
     Input { input: u8, volts: f64 },
 }
 
-/// Faults in force.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Faults {
     pub(crate) stalled: bool,

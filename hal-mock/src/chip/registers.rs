@@ -14,7 +14,6 @@ pub(crate) const GPIOC: u8 = 0x07;
 pub(crate) const GPIOD: u8 = 0x08;
 pub(crate) const ID: u8 = 0x09;
 
-/// A bit of a register.
 #[derive(Clone, Copy)]
 pub(crate) struct Bit {
     register: u8,
@@ -44,7 +43,6 @@ const RESET: [u8; REGISTERS] = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 
 /// Bits that a write can change. Reserved bits read as 0 and ID is read-only.
 const WRITABLE: [u8; REGISTERS] = [0x7E, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x3D, 0xFF, 0xFF, 0x00];
 
-/// The register file.
 #[derive(Clone, Debug)]
 pub(crate) struct Registers {
     bytes: [u8; REGISTERS],

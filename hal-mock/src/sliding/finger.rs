@@ -193,7 +193,6 @@ impl Finger {
         ]
     }
 
-    /// Responses of all channels to a grating.
     pub(crate) fn channels(&self, grating: Grating) -> [Channel; INPUTS] {
         let (slip, lean_mm) = if grating.reverse {
             (-self.friction, -self.lean_mm)

@@ -4,7 +4,6 @@
 
 use crate::half_plane::{self, Stress};
 
-/// An elastic material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Material {
     /// Young's modulus in MPa = N/mm^2.

@@ -78,7 +78,6 @@ pub(crate) enum Motion {
         omega: f64,
         phase_rad: f64,
     },
-    /// To and fro.
     Hand(Hand),
 }
 
@@ -117,7 +116,6 @@ impl Motion {
         }
     }
 
-    /// Duration in seconds.
     pub(crate) fn duration_s(&self) -> f64 {
         match *self {
             Self::Steady {
@@ -189,7 +187,6 @@ impl Motion {
         }
     }
 
-    /// Speed in mm/s.
     pub(crate) fn speed_mm_s(&self, since_s: f64) -> f64 {
         if since_s <= 0.0 || since_s >= self.duration_s() {
             return 0.0;

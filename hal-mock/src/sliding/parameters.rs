@@ -108,7 +108,6 @@ impl Sliding {
         }
     }
 
-    /// The grating on the finger.
     pub(crate) fn grating(&self) -> Grating {
         let Self {
             period_mm,

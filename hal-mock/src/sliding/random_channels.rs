@@ -16,7 +16,6 @@ pub(crate) const OVERTONES: usize = 3;
 /// A quarter bridge of equal resistances at 5 V.
 const BRIDGE_V: f64 = 2.5;
 
-/// Draws all channels.
 pub(crate) fn channels(
     period_mm: f64,
     overtones: [f64; OVERTONES],

@@ -273,7 +273,6 @@ macro_rules! rows {
             }, )+
         ];
 
-        /// Number of settings.
         pub(crate) const COUNT: usize = [$($id),+].len();
 
         /// Names and bounds. Only these are in the firmware: the table itself has every

@@ -8,7 +8,6 @@ fn the_defaults_are_within_their_own_bounds() {
     assert_eq!(Settings::default().validate(), Ok(()));
 }
 
-/// Sets a setting, found by its name, to a number.
 fn with(settings: Settings, name: &str, number: f32) -> Settings {
     let mut settings = settings;
     let setting = TABLE.iter().find(|setting| setting.name == name).unwrap();

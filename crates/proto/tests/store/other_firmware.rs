@@ -36,7 +36,6 @@ pub fn with_pairs(number: u32, pairs: &[(u8, Vec<u8>)]) -> [u8; RECORD_BYTES] {
     record
 }
 
-/// Reads the first record of a flash.
 pub fn first<F: ReadNorFlash>(flash: &mut F) -> [u8; RECORD_BYTES] {
     let mut record = [0; RECORD_BYTES];
     assert!(flash.read(0, &mut record).is_ok());
