@@ -30,13 +30,11 @@ fn scene(plan: &Plan) -> Sliding {
     }
 }
 
-/// Results of a run with one plan.
 struct Did {
     last: Health,
     loads: Vec<f32>,
     good: usize,
     slides: usize,
-    /// Number of packets that did not arrive.
     missing: u32,
 }
 

@@ -24,7 +24,6 @@ fn keep(number: u16) -> Command {
     }
 }
 
-/// Starts a board and runs it until it has greeted.
 fn greeted(board: Board) -> Run {
     let mut run = Run::new(board, Constant::default(), Start::default());
     run.run_to(1.0, hello);

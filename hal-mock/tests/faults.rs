@@ -9,7 +9,6 @@ const SCAN: [u8; 2] = [0x02, 0x31];
 /// Period of these conversions at 15.72864 MHz, nanoseconds.
 const PERIOD_NS: u64 = 197_474;
 
-/// A running chip with one fault at 2 ms of scene time.
 fn with(fault: Fault, lasts_s: f64) -> Ads1258 {
     let mut chip = chip(|options| {
         options.injections = vec![Injection {

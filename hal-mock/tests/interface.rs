@@ -7,7 +7,6 @@ use hal_mock::{Ads1258, Constant, Fault, Options};
 /// enough for one, too early for two.
 const ONE: u64 = 60_000;
 
-/// Sends bytes and returns the reply.
 fn transfer<const N: usize>(chip: &mut Ads1258, now_ns: u64, mut bytes: [u8; N]) -> [u8; N] {
     chip.transfer(now_ns, &mut bytes);
     bytes

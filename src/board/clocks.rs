@@ -37,14 +37,12 @@ pub struct Pll {
 }
 
 impl Clocks {
-    /// Frequency of the external oscillator, megahertz.
     pub const fn oscillator_mhz(&self) -> u32 {
         let (Oscillator::Crystal(mhz) | Oscillator::Clock(mhz)) = self.oscillator;
         assert!(4 <= mhz && mhz <= 26, "OSC_IN takes 4 to 26 MHz");
         mhz
     }
 
-    /// True if another chip supplies the external clock.
     pub const fn is_clock(&self) -> bool {
         matches!(self.oscillator, Oscillator::Clock(_))
     }
@@ -105,7 +103,6 @@ impl Clocks {
         timers_mhz(self.sysclk_mhz, self.apb1_mhz)
     }
 
-    /// Clock of the timers on APB2, megahertz.
     #[allow(dead_code, reason = "for the ADS1258's clock alone")]
     pub const fn apb2_timers_mhz(&self) -> u32 {
         timers_mhz(self.sysclk_mhz, self.apb2_mhz)

@@ -49,7 +49,6 @@ impl DelayNs for Cycles {
     }
 }
 
-/// Falling edge of DRDY.
 pub struct Drdy {
     pin: DrdyPin<Input>,
     exti: EXTI,

@@ -20,7 +20,6 @@ unsafe extern "C" {
 /// Address of sector 5, from which on all sectors have the same size.
 const SECTOR_5: usize = 0x0802_0000;
 
-/// Address of the first settings sector.
 fn first() -> usize {
     &raw const _settings_start as usize
 }

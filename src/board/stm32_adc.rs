@@ -77,7 +77,6 @@ pub struct Converter {
     common: ADC_COMMON,
     stream: Stream0<DMA2>,
     channels: [u8; INPUTS],
-    /// Plan written to the registers.
     plan: OnboardPlan,
     /// Index of the scan's input to read next.
     at: u8,

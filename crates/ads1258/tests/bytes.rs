@@ -38,7 +38,6 @@ fn reading(command: u8, answer: &[u8]) -> Vec<SpiTransaction<u8>> {
     ]
 }
 
-/// Writes all registers of an image at once.
 fn writing_all(image: &[u8; 9]) -> Vec<SpiTransaction<u8>> {
     writing(&[&[0x70][..], image].concat())
 }
@@ -268,7 +267,6 @@ fn the_pins() {
     const { assert!(RESET_LOW_US >= 2 * 1_000_000 / ads1258::CLOCK_MIN_HZ) }
 }
 
-/// A bus that always fails.
 struct Broken;
 
 impl ErrorType for Broken {

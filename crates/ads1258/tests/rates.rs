@@ -95,7 +95,6 @@ fn the_chopped_alternative_has_240_15_frames_per_second() {
     assert_eq!(format!("{:.2}", config.frame_rate_hz()), "240.15");
 }
 
-/// A scan of the single-ended inputs `single`.
 const fn scan_of(single: u16) -> Mux {
     Mux::AutoScan {
         differential: 0,

@@ -22,7 +22,6 @@ fn scene() -> Constant {
     }
 }
 
-/// Code of an ideal chip for the single-ended input `input` of [`scene`].
 fn ideal_code(input: u8) -> i32 {
     (scene().volts[usize::from(input)] / REFERENCE_V * f64::from(reading::CODES_PER_VREF)).round()
         as i32
@@ -33,7 +32,6 @@ fn options() -> Options {
     options_with(|_| ())
 }
 
-/// The options of [`options`] with a change.
 fn options_with(change: impl FnOnce(&mut Options)) -> Options {
     let mut options = Options {
         noise: false,
@@ -60,7 +58,6 @@ fn scanning(config: &Config, options: Options) -> (SimulatedBoard, Ads1258<ChipS
     (board, adc)
 }
 
-/// Waits for DRDY and reads a conversion.
 fn next(board: &SimulatedBoard, adc: &mut Ads1258<ChipSpi>) -> Conversion {
     board.wait_for_drdy().unwrap();
     adc.read().unwrap()

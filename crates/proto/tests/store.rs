@@ -18,7 +18,6 @@ use ridgetone_proto::store::{FlashStore, NotStored, Saved, Store, WORD_BYTES};
 /// Bytes of a record, in the flash's type.
 const RECORD_BYTES: u32 = ridgetone_proto::store::RECORD_BYTES as u32;
 
-/// Creates settings that differ for every number.
 fn settings(number: u64) -> Settings {
     Settings {
         window_s: 0.1 + (number % 3800) as f32 * 1e-3,
@@ -300,7 +299,6 @@ fn what_cannot_be_read_back_is_stored_in_another_place() {
     assert_eq!(worn_out.load().0, settings(1));
 }
 
-/// Creates a flash that begins with these bytes.
 fn with_bytes(bytes: &[u8]) -> CutFlash<{ 10 * RECORD_BYTES }> {
     CutFlash::new(1).with_bytes(|at| bytes.get(at).copied().unwrap_or(0xff))
 }

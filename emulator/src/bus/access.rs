@@ -19,7 +19,6 @@ const SYSTEM: u32 = 0xE000_0000;
 const REGISTER_CYCLES: u64 = 2;
 
 impl Bus {
-    /// Fetches a half word of code.
     pub fn fetch(&mut self, address: u32) -> Result<u16, Stop> {
         // Code never runs from registers.
         if address >= PERIPHERALS {
@@ -41,7 +40,6 @@ impl Bus {
         self.write(address, width.bytes(), value)
     }
 
-    /// Reads a word that must be aligned.
     #[inline(always)]
     pub fn read_aligned(&mut self, address: u32) -> Result<u32, Stop> {
         if address & 3 != 0 {
@@ -51,7 +49,6 @@ impl Bus {
         }
     }
 
-    /// Writes a word that must be aligned.
     #[inline(always)]
     pub fn write_aligned(&mut self, address: u32, value: u32) -> Result<(), Stop> {
         if address & 3 != 0 {
@@ -61,7 +58,6 @@ impl Bus {
         }
     }
 
-    /// Reads 1, 2 or 4 bytes.
     #[inline(always)]
     pub fn read(&mut self, address: u32, bytes: u32) -> Result<u32, Stop> {
         let at = address.wrapping_sub(RAM) as usize;
@@ -101,7 +97,6 @@ impl Bus {
         }
     }
 
-    /// Writes 1, 2 or 4 bytes.
     #[inline(always)]
     pub fn write(&mut self, address: u32, bytes: u32, value: u32) -> Result<(), Stop> {
         let at = address.wrapping_sub(RAM) as usize;
@@ -187,7 +182,6 @@ impl Bus {
         done.ok_or_else(|| self.unmodelled("a register", address))
     }
 
-    /// Applies the effects of a flash access.
     pub fn apply(&mut self, effect: Effect) {
         self.time.cycles += effect.stall_ns * self.time.hz() / 1_000_000_000;
         self.flash_changed |= effect.has_erased;

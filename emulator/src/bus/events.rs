@@ -118,7 +118,6 @@ impl Bus {
         }
     }
 
-    /// Writes a DMA transfer to memory.
     pub fn put_by_dma(&mut self, address: u32, bytes: &[u8]) {
         let at = address.wrapping_sub(0x2000_0000) as usize;
         if let Some(place) = self.ram.get_mut(at..at + bytes.len()) {

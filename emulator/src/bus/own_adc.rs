@@ -23,7 +23,6 @@ impl Bus {
         self.own_adc.divider() * self.apb_ratio(1)
     }
 
-    /// Time and clock of a write to the ADC.
     pub fn adc_now(&self) -> Now {
         Now {
             cycles: self.time.cycles,

@@ -24,7 +24,6 @@ const FLASH: u32 = 0x4002_3C00;
 const DMA1: u32 = 0x4002_6000;
 const DMA2: u32 = 0x4002_6400;
 
-/// The data register of a USART.
 const USART_DR: u32 = 0x04;
 
 /// Offsets of a timer's counter and of the register that forces an update.

@@ -30,7 +30,6 @@ pub(crate) struct Bus {
     pub time: Time,
     /// Cycle from which peripherals and interrupts must be polled.
     pub deadline: u64,
-    /// Address of the current instruction.
     pub pc: u32,
     pub ram: Vec<u8>,
     pub ccm: Vec<u8>,
@@ -54,7 +53,6 @@ pub(crate) struct Bus {
     pub pwr: Pwr,
     pub dbgmcu: Dbgmcu,
     pub adc: Adc,
-    /// True if CLKIO is wired to [`Wiring::clock`].
     pub clkio_is_wired: bool,
     /// Latest output frequency of the clock pin that the rules have checked, hertz.
     pub clock_output_hz: u32,
@@ -64,10 +62,9 @@ pub(crate) struct Bus {
     pub line_dma: Stream,
     /// Sensors at the pins of the processor's own ADC.
     pub sensors: Stm32Adc,
-    /// Time of their first sample, nanoseconds since power-up.
+    /// Time of the sensors' first sample, nanoseconds since power-up.
     pub scene_zero_ns: Option<u64>,
     pub findings: Findings,
-    /// True if the watchdog has expired.
     pub has_bitten: bool,
     /// True if the processor's clock has stopped: its oscillator failed without a clock security
     /// system.
@@ -78,7 +75,6 @@ pub(crate) struct Bus {
     pub is_line_checked: bool,
     /// Cycle from which USB requests its interrupt.
     pub usb_rises: Option<u64>,
-    /// Cycle of the next falling edge of DRDY.
     pub drdy_falls: Option<u64>,
     /// True if the next read of the microsecond counter dates an edge of DRDY.
     pub dates_edge: bool,
@@ -186,7 +182,6 @@ impl Bus {
         }
     }
 
-    /// Notes a broken rule.
     pub fn broke(&mut self, rule: Rule, detail: impl Into<String>) {
         let (pc, at_ns) = (self.pc, self.time.ns());
         self.findings.add(rule, detail.into(), pc, at_ns);

@@ -49,7 +49,6 @@ impl Bus {
         }
     }
 
-    /// Updates the circuits after outputs may have changed.
     pub fn pins_changed(&mut self) {
         self.clock_adc();
         let Some(adc) = self.wiring.adc else { return };
@@ -156,7 +155,6 @@ impl Bus {
         if divider == 1 { 1 } else { divider / 2 }
     }
 
-    /// Processor cycles per clock of an APB.
     pub fn apb_ratio(&self, apb: usize) -> u64 {
         self.clocks.hclk / self.clocks.pclk[apb].max(1)
     }
@@ -185,7 +183,6 @@ impl Bus {
         self.check_sclk();
     }
 
-    /// Checks SCLK against the ADC's clock, if it has one.
     fn check_sclk(&mut self) {
         let sclk_hz = self.clocks.pclk[1] / self.spi.divider();
         let clock_hz = u64::from(self.adc.clock_hz());

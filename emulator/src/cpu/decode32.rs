@@ -7,7 +7,6 @@ use super::operands::{Dp, Flags, Index, SINK, Shift, reg};
 use super::{decode_branch, decode_float};
 use crate::width::Width;
 
-/// Decodes the pair of half words at `pc`.
 pub fn decode(a: u16, b: u16, pc: u32) -> Op {
     match (a >> 11 & 3, a >> 4 & 0x7F) {
         (1, 0x00..=0x1F) if a & 0x40 == 0 => many(a, b),

@@ -3,7 +3,6 @@
 use super::op::Op;
 use super::operands::reg;
 
-/// Decodes the pair of half words at `pc`.
 pub fn decode(a: u16, b: u16, pc: u32) -> Op {
     let s = i32::from((a << 5) as i16 >> 15);
     let (j1, j2) = (i32::from(b >> 13 & 1), i32::from(b >> 11 & 1));

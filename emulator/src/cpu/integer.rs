@@ -11,7 +11,6 @@ pub(super) struct Operands {
     pub(super) carry: bool,
 }
 
-/// A result with carry and overflow.
 pub(super) struct Computed {
     value: u32,
     c: bool,
@@ -23,7 +22,6 @@ impl Cpu {
         (self.n, self.z) = (value >> 31 != 0, value == 0);
     }
 
-    /// Computes the result of a data-processing instruction, with its flags.
     #[inline(always)]
     pub(super) fn data_processing(&self, f: Dp, operands: Operands) -> Computed {
         let Operands { a, b, carry } = operands;

@@ -25,7 +25,6 @@ pub enum Dp {
     Mvn,
 }
 
-/// Effect of an instruction on the flags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flags {
     Keep,
@@ -34,7 +33,6 @@ pub enum Flags {
     OutsideIt,
 }
 
-/// Kind of shift of an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shift {
     Lsl,

@@ -8,7 +8,6 @@ pub(crate) const FLASH: u32 = 0x0800_0000;
 /// Cache entry that is not decoded yet: no instruction has zero bytes.
 pub const UNKNOWN: (Op, u8) = (Op::Nop, 0);
 
-/// A Cortex-M4F.
 pub(crate) struct Cpu {
     /// R0 to R15, and a register that discards results. While an instruction runs, R15 is its
     /// address plus 4.
@@ -67,7 +66,6 @@ impl Cpu {
         }
     }
 
-    /// True if a condition code is met.
     pub fn holds(&self, condition: u8) -> bool {
         let base = match condition >> 1 {
             0 => self.z,

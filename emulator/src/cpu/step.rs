@@ -26,7 +26,6 @@ impl Cpu {
         self.cache.fill(UNKNOWN);
     }
 
-    /// Executes one instruction.
     #[inline(always)]
     pub fn step(&mut self, bus: &mut Bus) -> Result<(), Stop> {
         let pc = self.pc;

@@ -7,7 +7,6 @@ use hal_mock::{Ads1258, Options, Scene};
 const READ_RESULT: u8 = 0x30;
 /// Commands that write registers: C[2:0] is 011.
 const WRITE: u8 = 0b011;
-/// NEW bit of the status byte.
 const NEW: u8 = 0x80;
 
 /// A result that the image has read.
@@ -32,7 +31,6 @@ pub struct Adc {
     bytes: Vec<(u8, u8)>,
     /// Microsecond counter at the first read of the latest DRDY interrupt.
     pub t_us: u32,
-    /// Results read, in order.
     pub readings: Vec<Reading>,
     /// Number of results read only once before the next was ready.
     pub read_once: u64,
@@ -104,7 +102,6 @@ impl Adc {
         spi_is_busy.then(|| (Rule::ChipSelect, "CS rises while SPI is busy".into()))
     }
 
-    /// Records the result that a transfer has read.
     fn keep_reading(&mut self) {
         let [(READ_RESULT, _), (_, a), (_, b), (_, c), (_, d), ..] = *self.bytes else {
             return;

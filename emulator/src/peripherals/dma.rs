@@ -43,10 +43,8 @@ const STOP_CYCLES: u64 = 8;
 /// Source of a stream's data: required register values and stream number (RM0090, tables 42 and
 /// 43).
 struct Source {
-    /// The stream's number in its controller.
     number: u32,
     name: &'static str,
-    /// Address of the peripheral's data register.
     data: u32,
     /// CR bits: peripheral to memory with increment, both sizes, and the channel.
     kind: u32,
@@ -285,7 +283,6 @@ impl Stream {
         })
     }
 
-    /// Checks the rules for a stream that is switched on.
     fn check(&self, sequence: u32) -> Broken {
         let Self {
             cr,

@@ -11,12 +11,10 @@ pub struct Exti {
 const LINES: u32 = 0x007F_FFFF;
 
 impl Exti {
-    /// Processes a falling edge on a line.
     pub fn fall(&mut self, line: u8) {
         self.pending |= self.falling & 1 << line;
     }
 
-    /// True if a line's interrupt is requested.
     pub fn is_requested(&self, line: u8) -> bool {
         self.pending & self.mask & 1 << line != 0
     }

@@ -25,7 +25,6 @@ pub struct Flash {
     sr: u32,
     cr: u32,
     keys_seen: usize,
-    /// Numbers of words programmed and sectors erased.
     pub programmed: u64,
     pub erased: u64,
     /// Words that can still be programmed before power is lost; `None`: no limit.
@@ -37,7 +36,6 @@ pub struct Flash {
     optcr: u32,
 }
 
-/// Result of a flash access.
 #[derive(Default)]
 pub struct Effect {
     pub stall_ns: u64,
@@ -64,7 +62,6 @@ impl Flash {
         }
     }
 
-    /// Sets or clears all error flags.
     pub fn set_errors(&mut self, are_set: bool) {
         self.sr = if are_set { ERRORS } else { 0 };
     }
@@ -178,7 +175,6 @@ impl Flash {
         (effect.stall_ns, effect.has_erased) = (ERASE_NS, true);
     }
 
-    /// Programs the flash by a store of the processor.
     pub fn program(&mut self, at: usize, bytes: u32, value: u32) -> Effect {
         let mut effect = Effect::default();
         let mut refuse = |bit: u32, why: &str| {

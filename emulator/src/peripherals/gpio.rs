@@ -8,7 +8,6 @@ pub struct Gpio {
     pupdr: u32,
     odr: u32,
     afr: [u32; 2],
-    /// Levels from outside.
     pub outside: u16,
 }
 

@@ -29,10 +29,8 @@ const BITS: u64 = 12;
 /// Sampling times by SMP, periods.
 const SAMPLING: [u64; 8] = [3, 15, 28, 56, 84, 112, 144, 480];
 
-/// A finished conversion.
 pub struct Converted {
     pub channel: u8,
-    /// Cycle at which the sample was taken.
     pub sampled: u64,
 }
 
@@ -50,7 +48,6 @@ pub struct OwnAdc {
     on_ns: u64,
     /// Current conversion: its position in the sequence, and the cycle of its start.
     converts: Option<(u32, u64)>,
-    /// True while a request to the DMA is unanswered.
     has_request: bool,
     /// True if the DMA has made its last transfer, so that no more requests follow.
     is_drained: bool,
@@ -250,7 +247,6 @@ impl OwnAdc {
     }
 }
 
-/// Time and clock of a write.
 #[derive(Clone, Copy)]
 pub struct Now {
     pub cycles: u64,

@@ -15,7 +15,6 @@ pub struct Pwm {
 }
 
 impl Default for Pwm {
-    /// Returns to the state after a reset.
     fn default() -> Self {
         Self {
             cr1: 0,

@@ -9,7 +9,6 @@ pub struct Pwr {
 }
 
 impl Pwr {
-    /// Returns to the state after a reset.
     pub const fn new(cr: u32) -> Self {
         Self { cr }
     }

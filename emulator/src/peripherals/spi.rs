@@ -29,7 +29,6 @@ pub struct Spi {
     /// True if BSY clears at the sample of the last bit, half a bit before its end, as users have
     /// measured (`Start::bsy_is_early`).
     pub bsy_is_early: bool,
-    /// Number of bytes lost in the receiver.
     pub overruns: u64,
 }
 
@@ -57,12 +56,10 @@ impl Spi {
         2 << (self.cr1 >> 3 & 7)
     }
 
-    /// True if a byte is being sent or waiting.
     pub fn is_busy(&self) -> bool {
         self.shifting.is_some() || self.waiting.is_some()
     }
 
-    /// State of BSY.
     fn seems_busy(&self) -> bool {
         let is_sampled = self.incoming.is_none() && self.waiting.is_none();
         self.is_busy() && !(self.bsy_is_early && is_sampled)

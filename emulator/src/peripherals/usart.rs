@@ -41,7 +41,6 @@ pub struct Usart {
     arriving: VecDeque<(u8, u64)>,
     /// Sent bytes, with the cycle of their end.
     pub sent: VecDeque<(u8, u64)>,
-    /// Number of bytes lost in the receiver.
     pub overruns: u64,
     /// Number of bytes that arrived while the receiver was off.
     pub unheard: u64,

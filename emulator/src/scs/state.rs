@@ -71,7 +71,6 @@ pub(crate) struct Scs {
     pub served: [Served; EXCEPTIONS],
     /// Cycles and instructions already included in [`Self::served`].
     charged: [u64; 2],
-    /// Current time, cycles.
     pub now: u64,
     /// Interrupts taken without a pending cause in their peripheral.
     pub spurious: Vec<u16>,
@@ -126,7 +125,6 @@ impl Scs {
         self.charged = now;
     }
 
-    /// Cycles and instructions since the last charge.
     pub fn since_charged(&self, now: [u64; 2]) -> [u64; 2] {
         [now[0] - self.charged[0], now[1] - self.charged[1]]
     }
@@ -145,7 +143,6 @@ impl Scs {
         self.cpacr >> 20 & 15 == 15
     }
 
-    /// FPCCR.LSPEN.
     pub fn is_lazy(&self) -> bool {
         self.fpccr & 1 << 30 != 0
     }

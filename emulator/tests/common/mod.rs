@@ -52,7 +52,6 @@ impl Run {
         }
     }
 
-    /// Runs for `s` seconds of virtual time.
     pub fn run_s(&mut self, s: f64) {
         let outcome = self.emulator.run_ns((s * 1e9) as u64);
         for byte in self.emulator.take_sent() {
@@ -85,7 +84,6 @@ impl Run {
         self.decoder.missing
     }
 
-    /// Fails if a rule was broken.
     #[track_caller]
     pub fn assert_rules(&self) {
         assert!(
@@ -95,7 +93,6 @@ impl Run {
         );
     }
 
-    /// Sends a request and waits for its reply.
     pub fn command(&mut self, number: u16, command: Command) -> Outcome {
         self.emulator.send(&request(number, command));
         self.run_to(5.0, reply_to(number))
@@ -118,7 +115,6 @@ pub fn request(number: u16, command: Command) -> Vec<u8> {
     bytes
 }
 
-/// Finds the reply to a request.
 pub fn reply_to(number: u16) -> impl Fn(&Event) -> Option<Outcome> {
     move |event| match event {
         Event::Reply(reply) if reply.number == number => Some(reply.outcome.clone()),
@@ -184,7 +180,6 @@ pub fn estimates(events: &[Event]) -> Vec<Estimate> {
     events.iter().filter_map(estimate_of).collect()
 }
 
-/// Returns the event if it is the beginning or end of a fault.
 pub fn fault_of(event: &Event) -> Option<Fault> {
     if let Event::Fault(fault) = event {
         Some(*fault)

@@ -57,12 +57,10 @@ impl Ads1258 {
         self.options.clock_hz > 0
     }
 
-    /// True if the chip has a clock and its power-up is over.
     pub(crate) fn is_powered(&self, now_ns: u64) -> bool {
         self.is_clocked() && self.powered_ns.is_some_and(|end_ns| end_ns <= now_ns)
     }
 
-    /// Applies the clock of the options.
     pub(crate) fn take_clock(&mut self) {
         self.conversion = self
             .conversion

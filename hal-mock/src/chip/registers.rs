@@ -67,7 +67,6 @@ impl Registers {
         self.bytes[usize::from(ID)] = self.id;
     }
 
-    /// Value of a register; `None` above 09h.
     pub(crate) fn read(&self, address: u8) -> Option<u8> {
         let byte = *self.bytes.get(usize::from(address))?;
         // GPIOD reads the pins: the driven level where GPIOC selects output (0), else the external

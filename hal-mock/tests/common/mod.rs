@@ -34,7 +34,6 @@ pub fn write(chip: &mut Ads1258, now_ns: u64, address: u8, values: &[u8]) {
     chip.transfer(now_ns, &mut bytes);
 }
 
-/// Reads by command and returns status and code.
 pub fn read(chip: &mut Ads1258, now_ns: u64) -> (u8, i32) {
     let mut bytes = [0x30, 0, 0, 0, 0];
     chip.transfer(now_ns, &mut bytes);

@@ -19,7 +19,6 @@ pub fn pairs(record: &[u8; RECORD_BYTES]) -> Vec<(u8, Vec<u8>)> {
     pairs
 }
 
-/// Builds a record with these pairs.
 pub fn with_pairs(number: u32, pairs: &[(u8, Vec<u8>)]) -> [u8; RECORD_BYTES] {
     let mut content = [number.to_le_bytes().to_vec(), vec![4]].concat();
     for (id, value) in pairs {

@@ -63,7 +63,6 @@ pub(super) fn configure(bench: &mut Bench) {
     bench.set(PAR, DR).set(M0AR, BUFFER).set(NDTR, 8);
 }
 
-/// Creates a board whose ADC is converting.
 pub(super) fn converting() -> Bench {
     let mut bench = bench();
     bench

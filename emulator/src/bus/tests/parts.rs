@@ -9,7 +9,6 @@ use crate::stop::Stop;
 
 const RCC_CIR: u32 = 0x4002_380C;
 
-/// Creates a clock on PB8 with this pad speed, period and high time.
 pub fn clock(speed: u32, period: u32, high: u32) -> Bench {
     let mut bench = Bench::ready();
     bench
