@@ -225,7 +225,7 @@ impl Runner {
         }
     }
 
-    /// Waits and shifts the pacer, so that the board does not fall behind.
+    /// Waits without making the board fall behind.
     fn hold(&mut self) {
         let begun = Instant::now();
         sleep(LOOK);

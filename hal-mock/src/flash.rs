@@ -8,8 +8,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 const WORD_BYTES: usize = 4;
 const PAGES: u32 = 2;
 
-/// Two pages of flash that lose power after a number of operations (words programmed and pages
-/// erased).
+/// Two pages of flash that lose power after a number of programmed words and erased pages.
 ///
 /// Erasing sets bits, programming clears them, as in the manual. An operation that loses power has
 /// changed some, all or none of its bits.

@@ -275,7 +275,7 @@ fn a_stalled_chip_gives_nothing_until_let_go() {
     assert_eq!(chip.next_drdy_fall_ns(), Some(1_000_000 + ns(708)));
 }
 
-/// A scene whose volts are the seconds of scene time, to show when it was sampled.
+/// A scene whose volts are its seconds, to show when it was sampled.
 struct Ramp;
 
 impl Scene for Ramp {

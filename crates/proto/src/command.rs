@@ -64,7 +64,7 @@ pub struct Reply {
     pub number: u16,
     /// The result.
     pub outcome: Outcome,
-    /// Rates and windows of the new plan, if the request was settings that were not refused.
+    /// Rates and windows of the new plan, in the reply to accepted settings.
     pub gives: Option<Gives>,
 }
 

@@ -1,6 +1,5 @@
 //! A scan plan: which inputs a converter samples, how fast, and the resulting frames, windows and
-//! touch detection. Any other settings are specific to the converter, and only the converter can
-//! interpret them.
+//! touch detection. Other settings are specific to the converter, which alone can interpret them.
 
 use crate::division::divide;
 use crate::frame::{RING_FRAMES, TAXELS};

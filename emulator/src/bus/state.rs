@@ -165,7 +165,7 @@ impl Bus {
         self.deadline = 0;
     }
 
-    /// Returns an error that ends the run because something is not modelled.
+    /// Returns the error for an access that is not modelled, which ends the run.
     pub fn unmodelled(&self, what: &str, address: u32) -> Stop {
         let what = format!("{what} that is not modelled");
         Stop::Failed(Box::new(Failure {

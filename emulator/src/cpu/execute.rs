@@ -202,7 +202,7 @@ impl Cpu {
         bus.time.cycles += cycles;
     }
 
-    /// Executes BX and instructions that work like it; this includes the return from an exception.
+    /// Executes BX and similar jumps, including the return from an exception.
     pub(super) fn jump(&mut self, to: u32, bus: &mut Bus) -> Result<(), Stop> {
         bus.time.cycles += COMPUTED_BRANCH;
         if to >> 28 == 0xF && self.ipsr != 0 {

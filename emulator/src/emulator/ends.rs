@@ -53,7 +53,7 @@ impl Emulator {
             ProcessorFault::OscillatorDies => self.bus.rcc.hse_dies = true,
             ProcessorFault::OscillatorStops => self.bus.stop_oscillator(),
         }
-        // Wake the processor, which would otherwise notice the fault only at the next interrupt.
+        // A sleeping processor would notice the fault only at its next interrupt.
         self.cpu.is_asleep = false;
         self.bus.attend();
     }
@@ -311,8 +311,8 @@ impl Emulator {
         self.bus.attend();
     }
 
-    /// Numbers of bytes from the cable that were lost to overruns, that arrived while the receiver
-    /// was off, and that the firmware has taken.
+    /// Bytes from the cable: lost to overruns, arrived while the receiver was off, and taken by the
+    /// firmware.
     pub fn received(&self) -> [u64; 3] {
         [
             self.bus.usart.overruns,

@@ -35,7 +35,7 @@ impl Run {
         )
     }
 
-    /// Starts a board without touches and runs it until it has greeted and scans.
+    /// Starts an untouched board that has greeted and scans.
     pub fn at_rest(board: Board) -> Self {
         let mut run = Self::new(board, Constant::default(), Start::default());
         run.run_to(1.0, hello);

@@ -44,8 +44,7 @@ pub(crate) fn ideal(
     volts * analog.gain * per_volt + offset
 }
 
-/// Standard deviation of the noise in codes, from the datasheet's input-referred noise at the data
-/// rate.
+/// Standard deviation of the noise in codes, from the datasheet for each data rate.
 pub(crate) fn noise_sigma(drate: u8, chop: bool, analog: &Analog) -> f64 {
     const UV_RMS: [f64; 4] = [2.8, 4.5, 7.9, 12.0];
     let uv = UV_RMS[usize::from(drate & 3)] / if chop { 1.4 } else { 1.0 };

@@ -151,8 +151,8 @@ pub struct Health {
     pub t_us: u64,
     /// Frames since start-up; wraps after 206 days.
     pub frames: u32,
-    /// Conversions lost: overruns of the queue and gaps in the scan. While a chip ran with wrong
-    /// registers, it may have been faster: then this counts the maximum that it could have made.
+    /// Conversions lost: overruns of the queue and gaps in the scan. If a chip ran with wrong
+    /// registers, it may have been faster: then the maximum that it could have made is added.
     pub conversions_lost: u32,
     /// Conversions with OVF or SUPPLY set, with NEW missing, or of a channel outside the scan.
     pub conversions_doubtful: u32,

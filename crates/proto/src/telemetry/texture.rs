@@ -26,7 +26,7 @@ pub struct Texture {
     pub power_v2: f32,
     /// Standard deviation of the power due to white noise, square volts.
     pub power_sigma_v2: f32,
-    /// Harmonics above the first, in time order of the slide.
+    /// Harmonics above the first, in the time domain.
     pub overtones: Overtones,
     /// Pressure of the finger: mean level of the taxels in the hold before the slide, less the
     /// level before the touch, volts, signed; `None` without such a hold ([`Image`](super::Image)).
