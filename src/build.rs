@@ -1,6 +1,6 @@
-//! Puts `memory.x` where the linker looks for it and hands over the linker scripts, for a target
-//! without an operating system only. Not in `.cargo/config.toml`: there the arguments vanish when
-//! RUSTFLAGS is set, and what is then linked is an empty image that nobody complains about.
+//! Puts `memory.x` where the linker finds it and passes the linker scripts, only for a target
+//! without an operating system. `.cargo/config.toml` cannot do this: its arguments vanish when
+//! RUSTFLAGS is set, and the result is an empty image without any error.
 
 use std::{env, fs, path::PathBuf};
 
@@ -12,7 +12,7 @@ const BOARDS: [(&str, &str); 4] = [
     ("blackpill-f401", include_str!("board/blackpill_f401.rs")),
 ];
 
-/// The value of a field of `MEMORY` in a board's file.
+/// Returns the value of a field of `MEMORY` in a board's file.
 fn field<'a>(file: &'a str, name: &str) -> &'a str {
     let (_, memory) = file
         .split_once("const MEMORY: Memory =")
@@ -27,8 +27,8 @@ fn field<'a>(file: &'a str, name: &str) -> &'a str {
         .trim_matches('"')
 }
 
-/// The chosen board's feature and file. Says what to type where none is chosen, or two, and where the
-/// profile is not the images'.
+/// Returns the chosen board's feature and file. If none or two are chosen, or the profile is not
+/// that of the images, prints what to type.
 fn board(has: &dyn Fn(&str) -> bool) -> Option<(String, &'static str)> {
     let features = BOARDS.iter().flat_map(|(name, file)| {
         let own_adc = format!("{name}-adc");
@@ -53,15 +53,15 @@ fn board(has: &dyn Fn(&str) -> bool) -> Option<(String, &'static str)> {
 }
 
 fn main() {
-    // This file and the linker script are part of the script itself: when they change it is built,
-    // and run, anew.
+    // This file and the linker script are part of the build script, which is rebuilt and rerun when
+    // they change.
     println!("cargo::rerun-if-changed=Cargo.toml");
     let bare = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
     let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
     if !bare {
         return;
     }
-    // The stylus's image and the bench have features of their own, and run on a Feather.
+    // The stylus's image and the benchmarks have their own features, and run on a Feather.
     let is_finger = env::var("CARGO_PKG_NAME").is_ok_and(|name| name == "ridgetone-firmware");
     let [(feather, its_file), ..] = BOARDS;
     let chosen = if is_finger {
@@ -75,8 +75,8 @@ fn main() {
     let Some((board, file)) = chosen else { return };
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     let number = |name| field(file, name).parse::<u32>().expect("a number");
-    // Two sectors of 128 KiB each are kept for settings. `cargo xtask flash` and the emulator read
-    // the board and the chip's name in probe-rs from names of symbols.
+    // Two sectors of 128 KiB each are reserved for settings. `cargo xtask flash` and the emulator
+    // read the board and the chip's name in probe-rs from symbol names.
     let mut sizes = format!(
         "_flash_size = {}K;\n_ram_size = {}K;\n_ccm_size = {}K;\n_stack_size = {};\n",
         number("flash_kib") - 256,
@@ -97,8 +97,8 @@ fn main() {
         fs::write(out.join(name), text).expect("OUT_DIR is writable");
     }
     println!("cargo::rustc-link-search={}", out.display());
-    // --nmagic: sections need no page alignment in flash. --icf: functions with the same code are
-    // one, which takes 1 kB less; nothing here compares their addresses.
+    // --nmagic: sections need no page alignment in flash. --icf: functions with identical code are
+    // merged, which saves 1 kB; nothing here compares their addresses.
     for argument in ["--nmagic", "--icf=all", "-Tlink.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }

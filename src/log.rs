@@ -1,9 +1,9 @@
-//! The job in the log: a line over RTT for each touch, slide, estimate and fault.
+//! The log: a line over RTT for each touch, slide, estimate and fault.
 
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{Headline, Status};
 
-/// Writes the line of an event that goes out.
+/// Writes the line of an event that is sent.
 pub fn log(headline: Headline) {
     match headline {
         Headline::Contact => defmt::info!("contact"),
@@ -24,7 +24,7 @@ pub fn log(headline: Headline) {
     }
 }
 
-/// A status by its name in all other outputs.
+/// Name of a status, as in all other outputs.
 const fn of_status(status: Status) -> &'static str {
     match status {
         Status::Good => "good",
@@ -37,7 +37,7 @@ const fn of_status(status: Status) -> &'static str {
     }
 }
 
-/// A fault by its name in all other outputs.
+/// Name of a fault, as in all other outputs.
 const fn of_fault(kind: FaultKind) -> &'static str {
     match kind {
         FaultKind::Lost => "lost",

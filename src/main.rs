@@ -11,8 +11,8 @@
 //! | `fit` | 1 | pended by `detect` and `report` |
 //! | `idle` | 0 | |
 //!
-//! `line` is above `drdy`: it is short, and a byte of telemetry lasts 10.9 us, while `drdy` runs for 15 to
-//! 48 us. Requests wait in the DMA's buffer for 1.4 ms at least.
+//! `line` is above `drdy` because it is short, and a byte of telemetry takes 10.9 us, while `drdy`
+//! runs for 15 to 48 us. Requests can wait in the DMA's buffer for at least 1.4 ms.
 //!
 //! Only software pends `detect`, `report` and `fit`. Unlike a spawned task, an interrupt that is
 //! pended while its handler runs is not lost, so no conversion stays in a queue.
@@ -139,20 +139,20 @@ mod app {
                 *pc
             );
         }
-        // Before the chip scans: the search in blank sectors takes milliseconds, in which
-        // conversions would be lost.
+        // Before the chip scans: searching blank sectors takes milliseconds, in which conversions
+        // would be lost.
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
         let settings = board::WIRING.converter.fitting(settings);
-        // The compiler must not know where they are: it would build the address of each of their fields
-        // anew, which takes 3 kB of flash and 1 % of the instructions.
+        // Hide the addresses from the compiler, which would otherwise rebuild the address of every
+        // field: 3 kB of flash and 1 % of the instructions.
         let ring = black_box(cx.local.ring);
         let detector = black_box(cx.local.detector);
         let fitter = black_box(cx.local.fitter);
         detector.boot(settings, source, boot);
         let shared = Shared::new(Rtic, settings.plan);
         let mut acquisition = Acquisition::new(converter, settings.plan);
-        // The counter has run since the start.
+        // The counter has been running since the start.
         Wait.delay_us(POWER_UP_US.saturating_sub(board::now_us()));
         if acquisition.set_up(&shared.diagnostics, &mut Wait) {
             defmt::info!("the {=str} is set up and scans", Converter::NAME);
@@ -166,7 +166,7 @@ mod app {
         let (samples_in, samples_out) = cx.local.samples.split();
         let (windows_in, windows_out) = cx.local.windows.split();
         let (bytes_in, bytes_out) = cx.local.bytes.split();
-        // The greeting leaves even if the chip is silent.
+        // The greeting is sent even if the chip is silent.
         rtic::pend(Interrupt::DETECT);
         (
             Resources {
@@ -205,7 +205,7 @@ mod app {
         cx.local.drdy.run(cx.shared.shared, &mut Wait);
     }
 
-    // No task above it takes these locks, so they mask nothing.
+    // No higher-priority task takes these locks, so they mask nothing.
     #[task(binds = DETECT, priority = 3, local = [detect], shared = [ring, detector, outbox, &shared])]
     fn detect(cx: detect::Context) {
         let detect::SharedResources {
@@ -256,7 +256,7 @@ mod app {
     fn idle(mut cx: idle::Context) -> ! {
         loop {
             // With interrupts masked the processor still wakes up, but serves them only after the
-            // clock has been read. So the sleep is measured without the interrupt that ends it.
+            // clock has been read. So the measured sleep excludes the interrupt that ends it.
             let slept = cortex_m::interrupt::free(|_| {
                 let from_us = board::now_us();
                 board::sleep();
@@ -277,7 +277,7 @@ mod app {
                     Wait.delay_us(50);
                     board::restart();
                 }
-                // Signals of a board do not end.
+                // The signals of a board never end.
                 Next::Leave => {}
             }
         }

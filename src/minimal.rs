@@ -1,6 +1,6 @@
-//! The job in one loop, on a Nucleo-F446RE: conversions in, contacts and frequencies out as text on its
-//! serial port, 921600 baud. No settings, no protocol, no RTIC. A loop reads nothing while it fits, and
-//! says how much it lost: the priorities of `main.rs` are there so that nothing is.
+//! The whole job in one loop, on a Nucleo-F446RE: conversions in, contacts and frequencies out as
+//! text on its serial port, 921600 baud. No settings, no protocol, no RTIC. The loop reads nothing
+//! during a fit and reports how much it lost; `main.rs` uses priorities to lose nothing.
 #![no_std]
 #![no_main]
 
@@ -15,10 +15,10 @@ use ridgetone_proto::{settings::Settings, telemetry::Event};
 use ridgetone_tone::Fitter;
 use stm32f4xx_hal::{gpio::Speed, pac, prelude::*, rcc, spi::Spi};
 
-/// At most half the chip's clock.
+/// SPI clock in Hz, at most half of the chip's clock.
 const SCLK_HZ: u32 = 6_000_000;
 
-/// A delay by the processor's clock of 96 MHz.
+/// Delays in cycles of the processor's clock, 96 MHz.
 struct Cycles;
 
 impl DelayNs for Cycles {
@@ -51,7 +51,7 @@ fn main() -> ! {
     let mut start = c.pc7.into_push_pull_output();
     let mut reset = a.pa9.into_push_pull_output_in_state(true.into());
     let drdy = a.pa4.into_input();
-    // Before the bus: the chip must not be selected while SCK and MOSI change.
+    // Before the bus starts: the chip must not be selected while SCK and MOSI change.
     let cs = b.pb6.into_push_pull_output_in_state(true.into());
     let sck = a.pa5.into_alternate().speed(Speed::High);
     let (miso, mosi) = (a.pa6.into_alternate(), a.pa7.into_alternate());

@@ -1,6 +1,6 @@
-//! Runs a firmware of your own on a supported board: `own_firmware feather-f405 FIRMWARE.elf 2`, for two
-//! seconds. It prints the bytes that leave on the serial line, the time that START rises, the costliest
-//! functions and the rules that were broken.
+//! Runs your own firmware on a supported board: `own_firmware feather-f405 FIRMWARE.elf 2` runs it
+//! for two seconds. Prints the bytes sent on the serial line, the time at which START rises, the
+//! costliest functions and the broken rules.
 
 use hal_mock::{Sliding, SlidingScene};
 use ridgetone_emulator::{Board, Emulator, Image, Pin, Start, Until};
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         board.now_ns() / 1000
     );
 
-    // Bytes to the board; a request of your own protocol.
+    // Sends bytes to the board: a request of your own protocol.
     board.send(&[0]);
     board.run_until((seconds.parse::<f64>()? * 1e9) as u64)?;
     let sent = board.take_sent();

@@ -1,5 +1,4 @@
-//! The boards: what is wired to which pin. Written from the guide's wiring, not from the
-//! firmware.
+//! Pins and wiring of the boards, from the guide's wiring page, not from the firmware.
 
 /// A pin by its port (0 is A) and number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,19 +30,18 @@ pub enum Board {
     FeatherF405,
     /// ST Nucleo-F446RE.
     NucleoF446re,
-    /// The Feather without another chip: sensors at the processor's own ADC.
+    /// The Feather with sensors at the processor's own ADC instead of an ADS1258.
     FeatherF405Adc,
-    /// The Nucleo without another chip.
+    /// The Nucleo with sensors at the processor's own ADC.
     NucleoF446reAdc,
     /// WeAct Black Pill with an STM32F411.
     BlackpillF411,
-    /// The Black Pill without another chip.
+    /// The Black Pill with sensors at the processor's own ADC.
     BlackpillF411Adc,
-    /// The Feather with an encoder and an actuator instead of the ADC: a stylus.
+    /// The Feather as a stylus, with an encoder and an actuator instead of the ADC.
     StylusF405,
 }
 
-/// Pins of the ADS1258.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AdcPins {
     pub sck: Pin,
@@ -55,7 +53,7 @@ pub(crate) struct AdcPins {
     pub drdy: Pin,
 }
 
-/// Where an encoder's two channels and an actuator's amplifier are wired.
+/// Pins of an encoder's two channels and an actuator's amplifier.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StylusPins {
     pub channels: [Pin; 2],
@@ -65,27 +63,24 @@ pub(crate) struct StylusPins {
 /// Wiring and limits of a board.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wiring {
-    /// An ADS1258's.
     pub adc: Option<AdcPins>,
-    /// Pins of sensors at the processor's own ADC, input by input.
+    /// Pins of sensors at the processor's own ADC, in the order of the inputs.
     pub inputs: &'static [Pin],
-    /// A stylus's.
     pub stylus: Option<StylusPins>,
-    /// A clock for the ADC: TIM10's output.
+    /// Output of TIM10, a clock for the ADC.
     pub clock: Pin,
     pub tx: Pin,
     pub rx: Pin,
     /// The serial line's USART: 2 or 3.
     pub usart: u8,
-    /// The crystal, or the clock that is fed in, hertz.
+    /// Frequency of the crystal or the external clock, hertz.
     pub hse_hz: u64,
-    /// HSE is a clock, not a crystal.
+    /// True if HSE is a clock, not a crystal.
     pub is_bypassed: bool,
     pub flash_bytes: usize,
     pub ccm_bytes: usize,
-    /// RCC has DCKCFGR.
     pub has_dckcfgr: bool,
-    /// PWR_CR has ADCDC1, and SYSCFG_PMC ADC1DC2 (crate `stm32f4` 0.16).
+    /// True if PWR_CR has ADCDC1, and SYSCFG_PMC ADC1DC2 (crate `stm32f4` 0.16).
     pub has_adc_accuracy: bool,
     /// Highest clocks of the processor, APB1 and APB2, hertz (DS8626, DS10693 and DS10314, general
     /// operating conditions).
@@ -136,17 +131,17 @@ const BLACKPILL_INPUTS: [Pin; 8] = *NUCLEO_INPUTS
     .expect("they are the Nucleo's first");
 
 impl Board {
-    /// Boards of a finger with an ADS1258.
+    /// Finger boards with an ADS1258.
     pub const ALL: [Self; 3] = [Self::FeatherF405, Self::NucleoF446re, Self::BlackpillF411];
 
-    /// Boards of a finger without another chip.
+    /// Finger boards with sensors at the processor's own ADC.
     pub const OWN_ADC: [Self; 3] = [
         Self::FeatherF405Adc,
         Self::NucleoF446reAdc,
         Self::BlackpillF411Adc,
     ];
 
-    /// The board of this name.
+    /// Finds a board by its name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL
             .into_iter()
@@ -155,7 +150,7 @@ impl Board {
             .find(|board| board.name() == name)
     }
 
-    /// The name of its image's file.
+    /// Name of the image's file.
     pub(crate) const fn file(self) -> &'static str {
         match self {
             Self::StylusF405 => "ridgetone-stylus-firmware.elf",
@@ -163,7 +158,7 @@ impl Board {
         }
     }
 
-    /// Name, and that of its image's folder.
+    /// Name of the board and of its image's folder.
     pub const fn name(self) -> &'static str {
         match self {
             Self::FeatherF405 => "feather-f405",

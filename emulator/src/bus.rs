@@ -1,5 +1,5 @@
-//! Everything that the processor reaches: memory, peripherals, time. The pins end at the simulated
-//! ADC and the serial line.
+//! Everything that the processor can access: memory, peripherals, time. The pins lead to the
+//! simulated ADC and the serial line.
 
 mod access;
 mod events;

@@ -1,6 +1,6 @@
 //! The processor: a Cortex-M4F, instruction by instruction.
 //!
-//! Only the main stack and privileged code are modelled, as the firmware uses nothing else.
+//! Only the main stack and privileged code are modelled, because the firmware uses nothing else.
 
 mod decode16;
 mod decode32;

@@ -1,4 +1,4 @@
-//! The board under test: the processor with everything connected to it, and the ends of its cables.
+//! The board under test: the processor, everything connected to it, and the far ends of its cables.
 
 mod counts;
 mod ends;

@@ -1,8 +1,8 @@
-//! Rules that the image must keep, and where it broke them.
+//! Rules that the image must keep, and records of broken ones.
 
 use std::fmt;
 
-/// Declares the rules, with a list of all of them.
+/// Declares the rules and a list of all of them.
 macro_rules! rules {
     ($($(#[$doc:meta])* $name:ident,)*) => {
         /// A rule that is checked in every run.
@@ -87,18 +87,18 @@ rules! {
     TimerReload,
 }
 
-/// A rule broken, for the first time at this instruction.
+/// A broken rule, recorded once per instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// Which rule.
+    /// Broken rule.
     pub rule: Rule,
-    /// Description of what was seen.
+    /// Description of the first violation.
     pub detail: String,
-    /// Address of the instruction after it.
+    /// Address of the instruction running at the time.
     pub pc: u32,
-    /// Virtual time of the first, nanoseconds since power-up.
+    /// Virtual time of the first violation, nanoseconds since power-up.
     pub at_ns: u64,
-    /// Number of times.
+    /// Number of violations at this instruction.
     pub times: u64,
 }
 
@@ -119,12 +119,11 @@ impl fmt::Display for Finding {
     }
 }
 
-/// All that was found.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Findings(pub Vec<Finding>);
 
 impl Findings {
-    /// Notes a broken rule; the same at the same instruction is counted.
+    /// Notes a broken rule; repeats at the same instruction are only counted.
     pub fn add(&mut self, rule: Rule, detail: String, pc: u32, at_ns: u64) {
         match self
             .0

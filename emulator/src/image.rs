@@ -7,17 +7,16 @@ use object::{Architecture, Object, ObjectSymbol, SymbolKind};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// A firmware image, as `cargo xtask firmware` leaves it.
+/// A firmware image built by `cargo xtask firmware`.
 #[derive(Clone, Debug)]
 pub struct Image {
-    /// Physical addresses and what lies there.
+    /// Physical addresses and their content.
     pub(crate) segments: Vec<(u32, Vec<u8>)>,
     symbols: Vec<(String, u32)>,
-    /// Functions, by their addresses.
+    /// Functions, sorted by address.
     pub(crate) functions: Vec<Function>,
 }
 
-/// A function of an image.
 #[derive(Clone, Debug)]
 pub(crate) struct Function {
     pub name: String,
@@ -25,7 +24,7 @@ pub(crate) struct Function {
     pub bytes: u32,
 }
 
-/// Why a file is not an image.
+/// Reason why a file is not an image.
 #[derive(Debug)]
 pub struct ImageError(PathBuf, String);
 
@@ -43,12 +42,12 @@ impl fmt::Display for ImageError {
 impl std::error::Error for ImageError {}
 
 impl Image {
-    /// A board's image, as `cargo xtask firmware` has built it in this tree.
+    /// Reads a board's image, built by `cargo xtask firmware` in this tree.
     pub fn built(board: Board) -> Result<Self, ImageError> {
         Self::built_as(board.name(), board.file())
     }
 
-    /// An image that `cargo xtask firmware` has built in this tree, by its folder and its file.
+    /// Reads an image built by `cargo xtask firmware` in this tree, by its folder and file.
     pub fn built_as(folder: &str, file: &str) -> Result<Self, ImageError> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let target = std::env::var_os("CARGO_TARGET_DIR")
@@ -63,8 +62,7 @@ impl Image {
         Self::parse(&bytes, path)
     }
 
-    /// Reads an ELF file that is in memory, such as one that a program has embedded. `name` is for
-    /// messages.
+    /// Parses an ELF file in memory, such as one embedded in a program. `name` is for messages.
     pub fn parse(bytes: &[u8], name: &Path) -> Result<Self, ImageError> {
         let failed = |why: String| ImageError(name.to_owned(), why);
         let file = object::read::elf::ElfFile32::<object::LittleEndian>::parse(bytes)
@@ -108,7 +106,7 @@ impl Image {
         })
     }
 
-    /// Makes an image of these words at the start of the flash, and a symbol.
+    /// Creates an image with these words at the start of the flash, and a symbol.
     #[cfg(test)]
     pub(crate) fn of_words(words: &[u32], name: &str, value: u32) -> Self {
         let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
@@ -119,7 +117,7 @@ impl Image {
         }
     }
 
-    /// The address of a function, by a part of its mangled name.
+    /// Finds a function's address by a part of its mangled name.
     pub fn function(&self, part: &str) -> Option<u32> {
         self.symbols
             .iter()
@@ -127,14 +125,14 @@ impl Image {
             .map(|(_, value)| value & !1)
     }
 
-    /// The rest of the name of a symbol that begins so.
+    /// Finds a symbol whose name begins with `start`, and returns the rest of the name.
     pub fn name_after(&self, start: &str) -> Option<&str> {
         self.symbols
             .iter()
             .find_map(|(name, _)| name.strip_prefix(start))
     }
 
-    /// The value of a symbol.
+    /// Finds the value of a symbol.
     pub fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols
             .iter()

@@ -1,9 +1,9 @@
-//! The peripherals that the images touch. Each answers for its registers by their offset; none: not
+//! The peripherals that the images use. Each decodes its registers by offset; `None` means not
 //! modelled.
 //!
-//! Reset values are those of the vendor's register descriptions (the crate `stm32f4` 0.16,
-//! `stm32f405` and `stm32f446`), which agree with RM0090 and RM0390 as far as these were at hand;
-//! what stands on memory alone is marked "(from memory)".
+//! Reset values are from the vendor's register descriptions (the crate `stm32f4` 0.16, `stm32f405`
+//! and `stm32f446`), which agree with RM0090 and RM0390 as far as these were available; values from
+//! memory alone are marked "(from memory)".
 
 pub(crate) mod adc;
 pub(crate) mod dac;

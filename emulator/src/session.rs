@@ -1,4 +1,4 @@
-//! A board that runs in a thread of its own, at the pace of this PC's clock.
+//! Runs a board in its own thread, paced by this PC's clock.
 
 use crate::emulator::{Emulator, Reset};
 use crate::findings::Finding;
@@ -11,23 +11,23 @@ use std::sync::mpsc::{channel, sync_channel};
 use std::thread::{JoinHandle, sleep};
 use std::time::{Duration, Instant};
 
-/// Board time between two looks at this PC's clock and at what was sent, nanoseconds.
+/// Board time between two checks of this PC's clock and of the bytes sent, nanoseconds.
 const STEP_NS: u64 = 1_000_000;
 
-/// Steps with bytes that nobody has fetched yet, at most. The board waits then.
+/// Maximum number of steps with bytes that are not yet fetched. Then the board waits.
 const STEPS_MAX: usize = 1000;
 
-/// Time between two looks at a reader that is slow, or at a session that is paused.
+/// Polling interval while a reader is slow or a session is paused.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Delay after which the board's clock is set back: this PC is too slow, and the board must not
-/// hurry to make up for it.
+/// Delay at which the board's clock is set back: this PC is too slow, and the board must not rush
+/// to catch up.
 const LATE_MAX: Duration = Duration::from_millis(500);
 
-/// Error of a session: the reason in one line.
+/// Reason of an error in one line.
 type Reason = Box<dyn Error + Send + Sync>;
 
-/// Work for the board between two steps.
+/// Job for the board between two steps.
 type Job = Box<dyn FnOnce(&mut Emulator) + Send>;
 
 /// Counts of a session that has ended.
@@ -35,15 +35,15 @@ type Job = Box<dyn FnOnce(&mut Emulator) + Send>;
 pub struct Summary {
     /// Board time, nanoseconds since power-up.
     pub board_ns: u64,
-    /// Time by which the board has fallen behind this PC's clock, in all.
+    /// Total time by which the board has fallen behind this PC's clock.
     pub behind: Duration,
-    /// Rules that were broken.
+    /// Broken rules.
     pub findings: Vec<Finding>,
     /// Resets since power-up.
     pub resets: Vec<Reset>,
 }
 
-/// The thread of a session has panicked.
+/// Error: the thread of a session has panicked.
 #[derive(Clone, Copy, Debug)]
 struct Panicked;
 
@@ -64,7 +64,7 @@ struct Shared {
     behind_ns: AtomicU64,
 }
 
-/// An emulated board in a thread. Dropped, it ends the thread.
+/// An emulated board in a thread, which ends when this is dropped.
 #[derive(Debug)]
 pub struct Session {
     sent: Receiver<Vec<u8>>,
@@ -74,9 +74,9 @@ pub struct Session {
 }
 
 impl Session {
-    /// Starts the board that `make` builds in the thread, since a scene need not be `Send`.
-    /// `pace` is board time over this PC's time; 0: as fast as possible. Bytes arrive at their board
-    /// time and not before. A board whose bytes nobody fetches waits after a second of them.
+    /// Starts the board that `make` builds in the thread, because a scene need not be `Send`.
+    /// `pace` is board time over this PC's time; 0: as fast as possible. Bytes arrive no earlier
+    /// than at their board time. The board waits once a second of its bytes is unfetched.
     pub fn start<E: Into<Reason>>(
         pace: f64,
         make: impl FnOnce() -> Result<Emulator, E> + Send + 'static,
@@ -84,8 +84,8 @@ impl Session {
         Self::start_until(pace, make, |_| false)
     }
 
-    /// As [`Self::start`], for a board that ends when `is_over`, which is asked after each
-    /// millisecond of board time.
+    /// Like [`Self::start`], but the board ends once `is_over` returns true; it is called after
+    /// each millisecond of board time.
     pub fn start_until<E: Into<Reason>>(
         pace: f64,
         make: impl FnOnce() -> Result<Emulator, E> + Send + 'static,
@@ -114,20 +114,20 @@ impl Session {
         }
     }
 
-    /// Puts bytes on the line to the board.
+    /// Sends bytes to the board.
     pub fn send(&self, bytes: &[u8]) {
         let bytes = bytes.to_vec();
         self.with(move |emulator| emulator.send(&bytes));
     }
 
-    /// Does something to the board between two instructions, at most a millisecond of board time
-    /// from now: press its reset button, break its oscillator. A board that has ended does nothing.
+    /// Runs `job` on the board between two instructions, within a millisecond of board time: press
+    /// its reset button, break its oscillator. Does nothing if the board has ended.
     pub fn with(&self, job: impl FnOnce(&mut Emulator) + Send + 'static) {
         let _ = self.jobs.send(Box::new(job));
     }
 
-    /// Bytes that the board has sent, at most `timeout` from now; empty if it sends none. `None` if
-    /// the board has ended: [`Self::end`] tells why.
+    /// Returns bytes that the board has sent, waiting up to `timeout`; empty if there are none.
+    /// `None` if the board has ended: [`Self::end`] returns the reason.
     pub fn receive(&self, timeout: Duration) -> Option<Vec<u8>> {
         match self.sent.recv_timeout(timeout) {
             Ok(bytes) => Some(bytes),
@@ -136,22 +136,22 @@ impl Session {
         }
     }
 
-    /// Stops and continues the board's time. Gives the state before.
+    /// Stops or continues the board's time. Returns the previous state.
     pub fn pause(&self, pause: bool) -> bool {
         self.shared.is_paused.swap(pause, Ordering::Relaxed)
     }
 
-    /// Board time, nanoseconds since power-up, to a millisecond.
+    /// Board time, nanoseconds since power-up, within a millisecond.
     pub fn board_ns(&self) -> u64 {
         self.shared.board_ns.load(Ordering::Relaxed)
     }
 
-    /// Time by which the board has fallen behind this PC's clock, in all: zero while it keeps up.
+    /// Total time by which the board has fallen behind this PC's clock: zero while it keeps up.
     pub fn behind(&self) -> Duration {
         Duration::from_nanos(self.shared.behind_ns.load(Ordering::Relaxed))
     }
 
-    /// Ends the board, and gives the reason if it has ended by itself.
+    /// Ends the board. Returns an error with the reason if the board had ended by itself.
     pub fn end(mut self) -> Result<Summary, Box<dyn Error + Send + Sync>> {
         self.join()
     }
@@ -213,11 +213,11 @@ impl Runner {
         })
     }
 
-    /// Gives bytes to the reader, and waits while it has too many.
+    /// Passes bytes to the reader, and waits while its queue is full.
     fn give(&mut self, mut bytes: Vec<u8>) {
         while !self.shared.stops.load(Ordering::Relaxed) {
             match self.to_reader.try_send(bytes) {
-                // Nobody reads once the session is gone, and then the board stops too.
+                // Once the session is dropped, the reader is gone and the board stops.
                 Ok(()) | Err(TrySendError::Disconnected(_)) => return,
                 Err(TrySendError::Full(back)) => bytes = back,
             }
@@ -225,7 +225,7 @@ impl Runner {
         }
     }
 
-    /// Waits without falling behind.
+    /// Waits without making the board fall behind.
     fn hold(&mut self) {
         let begun = Instant::now();
         sleep(LOOK);
@@ -233,11 +233,11 @@ impl Runner {
     }
 }
 
-/// Board time against this PC's clock.
+/// Paces board time by this PC's clock.
 struct Pacer {
-    /// Board time over this PC's time; none: as fast as possible.
+    /// Board time over this PC's time; `None`: as fast as possible.
     pace: Option<f64>,
-    /// When board time was zero.
+    /// Time on this PC's clock at which board time was zero.
     begun: Instant,
 }
 
@@ -253,8 +253,7 @@ impl Pacer {
         self.begun += by;
     }
 
-    /// Waits until this board time is due. Gives the time by which the board's clock had to be set
-    /// back.
+    /// Waits until a board time is due. Returns the time by which the board's clock was set back.
     fn wait(&mut self, board_ns: u64) -> Duration {
         let Some(pace) = self.pace else {
             return Duration::ZERO;
@@ -282,7 +281,7 @@ mod tests {
     use hal_mock::Constant;
     use std::time::{Duration, Instant};
 
-    /// A board that runs one instruction again and again, or ends at once at one that is not
+    /// Creates a board that repeats one instruction, or ends at once if the instruction is not
     /// modelled.
     fn board(instruction: u32) -> Result<Emulator, Box<Failure>> {
         let words = [0x2000_2000, 0x0800_0009, instruction];
@@ -347,7 +346,7 @@ mod tests {
         let begun = Instant::now();
         assert_eq!(pacer.wait(22_000_000), Duration::ZERO);
         assert!(begun.elapsed() > Duration::from_millis(15));
-        // Without a pace nothing waits.
+        // Without a pace there is no waiting.
         assert_eq!(Pacer::new(0.0).wait(u64::MAX), Duration::ZERO);
     }
 }

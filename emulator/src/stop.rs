@@ -1,14 +1,14 @@
-//! Why an instruction did not end as usual.
+//! Reasons for an instruction to end early.
 
 use std::fmt;
 
-/// The run ends: the image has touched something that is not modelled, or the processor has locked
-/// up.
+/// Failure that ends the run: the image has used something that is not modelled, or the processor
+/// has locked up.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// The missing register or instruction.
+    /// Description of the missing register or instruction.
     pub what: String,
-    /// The address that was touched.
+    /// Address of the access.
     pub address: u32,
     /// Address of the instruction.
     pub pc: u32,

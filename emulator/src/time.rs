@@ -1,9 +1,9 @@
-//! Virtual time: processor cycles, and nanoseconds through the present clock.
+//! Virtual time: processor cycles, and nanoseconds according to the current clock.
 
 const SECOND_NS: u64 = 1_000_000_000;
 
-/// Time since power-up. Cycles are what instructions and on-chip peripherals count; nanoseconds are
-/// what the ADC counts.
+/// Time since power-up. Instructions and on-chip peripherals count cycles; the ADC counts
+/// nanoseconds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Time {
     /// Processor cycles since power-up.
@@ -14,7 +14,7 @@ pub(crate) struct Time {
 }
 
 impl Time {
-    /// Power-up with a processor clock in hertz.
+    /// Starts at power-up with a processor clock in hertz.
     pub const fn new(hz: u64) -> Self {
         Self {
             cycles: 0,
@@ -29,20 +29,20 @@ impl Time {
         self.ns_at(self.cycles)
     }
 
-    /// Time at another number of cycles, not before the clock's latest change and less than 100 s
-    /// ahead.
+    /// Time at a number of cycles, which must not be before the latest change of the clock and less
+    /// than 100 s ahead.
     pub const fn ns_at(&self, cycles: u64) -> u64 {
         self.base_ns + cycles.saturating_sub(self.base_cycles) * SECOND_NS / self.hz
     }
 
-    /// The first cycle at or after a time.
+    /// Returns the first cycle at or after a time.
     pub const fn cycle_at(&self, ns: u64) -> u64 {
         let ns = ns.saturating_sub(self.base_ns);
         let whole = ns / SECOND_NS * self.hz;
         self.base_cycles + whole + (ns % SECOND_NS * self.hz).div_ceil(SECOND_NS)
     }
 
-    /// Cycles in a second.
+    /// Processor clock, hertz.
     pub const fn hz(&self) -> u64 {
         self.hz
     }
@@ -52,7 +52,7 @@ impl Time {
         (self.base_ns, self.base_cycles, self.hz) = (self.ns(), self.cycles, hz);
     }
 
-    /// Moves the base by whole seconds, so that products fit in 64 bits. To be called at least every
+    /// Moves the base by whole seconds, so that products fit in 64 bits. Call this at least every
     /// minute.
     pub const fn settle(&mut self) {
         while self.cycles - self.base_cycles >= self.hz {
@@ -61,7 +61,7 @@ impl Time {
         }
     }
 
-    /// Lets time pass without cycles: the processor's clock has stopped.
+    /// Lets time pass without cycles while the processor's clock is stopped.
     pub const fn stand_still_until(&mut self, ns: u64) {
         (self.base_ns, self.base_cycles) = (ns, self.cycles);
     }

@@ -11,7 +11,6 @@ pub enum Width {
 }
 
 impl Width {
-    /// Bytes in memory.
     pub const fn bytes(self) -> u32 {
         match self {
             Self::Byte | Self::SignedByte => 1,
@@ -20,7 +19,7 @@ impl Width {
         }
     }
 
-    /// The lowest bits of a word, extended to all of it.
+    /// Extends the lowest bits of a word to a whole word.
     pub const fn extend(self, value: u32) -> u32 {
         match self {
             Self::Byte => value & 0xFF,

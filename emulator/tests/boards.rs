@@ -1,5 +1,5 @@
 //! The three runs of `cargo xtask test`, on all boards: from reset to the greeting, the demo's
-//! grating, the longest command while the chip scans.
+//! grating, and the longest command during a scan.
 
 mod common;
 
@@ -104,7 +104,7 @@ fn the_longest_command_arrives_two_hundred_times_while_the_chip_scans() {
     }
 }
 
-/// `src/minimal.rs` has no tasks: it loses what is converted during a fit, and says so.
+/// `src/minimal.rs` has no tasks: it loses the conversions made during a fit, and reports this.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn the_minimal_firmware_prints_a_touch_as_text() {
@@ -127,7 +127,7 @@ fn the_minimal_firmware_prints_a_touch_as_text() {
     let good: Vec<_> = good.collect();
     assert!(!good.is_empty(), "{text}");
     for (mhz, sigma_uhz) in good {
-        // Cut off to whole millihertz.
+        // Truncated to whole millihertz.
         let off_mhz = (mhz + 0.5 - 30_000.0 / 3.6).abs();
         assert!(off_mhz < 0.5 + 5.0 * sigma_uhz * 1e-3, "{text}");
     }

@@ -1,5 +1,5 @@
-//! Runs of minutes of virtual time, over the wrap of the microsecond counter, and at the chip's top
-//! speed.
+//! Runs of minutes of virtual time, across the wrap of the microsecond counter, and at the chip's
+//! top speed.
 
 mod common;
 
@@ -12,9 +12,9 @@ use ridgetone_finger::TimedConversion;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Span};
 
-/// Touches again and again, for `seconds` seconds: what the board reports of them is what the
-/// library gives on this PC for the same conversions, to the bit, and nothing is lost. The counter
-/// stands at `counter_us` when it begins.
+/// Touches repeatedly for `seconds` seconds: the board reports, to the bit, what the library
+/// computes on this PC from the same conversions, and nothing is lost. The counter is at
+/// `counter_us` at the beginning.
 fn touches(seconds: u32, counter_us: u32) {
     let scene = Repeated(SlidingScene::new(Sliding::default()).expect("the default scene"));
     let mut run = Run::new(Board::FeatherF405, scene, Start::default());
@@ -58,20 +58,20 @@ fn touches(seconds: u32, counter_us: u32) {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn ten_minutes_of_touches_over_the_wrap_of_the_counter_lose_nothing() {
-    // The counter wraps half-way, in a slide.
+    // The counter wraps half-way, during a slide.
     touches(600, u32::MAX - 303_200_000);
 }
 
-/// Nothing runs it but you: it takes 25 minutes.
+/// Run this by hand: no script does, because it takes 25 minutes.
 #[test]
 #[ignore = "75 minutes of virtual time"]
 fn an_hour_and_a_quarter_of_touches_on_the_register_model_loses_nothing() {
     touches(4500, 100_000);
 }
 
-/// Clock of a simulated chip whose scan, made for 15.72864 MHz and 5064 conversions a second, makes
-/// 23,739 of them: the most that the real one does by any setting (SBAS297G: 16 MHz, DRATE 3, no
-/// delay). No real chip bears this clock.
+/// Clock of a simulated chip whose scan, planned for 15.72864 MHz and 5064 conversions a second,
+/// makes 23,739 of them: the maximum of a real chip at any setting (SBAS297G: 16 MHz, DRATE 3, no
+/// delay). No real chip tolerates this clock.
 const FAST_CLOCK_HZ: u32 = 73_734_000;
 
 #[test]
@@ -91,7 +91,7 @@ fn at_the_chips_top_speed_every_loss_is_reported() {
                 ..Start::default()
             },
         );
-        // The slide with its fits is over by then.
+        // The slide with its fits has ended by then.
         run.run_s(4.0);
         let from = run.emulator.adc().counters().conversions;
         let report = run.run_to(2.0, health);

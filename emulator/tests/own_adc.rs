@@ -1,5 +1,4 @@
-//! The boards without another chip: the processor's own converter, its DMA, and what the firmware
-//! makes of them.
+//! The boards without an ADS1258: the processor's own ADC, its DMA, and the firmware's results.
 
 mod common;
 
@@ -37,7 +36,7 @@ fn the_demo_is_good_without_another_chip() {
             (true, sequence),
             "{board:?}: {state:?}"
         );
-        // The STM32F405 has no such bit.
+        // The STM32F405 does not have ADCDC1.
         let has_bit = board != Board::FeatherF405Adc;
         assert_eq!(run.emulator.has_quiet_adc(), has_bit, "{board:?}");
         run.run_s(5.5);
@@ -113,7 +112,7 @@ fn an_overrun_and_a_failed_transfer_are_found_and_mended() {
             "{board:?}: {accounted} of {made}, {report:?}"
         );
         assert!(run.emulator.resets().is_empty(), "{board:?}");
-        // Without the stream nobody fetches the next sample.
+        // Without the stream, the next sample is not fetched.
         let broken: Vec<Rule> = run.emulator.findings().iter().map(|one| one.rule).collect();
         let expected = if fault == OwnAdcFault::Transfer {
             vec![Rule::AdcOverrun]
@@ -124,8 +123,8 @@ fn an_overrun_and_a_failed_transfer_are_found_and_mended() {
     }
 }
 
-/// As an erase of the flash does: halves of the buffer are overwritten. Whole frames are lost, and
-/// those behind them are where they would have been.
+/// Halves of the buffer are overwritten, as during an erase of the flash. Whole frames are lost,
+/// and the frames after them keep their times.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn an_interrupt_that_is_held_off_costs_whole_frames() {
@@ -146,7 +145,7 @@ fn an_interrupt_that_is_held_off_costs_whole_frames() {
         }
         run.run_to(2.0, health);
         let after = run.run_to(2.0, health);
-        // At 4.1 to 4.2 ms a frame: one, one, two or three.
+        // At 4.1 to 4.2 ms a frame: one, one, two or three frames lost.
         let lost = after.conversions_lost / channels;
         assert_eq!(after.conversions_lost % channels, 0, "{board:?}: {after:?}");
         assert!((3..=5).contains(&lost), "{board:?}: {after:?}");
@@ -227,7 +226,7 @@ fn a_fast_plan_follows_a_hand_and_the_ads1258s_are_refused() {
     }
 }
 
-/// Bare bridges move by a few steps of 0.8 mV: there are tones, and they are less sure.
+/// Bare bridges move by a few steps of 0.8 mV: tones are found, but are less certain.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn bare_bridges_are_less_sure_than_amplified_ones() {

@@ -30,13 +30,11 @@ fn scene(plan: &Plan) -> Sliding {
     }
 }
 
-/// Results of a plan in one run.
 struct Did {
     last: Health,
     loads: Vec<f32>,
     good: usize,
     slides: usize,
-    /// Packets that did not arrive.
     missing: u32,
 }
 
@@ -168,7 +166,7 @@ fn each_plan_is_set_by_a_request_and_finds_a_tone_and_loses_nothing() {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn each_plan_loses_nothing_in_a_minute() {
-    // Each board on a core of its own.
+    // Run each board on a separate core.
     std::thread::scope(|scope| {
         for board in BOARDS {
             scope.spawn(move || {
@@ -179,8 +177,8 @@ fn each_plan_loses_nothing_in_a_minute() {
     });
 }
 
-/// Kinds of events of the demo's touch with the plan `hand`, raw frames left out, the last `health`
-/// and the packets that are missing.
+/// Returns the kinds of events of the demo's touch with the plan `hand`, without raw frames, the
+/// last `health` and the number of missing packets.
 fn touch(raw_frames: u32) -> (Vec<&'static str>, Health, u32) {
     let mut run = Run::sliding(Board::FeatherF405);
     run.run_to(1.0, hello);
@@ -208,8 +206,8 @@ fn touch(raw_frames: u32) -> (Vec<&'static str>, Health, u32) {
     (kinds.collect(), last.expect("health"), run.missing())
 }
 
-/// The line takes some 1,100 of 1,459 frames a second: the others are thinned, and nothing else is
-/// lost.
+/// The line carries some 1,100 of 1,459 frames a second: the others are thinned out, and nothing
+/// else is lost.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn raw_frames_that_do_not_fit_cost_no_event() {
@@ -217,7 +215,7 @@ fn raw_frames_that_do_not_fit_cost_no_event() {
     let (beside, with, missing) = touch(u32::MAX);
     assert_eq!(without.frames_thinned, 0);
     assert!(alone.contains(&"release") && alone.contains(&"whole slide"));
-    // Windows are left out where the line takes the fit's time.
+    // Windows are skipped if the line takes time from the fit.
     let events = |kinds: &[&'static str]| -> Vec<_> {
         let is_event = |kind: &&&str| !["window", "texture"].contains(*kind);
         kinds.iter().filter(is_event).copied().collect()

@@ -1,4 +1,4 @@
-//! Settings that are kept: in the flash of the board, over losses of power and over an erasure.
+//! Stored settings: in the flash of the board, across losses of power and an erase.
 
 mod common;
 
@@ -10,7 +10,6 @@ use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::RECORD_BYTES;
 
-/// Settings that differ by their number.
 fn settings(number: u16) -> Settings {
     Settings {
         stride_s: 0.25 + 0.01 * f32::from(number % 50),
@@ -25,14 +24,13 @@ fn keep(number: u16) -> Command {
     }
 }
 
-/// A board that has just greeted.
 fn greeted(board: Board) -> Run {
     let mut run = Run::new(board, Constant::default(), Start::default());
     run.run_to(1.0, hello);
     run
 }
 
-/// The settings that the board starts with when its power is back.
+/// Cycles the power and returns the settings that the board starts with.
 fn after_power(run: &mut Run) -> (Settings, SettingsSource) {
     run.emulator.cycle_power().expect("a reset");
     let greeting = run.run_to(1.0, hello);
@@ -75,7 +73,7 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
     }
 }
 
-/// Error flags that are set at power-up are no failure of the first write.
+/// Error flags set at power-up must not make the first write fail.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn settings_are_kept_though_the_flash_has_old_error_flags() {
@@ -93,12 +91,11 @@ fn settings_are_kept_though_the_flash_has_old_error_flags() {
     }
 }
 
-/// Records of a sector of 128 KiB.
+/// Number of records in a sector of 128 KiB.
 const RECORDS: u16 = (128 * 1024 / RECORD_BYTES) as u16;
 
-/// What the erase of a sector may leave when the power goes: half of it is blank; all is
-/// programmed, as an erase begins; of every byte some bits are erased; all is blank but a bit at
-/// the end.
+/// Content of a sector after a power loss during its erase: half of it blank; all programmed, as an
+/// erase begins; some bits of every byte erased; all blank except one bit at the end.
 const REMAINS: [fn(usize, u8) -> u8; 4] = [
     |at, byte| if at < 64 * 1024 { 0xFF } else { byte },
     |_, _| 0,
@@ -106,7 +103,7 @@ const REMAINS: [fn(usize, u8) -> u8; 4] = [
     |at, _| if at + 1 == 128 * 1024 { 0x7F } else { 0xFF },
 ];
 
-/// The sectors as a board has filled them with settings of its own.
+/// Returns the sectors of a board that has filled them with settings.
 fn full_store() -> Vec<u8> {
     let mut run = greeted(Board::FeatherF405);
     for number in 1..=2 * RECORDS {
@@ -121,7 +118,7 @@ fn store_address(board: Board) -> u32 {
     image(board).symbol("_settings_start").expect("memory.x")
 }
 
-/// A board with these sectors that has just greeted.
+/// Starts a board with these sectors and runs it until it has greeted.
 fn with_store(board: Board, store: &[u8]) -> Run {
     let mut run = greeted(board);
     run.emulator.overwrite_flash(store_address(board), store);
@@ -145,7 +142,7 @@ fn a_full_store_is_erased_and_survives_the_loss_of_power_meanwhile() {
             "{board:?}"
         );
         assert_eq!(run.emulator.flash_counts().1, 1);
-        // The watchdog lives on.
+        // The watchdog is still fed.
         run.run_s(2.0);
         assert!(
             run.emulator.resets().len() == 1,

@@ -1,4 +1,4 @@
-//! Starts with something wrong.
+//! Starts in faulty conditions.
 
 mod common;
 
@@ -130,7 +130,8 @@ fn chip_select_waits_for_the_last_bit_where_bsy_clears_early() {
     }
 }
 
-/// The processor measures time with an oscillator that is off: its time stamps are, by the same part.
+/// The processor runs from an oscillator with an error: its time stamps have the same relative
+/// error.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn an_internal_oscillator_that_is_off_stretches_the_time_stamps() {
@@ -155,7 +156,8 @@ fn an_internal_oscillator_that_is_off_stretches_the_time_stamps() {
     }
 }
 
-/// Fails unless there are estimates, each with the clock fault and none `good` or `unsteady`.
+/// Asserts that there are estimates, that all have the clock fault and that none is `good` or
+/// `unsteady`.
 #[track_caller]
 fn assert_all_doubted(events: &[Event], board: Board) {
     let found = estimates(events);
@@ -169,8 +171,8 @@ fn assert_all_doubted(events: &[Event], board: Board) {
     }
 }
 
-/// Neither the own ADC, which has the same clock as the time stamps, nor 0.4 % of an ADS1258 shows in
-/// the rate of the frames.
+/// The rate of the frames reveals neither the own ADC's clock, which is also that of the time
+/// stamps, nor an error of 0.4 % with an ADS1258.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_estimate_is_good_on_an_internal_oscillator() {
@@ -185,7 +187,7 @@ fn no_estimate_is_good_on_an_internal_oscillator() {
         let mut run = Run::new(board, scene, start);
         run.run_s(7.0);
         assert_all_doubted(&run.events, board);
-        // One episode, which never ends.
+        // One episode that never ends.
         let faults: Vec<_> = run.events.iter().filter_map(fault_of).collect();
         assert!(
             faults[0].kind == FaultKind::Clock && faults.iter().all(|one| one.until_us.is_none()),
@@ -195,7 +197,7 @@ fn no_estimate_is_good_on_an_internal_oscillator() {
     }
 }
 
-/// The clock security system sees it. The board restarts at once, and reports why.
+/// The clock security system detects the stop. The board restarts at once and reports the cause.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_crystal_that_stops_within_a_slide_is_reported_and_no_estimate_is_good_after_it() {

@@ -1,5 +1,5 @@
-//! A window for each frame on the register model, in the lean scene: how many are fitted, how old an
-//! answer is when its last byte has left the board, and when events leave it. `cargo test -p
+//! A window for each frame on the register model, in the lean scene: how many are fitted, the age
+//! of an answer when its last byte has left the board, and when events leave it. `cargo test -p
 //! ridgetone-emulator --release --test tracks -- --ignored --nocapture` prints the figures.
 
 mod common;
@@ -11,10 +11,11 @@ use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::{Declared, Settings};
 use ridgetone_proto::telemetry::{Event, Health, Span, Status, Track};
 
-/// The time between looks at the line, seconds.
+/// Time between polls of the line, seconds.
 const LOOK_S: f64 = 2e-4;
 
-/// A touch with a single sine in white noise as events, with the device time at which each had left the board, seconds.
+/// Events of a touch with a single sine in white noise, each with the device time in seconds at
+/// which it had left the board.
 fn touch(board: Board, window_s: f32) -> (Run, Vec<(f64, Event)>) {
     let scene = SlidingScene::new(Sliding {
         overtones: [0.0; 3],
@@ -139,7 +140,7 @@ fn a_window_for_each_frame_is_answered_within_fifteen_milliseconds() {
             println!(
                 "  {name:8} of {t_s:.3} s reported after {after_s:.3} s, left the board at {at_s:.3} s"
             );
-            // The line, and what waits in front of the event.
+            // Time on the line and in the queue before it.
             let waited_s = at_s - t_s - after_s;
             assert!((-0.001..0.03).contains(&waited_s), "{name}: {waited_s}");
         }

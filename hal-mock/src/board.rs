@@ -9,8 +9,7 @@ use embedded_hal::digital::{self, InputPin, OutputPin, PinState};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A simulated chip and the virtual clock that all its pins share. Clones are handles to the same
-/// one.
+/// A simulated chip and the virtual clock that all its pins share. Clones share one chip and clock.
 #[derive(Clone)]
 pub struct SimulatedBoard(Arc<Mutex<State>>);
 
@@ -18,7 +17,7 @@ pub struct SimulatedBoard(Arc<Mutex<State>>);
 struct State {
     chip: Ads1258,
     now_ns: u64,
-    /// 0: SPI bytes take no time.
+    /// SPI clock in hertz; 0: SPI bytes take no time.
     sclk_hz: u32,
     read_fill: u8,
     poll_ns: u64,
@@ -60,7 +59,7 @@ impl SimulatedBoard {
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
-        // A panic in a test elsewhere leaves the state whole: every change is complete before
+        // If a test panicked elsewhere, the state is still valid: every change is complete before
         // anything can panic.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -90,20 +89,20 @@ impl SimulatedBoard {
         VirtualDelay(self.clone())
     }
 
-    /// SCLK in hertz: each SPI byte takes 8 of its cycles (rounded down to nanoseconds). 0, the
-    /// default: no time.
+    /// Sets SCLK in hertz: each SPI byte takes 8 cycles (rounded down to nanoseconds). With 0, the
+    /// default, it takes no time.
     pub fn set_sclk_hz(&self, sclk_hz: u32) {
         self.lock().sclk_hz = sclk_hz;
     }
 
-    /// What DIN carries while a driver only reads; embedded-hal leaves it to the implementation.
-    /// Default 00h.
+    /// Sets the byte on DIN while a driver only reads, which embedded-hal leaves to the
+    /// implementation. Default 00h.
     pub fn set_read_fill(&self, byte: u8) {
         self.lock().read_fill = byte;
     }
 
-    /// Nanoseconds that each look at the DRDY pin takes, after it. Default 0; a driver that polls
-    /// without a delay needs more, or virtual time stands still.
+    /// Sets how far virtual time advances after each read of the DRDY pin, in nanoseconds. Default
+    /// 0; a driver that polls without a delay needs more, or virtual time stands still.
     pub fn set_poll_ns(&self, ns: u64) {
         self.lock().poll_ns = ns;
     }
@@ -119,7 +118,7 @@ impl SimulatedBoard {
     }
 
     /// Moves time to the next falling edge of DRDY (strictly later than now) and returns its time
-    /// in nanoseconds. `None`, and time stands still, when the scene has ended or no conversion
+    /// in nanoseconds. Returns `None` and leaves the time if the scene has ended or no conversion
     /// runs.
     pub fn wait_for_drdy(&self) -> Option<u64> {
         let mut state = self.lock();
@@ -132,8 +131,8 @@ impl SimulatedBoard {
         Some(edge_ns)
     }
 
-    /// Access to the chip itself. Where it takes the time, read [`now_ns`](Self::now_ns) before:
-    /// the board is locked inside.
+    /// Calls `f` with the chip while the board is locked. Read [`now_ns`](Self::now_ns) before the
+    /// call: inside it would deadlock.
     pub fn with_chip<R>(&self, f: impl FnOnce(&mut Ads1258) -> R) -> R {
         f(&mut self.lock().chip)
     }
@@ -159,7 +158,7 @@ impl spi::ErrorType for ChipSpi {
     type Error = Infallible;
 }
 
-/// One transaction is one frame of CS.
+/// One transaction keeps CS low from its beginning to its end.
 impl SpiDevice for ChipSpi {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
         let mut state = self.0.lock();

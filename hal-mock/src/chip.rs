@@ -34,8 +34,8 @@ use timing::Timing;
 ///
 /// All times are virtual nanoseconds and must not decrease from call to call; a call with an
 /// earlier time acts at the latest time seen. Scene time zero is the first start condition (rising
-/// START or pulse convert) after construction, so what is measured does not depend on how long the
-/// start-up took. Each conversion samples the scene once, at the middle of the filter's aperture:
+/// START or pulse convert) after construction, so measurements do not depend on the duration of the
+/// start-up. Each conversion samples the scene once, at the middle of the filter's aperture:
 /// [`sample_delay_ns`](Self::sample_delay_ns) before its DRDY edge.
 pub struct Ads1258 {
     scene: Box<dyn Scene>,
@@ -54,14 +54,13 @@ pub struct Ads1258 {
     reset_low: bool,
     /// Time of scene zero.
     zero_ns: Option<u64>,
-    /// The running conversion.
     conversion: Option<Conversion>,
-    /// CHID of the slot begun last; `None`: the scan begins at the top.
+    /// CHID of the latest slot begun; `None`: the scan begins at the top.
     last_chid: Option<u8>,
     outcome: Outcome,
-    /// The latest two results, which a reset does not forget.
+    /// The latest two results; a reset keeps them.
     latest: [Outcome; 2],
-    /// There is an unread result.
+    /// True while a result is unread.
     drdy_low: bool,
     latest_fall_ns: Option<u64>,
     counters: Counters,
@@ -96,8 +95,8 @@ impl Ads1258 {
         }
     }
 
-    /// Lets time pass until `now_ns`: every conversion due by then is finished, every injection due
-    /// has acted.
+    /// Lets time pass until `now_ns`: finishes every conversion and applies every injection due by
+    /// then.
     pub fn advance_to(&mut self, now_ns: u64) {
         while let Some(edge_ns) = self.next_event_ns().filter(|&event_ns| event_ns <= now_ns) {
             self.now_ns = self.now_ns.max(edge_ns);
@@ -110,7 +109,7 @@ impl Ads1258 {
         self.now_ns = self.now_ns.max(now_ns);
     }
 
-    /// The START pin. High converts from where the scan stopped; low finishes the running
+    /// Sets the START pin. High converts from where the scan stopped; low finishes the running
     /// conversion, then idles.
     pub fn set_start(&mut self, now_ns: u64, high: bool) {
         self.advance_to(now_ns);
@@ -120,9 +119,9 @@ impl Ads1258 {
         }
     }
 
-    /// The RESET pin. Low puts registers and interface into their defaults and ends the running
-    /// conversion; the chip is ready when it goes high again (and converts at once if START is
-    /// high).
+    /// Sets the RESET pin. Low resets registers and interface to their defaults and ends the
+    /// running conversion; the chip is ready when it goes high again (and converts at once if START
+    /// is high).
     pub fn set_reset(&mut self, now_ns: u64, high: bool) {
         self.advance_to(now_ns);
         let was_low = std::mem::replace(&mut self.reset_low, !high);
@@ -133,7 +132,8 @@ impl Ads1258 {
         }
     }
 
-    /// Registers and interface to their defaults. The result and the running conversion are lost.
+    /// Resets registers and interface to their defaults. The result and the running conversion are
+    /// lost.
     fn forget(&mut self) {
         self.registers.reset();
         self.interface = Interface::default();
@@ -143,33 +143,33 @@ impl Ads1258 {
         self.drdy_low = false;
     }
 
-    /// End of the running conversion.
+    /// Returns the time at which the running conversion ends.
     fn next_result_ns(&self) -> Option<u64> {
         self.conversion
             .as_ref()
             .map(|c| c.at_ns(self.clock, c.end_cycle))
     }
 
-    /// True if the scene has ended at the time advanced to. The chip still converts its voltages.
+    /// True if the scene has ended by now. The chip still converts its voltages.
     pub fn ended(&self) -> bool {
         self.scene_time_s()
             .is_some_and(|t_s| t_s >= self.scene.end_s())
     }
 
-    /// Scene time in seconds at the time advanced to; `None` before the first start condition.
+    /// Scene time now, in seconds; `None` before the first start condition.
     pub fn scene_time_s(&self) -> Option<f64> {
         self.zero_ns
             .map(|zero_ns| self.now_ns.saturating_sub(zero_ns) as f64 * 1e-9)
     }
 
-    /// Time at which scene time was zero: the first start condition.
+    /// Virtual time of scene time zero: the first start condition.
     pub fn scene_zero_ns(&self) -> Option<u64> {
         self.zero_ns
     }
 
-    /// Nanoseconds (rounded down) by which a conversion with the present settings samples its
-    /// input before its DRDY edge: 64 (N + 4) tCLK, the middle of the symmetric filter, and with
-    /// CHOP half a pass more.
+    /// Time from the sampling of the input to the DRDY edge with the present settings, nanoseconds
+    /// (rounded down): 64 (N + 4) tCLK, half the length of the symmetric filter; with CHOP, half a
+    /// pass more.
     pub fn sample_delay_ns(&self) -> u64 {
         self.clock
             .ns(Timing::of(&self.registers).sample_delay_cycles())
@@ -185,10 +185,10 @@ impl Ads1258 {
         self.clock.ns(cycles)
     }
 
-    /// The latest two results, the latest first, without faults of the bus: flags and CHID without
-    /// NEW, and the code.
+    /// The latest two results, newest first, without faults of the bus: flags and CHID without NEW,
+    /// and the code.
     pub fn latest_results(&self) -> [(u8, i32); 2] {
-        // Poison has 24 bits and no sign yet.
+        // Extend the sign: a poisoned code has only its lower 24 bits.
         self.latest
             .map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code << 8 >> 8))
     }
@@ -198,12 +198,12 @@ impl Ads1258 {
         self.counters
     }
 
-    /// All registers, as a read over SPI would give them.
+    /// All registers, as a read over SPI would return them.
     pub fn registers(&self) -> [u8; REGISTERS] {
         std::array::from_fn(|address| self.registers.read(address as u8).unwrap_or(0))
     }
 
-    /// Physical values, to be changed while the chip runs.
+    /// Physical values, which may be changed while the chip runs.
     pub fn analog_mut(&mut self) -> &mut Analog {
         &mut self.options.analog
     }
@@ -213,7 +213,8 @@ impl Ads1258 {
         &self.options
     }
 
-    /// Levels outside on those GPIO pins that are inputs (bit n: GPIOn); all low at construction.
+    /// Sets the external levels of the GPIO pins that are inputs (bit n: GPIOn); all low at
+    /// construction.
     pub fn set_gpio_inputs(&mut self, levels: u8) {
         self.registers.gpio_inputs = levels;
     }

@@ -1,20 +1,20 @@
-//! Why a file is refused.
+//! Errors of files.
 
 use crate::printable;
 use std::fmt::{self, Display, Formatter};
 
-/// A file that cannot be read or means nothing, in one line that names the file and, where there is
-/// one, the line.
+/// A file that cannot be read or is invalid. The message is one line with the file's name and, if
+/// known, the line number.
 #[derive(Debug)]
 pub struct FileError {
     file: String,
-    /// From 1.
+    /// Line number, from 1.
     line: Option<u64>,
     message: String,
 }
 
 impl FileError {
-    /// An error in a file of that name, at a line counted from 1.
+    /// Creates an error in the named file, at a line counted from 1.
     pub fn new(file: &str, line: Option<u64>, message: impl Display) -> Self {
         Self {
             file: file.to_owned(),

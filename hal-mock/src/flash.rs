@@ -4,38 +4,37 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNo
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Bytes that are programmed at once.
+/// Bytes programmed at once.
 const WORD_BYTES: usize = 4;
-/// Number of pages.
 const PAGES: u32 = 2;
 
-/// Two pages of flash that lose power after a number of words and erasures.
+/// Two pages of flash that lose power after a number of programmed words and erased pages.
 ///
-/// Works as in the manual: erasing sets bits, programming clears them. An operation that loses
-/// power has changed any part of its bits, and no others.
+/// Erasing sets bits, programming clears them, as in the manual. An operation that loses power has
+/// changed some, all or none of its bits.
 #[derive(Clone, Debug)]
 pub struct CutFlash<const PAGE_BYTES: u32> {
     /// Content of the flash.
     pub bytes: Vec<u8>,
-    /// Operations until power is lost; none: it is not.
+    /// Operations until power is lost; `None`: power stays on.
     left: Option<u64>,
-    /// Words and erasures that were begun.
+    /// Operations begun: words programmed and pages erased.
     pub done: u64,
     /// True if power is lost.
     pub is_off: bool,
-    /// Operations beyond the pages, or that program words that are not erased. Must be zero.
+    /// Operations outside the pages or programming words that are not erased. Must be zero.
     pub wrong: u64,
-    /// Pages that were erased.
+    /// Number of pages erased.
     pub erased: u64,
-    /// Reads of any length.
+    /// Number of reads of any length.
     pub reads: u64,
-    /// True if a bit was cleared since power returned.
+    /// True if a bit was cleared since power came on.
     pub is_marked: bool,
     random: ChaCha8Rng,
 }
 
 impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
-    /// Erased pages. The seed chooses the bits that are done when power is lost.
+    /// Creates erased pages. The seed chooses the bits that are changed when power is lost.
     pub fn new(seed: u64) -> Self {
         let bytes = vec![0xff; (PAGES * PAGE_BYTES) as usize];
         Self {
@@ -51,21 +50,20 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         }
     }
 
-    /// With any content, by the place of each byte.
+    /// Sets each byte to a function of its offset.
     pub fn with_bytes(mut self, byte: impl FnMut(usize) -> u8) -> Self {
         self.bytes = (0..self.bytes.len()).map(byte).collect();
         self
     }
 
-    /// Switches the power on. Operation `left` from now on, counted from 0, loses power in its
-    /// middle.
+    /// Switches the power on. Operation `left` from now on, counted from 0, loses power half-way.
     pub fn power(mut self, left: Option<u64>) -> Self {
         (self.left, self.is_off, self.is_marked) = (left, false, false);
         self
     }
 
-    /// Whether power lasts until the end of the next operation; an error if it is gone before it
-    /// begins.
+    /// Returns true if power lasts until the end of the next operation; an error if power is
+    /// already off.
     fn lasts(&mut self) -> Result<bool, NorFlashErrorKind> {
         if self.is_off {
             return Err(NorFlashErrorKind::Other);
@@ -90,7 +88,7 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         };
         let place = &mut self.bytes[range];
         self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
-        // The bits that were not done are still set.
+        // Bits that power loss left unprogrammed are still set.
         for ((kept, byte), mask) in place.iter_mut().zip(word).zip(mask.to_le_bytes()) {
             let before = *kept;
             *kept &= byte | !mask;
@@ -100,7 +98,7 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
     }
 }
 
-/// Bits of a word that are programmed when power is lost: none, all, or a random part.
+/// Draws the bits of a word that are programmed when power is lost: none, all, or a random part.
 fn part(random: &mut ChaCha8Rng) -> u32 {
     match random.next_u32() % 4 {
         0 => 0,
@@ -138,7 +136,7 @@ impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
     const WRITE_SIZE: usize = WORD_BYTES;
     const ERASE_SIZE: usize = PAGE_BYTES as usize;
 
-    /// Writes word by word, as power may be lost in the middle of any word.
+    /// Writes word by word, because power may be lost within any word.
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         let (words, rest) = bytes.as_chunks::<WORD_BYTES>();
         self.wrong += u64::from(!rest.is_empty());
@@ -148,7 +146,7 @@ impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
             .try_for_each(|(offset, word)| self.program(offset, *word))
     }
 
-    /// One page.
+    /// Erases exactly one page.
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         let is_one = from.is_multiple_of(PAGE_BYTES) && from.checked_add(PAGE_BYTES) == Some(to);
         if !is_one || to as usize > self.bytes.len() {

@@ -7,7 +7,7 @@
 
 use core::f64::consts::PI;
 
-/// Stresses at a point, or their amplitudes at a wave number.
+/// Stresses at a point, or their amplitudes at a spatial frequency.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stress {
     /// Along the surface.
@@ -26,7 +26,8 @@ impl Stress {
     }
 }
 
-/// Stress under a line load along the normal, `x_mm` next to it and `z_mm` deep (equation 1).
+/// Stress under a normal line load, at `x_mm` along the surface from the load and `z_mm` deep
+/// (equation 1).
 pub fn normal(x_mm: f64, z_mm: f64) -> Stress {
     let (x, z) = (x_mm, z_mm);
     stress(x, z, [z * x * x, z * z * z, z * z * x])
@@ -38,7 +39,7 @@ pub fn tangential(x_mm: f64, z_mm: f64) -> Stress {
     stress(x, z, [x * x * x, x * z * z, z * x * x])
 }
 
-/// Stresses along x, along z and of shear from their values times pi r^4 / 2.
+/// Stresses from their values times pi r^4 / 2.
 fn stress(x: f64, z: f64, scaled: [f64; 3]) -> Stress {
     let r2 = x * x + z * z;
     let [x, z, xz] = scaled.map(|value| 2.0 / (PI * r2 * r2) * value);

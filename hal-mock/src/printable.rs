@@ -1,15 +1,15 @@
-//! Text of others on a terminal: file names, names of columns, lines of a file.
+//! Makes untrusted text safe for a terminal: file names, names of columns, lines of a file.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
 /// Longest message, characters.
 const MAX: usize = 1200;
-/// Characters that stay of the end of a longer one, where the reason stands.
+/// Characters kept from the end of a longer message, which has the reason.
 const END: usize = 400;
 
 /// Escapes, as Rust does, control characters, which could clear a terminal or set its title, and
-/// marks that reverse the direction of the text after them. Line breaks and tabs become spaces.
+/// marks that reverse the direction of the following text. Line breaks and tabs become spaces.
 pub fn escaped(text: &str) -> Cow<'_, str> {
     if !text.contains(is_active) {
         return Cow::Borrowed(text);
@@ -19,7 +19,7 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
         match character {
             '\n' | '\r' | '\t' => safe.push(' '),
             active if is_active(active) => {
-                // It cannot fail on a String.
+                // Writing to a String cannot fail.
                 let _ = write!(safe, "{}", active.escape_default());
             }
             other => safe.push(other),
@@ -28,7 +28,7 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     Cow::Owned(safe)
 }
 
-/// An [`escaped`] text of bounded length: of a longer one the middle goes.
+/// Returns an [`escaped`] text of bounded length: the middle of a longer text is cut out.
 pub fn printable(text: &str) -> Cow<'_, str> {
     let safe = escaped(text);
     match safe.chars().count() > MAX {

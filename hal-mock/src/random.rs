@@ -1,6 +1,6 @@
-//! Seeded random numbers that are the same on every platform: ChaCha8, and Gaussian ones by Box and
-//! Muller with `libm`. Without the feature `scenes`, which brings both, other numbers come from
-//! SplitMix64 and the standard library.
+//! Seeded random numbers that are the same on every platform: ChaCha8, and Gaussian numbers by the
+//! Box-Muller method with `libm`. Without the feature `scenes`, which brings both, the numbers
+//! differ: they come from SplitMix64 and the standard library.
 
 #[cfg(feature = "scenes")]
 use rand_chacha::{
@@ -27,7 +27,7 @@ impl Bits {
     }
 }
 
-/// Streams keep users of one seed apart: switching the noise off must not change the poison.
+/// Independent streams of one seed: switching the noise off must not change the poison.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(not(feature = "scenes"), allow(dead_code, reason = "for scenes"))]
 #[repr(u64)]
@@ -39,7 +39,7 @@ pub(crate) enum Stream {
     Stimulator = 5,
 }
 
-/// A seeded generator with one spare Gaussian number (Box and Muller's come in pairs).
+/// A seeded generator with one spare Gaussian number (Box-Muller produces pairs).
 #[derive(Clone, Debug)]
 pub(crate) struct Random {
     bits: Bits,
@@ -63,23 +63,23 @@ impl Random {
         (self.bits.next_u32() >> 24) as u8
     }
 
-    /// Uniform in 0 <= x < 1, 53 bits.
+    /// Draws a number uniform in 0 <= x < 1, with 53 bits.
     pub(crate) fn uniform(&mut self) -> f64 {
         (self.bits.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
-    /// Uniform in -1 <= x < 1.
+    /// Draws a number uniform in -1 <= x < 1.
     #[cfg(feature = "scenes")]
     pub(crate) fn symmetric(&mut self) -> f64 {
         2.0 * self.uniform() - 1.0
     }
 
-    /// Mean 0, standard deviation 1.
+    /// Draws a Gaussian number with mean 0 and standard deviation 1.
     pub(crate) fn gaussian(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;
         }
-        // 1 - u is in 0 < x <= 1: the logarithm of 0 cannot happen.
+        // 1 - u is in 0 < x <= 1, so the logarithm is finite.
         let (left, turn) = (
             1.0 - self.uniform(),
             core::f64::consts::TAU * self.uniform(),

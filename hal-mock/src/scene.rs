@@ -12,8 +12,8 @@ pub trait Scene: Send {
     ///
     /// The simulated chip calls this once per conversion (twice for a differential one) with `t_s`
     /// never decreasing, so a scene may draw its noise here. Times before 0 and after
-    /// [`end_s`](Self::end_s) must be valid too: the scene is then as at its ends. NaN is no
-    /// reading: the conversion ends without a new result.
+    /// [`end_s`](Self::end_s) must return the values at the scene's ends. NaN means no reading: the
+    /// conversion ends without a new result.
     fn volts(&mut self, input: u8, t_s: f64) -> f64;
 
     /// Scene time in seconds at which the scene ends.
@@ -59,7 +59,7 @@ impl Scene for Constant {
     }
 }
 
-/// A scene that begins again when it is over, for ever.
+/// A scene that repeats for ever.
 #[derive(Clone, Debug)]
 pub struct Repeated<S>(pub S);
 
@@ -74,9 +74,9 @@ impl<S: Scene> Scene for Repeated<S> {
     }
 }
 
-/// Another scene with white Gaussian noise on every reading.
+/// A scene with white Gaussian noise added to every reading.
 ///
-/// The generator is sequential: the same seed and the same sequence of readings give the same
+/// The generator is sequential: the same seed and the same sequence of readings produce the same
 /// noise.
 #[derive(Clone, Debug)]
 pub struct Noisy<S> {

@@ -1,4 +1,4 @@
-//! Scenes from short TOML files: the keys are the fields of [`Sliding`], all with defaults, and its
+//! Scenes from short TOML files: the keys are the fields of [`Sliding`], all with defaults; its
 //! parts are tables.
 //!
 //! ```
@@ -23,7 +23,7 @@ pub fn load_scene(path: impl AsRef<Path>, frame_rate_hz: f64) -> Result<Sliding,
     parse_scene(&file, &short_text(&path)?, frame_rate_hz)
 }
 
-/// As [`load_scene`], from the text of a file of that name.
+/// Parses the text of a file named `file`, as [`load_scene`] does.
 pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding, FileError> {
     let line = |at: Range<usize>| {
         text.get(..at.start)
@@ -56,7 +56,7 @@ pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding
     }
     let truth = match SlidingScene::new(scene.clone()) {
         Ok(made) => made.truth(),
-        // If the key at fault has its default, the key that limits it is in the file.
+        // If the invalid value is a default, name the line of the key that limits it.
         Err(error) => return refuse(error.keys().find_map(line_of), error.to_string()),
     };
     let (frequency_hz, period_mm) = (truth.frequency_hz, scene.period_mm);
@@ -76,14 +76,14 @@ pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding
     Ok(scene)
 }
 
-/// A key of the file, and where it and its value are.
+/// A key of the file, with the positions of key and value.
 struct Key {
     name: String,
     span: Range<usize>,
     value: Range<usize>,
 }
 
-/// All keys of all tables, no two of which have the same name.
+/// Lists the keys of all tables; no two tables share a name.
 fn keys(table: &DeTable<'_>) -> Vec<Key> {
     let mut all = Vec::new();
     for (key, value) in table {
@@ -99,8 +99,8 @@ fn keys(table: &DeTable<'_>) -> Vec<Key> {
     all
 }
 
-/// The key whose value is at a place, where the message does not name it; a key that is there twice
-/// is itself there.
+/// Finds the key whose value is at `at`, for messages that do not name it; for a duplicate key,
+/// `at` is the key itself.
 fn key_of(text: &str, at: &Range<usize>) -> Option<String> {
     match DeTable::parse(text) {
         Ok(table) => keys(table.get_ref())

@@ -2,7 +2,7 @@
 //!
 //! Protocol, periods and speeds: Oddo et al. 2009, section 3.1 and tables 1 to 3. The channels'
 //! responses are either drawn at random around plausible values, so that tests know the tone
-//! exactly, or follow from geometry, elasticity and friction ([`Finger`]). Behind a [`Finger`] are
+//! exactly, or follow from geometry, elasticity and friction ([`Finger`]). A [`Finger`] also has
 //! creep and the bridge's filter. Both kinds have noise.
 
 mod channel;
@@ -40,18 +40,18 @@ pub const TABLE_2: [(f64, f64); 10] = [
     (48.0, 2.6),
 ];
 
-/// Seconds from touch to the full load and the spike's peak, and from the beginning of the release
-/// to its end.
+/// Seconds from touch to full load and to the peak of the contact spike, and from the beginning of
+/// the release to its end.
 const RISE_S: f64 = 0.010;
-/// Seconds in which the spike decays to 1/e.
+/// Time constant of the contact spike's decay, seconds.
 const DECAY_S: f64 = 0.040;
 /// Speed in mm/s at which friction has three quarters of its full strength; plausible.
 const SLIP_MM_S: f64 = 1.0;
-/// Longest step in seconds of creep and filter, a quarter of the filter's time constant: 100 Hz are
-/// off by 0.03 %.
+/// Longest integration step of creep and filter in seconds, a quarter of the filter's time
+/// constant: the error at 100 Hz is 0.03 %.
 const STEP_S: f64 = 1e-4;
 
-/// The truth of a scene: the times of its events, and the tone.
+/// Ground truth of a scene: the times of its events, and the tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
     /// Time of the contact spike's peak in seconds.
@@ -62,8 +62,8 @@ pub struct Truth {
     pub slide_end_s: f64,
     /// Beginning of the release in seconds.
     pub release_s: f64,
-    /// The tone: speed over period, in hertz; without the speed's ripple, and for a hand by its
-    /// greatest speed.
+    /// Frequency of the tone in hertz: speed over period, without the speed's ripple; for a hand,
+    /// at its peak speed.
     pub frequency_hz: f64,
     /// End of the scene in seconds.
     pub end_s: f64,
@@ -73,8 +73,8 @@ pub struct Truth {
 #[derive(Clone, Copy, Debug)]
 pub struct SkinState([Delay; INPUTS]);
 
-/// The scene. The tone is a function of position, so all signals are continuous at any finite
-/// speed.
+/// A scene of the paper's protocol. The tone is a function of position, so all signals are
+/// continuous at any finite speed.
 #[derive(Clone, Debug)]
 pub struct SlidingScene {
     parameters: Sliding,
@@ -98,7 +98,7 @@ struct Delay {
 }
 
 impl SlidingScene {
-    /// Builds the scene. An error names the first parameter outside the range in its documentation.
+    /// Builds the scene. The error names the first parameter outside its documented range.
     pub fn new(parameters: Sliding) -> Result<Self, ParameterError> {
         parameters.check()?;
         let Sliding {
@@ -169,18 +169,18 @@ impl SlidingScene {
         self.truth
     }
 
-    /// Response of each channel.
+    /// Responses of the channels.
     pub fn channels(&self) -> &[Channel; INPUTS] {
         &self.channels
     }
 
-    /// How far the skin has crept, for another scene of the same finger; None of a scene without
-    /// one.
+    /// State of the skin's creep, to continue in another scene of the same finger; `None` for a
+    /// scene without a finger.
     pub fn skin(&self) -> Option<SkinState> {
         self.delays.map(SkinState)
     }
 
-    /// Goes on with the skin that another scene has left.
+    /// Continues with the state of the skin at the end of another scene.
     pub fn set_skin(&mut self, skin: Option<SkinState>) {
         self.delays = skin.map(|SkinState(delays)| delays);
     }
@@ -190,13 +190,13 @@ impl SlidingScene {
         self.noise_v
     }
 
-    /// Position of the grating in mm: where a ridge is, ahead of the middle of the contact.
+    /// Position in mm of a ridge, ahead of the middle of the contact.
     pub fn position_mm(&self, t_s: f64) -> f64 {
         let slid_mm = self.motion.place_mm(t_s - self.truth.slide_start_s);
         self.parameters.start_mm + self.direction() * slid_mm
     }
 
-    /// Speed of the grating in mm/s, negative against the direction of units 2 and 4.
+    /// Speed of the grating in mm/s, negative while it slides from units 2 and 4 to units 1 and 3.
     pub fn speed_mm_s(&self, t_s: f64) -> f64 {
         self.direction() * self.motion.speed_mm_s(t_s - self.truth.slide_start_s)
     }
@@ -205,8 +205,7 @@ impl SlidingScene {
         if self.parameters.reverse { -1.0 } else { 1.0 }
     }
 
-    /// Volts on AIN`input` without noise, and of a [`Finger`] without creep and filter. Inputs
-    /// above 15 are at 0 V.
+    /// Volts on AIN`input` without noise, creep and filter. Inputs above 15 are at 0 V.
     pub fn clean_volts(&self, input: u8, t_s: f64) -> f64 {
         self.channels
             .get(usize::from(input))
@@ -215,7 +214,7 @@ impl SlidingScene {
             })
     }
 
-    /// Volts over the offset.
+    /// Volts above the offset.
     fn elastic_v(&self, channel: &Channel, t_s: f64) -> f64 {
         let load = self.load(t_s);
         let pressed_v = if load > 0.0 {
@@ -231,7 +230,7 @@ impl SlidingScene {
 
     /// Advances a channel's creep and filter to `t_s`.
     fn delayed_v(&self, channel: &Channel, mut delay: Delay, t_s: f64) -> Delay {
-        // The scene is played again: the skin is as it was left.
+        // If the scene is played again, keep the state of the skin.
         if t_s < delay.at_s {
             delay.at_s = t_s;
             return delay;
@@ -252,13 +251,13 @@ impl SlidingScene {
         delay
     }
 
-    /// Normal load relative to the hold's: a step on with the touch, a step off with the release.
+    /// Normal load relative to that of the hold: rises with the touch, falls with the release.
     pub fn load(&self, t_s: f64) -> f64 {
         step((t_s - self.truth.contact_s) / RISE_S + 1.0)
             * (1.0 - step((t_s - self.truth.release_s) / RISE_S))
     }
 
-    /// Overshoot of the touch relative to its peak.
+    /// Contact spike relative to its peak.
     pub fn spike(&self, t_s: f64) -> f64 {
         let since_peak_s = t_s - self.truth.contact_s;
         if since_peak_s < 0.0 {
@@ -296,7 +295,7 @@ impl Scene for SlidingScene {
     }
 }
 
-/// From 0 to 1 along half a cosine while `x` goes from 0 to 1.
+/// Half a cosine from 0 to 1 while `x` goes from 0 to 1.
 fn step(x: f64) -> f64 {
     0.5 - 0.5 * libm::cos(core::f64::consts::PI * x.clamp(0.0, 1.0))
 }

@@ -1,5 +1,5 @@
-//! The STM32's own converter of 12 bits behind the amplifiers of the wiring page: what a single
-//! sample reads. When it samples is the business of whoever asks.
+//! Samples of the STM32's own 12-bit ADC behind the amplifiers of the wiring page. The caller
+//! decides when to sample.
 //!
 //! Not modelled: offset and gain errors (up to 3 steps each), nonlinearity (integral 1.5 to 3
 //! steps, differential 1 to 2; DS8626, table ADC accuracy), which gives a strong tone overtones,
@@ -8,11 +8,11 @@
 use crate::random::{Random, Stream};
 use crate::scene::Scene;
 
-/// Steps of the converter.
+/// Number of codes of the ADC.
 const STEPS: f64 = 4096.0;
-/// Noise of a sample, steps, with that of the rounding. The datasheets' typical ratio of signal to
-/// noise, 65 to 68 dB (ADC dynamic accuracy, from memory), is 0.8 to 0.6; a board's supply, which
-/// is the reference, adds some.
+/// Noise of a sample in steps, including rounding. The datasheets' typical signal-to-noise ratio,
+/// 65 to 68 dB (ADC dynamic accuracy, from memory), is 0.8 to 0.6; a board's supply, which is the
+/// reference, adds some.
 const NOISE_STEPS: f64 = 1.0;
 /// Idle voltage of a bridge, volts: half of 5 V.
 const IDLE_V: f64 = 2.5;
@@ -20,14 +20,15 @@ const IDLE_V: f64 = 2.5;
 /// Amplifier between a bridge and a pin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Amplifier {
-    /// A wire. The bridge has the board's 3.3 V, so its voltage is that fraction of one at 5 V.
+    /// A wire. The bridge runs from the board's 3.3 V, so its voltage is scaled down from 5 V in
+    /// proportion.
     Bare,
-    /// An amplifier of this gain, against half of the bridge's supply; its output rests at half of
-    /// the board's.
+    /// An amplifier of this gain, referred to half of the bridge's supply; its output idles at half
+    /// of the board's supply.
     Gain(f64),
 }
 
-/// A converter in front of a scene.
+/// The STM32's ADC in front of a scene.
 pub struct Stm32Adc {
     scene: Box<dyn Scene>,
     amplifier: Amplifier,
@@ -38,7 +39,7 @@ impl Stm32Adc {
     /// Reference, volts: the board's supply.
     pub const VREF_V: f64 = 3.3;
 
-    /// Reads `scene`, with the noise of a seed.
+    /// Reads `scene` through `amplifier`, with noise from `seed`.
     pub fn new(scene: Box<dyn Scene>, amplifier: Amplifier, seed: u64) -> Self {
         Self {
             scene,
@@ -47,7 +48,7 @@ impl Stm32Adc {
         }
     }
 
-    /// A sample of an input, 0 to 4095, at `t_s` seconds of scene time, which never decreases.
+    /// Samples an input at `t_s` seconds of scene time, which never decreases: 0 to 4095.
     pub fn sample(&mut self, input: u8, t_s: f64) -> u16 {
         let bridge_v = self.scene.volts(input, t_s);
         let pin_v = match self.amplifier {
@@ -55,7 +56,7 @@ impl Stm32Adc {
             Amplifier::Gain(gain) => 0.5 * Self::VREF_V + gain * (bridge_v - IDLE_V),
         };
         let steps = pin_v / Self::VREF_V * STEPS + NOISE_STEPS * self.noise.gaussian();
-        // A scene without a reading is zero.
+        // NaN, a missing reading, becomes zero.
         steps.floor().clamp(0.0, STEPS - 1.0) as u16
     }
 }
@@ -79,10 +80,10 @@ mod tests {
 
     #[test]
     fn samples_are_steps_of_the_supply() {
-        // A sample is rounded down: half a step.
+        // Samples are rounded down: half a step.
         assert!((mean(2.5, Amplifier::Bare) - 2047.5).abs() < 0.05);
         assert!((mean(2.5, Amplifier::Gain(20.0)) - 2047.5).abs() < 0.05);
-        // 10 mV: 6.6 of the bridge's 3.3 V, and 200.
+        // 10 mV at the bridge: 6.6 mV if it runs from 3.3 V, and 200 mV with a gain of 20.
         assert!((mean(2.51, Amplifier::Bare) - 2047.5 - 8.192).abs() < 0.05);
         assert!((mean(2.51, Amplifier::Gain(20.0)) - 2047.5 - 248.24).abs() < 0.05);
         assert_eq!(mean(0.0, Amplifier::Gain(20.0)), 0.0);

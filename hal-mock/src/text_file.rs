@@ -1,14 +1,14 @@
-//! Short files of text: settings, scenes, textures.
+//! Short text files: settings, scenes, textures.
 
 use crate::file_error::FileError;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Longest file that is read, bytes. Those that people write have some thousands.
+/// Longest file accepted, bytes. Files written by hand have some thousands.
 const MAX: usize = 1 << 20;
 
-/// Reads a short file whole. A long one, and a device that never ends, are refused.
+/// Reads a short file whole. Refuses a long one, or a device that never ends.
 pub fn short_text(path: impl AsRef<Path>) -> Result<String, FileError> {
     let file = path.as_ref().display().to_string();
     let mut bytes = Vec::new();

@@ -1,5 +1,5 @@
-//! Recorded frames in front of the simulated chip, and the CSV of a scene. Tables in other layouts
-//! are for the command `ridgetone`, which needs no chip for them.
+//! Recorded frames as the input of the simulated chip, and the CSV of a scene. The command
+//! `ridgetone` reads other layouts, without a simulated chip.
 
 mod write;
 
@@ -9,18 +9,18 @@ use crate::file_error::FileError;
 use crate::scene::{INPUTS, Scene};
 use core::f64::consts::{FRAC_PI_2, PI};
 
-/// Name of the column that is the time in seconds.
+/// Name of the time column, in seconds.
 const TIME_COLUMN: &str = "time_s";
 
-/// Largest difference between a recording's rate and the scan's, as a fraction of it, up to which
-/// frames are held: a chip's clock may be off by as much.
+/// Largest relative difference between a recording's rate and the scan's at which frames are held:
+/// a chip's clock may be off by as much.
 const HELD_FRACTION: f64 = 0.004;
 
 /// Zeros of the filter's sinc on either side: it passes up to 0.44 of the lower rate, and stops
-/// from 0.56 on.
+/// from 0.56.
 const ZEROS: f64 = 8.0;
 
-/// Maximum number of frames of a recording, missing ones counted: 72 minutes of the board's scan.
+/// Maximum number of frames of a recording, including missing ones: 72 minutes of the board's scan.
 const FRAMES_MAX: usize = 1 << 20;
 
 /// A frame: volts at AIN0 to AIN15. NaN stands for a missing reading.
@@ -42,8 +42,8 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Frames in volts at `rate_hz`, for a chip that scans at `scan_rate_hz` without a clock error;
-    /// none for a missing frame.
+    /// Creates a trace from frames in volts at `rate_hz`, for a chip that scans at `scan_rate_hz`
+    /// without a clock error; `None` is a missing frame.
     ///
     /// # Errors
     /// A rate that is not positive, no frame, or more than 1,048,576.
@@ -67,8 +67,8 @@ impl Trace {
         }
     }
 
-    /// A CSV file as [`write_csv`] and `ridgetone export` write it: a header, a column `time_s` and
-    /// up to 16 columns of volts, the k-th of them for AINk. A gap in the stamps is missing frames.
+    /// Parses a CSV file of [`write_csv`] or `ridgetone export`: a header, a column `time_s` and up
+    /// to 16 columns of volts, the k-th for AINk. Gaps in the stamps are missing frames.
     ///
     /// # Errors
     /// A file in another layout, with the line.
@@ -130,8 +130,8 @@ impl Trace {
         Self::new(frames, spacing_s.recip(), scan_rate_hz)
     }
 
-    /// Error of the chip's clock with which a scan lasts as long as a frame that is held, parts per
-    /// million; 0 where frames are resampled.
+    /// Clock error in parts per million at which a scan lasts as long as a held frame; 0 if frames
+    /// are resampled.
     pub fn clock_error_ppm(&self) -> f64 {
         match self.is_held() {
             true => 1e6 * (self.rate_hz / self.scan_rate_hz - 1.0),
@@ -143,7 +143,7 @@ impl Trace {
         (self.rate_hz / self.scan_rate_hz - 1.0).abs() <= HELD_FRACTION
     }
 
-    /// A reading, if the frame and the reading are there.
+    /// Value of a reading; `None` if the frame or the reading is missing.
     fn reading(&self, frame: usize, input: usize) -> Option<f64> {
         let value = self.frames.get(frame)?.as_ref()?[input];
         (!value.is_nan()).then_some(value)

@@ -106,7 +106,8 @@ fn waiting_moves_time_from_edge_to_edge_until_the_scene_ends() {
         assert!(drdy.is_high().unwrap());
         edges += 1;
     }
-    // The first at 708 cycles, then one each 674, the last at or after 10 ms = 157286.4 cycles.
+    // The first edge is at 708 cycles, then one every 674, the last at or after 10 ms = 157286.4
+    // cycles.
     assert_eq!(edges, 1 + (157_287 - 708_u32).div_ceil(674));
     board.with_chip(|chip| {
         let c = chip.counters();
@@ -163,8 +164,8 @@ fn a_run_repeats_bit_for_bit_whatever_the_start_up_took() {
         all
     };
     let once = run(0);
-    // 5.01 s of the default scene: one conversion per 3106 cycles after the first at 2628, the last
-    // at or after the end.
+    // 5.01 s of the default scene: one conversion every 3106 cycles after the first at 2628, the
+    // last at or after the end.
     assert_eq!(once.len(), 25_371);
     assert!(once == run(0));
     assert!(once == run(16_777));

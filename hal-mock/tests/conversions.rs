@@ -8,7 +8,7 @@ fn scan_setup(chip: &mut Ads1258) {
     write(chip, 0, 0, &[0x02, 0x31, 0x00, 0x00, 0xFF, 0xFF, 0x3D]);
 }
 
-/// Nominal nanoseconds of cycles at 15.72864 MHz, by another road than the chip's.
+/// Nominal nanoseconds of cycles at 15.72864 MHz, computed in a different way from the chip's.
 fn ns(cycles: u64) -> u64 {
     // 1e9 / 15728640 = 78125 / 1228.8 = 390625 / 6144
     (u128::from(cycles) * 390_625 / 6144) as u64
@@ -275,7 +275,7 @@ fn a_stalled_chip_gives_nothing_until_let_go() {
     assert_eq!(chip.next_drdy_fall_ns(), Some(1_000_000 + ns(708)));
 }
 
-/// Volts are seconds: what time was it sampled at?
+/// A scene whose volts are its seconds, to show when it was sampled.
 struct Ramp;
 
 impl Scene for Ramp {

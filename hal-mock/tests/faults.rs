@@ -1,4 +1,4 @@
-//! Faults by a schedule: each does what it says, when it says, and is over again.
+//! Scheduled faults: each has its effect at its time, and ends.
 mod common;
 use common::{chip, next, read, write};
 use hal_mock::{Ads1258, Fault, Injection};
@@ -6,10 +6,9 @@ use hal_mock::{Ads1258, Fault, Injection};
 /// CONFIG0 with the status byte, CONFIG1 with DRATE 1 and DLY 3: a conversion every 3106 tCLK
 /// (SBAS297G, auto-scan: 128 (16 + 4.265625 + 4)).
 const SCAN: [u8; 2] = [0x02, 0x31];
-/// The same at 15.72864 MHz, nanoseconds.
+/// Period of these conversions at 15.72864 MHz, nanoseconds.
 const PERIOD_NS: u64 = 197_474;
 
-/// A running chip with one fault at 2 ms of scene time.
 fn with(fault: Fault, lasts_s: f64) -> Ads1258 {
     let mut chip = chip(|options| {
         options.injections = vec![Injection {
@@ -23,7 +22,7 @@ fn with(fault: Fault, lasts_s: f64) -> Ads1258 {
     chip
 }
 
-/// Reads a conversion at each edge until a time. Returns the times, status bytes and codes.
+/// Reads a conversion at each edge until `until_ns`. Returns the times, status bytes and codes.
 fn serve(chip: &mut Ads1258, until_ns: u64) -> Vec<(u64, u8, i32)> {
     let mut all = Vec::new();
     while let Some(edge_ns) = chip
@@ -36,7 +35,7 @@ fn serve(chip: &mut Ads1258, until_ns: u64) -> Vec<(u64, u8, i32)> {
     all
 }
 
-/// When the injection acted, which is behind the first edge from 2 ms on.
+/// Time at which the injection acted: after the first edge from 2 ms on.
 fn begun_ns(chip: &Ads1258) -> u64 {
     let begun_ns = chip.injected()[0].begun_ns.expect("it has acted");
     assert!(
@@ -53,7 +52,7 @@ fn lost_edges_cost_their_results() {
         .iter()
         .map(|edge| edge.1)
         .collect();
-    // All the chip made but three, which the chip counts as overwritten.
+    // All conversions but three arrived; the chip counts those as overwritten.
     let counters = chip.counters();
     assert_eq!(
         (counters.conversions - ids.len() as u64, counters.lost),
@@ -105,7 +104,7 @@ fn a_storm_is_edges_without_results_between_those_with() {
     let edges = serve(&mut chip, 5_000_000);
     let (new, old): (Vec<_>, Vec<_>) = edges.into_iter().partition(|edge| edge.1 & 0x80 != 0);
     assert_eq!(new.len() as u64, chip.counters().conversions);
-    // One every 10 us from its beginning to its end.
+    // One edge every 10 us from the beginning of the storm to its end.
     let expected = (chip.injected()[0].over_ns.expect("it is over") - begun_ns(&chip)) / 10_000;
     assert!(
         (old.len() as u64).abs_diff(expected) <= 1,
@@ -124,7 +123,7 @@ fn dout_stuck_reads_as_it_and_the_result_is_gone() {
             .filter(|edge| edge.1 == all && edge.2 == code)
             .collect();
         assert!((5..=6).contains(&stuck.len()), "{}", stuck.len());
-        // The chip thinks that all was read.
+        // To the chip, all results were read.
         assert_eq!(chip.counters().lost, 0);
     }
 }
@@ -134,7 +133,8 @@ fn nothing_reaches_the_chip_over_a_cut_bus() {
     let mut chip = with(Fault::BusCut { high: true }, 0.001);
     let edges = serve(&mut chip, 4_000_000);
     let cut = edges.iter().filter(|edge| edge.1 == 0xFF).count() as u64;
-    // Nothing was read: the next results overwrote them, but for the last, which may still be read.
+    // Nothing was read: each result was overwritten by the next, except the last, which may still
+    // be unread.
     assert!(
         cut >= 5 && (cut - 1..=cut).contains(&chip.counters().lost),
         "{cut} {:?}",
@@ -144,8 +144,8 @@ fn nothing_reaches_the_chip_over_a_cut_bus() {
 
 #[test]
 fn a_bit_of_the_command_makes_another_command() {
-    // 30h, read by command, with bit 6 becomes 70h, write registers from 00h on: the zeros behind
-    // it go there.
+    // 30h, read by command, becomes with bit 6 70h, a register write from 00h: it writes the zeros
+    // that follow.
     let command = |mask| Fault::DinFlip {
         bytes_ahead: 0,
         mask,
@@ -160,8 +160,8 @@ fn a_bit_of_the_command_makes_another_command() {
         .iter()
         .position(|edge| edge.0 == begun_ns(&chip))
         .expect("an edge");
-    // The high byte of the code instead of the status: AIN9 is at 0.9 V, 1B80h codes of 256 at a
-    // reference of 4.096 V.
+    // The byte read as the status is the code's high byte: AIN9 is at 0.9 V, 1B80h codes of 256 at
+    // a reference of 4.096 V.
     let code = (number as f64 * 0.1 / 4.096 * 7_864_320.0).round() as i32;
     assert_eq!(i32::from(edges[number].1), code >> 16);
 }
@@ -178,7 +178,8 @@ fn a_chip_that_resets_itself_scans_as_its_defaults_say() {
         .iter()
         .filter(|edge| edge.0 > begun_ns(&chip))
         .collect();
-    // Sixteen inputs and no readings, DRATE 3 without delay: 128 (1 + 4.265625) tCLK are 42.85 us.
+    // Sixteen inputs, no internal readings, DRATE 3 without delay: 128 (1 + 4.265625) tCLK are
+    // 42.85 us.
     assert!(behind.iter().all(|edge| (0x88..=0x97).contains(&edge.1)));
     assert_eq!(behind[0].1, 0x88);
     assert!(
@@ -208,7 +209,7 @@ fn another_clock_from_a_moment_on_and_back() {
             "{apart_ns} {expected_ns}"
         );
     }
-    // Nothing is sampled twice or left out.
+    // Nothing is sampled twice or skipped.
     assert_eq!(edges.len() as u64, chip.counters().conversions);
 }
 
@@ -219,7 +220,7 @@ fn supply_reference_and_inputs_are_what_they_were_afterwards() {
         (Fault::Supply { volts: 4.0 }, None),
         (Fault::Supply { volts: 4.5 }, Some(0)),
         (Fault::Reference { volts: 3.9 }, Some(0)),
-        // AIN12 is converted once in those 5 or 6: OVF beyond 1.06 of the reference.
+        // AIN12 is converted once in these 5 or 6 conversions: OVF beyond 1.06 of the reference.
         (
             Fault::Input {
                 input: 12,
@@ -253,8 +254,8 @@ fn a_converter_that_stood_still_goes_on_with_the_next_input() {
     assert_eq!(stopped_ns, begun_ns(&chip));
     chip.advance_to(3_100_000);
     let (edge_ns, after, _) = next(&mut chip);
-    // The one under way is gone; SBAS297G: the first result 128 (16 + 4) + 68 tCLK after the start
-    // condition.
+    // The running conversion is lost; SBAS297G: the first result is 128 (16 + 4) + 68 tCLK after
+    // the start condition.
     assert_eq!(after, status + 2);
     assert_eq!(
         edge_ns,

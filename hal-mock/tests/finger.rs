@@ -1,4 +1,4 @@
-//! The physical finger against line loads summed up one by one, and against what the paper saw.
+//! The physical finger against a direct sum of line loads, and against the paper's observations.
 
 mod common;
 
@@ -19,7 +19,7 @@ fn still(scene: Sliding) -> SlidingScene {
     SlidingScene::new(Sliding { finger, ..scene }).unwrap()
 }
 
-/// A physical scene without spread, on a grating of this period.
+/// Creates a physical scene without spread, on a grating of `period_mm`.
 fn on_grating(period_mm: f64, finger: Finger) -> SlidingScene {
     let finger = Some(finger);
     still(Sliding {
@@ -33,13 +33,13 @@ fn phase_rad(scene: &SlidingScene, input: usize) -> f64 {
     scene.channels()[input].sliding.tone[0].phase_rad()
 }
 
-/// Phase lag between the units beyond that of the pitch of 2.3 mm, from -pi to pi.
+/// Phase lag between the units in excess of the lag of the 2.3 mm pitch, from -pi to pi.
 fn beyond_pitch_rad(scene: &SlidingScene, input: usize, period_mm: f64) -> f64 {
     let apart = phase_rad(scene, input + 4) - phase_rad(scene, input);
     (apart + TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI
 }
 
-/// Inputs with their sensor's place and the sign with which they feel shear.
+/// Inputs with their sensor's position in mm and their sign for shear.
 const SENSORS: [(u8, f64, f64); 4] = [
     (0, -1.15, 1.0),
     (2, -1.15, -1.0),
@@ -47,15 +47,15 @@ const SENSORS: [(u8, f64, f64); 4] = [
     (4, 1.15, 1.0),
 ];
 
-/// Forces of one line on the elastic half-space: its place, and the pressure on it.
+/// A line load on the elastic half plane: its position and pressure.
 struct Line {
     at_mm: f64,
     press: f64,
 }
 
 impl Line {
-    /// Where there are no grooves, 1 N spread as a parabola over a contact whose middle is at
-    /// `lean_mm`; ridges carry `fraction` times that.
+    /// Without grooves, 1 N spread as a parabola over a contact with its middle at `lean_mm`;
+    /// ridges carry `fraction` times as much.
     fn new(finger: &Finger, at_mm: f64, lean_mm: f64, fraction: f64) -> Option<Self> {
         let half_mm = finger.contact_mm / 2.0;
         let width_mm = PI * finger.contact_mm / 4.0;
@@ -83,7 +83,8 @@ impl Line {
     }
 }
 
-/// 5 V, two resistors of 820 ohm, 0.2 per unit of shear and half that of normal strain.
+/// Bridge voltage: 5 V, two resistors of 820 ohm, 0.2 per unit of shear and half as much per unit
+/// of normal strain.
 fn bridge_v(tilt: f64, normal: f64, shear: f64) -> f64 {
     2.5 + 5.0 / 4.0 * 0.2 * (tilt * shear + 0.5 * normal)
 }
@@ -94,7 +95,7 @@ fn sum(strains: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     })
 }
 
-/// Normal strain and shear at a sensor from every line of every ridge.
+/// Sums the normal strain and shear at a sensor over all lines of all ridges.
 fn summed(
     scene: &Sliding,
     sensor_mm: f64,
@@ -105,7 +106,7 @@ fn summed(
     let finger = &scene.finger.unwrap();
     let lines = 400;
     let step_mm = scene.ridge_mm / f64::from(lines);
-    // The ridges carry what the grooves do not.
+    // The ridges also carry the load of the grooves.
     let fraction = scene.period_mm / scene.ridge_mm * step_mm;
     sum((-20..=20).flat_map(|ridge| {
         let middle_mm = place_mm + f64::from(ridge) * scene.period_mm;
@@ -160,8 +161,8 @@ fn the_series_is_the_sum_of_the_line_loads() {
     }
 }
 
-/// Strains at a sensor from every line under every ridge of the skin, each with the part of the
-/// ridge's top that stands on the grating.
+/// Sums the strains at a sensor over all lines under all ridges of the skin, weighted with the part
+/// of each ridge's top that stands on the grating.
 fn summed_under_ridges(scene: &Sliding, sensor_mm: f64, place_mm: f64) -> (f64, f64) {
     let finger = &scene.finger.unwrap();
     let width_mm = finger.skin_ridge_mm;
@@ -175,7 +176,7 @@ fn summed_under_ridges(scene: &Sliding, sensor_mm: f64, place_mm: f64) -> (f64, 
             (0.5 * (width_mm + scene.ridge_mm) - apart_mm).clamp(0.0, width_mm.min(scene.ridge_mm))
         });
         let on_the_grating = stands_mm.sum::<f64>() / width_mm;
-        // Grating and skin bear what their grooves do not.
+        // The ridges of grating and skin also carry the load of their grooves.
         let fraction = scene.period_mm / scene.ridge_mm * 2.0 * on_the_grating * step_mm;
         (0..lines).filter_map(move |line| {
             let at_mm = middle_mm + (f64::from(line) + 0.5) * step_mm - 0.5 * width_mm;
@@ -210,7 +211,7 @@ fn under_a_ridged_skin_the_series_is_the_sum_of_the_ridges_that_meet() {
                 let (normal, shear) = summed_under_ridges(&parameters, sensor_mm, place_mm);
                 let expected = bridge_v(tilt, normal, shear);
                 let got = scene.clean_volts(input, t_s);
-                // The load makes some 10 mV. Overtones beyond the 24th are left out: at 1.2 mm all
+                // The load makes some 10 mV. Overtones beyond the 24th are omitted: at 1.2 mm all
                 // odd ones reach the sensors.
                 let off_max = if period_mm == 1.2 { 1e-4 } else { 4e-5 };
                 assert!(
@@ -222,7 +223,7 @@ fn under_a_ridged_skin_the_series_is_the_sum_of_the_ridges_that_meet() {
     }
 }
 
-/// Mean square of the channels' fundamentals over the period, from 0.8 to 3 mm.
+/// Mean square of the channels' fundamentals for periods from 0.8 to 3 mm.
 fn powers(finger: Finger) -> Vec<(f64, f64)> {
     let power = |period_mm: f64| {
         let finger = Some(finger);
@@ -245,7 +246,7 @@ fn powers(finger: Finger) -> Vec<(f64, f64)> {
 
 /// Okamoto et al., "Transmission of Tactile Roughness through Master-slave Systems", Figure 11: a
 /// skin with ridges of 0.6 mm has a local maximum of power at 1.2 to 1.6 mm, where a groove is as
-/// wide as a ridge or a little wider. A smooth one has none.
+/// wide as a ridge or a little wider. A smooth skin has none.
 #[test]
 fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
     let greatest = |powers: &[(f64, f64)], until_mm: f64| {
@@ -276,8 +277,8 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
             "{skin_ridge_mm} mm: {powers:?}"
         );
     }
-    // Nearer to the skin the waves of coarser gratings arrive: the trough behind the maximum is
-    // shallow, as the paper's.
+    // At smaller depths coarser gratings reach the sensors: the trough above the maximum is
+    // shallow, as in the paper.
     let over = |depth_mm: f64| {
         let powers = powers(Finger {
             skin_ridge_mm: 0.6,
@@ -298,7 +299,7 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
     );
 }
 
-/// Strengths and phases of this model by period. Shown with --nocapture.
+/// Prints strengths and phases of this model by period (with --nocapture).
 #[test]
 fn overtones_and_phases_come_out_of_the_geometry() {
     let mut before = 0.0;
@@ -326,7 +327,7 @@ fn overtones_and_phases_come_out_of_the_geometry() {
             (0.05..0.4).contains(&ratios[0]) && ratios[1] < 0.4 * ratios[0],
             "{ratios:?}"
         );
-        // The contact's ends pull at the phase.
+        // The contact's ends shift the phase.
         assert!(
             (lag - expected).abs() < 0.26,
             "{period_mm} mm: {lag} instead of {expected}"
@@ -383,8 +384,8 @@ fn the_pull_of_the_contacts_ends_is_the_closed_form() {
             };
             let (k, z, a, b) = (TAU / period_mm, 1.3, 0.5 * contact_mm, 1.15);
             let apart = 4.0 * b / (a * a - b * b);
-            // The first piezoresistor alone feels shear; without its share of normal strain,
-            // nothing else.
+            // The first piezoresistor responds to shear; without its normal sensitivity, to nothing
+            // else.
             for (input, normal_share, expected) in [
                 (1, 0.5, apart * (z - 3.0 * z / (1.0 + 3.0 * k * z))),
                 (0, 0.0, apart * (z - 1.0 / k)),
@@ -406,7 +407,7 @@ fn the_pull_of_the_contacts_ends_is_the_closed_form() {
     }
 }
 
-/// The figures in the crate's documentation.
+/// Checks the figures in the crate's documentation.
 #[test]
 fn the_pull_is_as_strong_as_documented() {
     for (contact_mm, min, max) in [(8.0, 0.24, 0.32), (5.0, 0.25, 1.13)] {
@@ -491,7 +492,8 @@ fn the_hold_creeps_and_the_filter_takes_its_share() {
         ..Finger::default()
     };
     let (at_touch, held, tone, gone) = record(finger);
-    // At once 95 %, and the rest by and by, but for what the touch's overshoot has brought already.
+    // 95 % at once and the rest gradually, less the part that the touch's overshoot has already
+    // caused.
     assert!(
         (0.953..0.960).contains(&at_touch) && (0.963..0.970).contains(&held),
         "{at_touch} {held}"
@@ -516,8 +518,8 @@ fn the_hold_creeps_and_the_filter_takes_its_share() {
     assert!((0.75..0.85).contains(&held), "{held}");
 }
 
-/// Read by the chip's scan, what is faster than half the frame rate comes back at the difference to
-/// it, with what the filter of the board leaves of it.
+/// Sampled by the chip's scan, frequencies above half the frame rate alias to the frame rate minus
+/// their own, attenuated by the board's filter.
 #[test]
 fn what_is_too_fast_for_the_scan_aliases() {
     let (true_hz, frame_rate_hz) = (190.0, 15_728_640.0 / 3106.0 / 21.0);
@@ -552,7 +554,7 @@ fn what_is_too_fast_for_the_scan_aliases() {
     }
     let count = readings.len() as f64;
     let mean_v = readings.iter().map(|(_, volts)| volts).sum::<f64>() / count;
-    // Under Hann's window a line is nothing to others some of its widths away.
+    // With a Hann window a line does not leak into others several line widths away.
     let amplitude_v = |hz: f64| {
         let (mut cos_v, mut sin_v) = (0.0, 0.0);
         for (n, (t_s, volts)) in (0..).zip(&readings) {
@@ -563,7 +565,7 @@ fn what_is_too_fast_for_the_scan_aliases() {
         }
         2.0 / count * f64::hypot(cos_v, sin_v)
     };
-    // 95 % of a deformation come at once, and the pole is at 388.2 Hz.
+    // 95 % of a deformation is immediate, and the pole is at 388.2 Hz.
     let expected_v = 0.95 * tone_v / (true_hz / 388.2).hypot(1.0);
     let got_v = amplitude_v(frame_rate_hz - true_hz);
     assert!(
@@ -590,7 +592,7 @@ fn a_hand_drags_both_ways() {
         ..Sliding::physical()
     });
     let start_s = scene.truth().slide_start_s;
-    // One place on the way out and back: only friction differs.
+    // The same position on the way out and back: only friction differs.
     let [out, back] = [0.2, 0.8].map(|swing| start_s + swing / 1.07);
     assert!((scene.position_mm(out) - scene.position_mm(back)).abs() < 1e-9);
     assert!(scene.speed_mm_s(out) > 100.0 && scene.speed_mm_s(back) < -100.0);

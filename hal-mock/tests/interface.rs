@@ -3,19 +3,19 @@ mod common;
 use common::{chip, code, next, read, started, write};
 use hal_mock::{Ads1258, Constant, Fault, Options};
 
-/// 6 us per conversion at DRATE 3 is 663 cycles or more: late enough for one, too early for two.
+/// Time of the first transfer, nanoseconds. At DRATE 3 a conversion takes 663 cycles or more: late
+/// enough for one, too early for two.
 const ONE: u64 = 60_000;
 
-/// Sends bytes and gives what comes back.
 fn transfer<const N: usize>(chip: &mut Ads1258, now_ns: u64, mut bytes: [u8; N]) -> [u8; N] {
     chip.transfer(now_ns, &mut bytes);
     bytes
 }
 
-/// A register's value by address.
+/// Register values after reset, by address.
 const RESET_VALUES: [u8; 10] = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B];
 
-/// One frame after reset, and DOUT.
+/// Sends single frames after reset and compares DOUT.
 #[test]
 fn commands_answer_as_the_datasheet_says() {
     let all = [&[0xA5][..], &RESET_VALUES].concat();
@@ -28,7 +28,7 @@ fn commands_answer_as_the_datasheet_says() {
             &[0x61, 0x31, 0x41, 0, 0x49, 0],
             &[0xA5, 0xA5, 0xA5, 0x31, 0xA5, 0x8B],
         ),
-        // GPIOD shows inputs, and behind ID, the last register, comes a new command.
+        // GPIOD reads the inputs, and after ID, the last register, a new command follows.
         (&[0x58, 0, 0, 0x40, 0], &[0xA5, 0x00, 0x8B, 0xA5, 0x0A]),
         // There is no register above 09h.
         (&[0x6A, 0x12], &[0xA5; 2]),
@@ -54,8 +54,8 @@ fn a_written_register_reads_back_and_no_other_changes() {
     assert_eq!(chip.registers(), expected);
 }
 
-/// Three values from GPIOD on: the last would be register 0Ah; it is a command instead (here a
-/// reserved one).
+/// Writes three values from GPIOD on: the third would go to register 0Ah, but is taken as a command
+/// instead (here a reserved one).
 #[test]
 fn multiple_access_ends_after_the_last_register() {
     let mut chip = chip(|_| ());

@@ -1,9 +1,9 @@
-//! Scene files: the ones that ship, the shortest, and what is wrong with others.
+//! Scene files: those that ship, the shortest, and errors in others.
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, load_scene, parse_scene};
 use std::path::PathBuf;
 
-/// Frames per second of the project's scan.
+/// Frame rate of the project's scan, hertz.
 const FRAME_RATE_HZ: f64 = 241.14;
 
 fn shipped(name: &str) -> Sliding {
@@ -51,7 +51,7 @@ fn the_example_has_every_key_at_its_default() {
     );
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenes/every_key.toml");
     let text = std::fs::read_to_string(path).unwrap();
-    // The error for an unknown key lists every key: the example has all of them.
+    // The error for an unknown key lists every key: the example must have all of them.
     for table in [
         "",
         "[stimulator]\n",
@@ -122,7 +122,7 @@ fn errors_name_key_and_line() {
         ridge,
         "a.toml: line 2: ridge_mm = 4: must be finite and less than 3.6 = period_mm"
     );
-    // If the key at fault has its default, the error names the line of the key that limits it.
+    // If the invalid value is a default, the error names the line of the key that limits it.
     let ridge = error("\nperiod_mm = 0.5");
     assert_eq!(
         ridge,

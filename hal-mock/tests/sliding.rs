@@ -1,4 +1,4 @@
-//! The sliding scene against its own truth and the paper's tables.
+//! The sliding scene against its own ground truth and the paper's tables.
 use hal_mock::{Noisy, Scene, Sliding, SlidingScene, TABLE_2};
 use std::f64::consts::TAU;
 
@@ -82,7 +82,7 @@ fn pure_tones_cross_zero_twice_a_period() {
 fn signals_are_continuous_everywhere() {
     let scene = scene(48.0, 2.6, None, 1);
     let step_s = 5e-5;
-    // The spike is the steepest: 35 mV along half a cosine of 10 ms.
+    // The spike has the steepest slope: 35 mV along half a cosine of 10 ms.
     let steepest = 35e-3 * std::f64::consts::FRAC_PI_2 / 0.010 * step_s;
     for input in 0..16 {
         let mut before = scene.clean_volts(input, 0.0);
@@ -115,13 +115,13 @@ fn phases_are_where_the_truth_says() {
         let is_contact = (peak_s - t.contact_s).abs() < 2e-3;
         assert!(is_contact, "AIN{input}: peak at {peak_s} s");
         assert!((v(t.slide_start_s - 1e-6) - v(t.slide_start_s)).abs() < 1e-6);
-        // Still after the slide.
+        // Constant after the slide.
         assert_eq!(v(t.slide_end_s + 0.1) - v(t.slide_end_s + 0.9), 0.0);
     }
     let c = scene.channels();
     assert!(c.iter().any(|c| c.sliding.mean_v < 0.0) && c.iter().any(|c| c.sliding.mean_v > 0.0));
     for unit in c.chunks(4) {
-        // Half a turn apart, give or take the places of the two.
+        // Half a turn apart, except for the offset between the two sensors.
         let [first, third] = [&unit[0], &unit[2]].map(|c| c.sliding.tone[0].phase_rad());
         assert!((third - first - 0.7).cos() < -0.8);
     }
@@ -162,8 +162,8 @@ fn a_seed_is_a_finger_and_a_noise() {
     };
     assert_eq!(record(1), record(1));
     assert_ne!(record(1), record(2));
-    // Exact values: another platform or release must not change recorded results. The draw is of
-    // ChaCha8, seed 1.
+    // Exact values: a different platform or release must not change recorded results. The draw is
+    // from ChaCha8, seed 1.
     let channel = scene(30.0, 3.6, None, 1).channels()[0].clone();
     assert_eq!(
         format!("{:.9} {:.9}", channel.offset_v, channel.amplitude_v()),

@@ -1,12 +1,12 @@
-//! Traces: frames that are held or resampled, and the CSV of a scene.
+//! Traces, held or resampled, and the CSV of a scene.
 use hal_mock::{Scene, Sliding, SlidingScene, Trace, write_csv};
 
-/// A recording in front of a chip of ten scans a second.
+/// A recording in front of a chip with ten scans a second.
 fn trace(text: &str) -> Trace {
     Trace::parse(text.as_bytes(), "t.csv", 10.0).unwrap()
 }
 
-/// A CSV file with a row for each of `rows`, `rate_hz` of them a second, from 7 s on.
+/// Creates a CSV file with a row for each of `rows`, at `rate_hz` from 7 s on.
 fn csv(rate_hz: f64, rows: impl Iterator<Item = usize>, value: impl Fn(f64) -> String) -> String {
     let row = |row| {
         format!(
@@ -39,7 +39,7 @@ fn rows_at_the_scans_own_rate_are_held() {
     }
 }
 
-/// A sine comes through at any rate; white noise loses what the scan cannot see, and nothing else.
+/// A sine passes at any rate; white noise loses only what is beyond the scan's band.
 #[test]
 fn other_rates_are_resampled() {
     for (rate_hz, variance) in [(4.0, 1.0), (25.0, 0.4), (400.0, 0.025)] {
@@ -78,7 +78,7 @@ fn a_missing_frame_is_no_result_and_a_missing_reading_overflows() {
         60..90 => String::new(),
         row => row.to_string(),
     };
-    // Stamps miss rows 40 to 49, and rows 60 to 89 have another column only.
+    // Rows 40 to 49 have no stamps, and rows 60 to 89 only a value in a different column.
     let rows =
         csv(10.0, (0..100).filter(|row| !(40..50).contains(row)), value).replace('\n', ",1\n");
     let mut trace = trace(&rows.replacen("a,1", "a,b", 1));

@@ -1,7 +1,7 @@
 //! WeAct Black Pill V2.0 and later with an STM32F411CEU6, 100 MHz from its 25 MHz crystal.
 //!
-//! Its pins are in `docs/guide/2-build.md`. The line leaves on PA2 and arrives on PA3, 0.47 % fast. PA0
-//! has the button KEY; the footprint of a flash chip on PA4 to PA7 must stay empty.
+//! Its pins are in `docs/guide/2-build.md`. The line sends on PA2 and receives on PA3, 0.47 % fast.
+//! The button KEY is on PA0; the footprint of a flash chip on PA4 to PA7 must stay empty.
 
 use super::Memory;
 use super::clocks::{Clocks, Oscillator};
@@ -16,7 +16,7 @@ pub const CLOCKS: Clocks = Clocks {
     sysclk_mhz: 100,
     apb1_mhz: 50,
     apb2_mhz: 100,
-    // Scale 1: scale 2, as after a reset, ends at 84 MHz (RM0383, 5.4.1).
+    // Scale 1, because scale 2, the reset value, ends at 84 MHz (RM0383, 5.4.1).
     vos: Some(0b11),
 };
 
@@ -28,7 +28,8 @@ pub const MEMORY: Memory = Memory {
     stack_bytes: 18016,
 };
 
-// The chip has one USB, and no pins for a card: the software's interrupts are SDIO's and I2C3's.
+// The chip has one USB and no pins for a card, so the interrupts of SDIO and I2C3 are free for
+// software.
 interrupts! {
     LINE: USART2,
     DRDY: EXTI4,
@@ -39,5 +40,5 @@ interrupts! {
 
 line! { USART2: Stream5, 5, DMA1_STREAM5 }
 
-// All ten channels of ADC1 but the line's, at 242 frames a second.
+// All ten channels of ADC1 except the two used by the line, at 242 frames a second.
 inputs! { 190: [PA0, PA1, PA4, PA5, PA6, PA7, PB0, PB1] }

@@ -1,4 +1,4 @@
-//! The ADS1258's clock on CLKIO, if the plan says that the processor makes it: TIM10 on PB8.
+//! The ADS1258's clock on CLKIO, from TIM10 on PB8, if the plan selects it.
 
 use super::CLOCKS;
 use ridgetone_finger::converter::ChipClock;
@@ -6,20 +6,20 @@ use stm32f4xx_hal::gpio::{Alternate, PB8, Speed};
 use stm32f4xx_hal::pac::TIM10;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-/// The timer's clock, hertz.
 const TIMER_HZ: u32 = CLOCKS.apb2_timers_mhz() * 1_000_000;
-/// Timer clocks in a period of the chip's clock, which is 16 MHz at most.
+/// Timer clocks per period of the chip's clock, which may be up to 16 MHz.
 const PERIOD: u16 = TIMER_HZ.div_ceil(16_000_000) as u16;
 /// Timer clocks at high level: about 45 % of a period. The chip allows 40 to 60 % (SBAS297G).
 const HIGH: u16 = (9 * PERIOD + 10) / 20;
 const _: () = assert!(2 * PERIOD <= 5 * HIGH && 5 * HIGH <= 3 * PERIOD);
-/// The setting `plan.adc_clock_hz` that asks for this clock, rounded: 15,272,727 at 168 MHz.
+/// Value of the setting `plan.adc_clock_hz` that selects this clock, rounded: 15,272,727 at 168
+/// MHz.
 const CLOCK_HZ: u32 = (TIMER_HZ + PERIOD as u32 / 2) / PERIOD as u32;
 
-/// The timer and its pin, which is an input while the chip has another clock.
+/// The timer and its pin, which is an input while the chip has a different clock.
 pub struct TimerClock {
     timer: TIM10,
-    /// Always there but within [`ChipClock::run`].
+    /// `None` only within [`ChipClock::run`].
     pin: Option<ClockPin>,
 }
 
@@ -31,7 +31,7 @@ enum ClockPin {
 impl TimerClock {
     pub fn new(timer: TIM10, pin: PB8, rcc: &mut Rcc) -> Self {
         let mut pin = pin.into_alternate::<3>();
-        // Up to 25 MHz at 50 pF (DS8626 and DS10693, I/O AC characteristics).
+        // Medium: up to 25 MHz at 50 pF (DS8626 and DS10693, I/O AC characteristics).
         pin.set_speed(Speed::Medium);
         let pin = pin.into_input();
         TIM10::enable(rcc);

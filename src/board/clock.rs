@@ -4,21 +4,22 @@
 use stm32f4xx_hal::pac::{RCC, TIM2, TIM4};
 use stm32f4xx_hal::rcc::{Enable, Reset};
 
-/// Starts the counter. `ticks_per_us`: the timer's clock in MHz, at most 65536.
+/// Starts the counter. `ticks_per_us` is the timer's clock in MHz, up to 65536.
 pub fn start(timer: TIM2, rcc: &mut RCC, ticks_per_us: u32) {
     TIM2::enable(rcc);
     TIM2::reset(rcc);
     timer
         .psc()
         .write(|w| w.psc().set(ticks_per_us.saturating_sub(1) as u16));
-    // Manuals and register descriptions disagree on what it holds after a reset.
+    // Manuals and register descriptions disagree on the reset value.
     timer.arr().write(|w| w.arr().set(u32::MAX));
-    // Loads the prescaler now instead of at the first wrap.
+    // Load the prescaler now instead of at the first wrap.
     timer.egr().write(|w| w.ug().set_bit());
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Starts the interrupt TIM4, every half second. `ticks_per_us`: as above, at most 130.
+/// Starts the interrupt TIM4 every half second. `ticks_per_us` is the timer's clock in MHz, up to
+/// 130.
 pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
     TIM4::enable(rcc);
     TIM4::reset(rcc);

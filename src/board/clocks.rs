@@ -1,5 +1,5 @@
-//! Clocks of a board: dividers follow from its oscillator and the wanted clocks at compile time. A
-//! clock that the chip cannot make does not compile.
+//! Clocks of a board: dividers are computed from its oscillator and the required clocks at compile
+//! time. A clock that the chip cannot produce does not compile.
 
 use stm32f4xx_hal::rcc::{PCLK1_MAX, PCLK2_MAX, SYSCLK_MAX};
 
@@ -9,7 +9,7 @@ use stm32f4xx_hal::rcc::{PCLK1_MAX, PCLK2_MAX, SYSCLK_MAX};
 pub enum Oscillator {
     /// A crystal between OSC_IN and OSC_OUT.
     Crystal(u32),
-    /// The output of another chip.
+    /// Output of another chip.
     Clock(u32),
 }
 
@@ -21,7 +21,7 @@ pub struct Clocks {
     pub sysclk_mhz: u32,
     pub apb1_mhz: u32,
     pub apb2_mhz: u32,
-    /// Field VOS of PWR_CR for the regulator's highest range, if its reset value does not allow
+    /// Field VOS of PWR_CR for the regulator's highest range, if the reset value does not allow
     /// `sysclk_mhz`.
     pub vos: Option<u32>,
 }
@@ -32,25 +32,24 @@ pub struct Pll {
     pub m: u32,
     pub n: u32,
     pub p: u32,
-    /// VCO / `q` is at most the 48 MHz of USB, which nothing here uses.
+    /// VCO / `q` is at most 48 MHz, the limit of USB, which is not used here.
     pub q: u32,
 }
 
 impl Clocks {
-    /// The external oscillator's frequency, megahertz.
     pub const fn oscillator_mhz(&self) -> u32 {
         let (Oscillator::Crystal(mhz) | Oscillator::Clock(mhz)) = self.oscillator;
         assert!(4 <= mhz && mhz <= 26, "OSC_IN takes 4 to 26 MHz");
         mhz
     }
 
-    /// True if another chip makes the external clock.
     pub const fn is_clock(&self) -> bool {
         matches!(self.oscillator, Oscillator::Clock(_))
     }
 
-    /// The PLL's settings. Its input is 2 MHz, which has the least jitter, or 1 MHz from an odd
-    /// oscillator; its VCO runs at 192 to 432 MHz, as all chips of the family allow.
+    /// Settings of the PLL. Its input is 2 MHz, which has the least jitter, or 1 MHz if the
+    /// oscillator's frequency is odd; its VCO runs at 192 to 432 MHz, as all chips of the family
+    /// allow.
     pub const fn pll(&self) -> Pll {
         assert!(
             self.sysclk_mhz * 1_000_000 <= SYSCLK_MAX,
@@ -98,18 +97,18 @@ impl Clocks {
         }
     }
 
-    /// Clock of the timers on APB1, megahertz: twice the bus's if that is divided (RM0090, 7.2).
+    /// Clock of the timers on APB1, megahertz: twice the bus clock if that is divided (RM0090,
+    /// 7.2).
     pub const fn apb1_timers_mhz(&self) -> u32 {
         timers_mhz(self.sysclk_mhz, self.apb1_mhz)
     }
 
-    /// Clock of the timers on APB2, megahertz.
     #[allow(dead_code, reason = "for the ADS1258's clock alone")]
     pub const fn apb2_timers_mhz(&self) -> u32 {
         timers_mhz(self.sysclk_mhz, self.apb2_mhz)
     }
 
-    /// Fastest SCLK of SPI1 up to `max_hz`, hertz: APB2's clock by a power of two.
+    /// Fastest SCLK of SPI1 up to `max_hz`, hertz: APB2's clock divided by a power of two.
     #[allow(dead_code, reason = "for the ADS1258 alone")]
     pub const fn spi1_hz(&self, max_hz: u32) -> u32 {
         let mut divider = 2;
@@ -120,7 +119,7 @@ impl Clocks {
         self.apb2_mhz * 1_000_000 / divider
     }
 
-    /// Cycles of the processor in at least `ns` nanoseconds.
+    /// Number of processor cycles that take at least `ns` nanoseconds.
     #[allow(dead_code, reason = "for the ADS1258 alone")]
     pub const fn cycles(&self, ns: u32) -> u32 {
         (self.sysclk_mhz * ns).div_ceil(1000)

@@ -1,8 +1,8 @@
 //! The ADS1258's pins on the STM32F4 boards: SPI1 on PA5 to PA7, DRDY on a line of EXTI.
 //!
-//! The time of a DRDY edge is read first in its interrupt: 12 cycles (0.07 us) late, or a few
-//! microseconds if interrupts were masked. A timer's input capture would be exact, but the
-//! boards' pins of DRDY are on no free timer channel.
+//! The time of a DRDY edge is read at the start of its interrupt: 12 cycles (0.07 us) late, or a
+//! few microseconds if interrupts were masked. A timer's input capture would be exact, but the
+//! boards' DRDY pins are not on a free timer channel.
 
 use super::chip_clock::TimerClock;
 use super::chosen::{Cs, DrdyPin, Reset, Start};
@@ -20,14 +20,14 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
 use stm32f4xx_hal::spi;
 
-/// From power-up to the first register access, microseconds: 2^18 tCLK are 16.7 ms at 15.72864 MHz,
-/// and the chip's own crystal may take 150 ms to start (SBAS297G, typical after power-down).
+/// Time from power-up to the first register access, microseconds: 2^18 tCLK are 16.7 ms at 15.72864
+/// MHz, and the chip's own crystal may take 150 ms to start (SBAS297G, typical after power-down).
 pub const POWER_UP_US: u32 = 200_000;
 
-/// SPI clock, hertz: at most half the chip's clock.
+/// SPI clock, hertz: at most half of the chip's clock.
 const SPI_HZ: u32 = CLOCKS.spi1_hz(15_728_640 / 2);
 
-/// Slowest clock of the chip that the CS times are enough for, hertz.
+/// Slowest clock of the chip for which the CS times are long enough, hertz.
 const CHIP_MIN_HZ: u32 = 13_200_000;
 
 /// The ADS1258 on SPI1, with START, RESET and a timer for its clock.
@@ -39,7 +39,7 @@ pub const WIRING: Wiring = Wiring {
 
 type Spi = ExclusiveDevice<spi::Spi<SPI1>, SettledCs<Cs<Output>, Cycles>, NoDelay>;
 
-/// Waits by the processor's clock, for up to 20 ms.
+/// Delays by processor cycles, up to 20 ms.
 pub struct Cycles;
 
 impl DelayNs for Cycles {
@@ -49,7 +49,6 @@ impl DelayNs for Cycles {
     }
 }
 
-/// The falling edge of DRDY.
 pub struct Drdy {
     pin: DrdyPin<Input>,
     exti: EXTI,
@@ -59,7 +58,7 @@ pub struct Drdy {
 impl Drdy {
     pub fn new(mut exti: EXTI, syscfg: SYSCFG, rcc: &mut Rcc) -> Self {
         let mut syscfg = syscfg.constrain(rcc);
-        // Up: without a chip the pin would float, and every edge of noise would cost a read.
+        // Pull-up: without a chip the pin would float, and every noise edge would cost a read.
         let mut pin = pin::<DrdyPin>().internal_resistor(Pull::Up);
         pin.make_interrupt_source(&mut syscfg);
         pin.trigger_on_edge(&mut exti, Edge::Falling);
@@ -93,13 +92,13 @@ impl ridgetone_finger::tasks::DrdyPin for Drdy {
     }
 
     fn unmute(&mut self) {
-        // A masked line's pending bit is set all the same (RM0090).
+        // The pending bit of a masked line is set too (RM0090).
         self.pin.clear_interrupt_pending_bit();
         self.pin.enable_interrupt(&mut self.exti);
     }
 }
 
-/// Sets the chip's pins up: START low, RESET high.
+/// Sets up the chip's pins: START low, RESET high.
 pub fn new(spi1: SPI1, timer: TIM10, rcc: &mut Rcc) -> Converter {
     let start = pin::<Start>().into_push_pull_output_in_state(PinState::Low);
     let reset = pin::<Reset>().into_push_pull_output_in_state(PinState::High);
@@ -113,12 +112,12 @@ fn bus(spi1: SPI1, rcc: &mut Rcc) -> Spi {
     let mut sck = pin::<PA5>().into_alternate::<5>();
     let miso = pin::<PA6>().into_alternate::<5>();
     let mut mosi = pin::<PA7>().into_alternate::<5>();
-    // The slowest setting of the pins is too slow above 4 MHz (datasheets DS8626 and DS10693, I/O
-    // AC characteristics).
+    // The slowest pin setting is too slow above 4 MHz (datasheets DS8626 and DS10693, I/O AC
+    // characteristics).
     cs.set_speed(Speed::Medium);
-    // SPI1 takes its input's clock back from this pad: a medium one delays it so much at 84 MHz
-    // that the last bit may be wrong (errata ES0182 and ES0298, "corrupted last bit of data and/or
-    // CRC ... delayed SCK feedback").
+    // SPI1 takes its input clock from this pad: at 84 MHz, medium speed delays it so much that the
+    // last bit may be wrong (errata ES0182 and ES0298, "corrupted last bit of data and/or CRC ...
+    // delayed SCK feedback").
     sck.set_speed(Speed::High);
     mosi.set_speed(Speed::Medium);
     let bus = spi::Spi::new(

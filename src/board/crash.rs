@@ -1,4 +1,4 @@
-//! The end of a run: its record goes into RAM that start-up does not clear.
+//! The end of a run: stores its record in RAM that start-up does not clear.
 
 use super::clock::now_us;
 use core::cell::UnsafeCell;
@@ -6,33 +6,33 @@ use core::mem::MaybeUninit;
 use ridgetone_proto::boot::Record;
 use ridgetone_proto::crash::{STORED_WORDS, Stored};
 
-/// Only start-up, before tasks run, and a crash, after they run, use it.
+/// RAM of the record. Used only by start-up, before tasks run, and by a crash, after they run.
 struct Ram(UnsafeCell<MaybeUninit<Stored>>);
 
-// SAFETY: see above; there is one core.
+// SAFETY: start-up and a crash never overlap, and there is one core.
 unsafe impl Sync for Ram {}
 
 // Not cleared by start-up (cortex-m-rt, link.x).
 #[unsafe(link_section = ".uninit.crash")]
 static RAM: Ram = Ram(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// A copy of the RAM, which may hold anything. No reference to it ever exists: a panic while
-/// another copy is in use cannot alias it.
+/// Copies the RAM, which may hold anything. No reference to the RAM is ever created, so a panic
+/// during another copy cannot alias it.
 fn read() -> Stored {
     let first = RAM.0.get().cast::<u32>();
-    // SAFETY: within RAM; a volatile read takes whatever a word holds as a value.
+    // SAFETY: within RAM; a volatile read accepts any value of a word.
     core::array::from_fn(|at| unsafe { first.add(at).read_volatile() })
 }
 
 fn write(stored: &Stored) {
     let first = RAM.0.get().cast::<u32>();
     for (at, word) in stored.iter().enumerate() {
-        // SAFETY: within RAM, which has as many words as `stored`.
+        // SAFETY: within RAM, which has the same number of words as `stored`.
         unsafe { first.add(at).write_volatile(*word) };
     }
 }
 
-/// The record of the run before, if it crashed. To be called once, before tasks run.
+/// Takes the record of the previous run, if it crashed. Call this once, before tasks run.
 pub fn take_record() -> Option<Record> {
     let mut stored = read();
     let record = Record::take(&mut stored);
@@ -40,7 +40,7 @@ pub fn take_record() -> Option<Record> {
     record
 }
 
-/// Keeps a record over the reset that must follow, and masks interrupts for good.
+/// Keeps a record across the reset that must follow, and masks interrupts for good.
 pub fn keep(record: &Record) {
     cortex_m::interrupt::disable();
     let mut stored = [0; STORED_WORDS];
@@ -48,7 +48,6 @@ pub fn keep(record: &Record) {
     write(&stored);
 }
 
-/// The record of a panic.
 pub fn record_of(info: &core::panic::PanicInfo) -> Record {
     let (file, line) = info
         .location()

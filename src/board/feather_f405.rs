@@ -1,7 +1,8 @@
 //! Adafruit Feather STM32F405 Express (product 4382), 168 MHz from its 12 MHz crystal.
 //!
 //! Its pins are in `docs/guide/2-build.md`, which a test compares with this file. A timer's input
-//! capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1) and RESET on A4.
+//! capture would measure the edges of DRDY exactly if DRDY were on D6 (PC6, TIM3 CH1) and RESET on
+//! A4.
 //!
 //! The line is on TX and RX. The baud rate generator divides 42 MHz by 46 and is 0.93 % slow, which
 //! every receiver tolerates (8N1 allows about 4 %).
@@ -30,7 +31,7 @@ pub const MEMORY: Memory = Memory {
     stack_bytes: 20480,
 };
 
-// No board wires the second USB, whose interrupts are for software.
+// No board wires the second USB, so its interrupts are free for software.
 interrupts! {
     LINE: USART3,
     DRDY: EXTI4,
@@ -41,6 +42,6 @@ interrupts! {
 
 line! { USART3: Stream1, 1, DMA1_STREAM1 }
 
-// A0 to A5, D12 and D11, at 241 frames a second. The other pins with a channel of ADC1 cannot be
-// used: PA3 (A6) is the battery's divider, PC0 the NeoPixel, PC1 (D13) the red LED.
+// A0 to A5, D12 and D11, at 241 frames a second. The other channels of ADC1 cannot be used: PA3
+// (A6) has the battery's divider, PC0 the NeoPixel, PC1 (D13) the red LED.
 inputs! { 160: [PA4, PA5, PA6, PA7, PC4, PC5, PC2, PC3] }

@@ -1,46 +1,44 @@
 //! The last two sectors of the flash, for settings, 128 KiB each: 10 and 11 of the STM32F405RG
 //! (RM0090, table 5), 6 and 7 of the STM32F446RE (RM0390, table 4).
 //!
-//! The firmware runs from the same bank, so the processor stands still meanwhile: 16 us for a word,
-//! at most 100 us, and 1 s for a sector, at most 2 s (DS8626, flash memory programming, words of 32
-//! bits).
+//! The firmware runs from the same bank, so the processor stalls meanwhile: 16 us per word, at most
+//! 100 us, and 1 s per sector, at most 2 s (DS8626, flash memory programming, words of 32 bits).
 //!
-//! Why not `stm32f4xx_hal::flash` (0.23): it programs byte by byte, four times as long, does not
-//! reset the data cache, never clears an error, panics if the flash does not unlock, and reaches
-//! all of it.
+//! Not `stm32f4xx_hal::flash` (0.23): it programs byte by byte, which takes four times as long,
+//! does not reset the data cache, never clears an error, panics if the flash does not unlock, and
+//! can write to all of the flash.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use ridgetone_proto::store::{PAGES, WORD_BYTES};
 use stm32f4xx_hal::pac::FLASH;
 
 unsafe extern "C" {
-    /// Where the first of them begins; `memory.x` keeps code below it.
+    /// Start of the first settings sector; `memory.x` keeps code below it.
     static _settings_start: u32;
 }
 
-/// From sector 5 on all have the same size; its address.
+/// Address of sector 5, from which on all sectors have the same size.
 const SECTOR_5: usize = 0x0802_0000;
 
-/// Address of the first of them.
 fn first() -> usize {
     &raw const _settings_start as usize
 }
 
-/// Number of the first of them.
 fn first_sector() -> u8 {
     5 + (first().saturating_sub(SECTOR_5) / SettingsFlash::ERASE_SIZE) as u8
 }
 
-/// Words of 32 bits at once: allowed from 2.7 V on.
+/// Programs words of 32 bits, which is allowed from 2.7 V.
 const PSIZE: u8 = 2;
 
-/// Every error flag, and the end of an operation, in FLASH_SR: cleared by writing ones.
+/// All error flags and the end-of-operation flag in FLASH_SR: cleared by writing ones.
 const FLAGS: u32 = 0xf3;
 
 /// FLASH_KEYR's two keys.
 const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
 
-/// The two sectors. Offsets count from the first one's start; what is beyond them is refused.
+/// The two settings sectors. Offsets count from the start of the first; offsets beyond both are
+/// refused.
 pub struct SettingsFlash(FLASH);
 
 impl SettingsFlash {
@@ -48,14 +46,14 @@ impl SettingsFlash {
         Self(flash)
     }
 
-    /// Runs `action` with the flash unlocked, and waits until the flash is done.
+    /// Runs `action` with the flash unlocked, and waits until the flash is ready.
     fn unlocked(&mut self, action: impl FnOnce(&FLASH)) -> Result<(), NorFlashErrorKind> {
         let flash = &self.0;
-        // SAFETY: the flags that a write clears.
+        // SAFETY: writing ones clears these flags.
         flash.sr().write(|w| unsafe { w.bits(FLAGS) });
         if flash.cr().read().lock().bit_is_set() {
             for key in KEYS {
-                // SAFETY: the keys that unlock it.
+                // SAFETY: these keys unlock the flash.
                 flash.keyr().write(|w| unsafe { w.bits(key) });
             }
         }
@@ -64,7 +62,7 @@ impl SettingsFlash {
         while flash.sr().read().bsy().bit_is_set() {}
         let failed = flash.sr().read().bits() & FLAGS & !1 != 0;
         flash.cr().write(|w| w.lock().set_bit());
-        // The data cache may hold old contents (RM0090, 3.5.2).
+        // The data cache may have old contents (RM0090, 3.5.2).
         if flash.acr().read().dcen().bit_is_set() {
             flash.acr().modify(|_, w| w.dcen().clear_bit());
             flash.acr().modify(|_, w| w.dcrst().set_bit());
@@ -79,7 +77,7 @@ impl SettingsFlash {
     }
 }
 
-/// The address of `bytes` bytes from `offset` on, if they lie in the two sectors.
+/// Returns the address of `bytes` bytes at `offset`, if they are within the two sectors.
 fn address(offset: u32, bytes: usize) -> Result<usize, NorFlashErrorKind> {
     let end = (offset as usize).saturating_add(bytes);
     if end > CAPACITY {
@@ -89,7 +87,6 @@ fn address(offset: u32, bytes: usize) -> Result<usize, NorFlashErrorKind> {
     }
 }
 
-/// Bytes of both.
 const CAPACITY: usize = PAGES as usize * SettingsFlash::ERASE_SIZE;
 
 impl ErrorType for SettingsFlash {
@@ -97,7 +94,7 @@ impl ErrorType for SettingsFlash {
 }
 
 impl ReadNorFlash for SettingsFlash {
-    /// By words: a start searches both sectors.
+    /// Word by word, for speed: a start searches both sectors.
     const READ_SIZE: usize = WORD_BYTES;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
@@ -107,7 +104,7 @@ impl ReadNorFlash for SettingsFlash {
             return Err(NorFlashErrorKind::NotAligned);
         }
         for (place, word) in (place..).step_by(WORD_BYTES).zip(words) {
-            // SAFETY: a whole word in the two sectors, which are flash.
+            // SAFETY: an aligned word in the two sectors, which are flash.
             *word = unsafe { (place as *const u32).read_volatile() }.to_ne_bytes();
         }
         Ok(())
@@ -140,14 +137,14 @@ impl NorFlash for SettingsFlash {
                         .pg()
                         .set_bit()
                 });
-                // SAFETY: a whole word in the two sectors; nothing else lies there.
+                // SAFETY: an aligned word in the two sectors, which hold nothing else.
                 unsafe { (place as *mut u32).write_volatile(u32::from_ne_bytes(*word)) };
             })?;
         }
         Ok(())
     }
 
-    /// One of the two.
+    /// Erases one of the two sectors.
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         let page = match (from as usize, to as usize) {
             (0, Self::ERASE_SIZE) => 0,
@@ -155,7 +152,7 @@ impl NorFlash for SettingsFlash {
             _ => return Err(NorFlashErrorKind::OutOfBounds),
         };
         self.unlocked(|flash| {
-            // SAFETY: PSIZE has two bits, and the number is that of one of the two sectors.
+            // SAFETY: PSIZE has two bits, and the number is one of the two sectors.
             flash.cr().write(|w| {
                 unsafe { w.psize().bits(PSIZE).snb().bits(first_sector() + page) }
                     .lock()

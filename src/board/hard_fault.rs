@@ -1,4 +1,4 @@
-//! The handler of HardFaults: makes the record, and ends the run as the board does.
+//! The handler of HardFaults: creates the record and ends the run as the board does.
 
 use super::clock::now_us;
 use super::stack;
@@ -6,9 +6,9 @@ use super::stm32f4::die;
 use cortex_m_rt::ExceptionFrame;
 use ridgetone_proto::boot::Record;
 
-/// Entry of a HardFault. If less than 1 KiB of the stack is left, the handler starts at its top: it
-/// overwrites the processor's frame only if that is near the top, which a full stack's frame is
-/// not.
+/// Entry of a HardFault. If less than 1 KiB of the stack is left, the handler starts at the stack's
+/// top. It would only overwrite the processor's frame if that were near the top, but the frame of a
+/// full stack is not.
 #[unsafe(naked)]
 #[unsafe(export_name = "HardFault")]
 unsafe extern "C" fn enter_hard_fault() -> ! {
@@ -22,7 +22,7 @@ unsafe extern "C" fn enter_hard_fault() -> ! {
         "movw r1, #:lower16:_stack_start",
         "movt r1, #:upper16:_stack_start",
         "msr msp, r1",
-        // No lazy stacking of the FPU's registers: without memory it would be a second fault
+        // Cancel lazy stacking of the FPU's registers, which without memory would be a second fault
         // (Armv7-M, FPCCR.LSPACT).
         "2:",
         "movw r2, #0xef34",
@@ -35,12 +35,12 @@ unsafe extern "C" fn enter_hard_fault() -> ! {
     )
 }
 
-/// `frame`: where the processor has put its registers, or would have if the stack had not
-/// overflowed.
+/// Handles a HardFault. `frame` is the address where the processor has stored its registers, or
+/// would have if the stack had not overflowed.
 unsafe extern "C" fn handle_hard_fault(frame: *const ExceptionFrame) -> ! {
     let (pc, lr) = if stack::holds(frame) {
-        // SAFETY: it lies in the stack, where the processor has put it; nothing has been put over
-        // it.
+        // SAFETY: the frame is in the stack, where the processor has stored it, and has not been
+        // overwritten.
         unsafe { ((*frame).pc(), (*frame).lr()) }
     } else {
         (0, 0)

@@ -1,17 +1,17 @@
-//! Interrupts by the names of tasks.
+//! Interrupts named after tasks.
 
-/// Binds the tasks of `main.rs` to interrupts of the chip. RTIC takes an interrupt as a literal name,
-/// so `main.rs` names tasks, and this makes them interrupts: module `device` for RTIC, and the handler
-/// of each interrupt, which calls the task's.
+/// Binds the tasks of `main.rs` to interrupts of the chip. RTIC requires a literal interrupt name,
+/// so `main.rs` uses task names, and this macro maps them to interrupts: it declares the module
+/// `device` for RTIC, and a handler for each interrupt that calls the task's handler.
 macro_rules! interrupts {
     ($($task:ident: $interrupt:ident,)*) => {
-        /// The device as RTIC wants it, with the tasks as its interrupts.
+        /// The device as RTIC expects it, with the tasks as its interrupts.
         pub mod device {
             pub use stm32f4xx_hal::pac::{NVIC_PRIO_BITS, Peripherals};
             pub use Interrupt as interrupt;
             use stm32f4xx_hal::pac;
 
-            /// Interrupts by their tasks.
+            /// Interrupts named after their tasks.
             #[derive(Clone, Copy)]
             #[allow(clippy::upper_case_acronyms)]
             pub enum Interrupt {
@@ -19,7 +19,7 @@ macro_rules! interrupts {
                 TIM4 = pac::Interrupt::TIM4 as isize,
             }
 
-            // SAFETY: the numbers are the chip's.
+            // SAFETY: the numbers come from the chip's device crate.
             unsafe impl cortex_m::interrupt::InterruptNumber for Interrupt {
                 fn number(self) -> u16 {
                     self as u16
@@ -33,7 +33,7 @@ macro_rules! interrupts {
                     unsafe extern "Rust" {
                         fn $task();
                     }
-                    // SAFETY: this is that interrupt's handler.
+                    // SAFETY: this is the handler of the task's interrupt.
                     unsafe { $task() }
                 }
             )*

@@ -1,9 +1,9 @@
-//! The hardware: one file a board, only registers and time.
+//! The hardware: one file per board, only registers and time.
 //!
 //! # Porting
 //!
-//! A board is a file of data, as `blackpill_f411.rs` shows, and all else follows at compile time; the
-//! steps are in `docs/guide/6-how-it-works.md`.
+//! A board is a file of data, such as `blackpill_f411.rs`; everything else is derived at compile
+//! time. The steps are in `docs/guide/6-how-it-works.md`.
 //!
 //! | item | meaning |
 //! |---|---|
@@ -41,11 +41,11 @@
 //!
 //! [`WATCHDOG_S`]: ridgetone_finger::tasks::WATCHDOG_S
 
-// The only place of the firmware where unsafe code is allowed: registers and
-// linker symbols.
+// The only part of the firmware where unsafe code is allowed: registers and linker symbols.
 #![allow(unsafe_code)]
 
-/// The pins of the processor's own ADC in the order of its inputs, and scans of a frame by default.
+/// Pins of the processor's own ADC in the order of its inputs, and default number of scans per
+/// frame.
 #[cfg_attr(
     feature = "blackpill-f401",
     allow(unused_macros, reason = "no image with its own ADC")
@@ -57,7 +57,7 @@ macro_rules! inputs {
         #[cfg(feature = "own-adc")]
         pub const INPUTS: usize = [$(stringify!($pin)),*].len();
 
-        /// Makes the pins analogue; gives the channel of each.
+        /// Makes the pins analogue and returns their channels.
         #[cfg(feature = "own-adc")]
         pub fn channels() -> [u8; INPUTS] {
             [$(super::stm32_adc::channel(super::pin::<stm32f4xx_hal::gpio::$pin>())),*]
@@ -117,17 +117,17 @@ use stm32f4xx_hal::gpio::Pull;
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 
-/// Flash and RAM of a chip, and what of it is the stack. build.rs reads the numbers.
+/// Flash and RAM of a chip, and size of the stack. build.rs reads the numbers.
 pub struct Memory {
     /// Name of the chip in probe-rs.
     pub chip: &'static str,
-    /// All of its flash, of which the last two sectors, 256 KiB, are for settings.
+    /// Total flash, of which the last two sectors, 256 KiB, are for settings.
     pub flash_kib: u32,
-    /// Main RAM in one piece.
+    /// Main RAM, contiguous.
     pub ram_kib: u32,
-    /// CCM RAM, for the stack alone.
+    /// CCM RAM, only for the stack.
     pub ccm_kib: u32,
-    /// The stack: in CCM RAM where it fits there, else in main RAM.
+    /// Size of the stack, which is in CCM RAM if it fits there, else in main RAM.
     pub stack_bytes: u32,
 }
 
@@ -146,11 +146,10 @@ const _: () = {
 pub type SerialLine = serial_line::SerialLine<chosen::Usart>;
 pub type LineReceiver = serial_line::LineReceiver<chosen::Usart>;
 
-/// A board's parts for the tasks.
+/// Parts of a board for the tasks.
 pub struct Board {
     pub converter: Converter,
     pub drdy: Drdy,
-    /// The sending and the receiving side.
     pub line: (SerialLine, LineReceiver),
     pub boot: Boot,
     pub flash: SettingsFlash,
@@ -160,7 +159,7 @@ pub struct Board {
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
     let (mut rcc, oscillator) = stm32f4::start_clocks(device.RCC, device.TIM2, device.TIM4);
-    // Their clocks go on; `pin` makes the pins.
+    // The ports' clocks stay on; `pin` creates the pins.
     device.GPIOA.split(&mut rcc);
     device.GPIOB.split(&mut rcc);
     device.GPIOC.split(&mut rcc);
@@ -177,9 +176,9 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
         let drdy = Drdy::new(&mut nvic);
         (Converter::new(adc, common, device.DMA2, &mut rcc), drdy)
     };
-    // Up: without a PC the line would float, and noise would look like bytes.
+    // Pull-up: without a PC the line would float, and noise would look like bytes.
     let rx = pin::<chosen::Rx>().internal_resistor(Pull::Up);
-    // SAFETY: `device` owns it, under a name that depends on the board.
+    // SAFETY: `device` owns the USART, under a name that depends on the board.
     let usart = unsafe { chosen::Usart::steal() };
     Board {
         converter,
@@ -190,7 +189,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     }
 }
 
-/// A pin of the board by its type. `init` alone calls it, once for each use of a pin.
+/// Creates a pin of the board from its type. Only `init` calls this, once for each use of a pin.
 fn pin<P>() -> P {
     const { assert!(size_of::<P>() == 0, "a pin is a token without data") };
     // SAFETY: the type has no data; `init` has switched the port's clock on, and owns all ports.

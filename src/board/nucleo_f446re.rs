@@ -1,10 +1,10 @@
-//! ST Nucleo-F446RE (MB1136), 168 MHz from the 8 MHz that its ST-LINK puts on OSC_IN (UM1724, "OSC
-//! clock supply": the bridges are so from MB1136 C-02 on).
+//! ST Nucleo-F446RE (MB1136), 168 MHz from the 8 MHz that its ST-LINK supplies on OSC_IN (UM1724,
+//! "OSC clock supply": bridges set from MB1136 C-02 on).
 //!
 //! Its pins are in `docs/guide/2-build.md`, which a test compares with this file.
 //!
-//! The line is a serial port of the PC through the ST-LINK; 0.93 % slow as on the Feather. D0 and D1
-//! are these pins only after two bridges are soldered (UM1724).
+//! The line is a serial port of the PC through the ST-LINK; 0.93 % slow as on the Feather. PA2 and
+//! PA3 reach D1 and D0 only after two bridges are soldered (UM1724).
 
 use super::Memory;
 use super::clocks::{Clocks, Oscillator};
@@ -40,6 +40,7 @@ interrupts! {
 
 line! { USART2: Stream5, 5, DMA1_STREAM5 }
 
-// All sixteen channels of ADC1 but the line's, at 237 frames a second. PA5 carries the green LED until
-// the solder bridge SB21 is opened (UM1724): open it, or leave input 3 out of the plan.
+// All sixteen channels of ADC1 except the two used by the line, at 237 frames a second. PA5 also
+// drives the green LED until the solder bridge SB21 is opened (UM1724): open it, or leave input 3
+// out of the plan.
 inputs! { 93: [PA0, PA1, PA4, PA5, PA6, PA7, PB0, PB1, PC0, PC1, PC2, PC3, PC4, PC5] }

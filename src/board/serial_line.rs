@@ -1,5 +1,5 @@
-//! The line: the board's USART. Telemetry leaves with an interrupt for each byte; the DMA puts requests
-//! into a buffer, also while the flash is written and the processor stands still.
+//! The line: the board's USART. Telemetry is sent with an interrupt per byte; the DMA writes
+//! requests into a buffer, even while the flash is written and the processor stalls.
 
 use super::device::Interrupt as Task;
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
@@ -18,18 +18,18 @@ use stm32f4xx_hal::serial::config::DmaConfig;
 use stm32f4xx_hal::serial::{Config, Instance, RxListen, SerialExt, Tx, TxISR, TxListen};
 use stm32f4xx_hal::{ClearFlags, ReadFlags};
 
-/// Bits per second, 8N1: 92 kB/s, ten times as much as sixteen channels at four windows a second
-/// need.
+/// Bits per second, 8N1: 92 kB/s, ten times as much as sixteen channels need at four windows a
+/// second.
 const LINE_BAUD: u32 = 921_600;
 
-/// Bytes of the receiver's buffer, 2.8 ms of them, and of each half, whose end is an interrupt. A half
-/// holds the longest request that there is, so that a reader that is late loses none.
+/// Size of the receive buffer, 2.8 ms of bytes, and of each half, whose end causes an interrupt. A
+/// half has room for the longest request, so that a late reader loses none.
 const BUFFER_BYTES: usize = 2 * HALF_BYTES;
 const HALF_BYTES: usize = 128;
 
 static BUFFER: [AtomicU8; BUFFER_BYTES] = [const { AtomicU8::new(0) }; BUFFER_BYTES];
 
-/// A USART with the stream of DMA1 that receives for it, both on channel 4 (RM0090, table 42).
+/// A USART with the stream of DMA1 for its receiver, on channel 4 (RM0090, table 42).
 pub trait Line: Instance<RB = RegisterBlock> + SerialExt {
     type Stream: Stream + ReadFlags<Flag = DmaFlag> + ClearFlags<Flag = DmaFlag>;
     const INTERRUPT: Interrupt;
@@ -37,8 +37,8 @@ pub trait Line: Instance<RB = RegisterBlock> + SerialExt {
     fn stream(streams: StreamsTuple<DMA1>) -> Self::Stream;
 }
 
-/// Makes a USART the board's line, with the number of the stream of DMA1 that receives for it and that
-/// stream's interrupt, which is forwarded to the task `REPORT`: the end of a half of the buffer.
+/// Makes a USART the board's line, given the number of the stream of DMA1 for its receiver. The
+/// stream's interrupt, at the end of each half of the buffer, is forwarded to the task `REPORT`.
 macro_rules! line {
     ($usart:ident: $stream:ident, $number:tt, $interrupt:ident) => {
         impl $crate::board::serial_line::Line for stm32f4xx_hal::pac::$usart {
@@ -59,19 +59,20 @@ macro_rules! line {
             unsafe extern "Rust" {
                 fn REPORT();
             }
-            // SAFETY: the task's own interrupt cannot run at the same time: see `LineReceiver::new`.
+            // SAFETY: the task's own interrupt cannot run at the same time: see
+            // `LineReceiver::new`.
             unsafe { REPORT() }
         }
     };
 }
 
-/// The USART's transmitter, and the end of what it receives.
+/// Transmitter of the USART, and detector of pauses in the received bytes.
 pub struct SerialLine<Usart: Line> {
     tx: Tx<Usart>,
 }
 
 impl<Usart: Line> SerialLine<Usart> {
-    /// Sets the USART and the DMA up. The transmitter's interrupt is off.
+    /// Sets up the USART and the DMA. The transmitter's interrupt is off.
     pub fn new(
         usart: Usart,
         tx: impl Into<Usart::Tx<PushPull>>,
@@ -95,8 +96,8 @@ impl<Usart: Line> SerialLine<Usart> {
 }
 
 impl<Usart: Line> SerialPort for SerialLine<Usart> {
-    /// Clears the flag, which takes a read of the data register. The DMA has fetched the byte before the
-    /// pause 10.9 us ago, and the first byte after it takes as long to arrive.
+    /// Clears the flag by reading the data register. This loses no byte: the DMA fetched the byte
+    /// before the pause 10.9 us ago, and the first byte after it takes just as long to arrive.
     fn has_paused(&mut self) -> bool {
         // SAFETY: reading the status, then the data, clears the flag (RM0090, 30.6.1).
         let usart = unsafe { &*Usart::ptr() };
@@ -112,7 +113,7 @@ impl<Usart: Line> SerialPort for SerialLine<Usart> {
     }
 
     fn send(&mut self, byte: u8) {
-        // Refused only if not ready.
+        // Refused only if the transmitter is not ready.
         let _ = self.tx.write(byte);
         self.tx.listen();
     }
@@ -122,30 +123,30 @@ impl<Usart: Line> SerialPort for SerialLine<Usart> {
     }
 }
 
-/// Bytes that the DMA has received. Counts wrap.
+/// Reader of the bytes that the DMA has received. Counts wrap.
 pub struct LineReceiver<Usart: Line> {
     stream: Usart::Stream,
-    /// Ends of a half that the DMA has passed.
+    /// Number of ends of a half that the DMA has passed.
     halves: u32,
-    /// Bytes received, as far as was looked, and bytes read.
+    /// Bytes received up to the latest look, and bytes read.
     received: u32,
     read: u32,
-    /// Unread bytes may have been overwritten.
+    /// True if unread bytes may have been overwritten.
     is_overrun: bool,
 }
 
 impl<Usart: Line> LineReceiver<Usart> {
-    /// Starts the stream, and lets its interrupt come, at the priority of the task that it becomes part
-    /// of.
+    /// Starts the stream and enables its interrupt, at the priority of the task to which it is
+    /// forwarded.
     fn new(mut stream: Usart::Stream) -> Self {
         stream.clear_all_flags();
         stream.set_channel(DmaChannel::Channel4);
         stream.set_direction(DmaDirection::PeripheralToMemory);
-        // SAFETY: the address alone is taken.
+        // SAFETY: only the address is taken.
         stream.set_peripheral_address(unsafe { &*Usart::ptr() }.dr().as_ptr() as u32);
         stream.set_memory_address(BUFFER.as_ptr() as u32);
         stream.set_number_of_transfers(BUFFER_BYTES as u16);
-        // SAFETY: both are bytes: DR's eight bits, and the buffer's elements.
+        // SAFETY: both sides are bytes: DR's eight bits, and the buffer's elements.
         unsafe {
             stream.set_memory_size(DmaDataSize::Byte);
             stream.set_peripheral_size(DmaDataSize::Byte);
@@ -155,9 +156,9 @@ impl<Usart: Line> LineReceiver<Usart> {
         stream.set_priority(Priority::VeryHigh);
         stream.listen_half_transfer();
         stream.listen_transfer_complete();
-        // SAFETY: the buffer is a static of atomics, which anybody may write at any time. Neither
-        // interrupt interrupts the other; RTIC has set the priority before it called `init`, and serves
-        // no interrupt before the end of it.
+        // SAFETY: the buffer is a static of atomics, which may be written at any time. Neither
+        // interrupt preempts the other: RTIC has set the priority before it calls `init`, and
+        // serves no interrupt until `init` has ended.
         unsafe {
             stream.enable();
             let priority = NVIC::get_priority(Task::REPORT);
@@ -174,11 +175,11 @@ impl<Usart: Line> LineReceiver<Usart> {
         }
     }
 
-    /// Counts what has arrived. False if the ends of both halves have passed since the last look: then
-    /// more may have arrived than is known.
+    /// Counts received bytes. Returns false if the ends of both halves have passed since the last
+    /// call, because more bytes may then have arrived than are counted.
     fn count(&mut self) -> bool {
         let (mut ends, mut position) = (0, 0);
-        // An end may pass between the reads of flags and position.
+        // Retry: an end may pass between the reads of flags and position.
         for _ in 0..3 {
             let flags = self.stream.flags() & (DmaFlag::HalfTransfer | DmaFlag::TransferComplete);
             self.stream.clear_flags(flags);
@@ -202,7 +203,7 @@ impl<Usart: Line> LineReceiver<Usart> {
     }
 }
 
-/// Half of the buffer that holds a position. The position behind the end counts as the first half.
+/// Half of the buffer with this position. The position after the end counts as the first half.
 const fn half_of(position: u32) -> u32 {
     position / HALF_BYTES as u32 % 2
 }
@@ -220,7 +221,7 @@ impl<Usart: Line> Receiver for LineReceiver<Usart> {
             return None;
         }
         let byte = BUFFER.get(self.read as usize % BUFFER_BYTES)?.load(Relaxed);
-        // After the byte was read: the DMA may have written another over it.
+        // Check after reading the byte, because the DMA may have overwritten it meanwhile.
         self.look();
         let unread = self.received.wrapping_sub(self.read);
         if self.is_overrun || unread as usize > BUFFER_BYTES {

@@ -1,10 +1,11 @@
-//! The STM32's own converter as a [`converter::Converter`]: ADC1 scans the inputs without a pause, DMA2 fills a
-//! buffer, and its interrupt adds up each half of it, until they are a frame.
+//! The STM32's own ADC as a [`converter::Converter`]: ADC1 scans the inputs continuously, DMA2
+//! fills a buffer, and its interrupt sums each half of the buffer until a frame is complete.
 //!
-//! From the HAL (0.23) come clocks, resets, pins and the DMA's stream. Not its `Adc`: its
-//! constructor converts the internal reference right after it has switched the converter on, sooner
-//! than that settles, and panics if there is no conversion. Not its `Transfer`: that swaps buffers
-//! which it owns at each end, of one length for good, and here a half is what a plan makes it.
+//! Clocks, resets, pins and the DMA's stream come from the HAL (0.23). Its `Adc` is not used: the
+//! constructor converts the internal reference right after switching the ADC on, before that has
+//! settled, and panics if there is no conversion. Its `Transfer` is not used either: it owns
+//! buffers of a fixed length and swaps them at each end, but here the length of a half depends on
+//! the plan.
 
 use super::CLOCKS;
 use super::chosen::{INPUTS, SCANS, channels};
@@ -28,7 +29,7 @@ use stm32f4xx_hal::{ClearFlags, ReadFlags, interrupt};
 
 /// ADC_CCR: ADCPRE, divides by 4.
 const CCR: u32 = 1 << 16;
-/// The converter's clock, megahertz, of at most 36 (ADC characteristics of the datasheets).
+/// Clock of the ADC, megahertz, at most 36 (ADC characteristics of the datasheets).
 const CLOCK_MHZ: u8 = (CLOCKS.apb2_mhz / 4) as u8;
 const _: () = assert!(CLOCK_MHZ <= 36 && CLOCKS.apb2_mhz.is_multiple_of(4));
 /// SMP of each channel: 56 periods.
@@ -40,20 +41,20 @@ const ADON: u32 = 1;
 const SWSTART: u32 = 1 << 30;
 /// ADC_SR: OVR.
 const OVR: u32 = 1 << 5;
-/// From ADON to the first conversion, microseconds: tSTAB, at most 3.
+/// Time from ADON to the first conversion, microseconds: tSTAB, at most 3.
 const SETTLING_US: u32 = 3;
-/// Reads of the stream's EN until its transfer under way has ended: a few cycles.
+/// Maximum reads of the stream's EN until its current transfer has ended, which takes a few cycles.
 const STOP_READS: u32 = 1000;
 
-/// From power-up to the first register access, microseconds: the inputs' low-pass settles.
+/// Time from power-up to the first register access, microseconds: the inputs' low-pass settles.
 pub const POWER_UP_US: u32 = 5_000;
 
 static BUFFER: Buffer = [const { AtomicU16::new(0) }; 2 * HALF];
 static FRAMES: Oversampler = Oversampler::new();
-/// There is a frame that the task has not seen.
+/// True if there is a frame that the task has not seen.
 static IS_OVER: AtomicBool = AtomicBool::new(false);
 
-/// Its reference is the board's supply.
+/// Wiring of the ADC, whose reference is the board's supply.
 pub const WIRING: Wiring = Wiring {
     converter: &Facts {
         vref_v: 3.3,
@@ -61,7 +62,7 @@ pub const WIRING: Wiring = Wiring {
     },
 };
 
-/// Makes a pin analogue, and gives its channel.
+/// Makes a pin analogue and returns its channel.
 pub fn channel<const PORT: char, const NUMBER: u8>(pin: Pin<PORT, NUMBER>) -> u8
 where
     Pin<PORT, NUMBER, Analog>: Channel<ADC1, ID = u8>,
@@ -75,11 +76,9 @@ pub struct Converter {
     adc: ADC1,
     common: ADC_COMMON,
     stream: Stream0<DMA2>,
-    /// Channel of each input.
     channels: [u8; INPUTS],
-    /// Values that were written to the registers.
     plan: OnboardPlan,
-    /// Which of the scan's inputs is read next.
+    /// Index of the scan's input to read next.
     at: u8,
     is_new: bool,
 }
@@ -88,7 +87,7 @@ impl Converter {
     /// Bit k: input k exists.
     const PINS: u16 = ((1u32 << INPUTS) - 1) as u16;
 
-    /// Switches the clocks on. The converter stays off.
+    /// Switches the clocks on. The ADC stays off.
     pub fn new(adc: ADC1, common: ADC_COMMON, dma: DMA2, rcc: &mut Rcc) -> Self {
         quieten(rcc);
         ADC1::enable(rcc);
@@ -108,8 +107,8 @@ impl Converter {
         }
     }
 
-    /// SQR1 to SQR3: the scan's channels, six to a register, the first in SQR3; in SQR1 their number
-    /// too.
+    /// SQR1 to SQR3: the scan's channels, six to a register, the first in SQR3; SQR1 also has their
+    /// number.
     fn sequence(&self) -> [u32; 3] {
         let mut registers = [self.plan.inputs.count_ones().saturating_sub(1) << 20, 0, 0];
         for (at, channel) in self.scanned().map(|(_, channel)| channel).enumerate() {
@@ -126,7 +125,7 @@ impl Converter {
         inputs.filter(|(input, _)| self.plan.inputs >> input & 1 == 1)
     }
 
-    /// Configures the stream, which is off.
+    /// Configures the stream, which must be off.
     fn set_up_stream(&mut self, half: usize) {
         let Self { adc, stream, .. } = self;
         stream.clear_all_flags();
@@ -135,7 +134,7 @@ impl Converter {
         stream.set_peripheral_address(adc.dr().as_ptr() as u32);
         stream.set_memory_address(BUFFER.as_ptr() as u32);
         stream.set_number_of_transfers((2 * half) as u16);
-        // SAFETY: both are half words: DR's twelve bits, and the buffer's elements.
+        // SAFETY: both sides are half words: DR's twelve bits, and the buffer's elements.
         unsafe {
             stream.set_memory_size(DmaDataSize::HalfWord);
             stream.set_peripheral_size(DmaDataSize::HalfWord);
@@ -147,7 +146,7 @@ impl Converter {
         stream.listen_transfer_complete();
     }
 
-    /// True if every sample was fetched, and the next will be.
+    /// True if every sample was fetched, and the next one will be.
     fn runs(&self) -> bool {
         let flags = self.stream.flags();
         self.stream.is_enabled()
@@ -156,7 +155,7 @@ impl Converter {
             && self.adc.sr().read().bits() & OVR == 0
     }
 
-    /// True if the registers hold what was written.
+    /// True if the registers have the values written to them.
     fn holds(&self) -> bool {
         let Self { adc, common, .. } = self;
         let found = [
@@ -175,21 +174,22 @@ impl Converter {
     }
 }
 
-/// Lowers the noise of the flash in the samples: prefetch off, and ADCDC1, which needs it off and a supply
-/// from 2.7 V on (AN4073, option 1; RM0390, PWR_CR). Option 2, ADC1DC2, is for a converter's clock from 30 MHz
-/// on, and excludes ADCDC1 (RM0390, SYSCFG_PMC). The STM32F405 has neither bit (crate `stm32f4` 0.16).
+/// Lowers the noise of the flash in the samples: switches prefetch off and sets ADCDC1, which
+/// requires prefetch off and a supply of at least 2.7 V (AN4073, option 1; RM0390, PWR_CR). Option
+/// 2, ADC1DC2, is for ADC clocks of 30 MHz or more, and excludes ADCDC1 (RM0390, SYSCFG_PMC). The
+/// STM32F405 has neither bit (crate `stm32f4` 0.16).
 #[cfg_attr(
     feature = "feather-f405-adc",
     expect(unused_variables, reason = "PWR's clock")
 )]
 fn quieten(rcc: &mut Rcc) {
-    // SAFETY: no task runs yet, and the other bits stay.
+    // SAFETY: no task runs yet, and the other bits are unchanged.
     unsafe { (*FLASH::ptr()).acr().modify(|_, w| w.prften().clear_bit()) };
     #[cfg(not(feature = "feather-f405-adc"))]
     {
         use stm32f4xx_hal::pac::PWR;
         PWR::enable(rcc);
-        // SAFETY: the same.
+        // SAFETY: no task runs yet, and the other bits are unchanged.
         unsafe { (*PWR::ptr()).cr().modify(|_, w| w.adcdc1().set_bit()) };
     }
 }
@@ -213,9 +213,9 @@ impl converter::Converter for Converter {
     }
 
     fn stop(&mut self) -> bool {
-        // No request after this, so the stream ends at once.
+        // No DMA requests follow, so the stream ends at once.
         self.adc.cr2().reset();
-        // SAFETY: the buffer's elements are whole whenever it ends.
+        // SAFETY: the buffer's elements are valid whenever the stream ends.
         unsafe { self.stream.disable() };
         (0..STOP_READS).any(|_| !self.stream.is_enabled())
     }
@@ -253,7 +253,7 @@ impl converter::Converter for Converter {
         FRAMES.begin(&averaging);
         IS_OVER.store(false, Relaxed);
         (self.at, self.is_new) = (0, true);
-        // SAFETY: the buffer is a static of atomics, which anybody may write at any time.
+        // SAFETY: the buffer is a static of atomics, which may be written at any time.
         unsafe { self.stream.enable() };
         // SAFETY: see `set_up`.
         self.adc
@@ -315,20 +315,20 @@ impl converter::Converter for Converter {
     }
 
     fn min_period_us(&mut self) -> u32 {
-        // A stopped converter makes no conversions.
+        // A stopped ADC makes no conversions.
         let running = self.plan.averaging().filter(|_| self.runs());
         running.map_or(u32::MAX, |averaging| averaging.share_us())
     }
 }
 
-/// The end of a frame, instead of an edge of DRDY.
+/// End of a frame, instead of an edge of DRDY.
 pub struct Drdy;
 
 impl Drdy {
-    /// Lets the interrupt of the DMA come, at the priority of the task that it becomes part of.
+    /// Enables the DMA's interrupt, at the priority of the task to which it is forwarded.
     pub fn new(nvic: &mut NVIC) -> Self {
-        // SAFETY: neither interrupts the other; RTIC has set the priority before it called `init`,
-        // and serves no interrupt before the end of it.
+        // SAFETY: neither interrupt preempts the other: RTIC has set the priority before it calls
+        // `init`, and serves no interrupt until `init` has ended.
         unsafe {
             nvic.set_priority(Interrupt::DMA2_STREAM0, NVIC::get_priority(Task::DRDY));
             NVIC::unmask(Interrupt::DMA2_STREAM0);
@@ -358,7 +358,7 @@ impl DrdyPin for Drdy {
     }
 }
 
-/// Adds half of the buffer. The task runs when a frame is over.
+/// Adds half of the buffer, and runs the task once a frame is complete.
 #[interrupt]
 fn DMA2_STREAM0() {
     // RTIC defines its handlers with Rust's ABI.
@@ -366,7 +366,7 @@ fn DMA2_STREAM0() {
         fn DRDY();
     }
     let now_us = super::clock::now_us();
-    // SAFETY: reads and clears two flags; the converter, at the same priority, looks at others.
+    // SAFETY: reads and clears two flags; the converter, at the same priority, uses other flags.
     let dma = unsafe { DMA2::steal() };
     let flags = dma.lisr().read();
     let filled = match (flags.htif0().bit_is_set(), flags.tcif0().bit_is_set()) {

@@ -1,5 +1,5 @@
-//! Common to all boards with an STM32F4, the stylus included: clocks, the two timers, the watchdog,
-//! the end of a run.
+//! Code common to all boards with an STM32F4, including the stylus: clocks, the two timers, the
+//! watchdog, the end of a run.
 
 use super::clocks::Pll;
 use super::{CLOCKS, crash};
@@ -11,13 +11,13 @@ use stm32f4xx_hal::pac::{self, DBGMCU, IWDG, PWR, RCC, TIM2, TIM4};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 
-/// Reads of RCC_CR, 4 cycles of 16 MHz each at least, that the external oscillator may take to
+/// Number of reads of RCC_CR, each at least 4 cycles of 16 MHz, for the external oscillator to
 /// start: 100 ms. A crystal takes 2 ms (DS8626, HSE start-up time, typical).
 const OSCILLATOR_READS: u32 = 400_000;
 
-/// Starts the watchdog before the clocks, and finds out how this run began.
+/// Starts the watchdog before the clocks, and determines how this run began.
 pub fn begin(device: &pac::Peripherals) -> Boot {
-    // First: the wait for a crystal that does not start never ends.
+    // Start the watchdog first, because waiting for a dead crystal never ends.
     start_watchdog(&device.IWDG, &device.DBGMCU);
     let brown_out = BrownOut::from_option_bytes(device.FLASH.optcr().read().bits());
     let cause = take_reset_cause(&device.RCC);
@@ -31,7 +31,7 @@ pub fn begin(device: &pac::Peripherals) -> Boot {
     boot
 }
 
-/// Keeps a debugger's clock and the memory of the RTT buffer while the processor sleeps.
+/// Keeps a debugger's clock and the memory of the RTT buffer on while the processor sleeps.
 fn stay_debuggable(debug: &DBGMCU) {
     debug.cr().modify(|_, w| {
         w.dbg_sleep()
@@ -43,18 +43,18 @@ fn stay_debuggable(debug: &DBGMCU) {
     });
 }
 
-/// Clears the interrupt TIM4. A debugger that detaches restores DBGMCU_CR as it was before the
-/// image ran (probe-rs does), so that the next one would find a processor that sleeps: the bits are
-/// set again.
+/// Clears the interrupt TIM4. A debugger that detaches restores DBGMCU_CR to its value before the
+/// image ran (as probe-rs does), and the next debugger would then find a sleeping processor, so
+/// this sets the bits again.
 pub fn acknowledge_heartbeat() {
     super::clock::acknowledge_heartbeat();
-    // SAFETY: nothing else uses it once tasks run, and the three bits affect debugging alone.
+    // SAFETY: nothing else uses DBGMCU once tasks run, and the three bits only affect debugging.
     let debug = unsafe { DBGMCU::steal() };
     stay_debuggable(&debug);
 }
 
-/// Runs the processor from the board's oscillator, or from its own if that one does not start, at
-/// [`CLOCKS`], and starts the two timers.
+/// Runs the processor at [`CLOCKS`] from the board's oscillator, or from the internal one if that
+/// does not start, and starts the two timers.
 pub fn start_clocks(rcc: RCC, counter: TIM2, heartbeat: TIM4) -> (Rcc, Oscillator) {
     const PLL: Pll = CLOCKS.pll();
     stop_pll(&rcc);
@@ -62,9 +62,9 @@ pub fn start_clocks(rcc: RCC, counter: TIM2, heartbeat: TIM4) -> (Rcc, Oscillato
         widen_voltage(&rcc, vos);
     }
     let has_started = start_external(&rcc);
-    // The HAL (0.23) waits for an external oscillator for ever. So it sets up all from the internal
-    // one. It is called once, with constants: so the compiler removes its panics. After it only the
-    // PLL changes.
+    // The HAL (0.23) waits for an external oscillator for ever, so let it set up everything from
+    // the internal one. It is called once, with constants, so that the compiler removes its panics.
+    // Afterwards only the PLL changes.
     let mut rcc = rcc.freeze(
         Config::hsi()
             .sysclk(CLOCKS.sysclk_mhz.MHz())
@@ -78,7 +78,7 @@ pub fn start_clocks(rcc: RCC, counter: TIM2, heartbeat: TIM4) -> (Rcc, Oscillato
     };
     if has_started {
         stop_pll(&rcc);
-        // SAFETY: of the allowed values, see `Clocks::pll`.
+        // SAFETY: allowed values, see `Clocks::pll`.
         rcc.pllcfgr().write(|w| unsafe {
             w.pllsrc()
                 .hse()
@@ -102,12 +102,12 @@ pub fn start_clocks(rcc: RCC, counter: TIM2, heartbeat: TIM4) -> (Rcc, Oscillato
     (rcc, oscillator)
 }
 
-/// Chooses the voltage regulator's range, with the PLL off (RM0383, 5.4.1). It takes effect as the
-/// PLL starts.
+/// Selects the voltage regulator's range while the PLL is off (RM0383, 5.4.1). The range takes
+/// effect when the PLL starts.
 fn widen_voltage(rcc: &RCC, vos: u32) {
     rcc.apb1enr().modify(|_, w| w.pwren().set_bit());
     cortex_m::asm::dsb();
-    // SAFETY: nothing else uses it; VOS is bits 15 and 14.
+    // SAFETY: nothing else uses PWR; VOS is bits 15 and 14.
     unsafe {
         (*PWR::ptr())
             .cr()
@@ -115,8 +115,8 @@ fn widen_voltage(rcc: &RCC, vos: u32) {
     };
 }
 
-/// Runs on the internal oscillator, with the PLL off: its divisors can be written only then
-/// (RM0090, 7.3.2). The boot loader in the chip's ROM starts an image with it on.
+/// Switches to the internal oscillator and the PLL off, because its divisors can only be written
+/// then (RM0090, 7.3.2). The boot loader in the chip's ROM starts an image with the PLL on.
 fn stop_pll(rcc: &RCC) {
     rcc.cr().modify(|_, w| w.hsion().set_bit());
     while rcc.cr().read().hsirdy().bit_is_clear() {}
@@ -126,11 +126,11 @@ fn stop_pll(rcc: &RCC) {
     while rcc.cr().read().pllrdy().bit_is_set() {}
 }
 
-/// Starts the external oscillator anew. False, and it is off, if it does not start within
-/// [`OSCILLATOR_READS`].
+/// Restarts the external oscillator. Returns false, with the oscillator off, if it does not start
+/// within [`OSCILLATOR_READS`].
 fn start_external(rcc: &RCC) -> bool {
     rcc.cr().modify(|_, w| w.hseon().clear_bit());
-    // Its kind can be chosen only while it is off (RM0090, 7.3.1).
+    // Crystal or clock can only be selected while HSE is off (RM0090, 7.3.1).
     while rcc.cr().read().hserdy().bit_is_set() {}
     rcc.cr().modify(|_, w| w.hsebyp().bit(CLOCKS.is_clock()));
     rcc.cr().modify(|_, w| w.hseon().set_bit());
@@ -149,13 +149,13 @@ unsafe fn NonMaskableInt() -> ! {
 }
 
 /// Masks an interrupt that no task serves. The boot loader in the chip's ROM may have left one on,
-/// such as USB's. cortex-m-rt's own handler would wait for the watchdog.
+/// such as USB's. cortex-m-rt's default handler would loop until the watchdog resets the board.
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(number: i16) {
-    /// An interrupt by its number.
+    /// An interrupt given by its number.
     #[derive(Clone, Copy)]
     struct Unserved(u16);
-    // SAFETY: the number is that of the interrupt that is being served.
+    // SAFETY: this is the number of the interrupt being served.
     unsafe impl cortex_m::interrupt::InterruptNumber for Unserved {
         fn number(self) -> u16 {
             self.0
@@ -166,47 +166,46 @@ unsafe fn DefaultHandler(number: i16) {
     }
 }
 
-/// Starts the independent watchdog (RM0090, 21.3). It stops for a debugger that halts the
-/// processor.
+/// Starts the independent watchdog (RM0090, 21.3). It pauses while a debugger halts the processor.
 fn start_watchdog(watchdog: &IWDG, debug: &DBGMCU) {
-    /// Divides by 64: a tick takes 2 ms of the nominal 32 kHz.
+    /// Divides by 64: a tick takes 2 ms at the nominal 32 kHz.
     const PRESCALER: u16 = 4;
     const TICKS: u32 = 500 * WATCHDOG_S;
     const { assert!(TICKS <= 4095, "the counter has 12 bits") };
     debug.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
-    // SAFETY: the keys that start it and open its registers.
+    // SAFETY: the keys that start the watchdog and unlock its registers.
     watchdog.kr().write(|w| unsafe { w.bits(0xcccc) });
     watchdog.kr().write(|w| unsafe { w.bits(0x5555) });
     // SAFETY: 0 to 6 are allowed.
     watchdog.pr().write(|w| unsafe { w.bits(PRESCALER) });
-    // SAFETY: 12 bits, see above.
+    // SAFETY: 12 bits, as asserted above.
     watchdog.rlr().write(|w| unsafe { w.bits(TICKS as u16) });
-    // Both values take some of its ticks to arrive; if fed before, it would start from the old
-    // ones.
+    // Both values take a few ticks to take effect; if fed earlier, the watchdog would start from
+    // the old values.
     while watchdog.sr().read().bits() != 0 {}
     feed_watchdog();
 }
 
 pub fn feed_watchdog() {
-    // SAFETY: the key that reloads the counter, without any other effect.
+    // SAFETY: this key reloads the counter and has no other effect.
     unsafe { (*IWDG::ptr()).kr().write(|w| w.bits(0xaaaa)) };
 }
 
-/// The cause of the reset. The flags are cleared, or they would add up.
+/// Returns the cause of the reset. Clears the flags, which would otherwise accumulate.
 fn take_reset_cause(rcc: &RCC) -> ResetCause {
     let flags = rcc.csr().read().bits();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
     ResetCause::from_flags(flags)
 }
 
-/// Keeps the record for the next run's greeting and log, and resets. Nothing is logged here: the
-/// panic may be the log's.
+/// Keeps the record for the next run's greeting and log, and resets. Nothing is logged here,
+/// because the log itself may have panicked.
 pub fn die(record: &Record) -> ! {
     crash::keep(record);
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-/// Formatting the message would take 9 KB of flash.
+/// Records a panic without its message: formatting it would take 9 KB of flash.
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
     die(&crash::record_of(info))

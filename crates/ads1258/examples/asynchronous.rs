@@ -19,7 +19,7 @@ const CONFIG: Config = Config {
     ..Config::RESET
 };
 
-/// One scan: what a task of an async executor would do for ever.
+/// Reads one scan, as a task of an async executor would do for ever.
 async fn run<SPI: SpiDevice>(
     adc: &mut Ads1258<SPI>,
     start: &mut impl OutputPin,

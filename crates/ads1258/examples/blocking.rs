@@ -22,7 +22,7 @@ const CONFIG: Config = Config {
     ..Config::RESET
 };
 
-/// One scan. The same on a real board, whose DRDY would rather be an interrupt than a loop.
+/// Reads one scan. A real board would use an interrupt for DRDY instead of a loop.
 fn run<SPI: SpiDevice>(
     adc: &mut Ads1258<SPI>,
     start: &mut impl OutputPin,

@@ -1,4 +1,4 @@
-//! Commands over an async SPI device: the blocking methods word for word, with an `.await` at each
+//! Commands over an async SPI device: the same as the blocking methods, with an `.await` at each
 //! transfer.
 
 use embedded_hal_async::digital::Wait;
@@ -9,17 +9,17 @@ use crate::{Ads1258, Config, Conversion, Error, NextError, Register};
 
 /// # Cancel safety
 ///
-/// A future that is dropped while it waits for the bus leaves the chip as the SPI device leaves it.
-/// A read changes nothing, and may be begun anew. Registers of a write, a reset or a configuration
-/// may have arrived, or a part of them, while the driver still takes the former values for written:
-/// [`verify_async`](Self::verify_async) then fails, and [`configure_async`](Self::configure_async)
-/// is to be called again.
+/// A future dropped while it waits for the bus leaves the chip in the state in which the SPI device
+/// leaves it. A dropped read changes nothing and may be repeated. A dropped write, reset or
+/// configuration may have reached the registers in part, while the driver still expects their
+/// previous values: [`verify_async`](Self::verify_async) then fails, and
+/// [`configure_async`](Self::configure_async) must be called again.
 impl<SPI: SpiDevice> Ads1258<SPI> {
-    /// Waits until DRDY is low, and reads the conversion. A conversion that was missed is not waited
-    /// for: DRDY stays low until it is read.
+    /// Waits until DRDY is low, and reads the conversion. Returns a missed conversion at once: DRDY
+    /// stays low until it is read.
     ///
-    /// Cancel safe: dropped while it waits for the pin, it has read nothing; dropped in the
-    /// transfer, the same conversion is read next time, with NEW cleared.
+    /// Cancel safe: if dropped while it waits for the pin, it has read nothing; if dropped during
+    /// the transfer, the next call reads the same conversion, with NEW cleared.
     pub async fn read_next_async<P: Wait>(
         &mut self,
         drdy: &mut P,

@@ -8,10 +8,10 @@ use crate::{Ads1258, Config, Conversion, Error, Register};
 /// Every command fails with [`Error::Spi`] if the SPI device does. Other errors are listed with the
 /// command.
 impl<SPI: SpiDevice> Ads1258<SPI> {
-    /// The reset command (0xC0): all registers at their reset values.
+    /// Sends the reset command (0xC0): all registers return to their reset values.
     ///
-    /// The chip finishes a running conversion first; drop its result.
-    /// [`reset_by_pin`](Self::reset_by_pin) ends it.
+    /// The chip finishes a running conversion first; discard its result.
+    /// [`reset_by_pin`](Self::reset_by_pin) aborts the conversion instead.
     pub fn reset(&mut self) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&codec::RESET).map_err(Error::Spi)?;
         self.after_reset();
@@ -33,10 +33,10 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
 
     /// Compares all registers with what the driver has written to them, without writing.
     ///
-    /// To be called about once a second: registers have been reported to change by themselves after
-    /// minutes to hours. Best right after a [`read`](Self::read): then the next conversion is
-    /// furthest away. On a mismatch [`stop`](Self::stop), [`reset`](Self::reset) (for the reserved
-    /// bits), [`configure`](Self::configure) and [`start`](Self::start) again.
+    /// Call this about once a second: registers have been reported to change by themselves after
+    /// minutes to hours. The best time is right after a [`read`](Self::read), when the next
+    /// conversion is furthest away. On a mismatch [`stop`](Self::stop), [`reset`](Self::reset) (for
+    /// the reserved bits), [`configure`](Self::configure) and [`start`](Self::start) again.
     ///
     /// # Errors
     /// [`Error::Verify`] with the first register that differs.
@@ -53,7 +53,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         Ok(value[0])
     }
 
-    /// Reads as many registers as `values` has places, from `first` on, in one transaction.
+    /// Reads as many registers as `values` has elements, starting at `first`, in one transaction.
     ///
     /// # Errors
     /// [`Error::RegisterRange`] if `values` is empty or leads beyond ID. On an error `values` is
@@ -83,7 +83,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         self.write_registers(register, &[value])
     }
 
-    /// Writes the registers from `first` on in one transaction, without reading them back. START
+    /// Writes registers starting at `first` in one transaction, without reading them back. START
     /// must be low.
     ///
     /// # Errors
@@ -99,12 +99,12 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         Ok(())
     }
 
-    /// Reads ID and checks that this is the chip's [`Model`](crate::Model). START must be low: with START high ID has been
-    /// seen to read wrong.
+    /// Reads ID and checks it against the driver's [`Model`](crate::Model). START must be low: with
+    /// START high, ID has been seen to read wrong.
     ///
     /// Only bit 4 (ID4) is guaranteed, so this distinguishes the ADS1258 from the ADS1158 and from
-    /// a DOUT that is stuck high, but not from one that is stuck low.
-    /// [`configure`](Self::configure) finds that one.
+    /// a DOUT that is stuck high, but not from a DOUT that is stuck low, which
+    /// [`configure`](Self::configure) detects.
     ///
     /// # Errors
     /// [`Error::Id`] if ID4 is that of the other one.
@@ -112,18 +112,18 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         codec::check_id(self.read_register(Register::Id)?, self.model)
     }
 
-    /// The pulse convert command (0x80): one conversion, of the next channel of the scan, for
+    /// Sends the pulse convert command (0x80): converts the next channel of the scan once, for
     /// boards with START wired low.
     pub fn pulse_convert(&mut self) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&codec::PULSE_CONVERT).map_err(Error::Spi)
     }
 
-    /// The latest conversion, read by command in one transaction of 5 bytes: the thing to do when
-    /// DRDY falls.
+    /// Reads the latest conversion by command in one transaction of 5 bytes. Call this when DRDY
+    /// falls.
     ///
-    /// Safe at any time, unlike the direct read, which is one byte shorter: when the next
-    /// conversion ends in the middle of it, the data is not torn, and when there is nothing new it
-    /// gives the last conversion again, with NEW cleared.
+    /// Safe at any time, unlike the direct read, which is one byte shorter: if the next conversion
+    /// ends during the read, the data is not torn, and if there is nothing new, it returns the last
+    /// conversion again, with NEW cleared.
     #[inline]
     pub fn read(&mut self) -> Result<Conversion, Error<SPI::Error>> {
         let mut frame = codec::READ_DATA;

@@ -1,4 +1,4 @@
-//! What the multiplexer can connect to the converter, and the ids the chip gives these channels.
+//! Channels that the multiplexer can connect to the converter, and their ids.
 
 use core::fmt;
 
@@ -29,7 +29,7 @@ impl Channel {
     /// CHID, 0 to 0x1D: DIFF0-7 = 0x00-0x07, AIN0-15 = 0x08-0x17, OFFSET 0x18, VCC 0x1A, TEMP 0x1B,
     /// GAIN 0x1C, REF 0x1D.
     ///
-    /// A number out of range, such as `Single(16)`, gives 0x19, which the chip does not use.
+    /// A number out of range, such as `Single(16)`, returns 0x19, which the chip does not use.
     #[inline]
     pub const fn id(self) -> u8 {
         match self {
@@ -49,7 +49,7 @@ impl Channel {
         1_u32.wrapping_shl(self.id() as u32)
     }
 
-    /// The channel of a CHID, or `None` for 0x19 and everything above 0x1D.
+    /// The channel with a CHID; `None` for 0x19 and everything above 0x1D.
     #[inline]
     pub const fn from_id(id: u8) -> Option<Self> {
         match id {

@@ -1,32 +1,30 @@
-//! The bytes on the bus, for the blocking and the async methods alike (SBAS297G, commands).
+//! Bytes on the bus, for both the blocking and the async methods (SBAS297G, commands).
 
 use crate::register::Image;
 use crate::{Error, Model, Register};
 
-/// All registers to their reset values.
 pub(crate) const RESET: [u8; 1] = [0xC0];
 
-/// One conversion.
+/// Starts one conversion.
 pub(crate) const PULSE_CONVERT: [u8; 1] = [0x80];
 
 /// Data read by command, with the MUL bit: the status byte and 24 bits follow.
 pub(crate) const READ_DATA: [u8; 5] = [0x30, 0, 0, 0, 0];
 
-/// Command bytes C\[2:0\] MUL A\[3:0\], to be combined with the address of the first register.
+/// Command bytes C\[2:0\] MUL A\[3:0\], to combine with the address of the first register.
 const READ_REGISTER: u8 = 0x40;
 const WRITE_REGISTER: u8 = 0x60;
 
 /// MUL: several registers, with ascending addresses.
 const MULTIPLE: u8 = 0x10;
 
-/// A command byte and the registers behind it, of which there are at most ten.
+/// A command byte followed by at most ten registers.
 pub(crate) struct Block {
     bytes: [u8; 1 + Register::ALL.len()],
     length: usize,
 }
 
 impl Block {
-    /// The command that reads `count` registers.
     pub(crate) fn read<E>(first: Register, count: usize) -> Result<Self, Error<E>> {
         Self::new(READ_REGISTER, first, count, Register::ALL.len())
     }
@@ -40,7 +38,7 @@ impl Block {
         Ok(block)
     }
 
-    /// `end` is one past the last register that the command can reach.
+    /// Builds a command; `end` is one past the last register that it may access.
     fn new<E>(command: u8, first: Register, count: usize, end: usize) -> Result<Self, Error<E>> {
         if count == 0 || count > end.saturating_sub(first as usize) {
             return Err(Error::RegisterRange { first, count });
@@ -58,7 +56,7 @@ impl Block {
         self.bytes.get_mut(..self.length).unwrap_or_default()
     }
 
-    /// Copies what was read. What DOUT held during the command byte has no meaning.
+    /// Copies the register bytes. DOUT during the command byte has no meaning.
     pub(crate) fn copy_to(&self, values: &mut [u8]) {
         for (value, byte) in values.iter_mut().zip(self.bytes.iter().skip(1)) {
             *value = *byte;
@@ -66,11 +64,11 @@ impl Block {
     }
 }
 
-/// Compares the registers as read with what the driver wrote.
+/// Compares the registers read with those that the driver wrote.
 pub(crate) fn compare<E>(written: &Image, found: &Image) -> Result<(), Error<E>> {
     let [.., gpio_inputs, _] = *written;
     for ((register, &wrote), &read) in Register::ALL.into_iter().zip(written).zip(found) {
-        // An input pin reads as what is connected to it.
+        // An input pin reads the external level.
         let compared = if register == Register::Gpiod {
             !gpio_inputs
         } else {

@@ -16,12 +16,11 @@ pub const CLOCK_MAX_HZ: u32 = 16_000_000;
 /// register).
 const STAT: u8 = 0x02;
 
-/// What the multiplexer connects to the converter: MUXMOD and the registers that belong to it
-/// (SBAS297G, register map).
+/// Inputs of the multiplexer: MUXMOD and the registers that belong to it (SBAS297G, register map).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mux {
-    /// All selected channels one after the other, in ascending channel id, again and again.
+    /// All selected channels in ascending channel id, repeatedly.
     AutoScan {
         /// MUXDIF: bit n selects DIFFn, the pair AIN(2n) minus AIN(2n + 1).
         differential: u8,
@@ -30,7 +29,7 @@ pub enum Mux {
         /// SYSRED: the internal readings.
         internal: Sysred,
     },
-    /// One pair of inputs, faster. Internal readings are not available here. MUXSCH.
+    /// One pair of inputs, faster. Internal readings are not available in this mode. MUXSCH.
     Fixed {
         /// AINP: the number of the positive input, 0 to 15.
         ainp: u8,
@@ -44,7 +43,7 @@ const FRAME_BITS_MAX: u32 = 8 * 11;
 
 /// The whole configuration of the chip (SBAS297G, register descriptions).
 ///
-/// New fields may come: end a literal in `..Config::RESET`.
+/// Fields may be added: end a literal with `..Config::RESET`.
 ///
 /// ```compile_fail
 /// # use ads1258::Config;
@@ -52,13 +51,13 @@ const FRAME_BITS_MAX: u32 = 8 * 11;
 /// let all = Config { clock_hz, mux, data_rate, delay, chop, idle_mode, sensor_bias, bypass, clock_output, short_spi_timeout, gpio_inputs, gpio_levels };
 /// ```
 ///
-/// The default is what the chip does after a reset, with the crystal as clock. STAT is always set:
-/// a read by command sends the status byte in any case, and so nothing depends on it.
+/// The default is the chip's state after a reset, with the crystal as clock. STAT is always set;
+/// nothing depends on it, because a read by command always sends the status byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
-    /// fCLK in Hz, [`CLOCK_MIN_HZ`] to [`CLOCK_MAX_HZ`]. No register holds it; the rates follow
-    /// from it.
+    /// fCLK in Hz, [`CLOCK_MIN_HZ`] to [`CLOCK_MAX_HZ`]. No register holds it; it is used to
+    /// compute the rates.
     pub clock_hz: u32,
     /// Inputs to convert.
     pub mux: Mux,
@@ -69,22 +68,22 @@ pub struct Config {
     /// CHOP: half the speed, noise divided by 1.4, offset drift by 25. Excludes REF, GAIN, TEMP and
     /// VCC.
     pub chop: bool,
-    /// IDLMOD: what the chip does while START is low.
+    /// IDLMOD: state of the chip while START is low.
     pub idle_mode: IdleMode,
     /// SBCS: sensor bias current.
     pub sensor_bias: SensorBias,
-    /// BYPAS: the converter measures at its own pins instead of behind the multiplexer, for an
-    /// amplifier in between. With nothing there the codes read 0x7F_FFFF.
+    /// BYPAS: the converter measures at its own pins instead of the multiplexer's output, for an
+    /// amplifier in between. If nothing is connected there, the codes read 0x7F_FFFF.
     pub bypass: bool,
-    /// CLKENB: CLKIO puts out the clock when the crystal is in use.
+    /// CLKENB: CLKIO outputs the clock when the crystal is in use.
     pub clock_output: bool,
     /// SPIRST: the SPI port forgets a transfer when SCLK rests for 256 tCLK (16 us at 16 MHz)
     /// instead of 4096 tCLK, or after that time of any transfer: see
     /// [`sclk_min_hz`](Self::sclk_min_hz). Leave it off: a transfer that is interrupted for longer would be cut.
     pub short_spi_timeout: bool,
-    /// GPIOC: bit n set makes GPIOn an input, clear an output.
+    /// GPIOC: bit n makes GPIOn an input if set, an output if clear.
     pub gpio_inputs: u8,
-    /// GPIOD: the level of each GPIO pin that is an output.
+    /// GPIOD: level of each GPIO pin that is an output.
     pub gpio_levels: u8,
     /// Nothing; it makes a literal without `..` an error.
     #[doc(hidden)]
@@ -98,7 +97,7 @@ impl Default for Config {
 }
 
 impl Config {
-    /// What the chip does after a reset, with the crystal as clock: AIN0 to AIN15 in turn at the
+    /// State of the chip after a reset, with the crystal as clock: AIN0 to AIN15 in turn at the
     /// highest data rate.
     pub const RESET: Self = Self {
         clock_hz: CRYSTAL_CLOCK_HZ,
@@ -120,8 +119,7 @@ impl Config {
         _more: (),
     };
 
-    /// Checks that the chip can work with this configuration. The error is the first rule that is
-    /// broken.
+    /// Checks that the chip can work with this configuration. The error is the first broken rule.
     pub const fn validate(&self) -> Result<(), ConfigError> {
         if self.clock_hz < CLOCK_MIN_HZ || self.clock_hz > CLOCK_MAX_HZ {
             return Err(ConfigError::Clock {
@@ -143,8 +141,7 @@ impl Config {
 
     /// The bytes for the writable registers, CONFIG0 (0x00) to GPIOD (0x08).
     ///
-    /// The registers of the multiplexer mode that is not in use are 0. Fails as
-    /// [`validate`](Self::validate).
+    /// The registers of the unused multiplexer mode are 0. Fails like [`validate`](Self::validate).
     pub const fn registers(&self) -> Result<[u8; Register::WRITABLE], ConfigError> {
         if let Err(error) = self.validate() {
             return Err(error);
@@ -203,8 +200,7 @@ impl Config {
         }
     }
 
-    /// The channels of one scan in the order in which they arrive, by ascending channel id. Empty
-    /// in fixed mode.
+    /// The channels of one scan in order of arrival, by ascending channel id. Empty in fixed mode.
     ///
     /// ```
     /// use ads1258::{Channel, Config};
@@ -219,10 +215,10 @@ impl Config {
             .filter(move |channel| mask & channel.bit() != 0)
     }
 
-    /// The channel that follows `channel` in the scan; after the last one the first.
+    /// The channel that follows `channel` in the scan; after the last channel, the first.
     ///
-    /// For a `channel` outside the scan it is the next one in it. In fixed mode, or with an empty
-    /// scan, it is `channel`.
+    /// If `channel` is not in the scan, returns the next channel that is. In fixed mode, or with an
+    /// empty scan, returns `channel`.
     pub const fn next_channel(&self, channel: Channel) -> Channel {
         let mask = self.channel_mask();
         let above = mask & u32::MAX.wrapping_shl((channel.id() as u32).wrapping_add(1));
@@ -235,7 +231,7 @@ impl Config {
     }
 
     /// Clock periods (tCLK) per conversion, exactly: 128 to 29764. On a fixed channel the delay
-    /// counts with `chop` only.
+    /// counts only with `chop`.
     pub const fn conversion_ticks(&self) -> u32 {
         rate::ticks(
             matches!(self.mux, Mux::Fixed { .. }),
@@ -273,13 +269,13 @@ impl Config {
         self.clock_hz / 2
     }
 
-    /// Lowest SCLK in Hz with which each of the driver's transfers ends before the interface's
+    /// Lowest SCLK in Hz at which each of the driver's transfers ends before the interface's
     /// time-out (SPIRST): 344 kHz at 16 MHz, and 5.5 MHz with
     /// [`short_spi_timeout`](Self::short_spi_timeout).
     ///
-    /// The datasheet has the time-out begin when SCLK rests; others have met it counted from the
-    /// start of a frame though SCLK ran. The longest frame has 11 bytes. Slower SCLK may therefore
-    /// read zeros or garbage, at bring-up too.
+    /// In the datasheet the time-out begins when SCLK stops; users have found it counted from the
+    /// start of a frame even while SCLK ran. The longest frame has 11 bytes. A slower SCLK may
+    /// therefore read zeros or garbage, including at bring-up.
     pub const fn sclk_min_hz(&self) -> u32 {
         let timeout_ticks = if self.short_spi_timeout { 256 } else { 4096 };
         (FRAME_BITS_MAX as u64)

@@ -1,4 +1,4 @@
-//! One result as the chip sends it: a status byte and 24 bits.
+//! One result as sent by the chip: a status byte and 24 bits.
 
 use crate::Channel;
 
@@ -14,7 +14,7 @@ pub struct Conversion {
 }
 
 impl Conversion {
-    /// The four bytes that follow the read command: status byte, then the code, big endian. Every
+    /// Parses the four bytes after the read command: status byte, then the code, big endian. Every
     /// bit pattern is valid.
     ///
     /// ```
@@ -39,7 +39,7 @@ impl Conversion {
 pub struct Status(pub u8);
 
 impl Status {
-    /// NEW, bit 7: this conversion has not been read before. A second read of the same data has it
+    /// NEW, bit 7: this conversion has not been read before. A second read of the same data has NEW
     /// cleared.
     #[inline]
     pub const fn is_new(self) -> bool {
@@ -59,14 +59,14 @@ impl Status {
         self.0 & 0x20 != 0
     }
 
-    /// CHID, bits 4 to 0, as sent: 0 to 0x1F. It is not the number of the AIN pin.
+    /// CHID, bits 4 to 0, as sent: 0 to 0x1F. This is not the number of the AIN pin.
     #[inline]
     pub const fn chid(self) -> u8 {
         self.0 & 0x1F
     }
 
-    /// The channel that CHID names, or `None` for the ids the chip does not use (0x19, 0x1E, 0x1F):
-    /// a garbled transfer.
+    /// The channel with this CHID; `None` for the ids that the chip does not use (0x19, 0x1E,
+    /// 0x1F), which mean a corrupted transfer.
     ///
     /// Meant for the auto-scan; this driver does not rely on CHID in fixed-channel mode.
     #[inline]

@@ -1,4 +1,4 @@
-//! The driver: its SPI device, its pins, and what it remembers of the chip.
+//! The driver: its SPI device, its pins, and its copy of the chip's registers.
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
@@ -16,8 +16,8 @@ pub const MODE: spi::Mode = spi::MODE_0;
 /// The crystal itself needs about 150 ms more after power-down by the PWDN pin.
 pub const POWER_UP_TICKS: u32 = 1 << 18;
 
-/// How long [`Ads1258::reset_by_pin`] holds RESET low, in us: over 2 tCLK of the slowest clock, 20
-/// us (SBAS297G, reset).
+/// Time for which [`Ads1258::reset_by_pin`] holds RESET low, in us: over 2 tCLK of the slowest
+/// clock, 20 us (SBAS297G, reset).
 pub const RESET_LOW_US: u32 = 25;
 
 const RESET_IMAGE: Image = {
@@ -25,19 +25,19 @@ const RESET_IMAGE: Image = {
     written
 };
 
-/// Which of the two chips it is: they differ in the length of codes and a bit of ID.
+/// Model of the chip: the models differ in the length of codes and a bit of ID.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Model {
     /// 24 bits.
     Ads1258,
-    /// 16 bits. Its codes are given as the upper 16 of 24, so that all of
-    /// [`reading`](crate::reading) holds for them.
+    /// 16 bits. Codes are returned as the upper 16 of 24 bits, so that [`reading`](crate::reading)
+    /// applies to them.
     Ads1158,
 }
 
 impl Model {
-    /// The bytes to transfer of a read: the command, the status, and the code's. The others stay
+    /// Returns the bytes to transfer for a read: command, status and code. Any other bytes stay
     /// zero.
     #[inline]
     pub(crate) fn read_frame(self, frame: &mut [u8; 5]) -> &mut [u8] {
@@ -51,18 +51,17 @@ impl Model {
     }
 }
 
-/// An ADS1258 on an SPI device, or an ADS1158.
+/// Driver of an ADS1258 or ADS1158 on an SPI device.
 ///
-/// The SPI device owns the bus and the CS pin, with [`MODE`] and at most half of the chip's clock
-/// as SCLK. With the feature `async` each method has a twin with `_async` behind its name, for an
-/// `embedded_hal_async::spi::SpiDevice`.
+/// The SPI device owns the bus and the CS pin, with [`MODE`] and an SCLK of at most half of the
+/// chip's clock. With the feature `async` each method has a version with the suffix `_async`, for
+/// an `embedded_hal_async::spi::SpiDevice`.
 ///
-/// The pins START and RESET stay with the caller, who lends them. A board that has wired them does
-/// without those methods.
+/// The pins START and RESET stay with the caller, who lends them to the methods. A board with these
+/// pins hard-wired does not need these methods.
 ///
 /// Every method on the bus is one or two SPI transactions, and none waits for the chip. The driver
-/// remembers what it has written to each register, which is what [`verify`](Self::verify) compares
-/// with.
+/// remembers the value written to each register, for comparison by [`verify`](Self::verify).
 #[derive(Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ads1258<SPI> {
@@ -72,14 +71,14 @@ pub struct Ads1258<SPI> {
     pub(crate) model: Model,
 }
 
-/// The pins' methods fail only as the pins do.
+/// Methods that use a pin fail only if the pin fails.
 impl<SPI> Ads1258<SPI> {
-    /// Takes the SPI device. Nothing is transferred: the driver assumes the reset values.
+    /// Creates a driver. Nothing is transferred: the driver assumes the reset values.
     pub const fn new(spi: SPI) -> Self {
         Self::of_model(spi, Model::Ads1258)
     }
 
-    /// As [`new`](Self::new), for either chip.
+    /// Creates a driver like [`new`](Self::new), for either chip.
     pub const fn of_model(spi: SPI, model: Model) -> Self {
         Self {
             spi,
@@ -88,25 +87,25 @@ impl<SPI> Ads1258<SPI> {
         }
     }
 
-    /// Gives the SPI device back.
+    /// Returns the SPI device.
     pub fn destroy(self) -> SPI {
         self.spi
     }
 
-    /// START high: the chip converts continuously until [`stop`](Self::stop).
+    /// Sets START high: the chip converts continuously until [`stop`](Self::stop).
     pub fn start<P: OutputPin>(&self, start: &mut P) -> Result<(), P::Error> {
         start.set_high()
     }
 
-    /// START low: the chip finishes the running conversion, then it idles.
+    /// Sets START low: the chip finishes the running conversion, then idles.
     ///
-    /// DRDY therefore may still fall once after this. Registers are to be written with START low.
+    /// DRDY may therefore still fall once after this. Write registers only with START low.
     pub fn stop<P: OutputPin>(&self, start: &mut P) -> Result<(), P::Error> {
         start.set_low()
     }
 
-    /// RESET low for [`RESET_LOW_US`], then high: all registers at their reset values, at once and
-    /// in any state.
+    /// Sets RESET low for [`RESET_LOW_US`], then high: all registers return to their reset values,
+    /// at once and in any state.
     ///
     /// The chip is ready on release, and no conversion is running unless START is high.
     pub fn reset_by_pin<P: OutputPin, D: DelayNs>(

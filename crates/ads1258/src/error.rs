@@ -1,11 +1,11 @@
-//! Errors of a configuration and of the bus. Their texts are written by hand: a derive would bring
-//! macros into the tree of a small driver.
+//! Errors of a configuration and of the bus. The messages are written by hand, because a derive
+//! would add macros to the dependencies of a small driver.
 
 use crate::Register;
 use core::error;
 use core::fmt::{self, Debug, Display, Formatter};
 
-/// Why a [`Config`](crate::Config) cannot work; found before anything is written.
+/// Reason why a [`Config`](crate::Config) cannot work; found before anything is written.
 ///
 /// The chip also has no internal readings in fixed mode, but [`Mux`](crate::Mux) cannot express
 /// that.
@@ -24,7 +24,7 @@ pub enum ConfigError {
     ChannelNumber { number: u8 },
 }
 
-/// Why an operation on the chip failed. `E` is the error of the SPI device.
+/// Reason why an operation on the chip failed. `E` is the error of the SPI device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[allow(missing_docs, reason = "the sentence of each variant names its fields")]
@@ -32,25 +32,25 @@ pub enum ConfigError {
 pub enum Error<E> {
     /// The SPI device failed.
     Spi(E),
-    /// A `register` reads as `read`, not as the driver `wrote` it. Several may differ; this is the
-    /// one with the lowest address. Of GPIOD only the bits of output pins are compared.
+    /// A `register` reads as `read`, not as the driver `wrote` it. If several differ, this is the
+    /// one with the lowest address. In GPIOD only the bits of output pins are compared.
     Verify {
         register: Register,
         wrote: u8,
         read: u8,
     },
-    /// ID4 of the ID register is not that of the chip: an ADS1158 (16 bit) instead of an ADS1258 or
-    /// the other way round, or nothing that drives DOUT low.
+    /// ID4 of the ID register does not match the model: an ADS1158 (16 bit) instead of an ADS1258
+    /// or vice versa, or nothing drives DOUT low.
     Id { read: u8 },
     /// The configuration cannot work. Nothing was written.
     Config(ConfigError),
-    /// `count` registers from `first` on leave the map, or include the read-only ID in a write.
-    /// Nothing was transferred.
+    /// `count` registers from `first` exceed the register map, or include the read-only ID in a
+    /// write. Nothing was transferred.
     RegisterRange { first: Register, count: usize },
 }
 
-/// Why [`read_next_async`](crate::Ads1258::read_next_async) failed. `E` is the error of the SPI
-/// device, `P` that of DRDY's pin.
+/// Reason why [`read_next_async`](crate::Ads1258::read_next_async) failed. `E` is the error of the
+/// SPI device, `P` the error of the DRDY pin.
 #[cfg(feature = "async")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -83,7 +83,7 @@ impl error::Error for ConfigError {}
 impl<E: Debug> Display for Error<E> {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            // embedded-hal requires Debug of its errors, not Display.
+            // embedded-hal requires its errors to implement Debug, not Display.
             Self::Spi(error) => write!(f, "SPI: {error:?}"),
             Self::Verify {
                 register,

@@ -1,9 +1,9 @@
 //! The values of CONFIG1's bit fields, and SYSRED. Each `Default` is the value after a reset.
 
-/// DRATE\[1:0\]: how long the filter averages, and so speed against noise.
+/// DRATE\[1:0\]: averaging of the filter, a trade-off between speed and noise.
 ///
-/// The rates given here are those of the datasheet's table for 16 MHz, DLY 0 and CHOP 0;
-/// [`Config::conversion_rate_hz`](crate::Config::conversion_rate_hz) has all others. Source:
+/// The rates listed are from the datasheet's table for 16 MHz, DLY 0 and CHOP 0;
+/// [`Config::conversion_rate_hz`](crate::Config::conversion_rate_hz) computes all others. Source:
 /// SBAS297G, CONFIG1 register and rate and noise tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -21,7 +21,7 @@ pub enum DataRate {
 }
 
 impl DataRate {
-    /// All four in the order of their bits.
+    /// All data rates in the order of their bits.
     pub const ALL: [Self; 4] = [Self::Drate0, Self::Drate1, Self::Drate2, Self::Drate3];
 
     /// N of the rate formula, 4^(3 - DRATE), in units of 128 tCLK: 64, 16, 4, 1.
@@ -61,7 +61,7 @@ pub enum Delay {
 }
 
 impl Delay {
-    /// All eight in the order of their bits.
+    /// All delays in the order of their bits.
     pub const ALL: [Self; 8] = [
         Self::Dly0,
         Self::Dly1,
@@ -88,7 +88,7 @@ impl Delay {
     }
 }
 
-/// IDLMOD: what the chip does when START is low (SBAS297G, CONFIG1 register).
+/// IDLMOD: state of the chip while START is low (SBAS297G, CONFIG1 register).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -100,8 +100,8 @@ pub enum IdleMode {
     Sleep = 1,
 }
 
-/// SBCS\[1:0\]: a current through the inputs that shows a broken wire or sensor (SBAS297G, CONFIG1
-/// register).
+/// SBCS\[1:0\]: a current through the inputs that reveals a broken wire or sensor (SBAS297G,
+/// CONFIG1 register).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -151,8 +151,7 @@ impl Sysred {
         offset: true,
     };
 
-    /// The byte for the register. Its bits follow the order of the channel ids from OFFSET, 0x18,
-    /// on.
+    /// The register's byte. Its bits follow the order of the channel ids from OFFSET, 0x18.
     pub const fn to_bits(self) -> u8 {
         (self.reference as u8) << 5
             | (self.gain as u8) << 4

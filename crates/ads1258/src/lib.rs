@@ -2,7 +2,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
-// Nothing here may panic: the driver runs in interrupts of machines that nobody watches.
+// Nothing here may panic: the driver runs in interrupts of unattended machines.
 #![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 

@@ -27,14 +27,13 @@ pub(crate) const fn ticks(is_fixed: bool, data_rate: DataRate, delay: Delay, cho
         return converting;
     }
     let settling = TICKS_OVERHEAD.saturating_add(TICKS_PER_UNIT.saturating_mul(delay.td()));
-    // A chopped conversion is made of two.
+    // A chopped conversion consists of two.
     converting
         .saturating_add(settling)
         .saturating_mul(if chop { 2 } else { 1 })
 }
 
-/// How often per second something happens that takes `ticks` clock periods, in Hz; 0 if it takes
-/// none.
+/// Repetitions per second of something that takes `ticks` clock periods, in Hz; 0 if `ticks` is 0.
 pub(crate) const fn per_second(clock_hz: u32, ticks: u32) -> f32 {
     // Both are below 2^24 for this chip, so both are exact in f32.
     if ticks == 0 {

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// A register, by the datasheet's name; its number is its address (SBAS297G, register map).
+/// A register, with the datasheet's name; its discriminant is its address (SBAS297G, register map).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -29,11 +29,11 @@ pub enum Register {
     Id = 0x09,
 }
 
-/// The registers that can be written, CONFIG0 to GPIOD.
+/// Values of the writable registers, CONFIG0 to GPIOD.
 pub(crate) type Image = [u8; Register::WRITABLE];
 
 impl Register {
-    /// All ten in the order of their addresses.
+    /// All registers in the order of their addresses.
     pub const ALL: [Self; 10] = {
         use Register::*;
         [
@@ -41,10 +41,10 @@ impl Register {
         ]
     };
 
-    /// Values after a reset, in the same order. Of ID, 0x8B, only bit 4 is guaranteed.
+    /// Values after a reset, in order of address. Of ID, 0x8B, only bit 4 is guaranteed.
     pub const RESET_VALUES: [u8; 10] = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B];
 
-    /// Number of writable registers: all but ID, which is the last.
+    /// Number of writable registers: all except ID, the last one.
     pub const WRITABLE: usize = 9;
 }
 

@@ -1,13 +1,13 @@
-//! CS with the times that the chip wants around it.
+//! CS with the delays that the chip requires.
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{ErrorType, OutputPin};
 
-/// The CS pin for an SPI device such as `embedded_hal_bus`'s `ExclusiveDevice`, which has no delays
-/// around it: CS is low for 2.5 tCLK before SCLK, and high for as long between transfers
-/// (SBAS297G, SPI timing: at least 2). It also rises half a period of SCLK late, for the SPI of some
-/// processors, the STM32F4 among them, is done before the last bit ends, at whose end the chip takes
-/// a register.
+/// The CS pin for an SPI device such as `embedded_hal_bus`'s `ExclusiveDevice`, which adds no
+/// delays: CS is low for 2.5 tCLK before SCLK, and high for as long between transfers (SBAS297G,
+/// SPI timing: at least 2). It also rises half a period of SCLK late: on some processors, such as
+/// the STM32F4, SPI reports the end of a transfer before the last bit ends, and the chip stores a
+/// register only at that end.
 #[derive(Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SettledCs<P, D> {
@@ -18,7 +18,7 @@ pub struct SettledCs<P, D> {
 }
 
 impl<P, D> SettledCs<P, D> {
-    /// A pin that is high, for a chip with a clock of `clock_hz` and a bus with `sclk_hz`.
+    /// Wraps a pin that is high, for a chip with a clock of `clock_hz` and a bus with `sclk_hz`.
     pub const fn new(pin: P, delay: D, clock_hz: u32, sclk_hz: u32) -> Self {
         Self {
             pin,
@@ -28,13 +28,13 @@ impl<P, D> SettledCs<P, D> {
         }
     }
 
-    /// Gives pin and delay back.
+    /// Returns pin and delay.
     pub fn destroy(self) -> (P, D) {
         (self.pin, self.delay)
     }
 }
 
-/// The time of so many billionths of periods at `hz`, nanoseconds; of no frequency the longest.
+/// Duration of `billionths` of a period at `hz`, nanoseconds, rounded up; the maximum if `hz` is 0.
 const fn rounded_up_ns(billionths: u32, hz: u32) -> u32 {
     if hz == 0 {
         u32::MAX

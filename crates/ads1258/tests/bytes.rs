@@ -16,7 +16,7 @@ use common::SCAN;
 /// The registers of [`SCAN`], worked out by hand from the register map.
 const IMAGE: [u8; 9] = [0x0A, 0x31, 0x00, 0x00, 0xFF, 0xFF, 0x3D, 0xFF, 0x00];
 
-/// What DOUT holds during a command byte: nothing to be used.
+/// DOUT during a command byte, which must not be used.
 const POISON: u8 = 0xEE;
 
 fn writing(bytes: &[u8]) -> Vec<SpiTransaction<u8>> {
@@ -38,7 +38,6 @@ fn reading(command: u8, answer: &[u8]) -> Vec<SpiTransaction<u8>> {
     ]
 }
 
-/// All registers of an image in one write.
 fn writing_all(image: &[u8; 9]) -> Vec<SpiTransaction<u8>> {
     writing(&[&[0x70][..], image].concat())
 }
@@ -119,7 +118,7 @@ fn ranges_off_the_map_transfer_nothing() {
             let written = expect(&[], |adc| adc.write_registers(first, &vec![0; count]));
             assert_eq!(written, expected);
         }
-        // The last register, ID, can be read but not written.
+        // ID, the last register, can be read but not written.
         let expected = Err(Error::RegisterRange {
             first,
             count: places,
@@ -152,7 +151,7 @@ fn every_wrong_bit_is_found_by_configure_and_verify() {
         for bit in 0..8 {
             let mut found = IMAGE;
             found[index] ^= 1 << bit;
-            // All GPIO pins are inputs here, so GPIOD reads as whatever is connected.
+            // All GPIO pins are inputs here, so GPIOD reads the external levels.
             let expected = match register {
                 Register::Gpiod => Ok(()),
                 _ => verify_error(register, IMAGE[index], found[index]),
@@ -268,7 +267,6 @@ fn the_pins() {
     const { assert!(RESET_LOW_US >= 2 * 1_000_000 / ads1258::CLOCK_MIN_HZ) }
 }
 
-/// A bus that always fails.
 struct Broken;
 
 impl ErrorType for Broken {
@@ -315,7 +313,7 @@ fn errors_can_be_shown() {
     }
 }
 
-/// The ADS1158: 16 bits on the line, given as the upper 16 of 24; ID4 is set.
+/// The ADS1158 sends 16 bits, returned as the upper 16 of 24; ID4 is set.
 #[test]
 fn the_sibling_of_16_bits() {
     let script = [

@@ -16,7 +16,7 @@ const TABLE: [(DataRate, f32, f32); 4] = [
 const AUTO_SCAN: Mux = Config::RESET.mux;
 const FIXED: Mux = Mux::Fixed { ainp: 0, ainn: 1 };
 
-/// True if a rate is the table's entry: exactly, or rounded to whole samples per second as most
+/// True if a rate equals the table's entry, exactly or rounded to whole samples per second as most
 /// entries are.
 fn agrees(rate_hz: f32, entry: f32) -> bool {
     rate_hz == entry || rate_hz.round() == entry
@@ -95,7 +95,6 @@ fn the_chopped_alternative_has_240_15_frames_per_second() {
     assert_eq!(format!("{:.2}", config.frame_rate_hz()), "240.15");
 }
 
-/// A scan of these inputs alone.
 const fn scan_of(single: u16) -> Mux {
     Mux::AutoScan {
         differential: 0,

@@ -1,4 +1,4 @@
-//! Configurations to bits, over all combinations.
+//! Register bits of all combinations of settings.
 
 use ads1258::{
     CLOCK_MAX_HZ, CLOCK_MIN_HZ, Config, ConfigError, DataRate, Delay, IdleMode, Mux, Register,
@@ -94,7 +94,7 @@ fn defaults_are_the_reset_values() {
     );
 }
 
-/// Every combination of the fields that go into CONFIG0 and CONFIG1, with every set of internal
+/// Checks every combination of the fields in CONFIG0 and CONFIG1, with every set of internal
 /// readings.
 #[test]
 fn every_configuration_has_its_registers() {
@@ -159,7 +159,7 @@ fn every_configuration_has_its_registers() {
                 match config.registers() {
                     Ok(image) => {
                         assert!(!forbidden, "{config:?}");
-                        // The status byte is always on.
+                        // The status byte is always enabled.
                         assert_eq!(image[..2], [config0 | 0x02, config1]);
                         assert_eq!(image[2..7], expected_mux);
                         assert_eq!(image[7..], [0x0F, 0x70]);

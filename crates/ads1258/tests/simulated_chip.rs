@@ -1,4 +1,4 @@
-//! The driver against the simulated chip, which has a register map and a rate formula of its own.
+//! The driver against the simulated chip, which has its own register map and rate formula.
 
 use ads1258::{
     Ads1258, Channel, Config, Conversion, DataRate, Delay, Error, Mux, POWER_UP_TICKS, Register,
@@ -22,18 +22,16 @@ fn scene() -> Constant {
     }
 }
 
-/// The code that an ideal chip gives for the single-ended input `input` of [`scene`].
 fn ideal_code(input: u8) -> i32 {
     (scene().volts[usize::from(input)] / REFERENCE_V * f64::from(reading::CODES_PER_VREF)).round()
         as i32
 }
 
-/// No noise, so that codes can be compared.
+/// Options without noise, so that codes can be compared.
 fn options() -> Options {
     options_with(|_| ())
 }
 
-/// As [`options`], with a change.
 fn options_with(change: impl FnOnce(&mut Options)) -> Options {
     let mut options = Options {
         noise: false,
@@ -50,7 +48,7 @@ fn bench(options: Options) -> (SimulatedBoard, Ads1258<ChipSpi>) {
     (board, adc)
 }
 
-/// Resets, configures and starts, as an application does.
+/// Resets, configures and starts a chip, as an application does.
 fn scanning(config: &Config, options: Options) -> (SimulatedBoard, Ads1258<ChipSpi>) {
     let (board, mut adc) = bench(options);
     adc.stop(&mut board.start_pin()).unwrap();
@@ -60,7 +58,6 @@ fn scanning(config: &Config, options: Options) -> (SimulatedBoard, Ads1258<ChipS
     (board, adc)
 }
 
-/// Waits for DRDY and reads.
 fn next(board: &SimulatedBoard, adc: &mut Ads1258<ChipSpi>) -> Conversion {
     board.wait_for_drdy().unwrap();
     adc.read().unwrap()
@@ -189,8 +186,7 @@ fn a_second_read_gives_the_same_data_with_new_cleared() {
 fn a_read_across_the_end_of_a_conversion_is_not_torn() {
     let (board, mut adc) = scanning(&SCAN, options());
     for lead_ns in (0..12_000_u64).step_by(100) {
-        // Approach the edge from the one before, so that the 10 us of the read begin `lead_ns`
-        // before it.
+        // Wait after an edge so that the 10 us of the read begin `lead_ns` before the next edge.
         let edge_ns = board.wait_for_drdy().unwrap();
         let period_ns = board.with_chip(|chip| chip.conversion_period_ns());
         let fresh = adc.read().unwrap();
@@ -255,7 +251,7 @@ fn internal_readings_show_the_chip_and_its_surroundings() {
             Channel::Offset => (reading::offset_v(code, 2.5), 40e-6, 2e-7),
             Channel::Vcc => (reading::supply_v(code), 5.1, 1e-5),
             Channel::Ref => (reading::reference_v(code), 2.5, 1e-5),
-            // The converter's offset is in it, 16 millionths of VREF.
+            // The gain reading includes the converter's offset, 16 millionths of VREF.
             Channel::Gain => (reading::gain(code), 1.001, 2e-5),
             Channel::Temp => (reading::temperature_c(code, 2.5), 61.5, 1e-2),
             _ => continue,
@@ -283,7 +279,7 @@ fn registers_that_change_by_themselves_are_found_while_scanning() {
             board.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address, mask }));
             let (wrote, read) = (image[register as usize], image[register as usize] ^ mask);
             let expected = match register {
-                // The level of an input pin is none of the driver's business.
+                // The driver ignores the level of an input pin.
                 Register::Gpiod if mask == 0x08 => Ok(()),
                 _ => Err(Error::Verify {
                     register,
@@ -293,7 +289,7 @@ fn registers_that_change_by_themselves_are_found_while_scanning() {
             };
             assert_eq!(adc.verify(), expected);
 
-            // The remedy. Reserved bits change back by a reset only.
+            // Only a reset restores reserved bits.
             adc.stop(&mut board.start_pin()).unwrap();
             adc.reset().unwrap();
             adc.configure(&config).unwrap();
@@ -348,7 +344,7 @@ fn a_stop_finishes_the_running_conversion() {
     assert!(board.wait_for_drdy().is_some());
     assert!(board.wait_for_drdy().is_none());
 
-    // The reset command lets it finish, too; the pin does not.
+    // The reset command also lets the conversion finish; the pin does not.
     adc.start(&mut board.start_pin()).unwrap();
     adc.stop(&mut board.start_pin()).unwrap();
     adc.reset().unwrap();
@@ -412,7 +408,7 @@ fn the_chip_takes_the_time_that_the_rates_say() {
 fn a_garbled_channel_id_is_no_channel() {
     let (board, mut adc) = scanning(&SCAN, options());
     board.wait_for_drdy().unwrap();
-    // AIN0, 0x08, becomes 0x19, in the byte after the command.
+    // A bit error in the byte after the command changes AIN0, 0x08, to 0x19.
     let fault = Fault::DoutFlip {
         bytes_ahead: 1,
         mask: 0x11,
@@ -451,8 +447,8 @@ fn nothing_relies_on_what_the_datasheet_leaves_open() {
     }
 }
 
-/// Where the interface's time-out counts from a frame's start, a slow SCLK cuts frames; from
-/// [`Config::sclk_min_hz`] on it does not.
+/// If the interface's time-out counts from a frame's start, a slow SCLK cuts frames; SCLK from
+/// [`Config::sclk_min_hz`] does not.
 #[test]
 fn from_the_least_sclk_on_no_frame_is_cut() {
     let min_hz = SCAN.sclk_min_hz();
@@ -475,7 +471,7 @@ fn from_the_least_sclk_on_no_frame_is_cut() {
     }
 }
 
-/// Waits for DRDY and reads: each conversion of a scan once, in order.
+/// Waits for DRDY and reads each conversion of a scan once, in order.
 #[test]
 fn the_next_conversion_is_waited_for_and_read() {
     let (board, mut adc) = scanning(&SCAN, options());

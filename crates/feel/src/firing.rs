@@ -6,7 +6,8 @@ use crate::windows::{Law, Windows, noise_of_line};
 /// Reason why a receptor has no intensity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Absent {
-    /// The spectrum ends below the receptor's range; more samples a second than this are needed.
+    /// The spectrum ends below the upper end of the receptor's range. Contains the sampling rate in
+    /// hertz that must be exceeded.
     RateTooLow(f32),
     /// No bin of the spectrum is in the receptor's range.
     WindowTooShort,
@@ -15,31 +16,31 @@ pub enum Absent {
 /// Square matrix over the receptors.
 pub(crate) type Matrix = [[f32; RECEPTORS]; RECEPTORS];
 
-/// Mean logarithm of the amplitude of noise over the root of its mean power, decades: half of
+/// Mean logarithm of the amplitude of noise over the root of its mean power, decades: half of minus
 /// Euler's constant, the mean logarithm of an exponential variable.
 const NOISE_LOG_MEAN: f32 = -0.125_34;
 
 /// Firing of the receptors in a window, in the order of [`Receptor::ALL`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Firing {
-    /// Sum over the bins of the receptor's range of the decades by which the spectrum is above the
-    /// threshold; none where [`absent`](Self::absent).
+    /// Sum over the bins of the receptor's range of the decades by which the spectrum exceeds the
+    /// threshold; `None` if [`absent`](Self::absent).
     pub intensity: [Option<f32>; RECEPTORS],
     /// Bins above the threshold, in the wanted window.
     pub above: [f32; RECEPTORS],
-    /// For two receptors the product of their wanted bins above the threshold, summed over the
-    /// measured bins.
+    /// For each pair of receptors, the product of their wanted bins above the threshold, summed
+    /// over the measured bins.
     pub products: Matrix,
-    /// Change of the intensity if all lines were noise: in the measured window a tone and noise
-    /// narrower than a bin look the same.
+    /// Change of the intensity if all lines were noise, because in the measured window a tone and
+    /// noise narrower than a bin look the same.
     pub lines_as_noise: [f32; RECEPTORS],
 }
 
 impl Firing {
-    /// Estimates the firing in a window of the wanted length from the amplitude spectrum of a
-    /// window of the measured length, under Hamming's window, from bin 0 on, um from peak to peak.
-    /// A bin in which a line stands out and its two neighbours count as a tone over noise, all
-    /// others as noise.
+    /// Estimates the firing in a window of the wanted length from the amplitude spectrum (um peak
+    /// to peak, from bin 0) of a window of the measured length under a Hamming window. A bin with a
+    /// line that stands out and its two neighbours count as a tone over noise, all other bins as
+    /// noise.
     pub fn new(amplitudes_um: &[f32], windows: Windows) -> Self {
         let bin_hz = windows.bin_hz();
         let has = |receptor| Self::absent(receptor, amplitudes_um.len(), bin_hz).is_none();
@@ -47,7 +48,7 @@ impl Firing {
             intensity: Receptor::ALL.map(|receptor| has(receptor).then_some(0.0)),
             ..Self::default()
         };
-        // Windows of the wanted length need no conversion.
+        // A window that already has the wanted length needs no conversion.
         let is_converted = windows.bins() != 1.0;
         let noise_at = |bin| {
             is_converted
@@ -69,8 +70,8 @@ impl Firing {
         firing
     }
 
-    /// Adds a measured bin by the logarithm of its amplitude, and of the noise under its line if it
-    /// has one.
+    /// Adds a measured bin, from the logarithm of its amplitude and of the noise under its line, if
+    /// any.
     fn add(&mut self, hz: f32, log_um: f32, log_noise_um: Option<f32>, noise_law: Law) {
         let mut wanted_bins = [0.0; RECEPTORS];
         for (m, receptor) in Receptor::ALL.into_iter().enumerate() {
@@ -108,7 +109,8 @@ impl Firing {
         }
     }
 
-    /// Reason why a receptor has no intensity in a spectrum of `bins` bins, `bin_hz` apart.
+    /// Returns the reason why a receptor has no intensity in a spectrum of `bins` bins, `bin_hz`
+    /// apart.
     pub fn absent(receptor: Receptor, bins: usize, bin_hz: f32) -> Option<Absent> {
         let [from, _, to] = receptor.corners_hz();
         let first = libm::floorf(from / bin_hz) + 1.0;
@@ -122,7 +124,7 @@ impl Firing {
     }
 
     /// Mean firing over several windows, such as those of all channels at one time. Their scatter
-    /// is taken as common to all: it is not divided by their number.
+    /// is assumed to be common to all, so it is not divided by their number.
     pub fn mean<'f>(firings: impl Iterator<Item = &'f Self>) -> Self {
         let mut mean = Self::default();
         for (before, firing) in firings.enumerate() {

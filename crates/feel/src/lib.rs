@@ -13,7 +13,8 @@
     )
 )]
 #![forbid(unsafe_code)]
-// Receptors and indices are numbered; loops over several arrays at once read better by number.
+// Receptors and indices are numbered; loops over several arrays at once are easier to read by
+// number.
 #![allow(clippy::needless_range_loop)]
 
 mod firing;

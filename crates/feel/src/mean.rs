@@ -5,13 +5,12 @@ use crate::receptor::RECEPTORS;
 use crate::reference::SCATTER_FROM;
 use core::f32::consts::LN_10;
 
-/// Variance of a sum of logarithms of amplitudes of a random surface by the number of bins, squared
-/// decades a bin.
+/// Variance per bin of a sum of log amplitudes of a random surface, squared decades.
 ///
-/// The amplitude in a bin is Rayleigh distributed: its natural logarithm has the variance pi^2 / 24,
-/// the 0.0776 squared decades. Under Hamming's window neighbours are correlated by -0.625, the next
-/// ones by 0.133; the covariance of the logarithms goes with the dilogarithm of the square: 0.266
-/// and 0.011 of the variance, on both sides.
+/// The amplitude in a bin is Rayleigh distributed: its natural logarithm has the variance pi^2 /
+/// 24, which is 0.0776 squared decades. Under a Hamming window adjacent bins are correlated by
+/// -0.625, the next ones by 0.133. The covariance of the logarithms is the dilogarithm of the
+/// squared correlation: 0.266 and 0.011 of the variance, on both sides.
 const VARIANCE_PER_BIN: f32 = 0.0776 * (1.0 + 2.0 * (0.266 + 0.011));
 
 /// Mean firing over several windows.
@@ -24,7 +23,7 @@ pub struct MeanFiring {
 }
 
 impl MeanFiring {
-    /// Adds a window. All windows have to be of one length and one rate.
+    /// Adds a window. All windows must have the same length and rate.
     pub fn push(&mut self, firing: &Firing) {
         let before = self.mean.intensity.map(|value| value.unwrap_or(0.0));
         self.mean.average(firing, self.windows as usize);
@@ -44,11 +43,11 @@ impl MeanFiring {
     }
 
     /// Covariance of the mean intensities, the sum of three parts: scatter between stretches of the
-    /// same surface; an error of the conversion, a fraction of it, which moves all bins above their
+    /// same surface; the relative error of the conversion, which moves all bins above their
     /// thresholds; and the change of the intensities if lines were noise.
     ///
-    /// From eight windows on the first part is the windows' scatter. With fewer it is the scatter of
-    /// a surface without a period, which is more than that of a steady vibration.
+    /// With eight or more windows the first part is the windows' scatter. With fewer it is the
+    /// scatter of a surface without a period, which is more than that of a steady vibration.
     pub fn covariance(&self, conversion_sigma: f32) -> [[f32; RECEPTORS]; RECEPTORS] {
         let mut covariance = [[0.0; RECEPTORS]; RECEPTORS];
         let decades = conversion_sigma / LN_10;

@@ -1,4 +1,5 @@
-//! The four kinds of mechanoreceptors of hairless skin, and the vibration from which on each fires.
+//! The four kinds of mechanoreceptors of hairless skin, and the vibration threshold at which each
+//! fires.
 
 /// A kind of mechanoreceptive unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,8 +17,7 @@ pub enum Receptor {
 /// Number of kinds.
 pub const RECEPTORS: usize = 4;
 
-/// A straight line in logarithms to the base of ten: displacement in um from peak to peak over
-/// frequency in hertz.
+/// A straight line in base-ten logarithms: displacement in um peak to peak over frequency in hertz.
 #[derive(Clone, Copy)]
 struct Asymptote {
     intercept: f32,
@@ -37,8 +37,8 @@ impl Receptor {
         ["FA I", "FA II", "SA I", "SA II"][self as usize]
     }
 
-    /// Frequencies at which the range begins, the threshold bends and the range ends, hertz
-    /// (Table 1).
+    /// Frequencies at which the range begins, the threshold bends and the range ends, hertz (Table
+    /// 1).
     pub const fn corners_hz(self) -> [f32; 3] {
         match self {
             Self::Fa1 => [0.5, 12.2, 67.0],
@@ -59,8 +59,7 @@ impl Receptor {
         }
     }
 
-    /// Logarithm to the base of ten of the threshold, um from peak to peak; none outside the
-    /// receptor's range.
+    /// Base-ten logarithm of the threshold, um peak to peak; `None` outside the receptor's range.
     pub(crate) fn log_threshold(self, hz: f32) -> Option<f32> {
         let [from, bend, to] = self.corners_hz();
         let [below, above] = self.lines();
@@ -68,7 +67,7 @@ impl Receptor {
         (from < hz && hz <= to).then(|| line.intercept + line.slope * libm::log10f(hz))
     }
 
-    /// Threshold at a frequency, um from peak to peak; none outside the receptor's range.
+    /// Threshold at a frequency, um peak to peak; `None` outside the receptor's range.
     pub fn threshold_um(self, hz: f32) -> Option<f32> {
         self.log_threshold(hz).map(libm::exp10f)
     }

@@ -1,19 +1,20 @@
-//! From the sensor's unit to displacement, by a surface whose roughness is known (equations 5, 6).
+//! Conversion from the sensor's unit to displacement, by a surface of known roughness (equations 5,
+//! 6).
 
 use crate::Measured;
 use crate::windows::{LINE_OVER_NOISE, Windows};
 use core::f32::consts::FRAC_1_SQRT_2;
 use core::ops::Range;
 
-/// Number of windows from which on their scatter is a better uncertainty than the closed form.
+/// Number of windows at which their scatter becomes a better uncertainty than the closed form.
 pub(crate) const SCATTER_FROM: f32 = 8.0;
 
-/// Distance of the noise bins from the reference's line, bins: the nearest ones outside Hamming's
-/// main lobe.
+/// Distance of the noise bins from the reference's line, bins: the nearest ones outside the main
+/// lobe of the Hamming window.
 const NOISE_BINS: Range<f32> = 2.5..6.5;
 
-/// Leakage of a line through Hamming's window, relative to its amplitude over the distance in bins:
-/// the window's step of 0.08 at its ends over pi and over its mean.
+/// Leakage of a line through a Hamming window, relative to its amplitude over the distance in bins:
+/// the window's step of 0.08 at its ends, divided by pi and by its mean.
 const LEAKAGE: f32 = 0.08 / (core::f32::consts::PI * 0.54);
 
 /// A surface of known roughness, and the finger's speed over it.
@@ -27,15 +28,15 @@ pub struct Reference {
     pub speed_mm_s: f32,
 }
 
-/// The amplitude at a frequency in one window.
+/// Amplitude at a frequency in one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpectralLine {
     /// Amplitude in the samples' unit.
     pub amplitude: f32,
-    /// Standard deviation of the amplitude by its noise bins. For a surface without a period it is a
-    /// little more than the amplitude's own scatter.
+    /// Standard deviation of the amplitude, from its noise bins. For a surface without a period it
+    /// is slightly more than the amplitude's own scatter.
     pub sigma: f32,
-    /// Leakage from lines further away, because a window is finite.
+    /// Leakage from distant lines, because a window is finite.
     pub leaked: f32,
 }
 
@@ -45,7 +46,7 @@ impl Reference {
         self.speed_mm_s / self.rsm_mm
     }
 
-    /// Conversion D, in the sensor's unit per um from peak to peak, by the amplitude at
+    /// Conversion D, in the sensor's unit per um peak to peak, from the amplitude at
     /// [`frequency_hz`](Self::frequency_hz) (equation 6).
     pub fn per_um(&self, amplitude: Measured) -> Measured {
         let value = amplitude.value / (2.0 * self.ra_um.value);
@@ -61,8 +62,8 @@ impl Reference {
 }
 
 impl SpectralLine {
-    /// Takes the amplitude at `cycles` cycles per window, and the noise bins of the window's
-    /// amplitude spectrum.
+    /// Takes the amplitude at `cycles` cycles per window, and the noise from the window's amplitude
+    /// spectrum.
     pub fn new(amplitude: f32, spectrum: &[f32], cycles: f32) -> Self {
         let (mut noise, mut count, mut leaked) = (0.0, 0.0, 0.0);
         for (bin, other) in spectrum.iter().enumerate().skip(1) {
@@ -82,9 +83,9 @@ impl SpectralLine {
         }
     }
 
-    /// Mean amplitude over several windows of the measured length, converted to the wanted length:
-    /// from eight windows on with their scatter, with fewer by the noise bins. None without a window,
-    /// and where the amplitude is not more than twice the leakage.
+    /// Mean amplitude over several windows of the measured length, converted to the wanted length.
+    /// The uncertainty is the scatter of eight or more windows, or from the noise bins for fewer.
+    /// `None` without a window, or if the amplitude is at most twice the leakage.
     pub fn mean(lines: &[Self], windows: Windows) -> Option<Measured> {
         let count = lines.len() as f32;
         let mean_of = |value: fn(&Self) -> f32| lines.iter().map(value).sum::<f32>() / count;
@@ -105,9 +106,9 @@ impl SpectralLine {
     }
 }
 
-/// An amplitude in a window of `bins` times the length. A line that stands out of the noise keeps
-/// its power; noise keeps its power a hertz. If no line stands out, all of it is taken as noise, and
-/// the change if it were a weak line counts as a standard deviation.
+/// Converts an amplitude to a window of `bins` times the length. A line that stands out of the
+/// noise keeps its power; noise keeps its power per hertz. If no line stands out, everything is
+/// treated as noise, and the change if it were a weak line is added as a standard deviation.
 fn in_wanted_window(amplitude: Measured, noise: f32, bins: f32) -> Measured {
     let power = amplitude.value * amplitude.value;
     let tone = f32::max(power - noise, 0.0);
@@ -118,7 +119,8 @@ fn in_wanted_window(amplitude: Measured, noise: f32, bins: f32) -> Measured {
         };
     }
     let as_noise = amplitude.value / libm::sqrtf(bins);
-    // Noise is subtracted and added again, so that both agree if the window keeps its length.
+    // Noise is subtracted and added again, so that both results agree if the window keeps its
+    // length.
     let as_tone = libm::sqrtf(tone + (power - tone) / bins);
     Measured {
         value: as_noise,

@@ -1,15 +1,15 @@
-//! Scores that people would give, by linear regression on what the receptors do and on the forces.
+//! Scores that people would give, by linear regression on the receptors' firing and the forces.
 
 use crate::Measured;
 use crate::mean::MeanFiring;
 use crate::receptor::RECEPTORS;
 
-/// Number of values that scores depend on: the intensities of the receptors, and M, tangential over
-/// normal force.
+/// Number of values that scores depend on: the intensities of the receptors, and M, the ratio of
+/// tangential to normal force.
 pub const INDICES: usize = RECEPTORS + 1;
 
-/// Soft, from 1 to 7 (equation 11). The paper gives no covariance, and no scatter of the scores
-/// around the line.
+/// Soft, from 1 to 7 (equation 11). The paper states neither a covariance nor a scatter of the
+/// scores around the line.
 pub const SOFT: Score = Score {
     constant: 5.59,
     coefficients: [0.0, 0.0, -0.002, 0.0, 0.0],
@@ -23,24 +23,24 @@ pub const ROUGH: Score = Score {
 /// Intensities in the order of [`Receptor::ALL`](crate::Receptor::ALL), then M.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Indices {
-    /// Values; `None` where absent.
+    /// Values; `None` if absent.
     pub values: [Option<f32>; INDICES],
     /// Covariance of the values.
     pub covariance: [[f32; INDICES]; INDICES],
 }
 
-/// A score as a straight line over the indices.
+/// A score as a linear function of the indices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
     /// Score with all indices at zero.
     pub constant: f32,
-    /// Change by each index; 0 if the score does not depend on it.
+    /// Coefficient of each index; 0 if the score does not depend on it.
     pub coefficients: [f32; INDICES],
 }
 
 impl Indices {
-    /// Indices with their covariance. `conversion_sigma` is the standard deviation of the
-    /// conversion over it.
+    /// Creates indices with their covariance. `conversion_sigma` is the relative standard deviation
+    /// of the conversion.
     pub fn new(firing: &MeanFiring, conversion_sigma: f32, m: Option<Measured>) -> Self {
         let (mut values, mut covariance) = ([None; INDICES], [[0.0; INDICES]; INDICES]);
         let of_firing = firing.covariance(conversion_sigma);
@@ -64,13 +64,13 @@ impl Indices {
 }
 
 impl Score {
-    /// First index that the score depends on and that is absent.
+    /// Returns the first absent index on which the score depends.
     pub fn missing(&self, indices: &Indices) -> Option<usize> {
         (0..INDICES).find(|&i| self.coefficients[i] != 0.0 && indices.values[i].is_none())
     }
 
-    /// The score, with the standard deviation by the indices. `None` if an index that it depends on
-    /// is absent.
+    /// Returns the score with the standard deviation due to the indices. `None` if an index that it
+    /// depends on is absent.
     pub fn of(&self, indices: &Indices) -> Option<Measured> {
         if self.missing(indices).is_some() {
             return None;

@@ -1,40 +1,42 @@
-//! Effect of the window's length on a spectrum: a line keeps its amplitude, noise its power a hertz.
+//! Effect of the window's length on a spectrum: a line keeps its amplitude, noise its power per
+//! hertz.
 
 use core::ops::RangeInclusive;
 
-/// Window of the paper's intensities and of its conversion, seconds: 30 mm at 10 mm/s (section
-/// 2.3). The paper does not say which part of the run is transformed.
+/// Window of the paper's intensities and conversion, seconds: 30 mm at 10 mm/s (section 2.3). The
+/// paper does not say which part of the run is transformed.
 pub const PAPER_WINDOW_S: f32 = 3.0;
 
-/// Distances from a line at which the spectrum is noise alone, bins: just outside the main lobe of
-/// Hamming's window.
+/// Distances from a line at which the spectrum is only noise, bins: just outside the main lobe of
+/// the Hamming window.
 const NOISE_BINS: RangeInclusive<usize> = 3..=6;
 
 /// Smallest ratio of a line's power to the mean power of its noise bins. Noise alone exceeds it in
-/// one bin of ten thousand: over the mean of eight bins, (1 + 17.3 / 8)^-8.
+/// one bin of ten thousand: (1 + 17.3 / 8)^-8 with the mean of eight bins.
 pub(crate) const LINE_OVER_NOISE: f32 = 17.3;
 
 /// Lengths of windows, seconds. A longer window has more bins; in each of them noise has a smaller
 /// amplitude, and a tone keeps its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Windows {
-    /// Length of the windows that were measured.
+    /// Length of the measured windows.
     pub measured_s: f32,
-    /// Length of the windows for which amplitudes and intensities are wanted.
+    /// Window length to which amplitudes and intensities are converted.
     pub wanted_s: f32,
 }
 
-/// Change of a part of a spectrum from the measured window to the wanted one.
+/// Conversion of a part of a spectrum from the measured window to the wanted one.
 #[derive(Clone, Copy)]
 pub(crate) struct Law {
     /// Change of the amplitude in a bin, decades.
     pub(crate) log_gain: f32,
-    /// Bins for each measured bin.
+    /// Wanted bins per measured bin.
     pub(crate) bins: f32,
 }
 
 impl Law {
-    /// A tone fills the main lobe in any window: as many bins, with the same amplitudes.
+    /// A tone fills the main lobe in any window: the number of bins and their amplitudes are
+    /// unchanged.
     pub(crate) const TONE: Self = Self {
         log_gain: 0.0,
         bins: 1.0,
@@ -42,17 +44,16 @@ impl Law {
 }
 
 impl Windows {
-    /// Distance of the measured bins, hertz.
+    /// Spacing of the measured bins, hertz.
     pub fn bin_hz(&self) -> f32 {
         1.0 / self.measured_s
     }
 
-    /// Bins of the wanted window for each measured bin.
+    /// Wanted bins per measured bin.
     pub(crate) fn bins(&self) -> f32 {
         self.wanted_s / self.measured_s
     }
 
-    /// Change of noise.
     pub(crate) fn noise(&self) -> Law {
         Law {
             log_gain: -0.5 * libm::log10f(self.bins()),
@@ -61,7 +62,7 @@ impl Windows {
     }
 }
 
-/// Mean power of the noise bins of a line; `None` if the bin may hold noise alone.
+/// Mean power of the noise bins of a line; `None` if the bin may be only noise.
 pub(crate) fn noise_of_line(amplitudes: &[f32], bin: usize) -> Option<f32> {
     let amplitude = amplitudes.get(bin)?;
     let (mut power, mut count) = (0.0, 0.0);

@@ -1,4 +1,4 @@
-//! The paper's numbers, and what has a closed form.
+//! Tests against the paper's numbers, and against closed forms.
 
 use ridgetone_feel::{
     Absent, Firing, Indices, MeanFiring, Measured, PAPER_WINDOW_S, ROUGH, Receptor, Reference,
@@ -16,13 +16,13 @@ const fn window(measured_s: f32) -> Windows {
     }
 }
 
-/// Half a second, for the intensities of three.
+/// Windows of half a second, converted to the paper's three.
 const CONVERTED: Windows = Windows {
     measured_s: 0.5,
     wanted_s: PAPER_WINDOW_S,
 };
 
-/// Amplitude spectrum of a sine of whole cycles under Hamming's window.
+/// Amplitude spectrum of a sine with a whole number of cycles under a Hamming window.
 fn sine(bins: usize, cycles: usize, um: f32) -> Vec<f32> {
     let mut spectrum = vec![0.0; bins];
     spectrum[cycles] = um;
@@ -72,7 +72,7 @@ fn thresholds_are_equations_1_to_4_and_table_1() {
         for outside in [from, to * 1.0001] {
             assert_eq!(receptor.threshold_um(outside), None, "{receptor:?}");
         }
-        // The two lines differ by at most 5 % at the bend: the paper rounds.
+        // The two lines differ by up to 5 % at the bend, because the paper rounds.
         let [below, above] = [bend, bend * 1.0001].map(|hz| receptor.threshold_um(hz).unwrap());
         assert!((below / above - 1.0).abs() < 0.05, "{receptor:?}");
     }
@@ -107,7 +107,7 @@ fn a_receptor_out_of_the_spectrum_has_a_reason_and_no_intensity() {
     let (short, slow) = (Some(Absent::WindowTooShort), |hz| {
         Some(Absent::RateTooLow(hz))
     });
-    // Bins, hertz between them.
+    // Number of bins, and their spacing in hertz.
     for (bins, bin_hz, expected) in [
         (512, 1601.0 / 1024.0, [None; 4]),
         (512, 1600.0 / 1024.0, [None, slow(1600.0), None, None]),
@@ -125,7 +125,7 @@ fn a_receptor_out_of_the_spectrum_has_a_reason_and_no_intensity() {
     }
 }
 
-/// Section 3.2, by equations 5 and 6.
+/// Section 3.2, with equations 5 and 6.
 #[test]
 fn the_papers_conversion() {
     let reference = Reference {
@@ -164,8 +164,8 @@ fn the_papers_scores() {
     assert!(SOFT.of(&indices).is_some());
 }
 
-/// From half a second to three: a tone has the same intensities, noise six times as many bins with
-/// amplitudes smaller by the root of six.
+/// Converts half a second to three: a tone has the same intensities, noise has six times as many
+/// bins with amplitudes smaller by the root of six.
 #[test]
 fn tones_and_noise_change_by_their_own_laws_with_the_window() {
     let indices = |spectrum: &[f32], windows| {
@@ -193,7 +193,7 @@ fn tones_and_noise_change_by_their_own_laws_with_the_window() {
     }
 }
 
-/// A line keeps its amplitude, noise its power a hertz; leakage is no amplitude.
+/// A line keeps its amplitude, noise its power per hertz; leakage is not taken for an amplitude.
 #[test]
 fn the_reference_needs_a_line() {
     let line = |amplitude, spectrum: &[f32]| SpectralLine::new(amplitude, spectrum, 20.0);
@@ -208,7 +208,7 @@ fn the_reference_needs_a_line() {
         (noise.value - 0.3 / 6f32.sqrt()).abs() < 1e-5 && noise.sigma > 0.05,
         "{noise:?}"
     );
-    // A strong line elsewhere leaks more than this.
+    // A strong line elsewhere leaks more than this amplitude.
     assert_eq!(
         SpectralLine::mean(&[line(1e-4, &sine(512, 300, 1.0))], CONVERTED),
         None

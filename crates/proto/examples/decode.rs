@@ -1,12 +1,12 @@
-//! The bytes of a finger's line, decoded into packets.
+//! Decodes the bytes of a finger's serial line into packets.
 //!
-//! `cargo run -p ridgetone-proto --example decode < FILE`, with what the serial port gave in the
-//! file.
+//! `cargo run -p ridgetone-proto --example decode < FILE`, where the file has the bytes from the
+//! serial port.
 
 use ridgetone_proto::telemetry::{Decoder, Event, Packet};
 use std::io::Read;
 
-/// The packets in some bytes, and the decoder, which has counted the damaged and the missing ones.
+/// Decodes bytes. Returns the packets, and the decoder with its counts of damaged and missing ones.
 pub fn decode(bytes: impl IntoIterator<Item = u8>) -> (Vec<Packet>, Decoder) {
     let mut decoder = Decoder::new();
     let packets = bytes

@@ -1,9 +1,9 @@
-//! Why the firmware started, how the run before ended, and where its settings come from: parts of
-//! `hello`.
+//! Parts of `hello`: why the firmware started, how the previous run ended, and the source of its
+//! settings.
 
 use serde::{Deserialize, Serialize};
 
-/// Bytes that a record keeps of a source file's name, from its end.
+/// Number of bytes, from the end of a source file's name, that a record keeps.
 pub const FILE_BYTES: usize = 24;
 
 /// Cause of the last reset (RM0090, RCC_CSR).
@@ -25,8 +25,8 @@ pub enum ResetCause {
 }
 
 impl ResetCause {
-    /// From RCC_CSR's flags (RM0090, 7.3.21). Every reset pulls the pin NRST, so its flag counts
-    /// only alone.
+    /// Determines the cause from RCC_CSR's flags (RM0090, 7.3.21). Every reset pulls the pin NRST,
+    /// so the pin's flag only counts if it is the only one.
     pub const fn from_flags(csr: u32) -> Self {
         const PIN: u32 = 1 << 26;
         const BROWN_OUT_OR_POWER: u32 = 1 << 25 | 1 << 27;
@@ -82,7 +82,7 @@ pub enum BrownOut {
 }
 
 impl BrownOut {
-    /// From FLASH_OPTCR, bits 2 and 3 (RM0090, 3.9.10).
+    /// Determines the level from FLASH_OPTCR, bits 2 and 3 (RM0090, 3.9.10).
     pub const fn from_option_bytes(optcr: u32) -> Self {
         match optcr >> 2 & 3 {
             0 => Self::Level3,
@@ -113,14 +113,14 @@ pub struct Record {
     pub death: Death,
     /// The board's microsecond counter at the end; it wraps after 71.6 minutes.
     pub t_us: u32,
-    /// Address of the instruction (HardFault). 0 otherwise, and after an overflow of the stack,
-    /// where it is lost.
+    /// Address of the instruction (HardFault). 0 otherwise, and after a stack overflow, which loses
+    /// the address.
     pub pc: u32,
     /// Return address of the function (HardFault), 0 otherwise.
     pub lr: u32,
     /// End of the source file's name (panic).
     pub file: heapless::String<FILE_BYTES>,
-    /// Line in it (panic), 0 otherwise.
+    /// Line in the source file (panic), 0 otherwise.
     pub line: u32,
 }
 
@@ -147,13 +147,13 @@ pub enum SettingsSource {
 }
 
 impl SettingsSource {
-    /// True if they come from the flash.
+    /// True if the settings come from the flash.
     pub const fn is_stored(self) -> bool {
         matches!(self, Self::Stored | Self::StoredBefore | Self::Migrated)
     }
 }
 
-/// Why the firmware started, and what it found.
+/// Reason for the firmware's start, and conditions found.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Boot {
     /// Cause of the last reset.
@@ -167,7 +167,7 @@ pub struct Boot {
 }
 
 impl Boot {
-    /// Nothing is known.
+    /// Boot with nothing known.
     pub const UNKNOWN: Self = Self {
         cause: ResetCause::Unknown,
         oscillator: Oscillator::Unknown,
@@ -195,7 +195,7 @@ mod tests {
             (0, ResetCause::Unknown),
         ];
         for (flags, cause) in cases {
-            // The bits below are the oscillator's.
+            // Lower bits belong to the oscillator.
             assert_eq!(
                 ResetCause::from_flags(flags << 24 | 3),
                 cause,

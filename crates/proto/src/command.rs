@@ -5,23 +5,23 @@ use crate::plan::Gives;
 use crate::settings::{Settings, SettingsError};
 use serde::{Deserialize, Serialize};
 
-/// Maximum number of bytes of a request on the wire. The longest ones are settings, of 110 bytes at
-/// most: the rest is room for more of them.
+/// Maximum number of bytes of a request on the wire. The longest requests are settings, up to 110
+/// bytes: the rest is reserved for future settings.
 pub const REQUEST_WIRE_MAX: usize = 136;
 
 /// A command.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Command {
-    /// Send `hello`, which carries the settings in force.
+    /// Send `hello`, which includes the settings in force.
     Greet,
     /// Use these settings from the next window on; with `keep` also after the next start. About
-    /// every 512th time keeping costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but
-    /// never during a touch.
+    /// every 512th time, storing costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but never
+    /// during a touch.
     Set {
-        /// All of them.
+        /// All settings.
         settings: Settings,
-        /// True to store the settings, too.
+        /// True to also store the settings.
         keep: bool,
     },
     /// Delete the stored settings, and use the defaults.
@@ -43,14 +43,14 @@ pub enum Command {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
     /// Chosen by the PC. A repeated number is a repeated request: the board replies, but does not
-    /// carry it out twice.
+    /// execute it twice.
     pub number: u16,
     /// The command.
     pub command: Command,
 }
 
 impl Request {
-    /// Decodes one stuffed frame without its zero, in place; `None` if it is damaged. It is
+    /// Decodes one stuffed frame without its zero, in place; `None` if it is damaged. This is
     /// compiled in this crate, optimised for size, and not into its callers.
     pub fn decode(frame: &mut [u8]) -> Option<Self> {
         framing::decode(frame)
@@ -64,12 +64,12 @@ pub struct Reply {
     pub number: u16,
     /// The result.
     pub outcome: Outcome,
-    /// To settings that are not refused: what their plan gives.
+    /// Rates and windows of the new plan, in the reply to accepted settings.
     pub gives: Option<Gives>,
 }
 
 impl Reply {
-    /// A reply that is not to settings.
+    /// Creates a reply to a request other than settings.
     pub const fn new(number: u16, outcome: Outcome) -> Self {
         Self {
             number,
@@ -87,12 +87,12 @@ pub enum Outcome {
     Done,
     /// A setting is outside its bounds; nothing has changed.
     Setting(SettingsError),
-    /// In force, but not stored: the flash refuses, or a page would have to be erased during a
+    /// In force, but not stored: the flash failed, or a page would have to be erased during a
     /// touch.
     NotStored,
-    /// The board carries out another request; send this one again.
+    /// The board is executing a different request; send this one again.
     Busy,
-    /// Done, and a sector of the flash was erased for it: conversions of 1 to 2 s were lost, and
-    /// are reported so.
+    /// Done, but a sector of the flash was erased: conversions of 1 to 2 s were lost, and are
+    /// reported as lost.
     DoneErased,
 }

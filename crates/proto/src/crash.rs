@@ -1,25 +1,25 @@
 //! The crash record: a [`Record`] in RAM that start-up does not clear.
 //!
-//! After power-up this RAM holds random values, so a record counts only with its checksum, and only
-//! once.
+//! After power-up this RAM holds random values, so a record is only accepted with its checksum, and
+//! only once.
 
 use crate::boot::{Death, FILE_BYTES, Record};
 use crate::framing::CHECKSUM;
 
 /// Words of RAM for one record: checksum, [`Death`], time, two addresses, line, and the file's name
-/// padded with zeros. Written in words, because to decode postcard would take a kilobyte of flash
-/// more.
+/// padded with zeros. Stored as words, because decoding postcard would need another kilobyte of
+/// flash.
 pub const STORED_WORDS: usize = 6 + FILE_BYTES / 4;
 
-/// Causes by their number in the record.
+/// Causes, indexed by their number in the record.
 const DEATHS: [Death; 3] = [Death::Panic, Death::HardFault, Death::Oscillator];
 
-/// The RAM of a record.
+/// RAM of a record.
 pub type Stored = [u32; STORED_WORDS];
 
 impl Record {
-    /// A panic at `t_us` on the board's counter, in a line of a source file; in its name all but
-    /// ASCII becomes `?`.
+    /// Creates the record of a panic at `t_us` on the board's counter, in a line of a source file;
+    /// in its name non-ASCII bytes become `?`.
     pub fn of_panic(t_us: u32, file: &str, line: u32) -> Self {
         let mut end = heapless::String::new();
         let skipped = file.len().saturating_sub(FILE_BYTES);
@@ -41,8 +41,8 @@ impl Record {
         }
     }
 
-    /// A HardFault at `t_us` on the board's counter, by an instruction at `pc`; `lr` is the return
-    /// address.
+    /// Creates the record of a HardFault at `t_us` on the board's counter, by an instruction at
+    /// `pc`; `lr` is the return address.
     pub const fn of_hard_fault(t_us: u32, pc: u32, lr: u32) -> Self {
         Self {
             death: Death::HardFault,
@@ -54,7 +54,7 @@ impl Record {
         }
     }
 
-    /// The external oscillator stopped at `t_us` on the board's counter.
+    /// Creates the record of a stopped external oscillator, at `t_us` on the board's counter.
     pub fn of_oscillator(t_us: u32) -> Self {
         Self {
             death: Death::Oscillator,
@@ -102,7 +102,7 @@ impl Record {
     }
 }
 
-/// Checksum of all words but the first, which stores the checksum.
+/// Checksum of all words except the first, which stores it.
 fn checksum_of(ram: &Stored) -> u32 {
     let mut digest = CHECKSUM.digest();
     for word in ram.iter().skip(1) {

@@ -1,9 +1,9 @@
-//! Division of 64 bits by 32: the chip has none, and the compiler's, for any divisor, takes a
-//! kilobyte of flash.
+//! Division of 64 bits by 32: the chip has no instruction for it, and the compiler's routine, for
+//! any divisor, takes a kilobyte of flash.
 
-/// Quotient and remainder; both zero where `by` is zero. A value of more than 32 bits takes some
-/// 300 instructions.
-// One copy of 150 bytes: the chip has no division of 64 bits.
+/// Returns quotient and remainder; both are zero if `by` is zero. A value of more than 32 bits
+/// takes some 300 instructions.
+// Never inlined, to keep a single copy of 150 bytes.
 #[inline(never)]
 pub const fn divide(value: u64, by: u32) -> (u64, u32) {
     if by == 0 {
@@ -13,8 +13,8 @@ pub const fn divide(value: u64, by: u32) -> (u64, u32) {
     if high == 0 {
         return ((low / by) as u64, low % by);
     }
-    // By hand, bit by bit: each step takes the top bit out of `low` and puts a bit of the quotient
-    // in at its end.
+    // Long division, bit by bit: each step shifts the top bit out of `low` and a bit of the
+    // quotient in.
     let (mut rest, mut bits) = ((high % by) as u64, 32);
     while bits > 0 {
         rest = rest << 1 | (low >> 31) as u64;
@@ -32,7 +32,7 @@ pub const fn divide(value: u64, by: u32) -> (u64, u32) {
 mod tests {
     use super::*;
 
-    /// Against the processor's own, with values and divisors of every length.
+    /// Compares with the processor's own division, for values and divisors of every length.
     #[test]
     fn it_is_a_division() {
         let mut state = 1u64;

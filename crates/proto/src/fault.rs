@@ -1,5 +1,4 @@
-//! Faults that can occur in the field and be detected: their kinds, and what each does to an
-//! estimate.
+//! Kinds of faults that can occur in the field and be detected, and their effects on an estimate.
 
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -42,7 +41,7 @@ pub enum FaultKind {
 pub const KINDS: usize = 13;
 
 impl FaultKind {
-    /// Every kind, in the order of their numbers.
+    /// All kinds, in the order of their numbers.
     pub const ALL: [Self; KINDS] = {
         use FaultKind::*;
         [
@@ -51,17 +50,17 @@ impl FaultKind {
         ]
     };
 
-    /// True if the fault may change a measured frequency by more than the estimate's uncertainty.
-    /// Then no estimate is [`Good`](crate::telemetry::Status::Good).
+    /// True if the fault may change a measured frequency by more than the estimate's uncertainty,
+    /// so that no estimate is [`Good`](crate::telemetry::Status::Good).
     ///
-    /// It does not if the fit leaves out what is missing and knows the times of all other frames:
-    /// [`Self::Lost`], [`Self::Repeated`], [`Self::Bus`] (corrected or left out) and
+    /// A fault does not if the fit leaves out the missing values and knows the times of all other
+    /// frames: [`Self::Lost`], [`Self::Repeated`], [`Self::Bus`] (corrected or left out) and
     /// [`Self::Overload`] (the channel is left out; if it returns shortly before a window's end it
     /// can hide the end of the slide, which the qualification checks).
     ///
     /// All others do. After [`Self::BusDead`], [`Self::Silent`], [`Self::Registers`] and
-    /// [`Self::NoAnswer`] the scan restarts at another time; with [`Self::Channel`] and
-    /// [`Self::Clock`] its rate is not known; in a [`Self::Storm`] times may belong to other edges;
+    /// [`Self::NoAnswer`] the scan restarts at a different time; with [`Self::Channel`] and
+    /// [`Self::Clock`] its rate is unknown; in a [`Self::Storm`] times may belong to other edges;
     /// with [`Self::Supply`] and [`Self::Reference`] the codes are not specified.
     pub const fn changes_frequency(self) -> bool {
         !matches!(
@@ -70,8 +69,8 @@ impl FaultKind {
         )
     }
 
-    /// True if the levels of the taxels may change with the fault, or unseen during it. Such a
-    /// change can look like the start of a slide, or hide its end.
+    /// True if the levels of the taxels may change because of the fault, or unnoticed during it.
+    /// Such a change can look like the start of a slide, or hide its end.
     pub const fn moves_levels(self) -> bool {
         matches!(
             self,
@@ -80,20 +79,20 @@ impl FaultKind {
     }
 }
 
-/// An episode of one kind of fault, reported when it begins and when it is over.
+/// An episode of one kind of fault, reported when it begins and when it ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
     /// Kind of the fault.
     pub kind: FaultKind,
     /// Device time at which it was detected, microseconds.
     pub from_us: u64,
-    /// Device time at which the fault was last seen, microseconds; `None` while it lasts.
+    /// Device time of the latest detection, microseconds; `None` while the fault lasts.
     pub until_us: Option<u64>,
-    /// Times that this kind was seen since start-up.
+    /// Number of times that this kind was detected since start-up.
     pub count: u32,
 }
 
-/// A set of kinds. In text formats it is a list of names.
+/// A set of kinds of faults. In text formats it is a list of names.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub struct FaultSet(u16);
 
@@ -111,30 +110,30 @@ impl FaultSet {
     /// The empty set.
     pub const NONE: Self = Self(0);
 
-    /// The kinds whose bits are set.
+    /// Creates a set from bits.
     pub const fn of_bits(bits: u32) -> Self {
         Self(bits as u16 & ((1 << KINDS) - 1))
     }
 
-    /// With this kind too.
+    /// Adds a kind.
     #[must_use]
     pub const fn with(self, kind: FaultKind) -> Self {
         Self(self.0 | 1 << kind as u8)
     }
 
-    /// Without this kind.
+    /// Removes a kind.
     #[must_use]
     pub const fn without(self, kind: FaultKind) -> Self {
         Self(self.0 & !(1 << kind as u8))
     }
 
-    /// The kinds of both sets.
+    /// Union of both sets.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// True if this kind is in the set.
+    /// True if `kind` is in the set.
     pub const fn has(self, kind: FaultKind) -> bool {
         self.0 & 1 << kind as u8 != 0
     }

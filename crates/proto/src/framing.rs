@@ -1,26 +1,26 @@
-//! Framing on the line, in both directions: postcard, then CRC-32 little endian, both stuffed by
-//! COBS, then a zero byte.
+//! Framing on the line, in both directions: postcard, then CRC-32 little endian, both COBS-stuffed,
+//! then a zero byte.
 //!
-//! A reader may start anywhere; it finds its place at the next zero.
+//! A reader may start anywhere; it synchronises at the next zero.
 
 use heapless::Vec;
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Maximum number of bytes of a message on the wire, checksum, stuffing and delimiter included.
+/// Maximum number of bytes of a message on the wire, including checksum, stuffing and delimiter.
 pub const WIRE_MAX: usize = 512;
 
 /// Bytes of the checksum after the content.
 const CHECKSUM_BYTES: usize = 4;
 
-/// Maximum number of bytes of a message before stuffing, checksum included. COBS adds one byte in
-/// 254 and one in front; the zero at the end is one more.
+/// Maximum number of bytes of a message before stuffing, including the checksum. COBS adds one byte
+/// in 254 and one in front; the final zero is one more.
 const PLAIN_MAX: usize = WIRE_MAX - WIRE_MAX / 254 - 2;
 
-/// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected), byte by byte without a table.
+/// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected), computed without a table.
 pub(crate) const CHECKSUM: crc::Crc<u32, crc::NoTable> =
     crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
 
-/// The message is longer on the wire than its buffer.
+/// Error: the message is longer on the wire than its buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the message is longer on the wire than its buffer")]
 pub struct TooLong;
@@ -30,7 +30,7 @@ pub fn checksum(bytes: &[u8]) -> u32 {
     CHECKSUM.checksum(bytes)
 }
 
-/// Encodes a message, unless it is longer than `wire`. Returns the bytes used.
+/// Encodes a message into `wire`, unless it is too long. Returns the number of bytes used.
 pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLong> {
     let mut plain = [0; PLAIN_MAX];
     let content = plain.get_mut(..PLAIN_MAX - CHECKSUM_BYTES).ok_or(TooLong)?;
@@ -40,7 +40,8 @@ pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLo
     seal(&mut plain, length, wire)
 }
 
-/// Encodes content that is not postcard, unless it is longer than `wire`. Returns the bytes used.
+/// Encodes content that is not postcard into `wire`, unless it is too long. Returns the number of
+/// bytes used.
 pub fn encode_bytes(content: &[u8], wire: &mut [u8]) -> Result<usize, TooLong> {
     let mut plain = [0; PLAIN_MAX];
     plain
@@ -50,8 +51,8 @@ pub fn encode_bytes(content: &[u8], wire: &mut [u8]) -> Result<usize, TooLong> {
     seal(&mut plain, content.len(), wire)
 }
 
-/// Adds checksum, stuffing and the zero. Apart from [`encode`], so that it is compiled once for all
-/// types.
+/// Adds checksum, stuffing and the zero. Separate from [`encode`], so that it is compiled once for
+/// all types.
 fn seal(plain: &mut [u8; PLAIN_MAX], length: usize, wire: &mut [u8]) -> Result<usize, TooLong> {
     let checksum = checksum(plain.get(..length).ok_or(TooLong)?).to_le_bytes();
     plain
@@ -70,7 +71,7 @@ pub fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
     rest.is_empty().then_some(message)
 }
 
-/// The content of a stuffed frame, if its checksum matches.
+/// Returns the content of a stuffed frame, if its checksum matches.
 pub fn unseal(frame: &mut [u8]) -> Option<&[u8]> {
     let length = cobs::decode_in_place(frame).ok()?;
     let (content, sum) = frame.get(..length)?.split_last_chunk::<CHECKSUM_BYTES>()?;
@@ -84,22 +85,22 @@ pub enum Pushed {
     More,
     /// The frame is complete: [`Inbox::take`] returns it.
     Whole,
-    /// The frame is dropped: it was longer than the buffer, bytes of it were lost, or the frame
-    /// before it was not taken yet.
+    /// The frame is dropped: it was longer than the buffer, lost bytes, or came before the previous
+    /// frame was taken.
     Damaged,
 }
 
-/// Assembles single bytes into a frame. It holds one frame of at most `N` bytes.
+/// Assembles single bytes into a frame. Holds one frame of up to `N` bytes.
 #[derive(Debug, Default)]
 pub struct Inbox<const N: usize> {
     bytes: Vec<u8, N>,
     whole: bool,
-    /// Bytes are dropped until the next zero.
+    /// True while bytes are dropped until the next zero.
     skipping: bool,
 }
 
 impl<const N: usize> Inbox<N> {
-    /// An empty inbox, which finds its place at the next zero byte.
+    /// Creates an empty inbox, which synchronises at the next zero byte.
     pub const fn new() -> Self {
         Self {
             bytes: Vec::new(),
@@ -127,7 +128,7 @@ impl<const N: usize> Inbox<N> {
         Pushed::Whole
     }
 
-    /// A byte of the current frame was lost.
+    /// Drops the current frame, because a byte of it was lost.
     pub fn spoil(&mut self) {
         self.skipping = true;
         if !self.whole {
@@ -135,7 +136,7 @@ impl<const N: usize> Inbox<N> {
         }
     }
 
-    /// The complete frame, stuffed and without its zero, if there is one.
+    /// Returns the complete frame, stuffed and without its zero, if there is one.
     pub fn whole(&self) -> Option<&[u8]> {
         self.whole.then_some(&*self.bytes)
     }
@@ -174,8 +175,8 @@ mod tests {
 
     #[test]
     fn a_frame_is_postcard_checksum_and_stuffing() {
-        // 7 as a varint; the CRC-32 of one byte 7 is 0x4c667a2e by zlib; no zero among them, so
-        // COBS puts their number and one more in front.
+        // 7 as a varint; the CRC-32 of one byte 7 is 0x4c667a2e by zlib; there is no zero among
+        // these bytes, so COBS puts their number plus one in front.
         assert_eq!(frame(7), [6, 7, 0x2e, 0x7a, 0x66, 0x4c, 0]);
         assert_eq!(encode(&7u32, &mut [0; 6]), Err(TooLong));
     }

@@ -10,10 +10,10 @@
     deny(clippy::unreachable, clippy::todo, clippy::unimplemented)
 )]
 #![forbid(unsafe_code)]
-// `!(a > b)` is intended: a NaN belongs on that side.
+// `!(a > b)` is intended, so that a NaN takes this branch.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
-/// Version of the firmware and of its crates, which all have the same: major, minor, patch.
+/// Version of the firmware and of all its crates: major, minor, patch.
 pub const VERSION: [u8; 3] = [
     number(env!("CARGO_PKG_VERSION_MAJOR")),
     number(env!("CARGO_PKG_VERSION_MINOR")),

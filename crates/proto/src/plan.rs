@@ -1,103 +1,100 @@
-//! A scan plan: which inputs a converter samples, how fast, and what follows from it for frames,
-//! windows and touches. What else a converter is set to is its own, and only it can read it.
+//! A scan plan: which inputs a converter samples, how fast, and the resulting frames, windows and
+//! touch detection. Other settings are specific to the converter, which alone can interpret them.
 
 use crate::division::divide;
 use crate::frame::{RING_FRAMES, TAXELS};
 use serde::{Deserialize, Serialize};
 
-/// Frames per second that touch detection works at, nearly: the paper's. Faster frames are averaged
-/// for it.
+/// Approximate frame rate of touch detection, as in the paper. Faster frames are averaged for it.
 const TOUCH_RATE_HZ: f32 = 241.0;
-/// Minimum frames per second: touch detection compares blocks of four of them, which have to be
-/// shorter than the changes that it looks for.
+/// Minimum frames per second: touch detection compares blocks of four frames, which must be shorter
+/// than the changes to detect.
 pub const FRAME_RATE_MIN_HZ: f32 = 180.0;
 /// Maximum frames per second: the ADS1258's fastest scan (SBAS297G, rate table, 16 MHz).
 pub const FRAME_RATE_MAX_HZ: f32 = 23_740.0;
-/// A conversion is read twice where it lasts this long, nanoseconds: two reads with all that
-/// belongs to them take up to 48 us on the boards, and other tasks need as much again.
+/// Minimum duration of a conversion to read it twice, nanoseconds: two reads with their processing
+/// take up to 48 us on the boards, and other tasks need the same again.
 const READ_TWICE_NS: u32 = 96_000;
-/// Maximum number of frames of a window: the estimator's longest transform on the chip has as many
-/// points.
+/// Maximum number of frames of a window: the size of the estimator's longest transform on the chip.
 const TRANSFORM_FRAMES: u32 = 1024;
-/// Frames of touch detection that pass after a window's end before it is fitted, at most, and until
-/// the fit has read it: 0.4 s.
+/// Maximum frames of touch detection from a window's end until the fit has read it: 0.4 s.
 const LATE_TOUCH_FRAMES: u32 = 96;
-/// Frames that a plan without averages leaves for that: 0.75 s.
+/// Frames reserved for the same delay by a plan without averages: 0.75 s.
 const LATE_FRAMES: u32 = 180;
-/// Minimum number of frames that hold four harmonics and their noise.
+/// Minimum number of frames for four harmonics and their noise.
 const WINDOW_FRAMES_MIN: u32 = 24;
-/// Default window, seconds, where the plan allows it: the paper's longest.
+/// Default window, seconds, if the plan allows it: the paper's longest.
 const WINDOW_S: f32 = 1.0;
-/// Duration of a full search with four harmonics and with all that interrupts it at the chip's highest
-/// rate, plus a tenth, seconds: a constant part, a part for each frame, and one for each value in it
+/// Duration of a full search with four harmonics, including interruptions at the chip's highest
+/// rate, plus a tenth, seconds: a constant part, a part per frame, and a part per value in a frame
 /// (`docs/results/trade.md`).
 const FIT_S: f32 = 0.06;
 const FIT_FRAME_S: f32 = 0.3e-3;
 const FIT_VALUE_S: f32 = 16e-6;
 
-/// Readings of a converter's own: supply, reference, temperature, offset and gain.
+/// Number of a converter's internal readings: supply, reference, temperature, offset and gain.
 pub const READINGS: u32 = 5;
 
-/// When a converter measures its own supply, reference, temperature, offset and gain.
+/// Times at which a converter measures its own supply, reference, temperature, offset and gain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HealthReadings {
-    /// In every scan, behind the inputs: five conversions more.
+    /// In every scan, after the inputs: five extra conversions.
     EveryScan,
-    /// At the start, and twice a second while nothing touches the finger: a pause of the scan of
-    /// less than a millisecond.
+    /// At the start, and twice a second while the finger is not touched: the scan pauses for less
+    /// than a millisecond.
     BetweenTouches,
-    /// Never: the converter has none.
+    /// Never: the converter has no such readings.
     Never,
 }
 
-/// When the inputs of a scan are sampled.
+/// Times at which the inputs of a scan are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampling {
-    /// One after another, a conversion each.
+    /// One after the other, one conversion each.
     InTurn,
     /// All at the same moment, the data-ready edge.
     AtOnce,
 }
 
-/// Which converter a plan is for.
+/// Numbers of the converters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Converters;
 
 impl Converters {
     /// The ADS1258.
     pub const ADS1258: u8 = 0;
-    /// The STM32's own converter.
+    /// The STM32's own ADC.
     pub const ONBOARD: u8 = 1;
-    /// No converter of ours: plain frames from elsewhere.
+    /// Plain frames from any other converter.
     pub const FRAMES: u8 = 255;
 }
 
 /// Part of a plan that is specific to its converter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Own {
-    /// Which converter: one of [`Converters`].
+    /// Converter: one of [`Converters`].
     pub converter: u8,
-    /// Settings, packed as it likes. No two plans of a converter for the same inputs and the
-    /// same clock have the same lowest byte.
+    /// Settings, in the converter's own packing. No two plans of a converter with the same inputs
+    /// and clock may have the same lowest byte.
     pub bits: u16,
 }
 
 /// Which inputs a converter samples, and how fast.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Plan {
-    /// Bit k: the scan has input k, which is taxel k.
+    /// Bit k: the scan includes input k, which is taxel k.
     pub inputs: u16,
-    /// When the converter measures its own readings.
+    /// Times of the converter's internal readings.
     pub health: HealthReadings,
-    /// When the inputs of a scan are sampled.
+    /// Times at which the inputs of a scan are sampled.
     pub sampling: Sampling,
     /// The converter's clock, hertz.
     pub adc_clock_hz: u32,
-    /// Periods of that clock from one frame to the next.
+    /// Periods of the converter's clock from one frame to the next.
     pub frame_ticks: u32,
-    /// Other settings of the converter.
+    /// Settings specific to the converter.
     pub own: Own,
 }
 
@@ -113,14 +110,14 @@ pub struct Gives {
     pub window_max_s: f32,
 }
 
-/// Why a plan cannot work.
+/// Reason why a plan cannot work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanError {
-    /// Name of the field that is outside its bounds, or of what follows from the fields.
+    /// Name of the field that is outside its bounds, or of a quantity derived from the fields.
     pub field: &'static str,
     /// Value of the field.
     pub value: f32,
-    /// Minimum and maximum possible value.
+    /// Minimum and maximum allowed value.
     pub bounds: (f32, f32),
 }
 
@@ -138,23 +135,23 @@ impl Plan {
             bits: 0x0d,
         },
     };
-    /// All inputs at 1.46 kHz: a hand that explores.
+    /// All inputs at 1.46 kHz, for a hand that explores.
     pub const HAND: Self = Self::fastest(u16::MAX);
-    /// The first piezoresistor of each unit at 5.8 kHz: fine texture.
+    /// The first piezoresistor of each unit at 5.8 kHz, for fine texture.
     pub const TEXTURE: Self = Self::fastest(0x1111);
     /// Two facing piezoresistors, one of each column of units, at 11.7 kHz.
     pub const VIBRATION: Self = Self::fastest(0x0011);
     /// One input at 23.3 kHz.
     pub const SINGLE: Self = Self::fastest(0x0001);
 
-    /// Fourteen inputs of the STM32's own converter at 237 Hz: the mean of 93 scans, 68 periods of
-    /// 21 MHz a sample.
+    /// Fourteen inputs of the STM32's own ADC at 237 Hz: the mean of 93 scans, 68 periods of 21 MHz
+    /// per sample.
     pub const ONBOARD: Self = Self::onboard(93);
     /// The same fourteen inputs at 1.47 kHz.
     pub const ONBOARD_HAND: Self = Self::onboard(15);
 
-    /// The usual plans and their names. The ADS1258's rates are those of its 15.72864 MHz crystal;
-    /// with a clock of 16 MHz it makes 1.48, 5.9, 11.9 and 23.7 kHz.
+    /// The usual plans and their names. The ADS1258's rates apply to its 15.72864 MHz crystal; with
+    /// a clock of 16 MHz they are 1.48, 5.9, 11.9 and 23.7 kHz.
     pub const NAMED: [(&'static str, Self); 7] = [
         ("paper", Self::PAPER),
         ("hand", Self::HAND),
@@ -171,7 +168,7 @@ impl Plan {
         Self::NAMED.into_iter().filter(is_its)
     }
 
-    /// Fourteen inputs, so many scans to a frame.
+    /// Plan with fourteen inputs and `scans` scans per frame.
     const fn onboard(scans: u8) -> Self {
         Self {
             inputs: 0x3fff,
@@ -186,7 +183,7 @@ impl Plan {
         }
     }
 
-    /// Some inputs as fast as the ADS1258 converts them, 674 clock periods each.
+    /// Plan with `inputs` as fast as the ADS1258 converts them, 674 clock periods each.
     const fn fastest(inputs: u16) -> Self {
         Self {
             inputs,
@@ -200,7 +197,7 @@ impl Plan {
         }
     }
 
-    /// A plan for plain frames of another converter: `channels` inputs, frames a second as given.
+    /// Plan for plain frames of any converter, with `channels` inputs at `frame_rate_hz`.
     pub fn of_frames(frame_rate_hz: f32, channels: usize) -> Result<Self, PlanError> {
         within(&FRAME_BOUNDS, &[channels as f32, frame_rate_hz])?;
         let inputs = u16::MAX.checked_shr((TAXELS as u32).saturating_sub(channels as u32));
@@ -217,7 +214,7 @@ impl Plan {
         })
     }
 
-    /// The plan with another clock of the converter.
+    /// The same plan with a different clock of the converter.
     pub const fn with_clock(self, adc_clock_hz: u32) -> Self {
         Self {
             adc_clock_hz,
@@ -225,7 +222,7 @@ impl Plan {
         }
     }
 
-    /// The plan of this name, by its usual clock.
+    /// Finds a plan by its name, at its usual clock.
     pub fn named(name: &str) -> Option<Self> {
         Self::NAMED
             .iter()
@@ -233,7 +230,7 @@ impl Plan {
             .map(|(_, plan)| *plan)
     }
 
-    /// Name of the plan, if it is a usual one at its usual clock.
+    /// Name of the plan, if it is a usual plan at its usual clock.
     pub fn name(&self) -> Option<&'static str> {
         Self::NAMED
             .iter()
@@ -246,7 +243,7 @@ impl Plan {
         self.inputs.count_ones() as usize
     }
 
-    /// Conversions of a scan.
+    /// Number of conversions of a scan.
     pub const fn slots(&self) -> u32 {
         let own = match self.health {
             HealthReadings::EveryScan => READINGS,
@@ -255,7 +252,7 @@ impl Plan {
         self.inputs.count_ones() + own
     }
 
-    /// A conversion's period at the nominal clock, nanoseconds: a scan's over its slots.
+    /// Period of a conversion at the nominal clock, nanoseconds: the scan's period over its slots.
     pub const fn conversion_ns(&self) -> u32 {
         let (frame_ns, _) = divide(self.frame_ticks as u64 * 1_000_000_000, self.adc_clock_hz);
         divide(frame_ns, self.slots()).0 as u32
@@ -269,18 +266,19 @@ impl Plan {
         self.adc_clock_hz as f32 / self.frame_ticks as f32
     }
 
-    /// True if there is time to read each conversion twice, which shows bit errors on the bus.
+    /// True if there is time to read each conversion twice, which detects bit errors on the bus.
     pub const fn is_read_twice(&self) -> bool {
         self.conversion_ns() >= READ_TWICE_NS
     }
 
-    /// Frames that are averaged for touch detection.
+    /// Number of frames averaged for touch detection.
     pub const fn frames_averaged(&self) -> u32 {
         let frames = (self.frame_rate_hz() / TOUCH_RATE_HZ + 0.5) as u32;
         if frames > 1 { frames } else { 1 }
     }
 
-    /// Frames that share a row of the ring, which holds a sample for each of [`TAXELS`] taxels.
+    /// Number of frames that share a row of the ring, which has a sample for each of [`TAXELS`]
+    /// taxels.
     pub const fn frames_a_row(&self) -> usize {
         match TAXELS.checked_div(self.channels()) {
             Some(frames) => frames,
@@ -288,12 +286,12 @@ impl Plan {
         }
     }
 
-    /// Frames that the ring holds.
+    /// Capacity of the ring, frames.
     pub const fn ring_frames(&self) -> u32 {
         (RING_FRAMES * self.frames_a_row()) as u32
     }
 
-    /// Maximum number of frames of a window that can be set.
+    /// Maximum number of frames of a window that may be set.
     pub const fn window_frames_max(&self) -> u32 {
         let averaged = self.frames_averaged();
         let late = if averaged > 1 {
@@ -309,12 +307,12 @@ impl Plan {
         }
     }
 
-    /// Frames in a time, rounded.
+    /// Number of frames in a time, rounded.
     pub const fn frames_in(&self, seconds: f32) -> u32 {
         (seconds * self.frame_rate_hz() + 0.5) as u32
     }
 
-    /// Parts of a second in which the bounds of windows are whole numbers.
+    /// Resolution of window bounds: parts of a second of which they are whole numbers.
     const fn parts(&self) -> f32 {
         if self.frames_averaged() > 1 {
             1000.0
@@ -342,15 +340,15 @@ impl Plan {
         (1e4 * frames / self.frame_rate_hz()) as u32 as f32 / 1e4
     }
 
-    /// The window and the stride that are used unless others are set, seconds.
+    /// Default window and stride, seconds.
     pub const fn default_window(&self) -> (f32, f32) {
         let max_s = self.window_max_s();
         let window_s = if WINDOW_S < max_s { WINDOW_S } else { max_s };
         (window_s, self.default_stride(window_s))
     }
 
-    /// The stride of a window unless another is set, seconds: a quarter of the window, or the duration
-    /// of a full search if that is longer, in whole hundredths.
+    /// Default stride of a window, seconds: a quarter of the window, or the duration of a full
+    /// search if that is longer, in whole hundredths.
     pub const fn default_stride(&self, window_s: f32) -> f32 {
         let values = FIT_VALUE_S * self.channels() as f32;
         let fit_s = FIT_S + self.frames_in(window_s) as f32 * (FIT_FRAME_S + values);
@@ -369,26 +367,25 @@ impl Plan {
         }
     }
 
-    /// Checks what holds for every converter. The error is the first rule that is broken. Whether a
-    /// board's own converter can run it, that converter says.
+    /// Checks the rules common to all converters. The error is the first broken rule. Each
+    /// converter checks itself if it can run the plan.
     pub fn validate(&self) -> Result<(), PlanError> {
         within(&BOUNDS, &[self.channels() as f32, self.frame_rate_hz()])
     }
 
-    /// Inputs and own settings in 24 bits, to tell one plan from the next. The clock is not in
-    /// them.
+    /// Inputs and own settings in 24 bits, to distinguish plans. The clock is not included.
     pub const fn mark(&self) -> u32 {
         self.inputs as u32 | (self.own.bits as u32 & 0xff) << 16
     }
 }
 
-/// A field's name, its least and its greatest value.
+/// Name, minimum and maximum of a field.
 pub type Bounds = (&'static str, f32, f32);
 
 /// Clock of the ADS1258's crystal, hertz (SBAS297G).
 const ADS1258_CLOCK_HZ: u32 = 15_728_640;
-/// Clock periods of a plain frame. A power of two: times a rate it is exact, and then rounded to a
-/// hertz of at least 2.9 million.
+/// Clock periods of a plain frame. A power of two, so that multiplying a rate by it is exact; the
+/// product, at least 2.9 million, is then rounded to a hertz.
 const FRAMES_TICKS: u32 = 1 << 14;
 
 /// Bounds of every plan, in the order of the values in [`Plan::validate`].
@@ -397,7 +394,7 @@ const BOUNDS: [Bounds; 2] = [
     ("frame_rate_hz", FRAME_RATE_MIN_HZ, FRAME_RATE_MAX_HZ),
 ];
 
-/// Bounds of what [`Plan::of_frames`] takes.
+/// Bounds of the arguments of [`Plan::of_frames`].
 const FRAME_BOUNDS: [Bounds; 2] = [
     ("channels", 1.0, TAXELS as f32),
     ("frame_rate_hz", FRAME_RATE_MIN_HZ, FRAME_RATE_MAX_HZ),
@@ -440,14 +437,14 @@ mod tests {
             assert!(off.abs() < 3e-5, "{name}: {gives:?}");
             let found = (plan.channels(), plan.frames_averaged());
             assert_eq!(found, (channels, averaged), "{name}");
-            // The rate at which touch detection works, 180 Hz or more, in whole steps of a frame.
+            // Stride at the rate of touch detection, 180 Hz or more, in whole frames.
             let stride = (plan.stride_min_s(), plan.frames_in(plan.stride_min_s()));
             assert!((0.0040..=0.0042).contains(&stride.0), "{name}: {stride:?}");
             assert!(averaged - stride.1 <= averaged / 50, "{name}: {stride:?}");
             let found = (gives.window_max_s, gives.nyquist_hz);
             assert_eq!(found, (window_s, gives.frame_rate_hz / 2.0), "{name}");
             assert_eq!(plan.is_read_twice(), name == "paper");
-            // The ring holds as many samples of a few channels as of all.
+            // The ring holds the same number of samples for any number of channels.
             let samples = plan.ring_frames() as usize * channels;
             assert_eq!(samples, RING_FRAMES * TAXELS, "{name}");
         }
@@ -472,7 +469,7 @@ mod tests {
             (paper.with_clock(0), "frame_rate_hz"),
         ] {
             assert_eq!(plan.validate().map_err(|error| error.field), Err(field));
-            // Its values follow all the same.
+            // Derived values must still not panic.
             let _ = (plan.conversion_ns(), plan.frames_averaged(), plan.gives());
             let _ = (plan.default_window(), plan.frames_a_row());
         }
@@ -495,7 +492,7 @@ mod tests {
             let plan = Plan::of_frames(rate_hz, 3).unwrap();
             assert_eq!((plan.validate(), plan.inputs), (Ok(()), 7));
             assert!((plan.frame_rate_hz() / rate_hz - 1.0).abs() < 1e-6);
-            // Rounded down to a nanosecond for each of three inputs.
+            // The period is rounded down to a nanosecond for each of three inputs.
             let period_s = 1e-9 * f64::from(plan.conversion_ns() * plan.slots());
             let off_s = period_s - f64::from(rate_hz).recip();
             assert!(off_s.abs() < 4e-9, "{rate_hz}");

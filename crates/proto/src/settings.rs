@@ -1,8 +1,8 @@
-//! Settings: one table, from which everything else follows.
+//! Settings: one table from which everything else is derived.
 //!
-//! A setting is one row of the table below. The checks of what a PC sends and what the flash holds,
-//! TOML and JSON, the command's options, the page's form, the guide's list and Python's class are
-//! made from it.
+//! A setting is one row of the table below. The checks of values from a PC or the flash, TOML and
+//! JSON, the command's options, the page's form, the guide's list and Python's class are generated
+//! from it.
 
 pub(crate) mod record;
 mod table;
@@ -16,9 +16,9 @@ pub use record::Kept;
 use serde::{Deserialize, Serialize};
 pub use table::{Bounds, Field, Kind, Limits, Setting, Value};
 
-// A row is a sentence, the id in flash, name, type, default, unit and bounds. An id never changes its
-// meaning: a setting of another type or meaning gets a new one, 31 or above. The plan comes first,
-// because the bounds of windows depend on it.
+// A row is a sentence, the id in flash, name, type, default, unit and bounds. An id never changes
+// its meaning: a setting of a different type or meaning gets a new id, 31 or above. The plan comes
+// first, because the bounds of windows depend on it.
 table::settings! {
     /// Everything that a user can set.
     Settings "Windows and fit" {
@@ -131,13 +131,12 @@ table::settings! {
 /// under one of 5 mm (`hal-mock/README.md`).
 const UNCALIBRATED_RAD: f32 = 0.3;
 
-/// Windows closer together than this are each reported as a
-/// [`Track`](crate::telemetry::Track), and as an [`Estimate`](crate::telemetry::Estimate) no more
-/// often than this, seconds.
+/// Stride below which each window is reported as a [`Track`](crate::telemetry::Track), and minimum
+/// interval between [`Estimate`](crate::telemetry::Estimate)s then, seconds.
 pub const TRACK_STRIDE_S: f32 = 0.05;
-/// Least bound of the longest stride, seconds: short windows may be far apart.
+/// Lower limit of the longest stride, seconds: short windows may be far apart.
 const STRIDE_MAX_FLOOR_S: f32 = 1.0;
-/// Greatest possible spatial period, millimetres.
+/// Maximum spatial period, millimetres.
 const PERIOD_GREATEST_MM: f32 = 100.0;
 
 fn window(settings: &Settings) -> Limits {
@@ -160,7 +159,7 @@ fn longest_period(settings: &Settings) -> Limits {
     Limits::new(settings.array.period_min_mm, PERIOD_GREATEST_MM)
 }
 
-/// With neither direction possible no travel has an answer.
+/// At least one direction must be possible, or no travel can be determined.
 fn forward(settings: &Settings) -> Limits {
     let min = if settings.array.may_go_backward {
         0.0
@@ -170,7 +169,7 @@ fn forward(settings: &Settings) -> Limits {
     Limits::new(min, 1.0)
 }
 
-/// Where slides come from.
+/// Source of slides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SlideRule {
@@ -209,7 +208,7 @@ impl Field for SlideRule {
 }
 
 impl Declared {
-    /// Nothing but a single sine in white noise: the lean scene.
+    /// Only a single sine in white noise: the lean scene.
     pub const LEAN: Self = Self {
         overtones: false,
         curved_baseline: false,
@@ -239,24 +238,24 @@ impl Default for Settings {
     }
 }
 
-/// A setting outside its bounds; NaN is outside all of them.
+/// A setting outside its bounds; NaN always is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[error("{field} = {value}: choose a value from {min} to {max}")]
 pub struct SettingsError {
-    /// Name of the setting, or of what follows from a plan.
+    /// Name of the setting, or of a quantity derived from a plan.
     pub field: String<32>,
     /// The requested value.
     pub value: f32,
-    /// Least allowed value.
+    /// Minimum allowed value.
     pub min: f32,
-    /// Greatest allowed value.
+    /// Maximum allowed value.
     pub max: f32,
 }
 
 impl SettingsError {
     fn new(name: &str, value: f32, limits: Limits) -> Self {
         Self {
-            // A test shows that every name fits.
+            // A test checks that every name fits.
             field: String::try_from(name).unwrap_or_default(),
             value,
             min: limits.min,
@@ -273,7 +272,7 @@ impl From<PlanError> for SettingsError {
 }
 
 impl Settings {
-    /// These settings for another plan, with its default window and stride.
+    /// Changes the plan, with its default window and stride.
     pub const fn with_plan(self, plan: Plan) -> Self {
         let (window_s, stride_s) = plan.default_window();
         Self {
@@ -284,13 +283,13 @@ impl Settings {
         }
     }
 
-    /// True if windows follow each other so fast that each is reported as a
+    /// True if windows are so close together that each is reported as a
     /// [`Track`](crate::telemetry::Track).
     pub const fn tracks(&self) -> bool {
         self.stride_s < TRACK_STRIDE_S
     }
 
-    /// Checks every bound. The error is the first setting outside its own.
+    /// Checks all bounds. The error is the first setting outside its bounds.
     pub fn validate(&self) -> Result<(), SettingsError> {
         self.plan.validate()?;
         for ((name, bounds), value) in CHECKS.iter().zip(self.numbers()) {

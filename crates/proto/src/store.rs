@@ -2,11 +2,11 @@
 //!
 //! Records follow each other in two pages of flash. Each has a number and, written last, a
 //! checksum. The record with the highest number and a matching checksum is valid; if a write was
-//! interrupted or a page is worn, the one before. When a page is full the other one is erased for
-//! the next record, never the page with the valid record.
+//! interrupted or a page is worn, the record before it. When a page is full, the other page is
+//! erased for the next record, never the page with the valid record.
 //!
-//! An erasure stops the STM32F405 for 1 to 2 s, because its code is in the same bank of flash
-//! (RM0090, 3.5.1; DS8626). All conversions of that time are lost. So it happens only between
+//! Erasing stops the STM32F405 for 1 to 2 s, because its code is in the same bank of flash (RM0090,
+//! 3.5.1; DS8626). All conversions during that time are lost. So a page is only erased between
 //! touches, the loss is counted and reported, and the reply gives the reason ([`Saved::Erasing`],
 //! [`DoneErased`](crate::command::Outcome::DoneErased)). The watchdog's 8 s are longer.
 //!
@@ -22,29 +22,29 @@
 //! | 252 to 255 | checksum of everything but the checksum in the middle |
 //!
 //! The crate `sequential-storage` (8.0.2) lost settings: it judges a page by its first and last
-//! word, and an interrupted erasure leaves undefined data (RM0090, 3.6). It also takes 9.1 to 11.2
-//! kB more flash.
+//! word, but an interrupted erase leaves undefined data (RM0090, 3.6). It also takes 9.1 to 11.2 kB
+//! more flash.
 
 use crate::boot::SettingsSource;
 use crate::framing::checksum;
 use crate::settings::{Kept, Settings};
 use embedded_storage::nor_flash::NorFlash;
 
-/// Version of a record's layout. New settings do not change it: they have new ids.
+/// Version of a record's layout. New settings do not change it, because they have new ids.
 const VERSION: u8 = 4;
 
 /// Bytes of a record.
 pub const RECORD_BYTES: usize = 2 * HALF_BYTES;
-/// Bytes of half a record, with its checksum.
+/// Bytes of half a record, including its checksum.
 const HALF_BYTES: usize = 128;
 const SUM_BYTES: usize = 4;
-/// Bytes of a record without its two checksums, and of its first half.
+/// Bytes of a record without its two checksums, and of its first half without its checksum.
 const CONTENT_BYTES: usize = RECORD_BYTES - 2 * SUM_BYTES;
 const HEAD_BYTES: usize = HALF_BYTES - SUM_BYTES;
-/// Bytes of the number and the version, before the settings.
+/// Bytes before the settings: number and version.
 const BEFORE_SETTINGS: usize = 5;
 
-/// Maximum number of slots that are tried if a record cannot be read back.
+/// Maximum number of slots tried if a record cannot be read back.
 const TRIES: usize = 4;
 
 /// Bytes that the flash programs at once.
@@ -55,11 +55,11 @@ pub const PAGES: u32 = 2;
 
 /// A store of settings.
 pub trait Store {
-    /// The settings for a start, always valid, and where they come from.
+    /// Loads the settings for a start, which are always valid, and their source.
     fn load(&mut self) -> (Settings, SettingsSource);
 
-    /// Stores settings; none stands for the defaults. Without `may_erase` a full page is an error,
-    /// which changes nothing.
+    /// Stores settings; `None` stands for the defaults. Without `may_erase`, a full page is an
+    /// error and nothing changes.
     fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored>;
 }
 
@@ -68,25 +68,25 @@ pub trait Store {
 pub enum Saved {
     /// Into a free slot.
     AtOnce,
-    /// After the erasure of a page, which may have stopped the processor.
+    /// After erasing a page, which may have stopped the processor.
     Erasing,
 }
 
-/// The flash refuses, or a page would have to be erased without permission.
+/// Error: the flash failed, or a page would have to be erased without permission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotStored;
 
-/// Place of a record, counted through both pages.
+/// Position of a record, counted through both pages.
 type Slot = u32;
 
-/// A record that was found.
+/// A record found in the flash.
 struct Found {
     order: Age,
     content: [u8; CONTENT_BYTES],
 }
 
-/// Age of a record: its number and its place in the store. A damaged record may have the number of
-/// its replacement, which comes after it.
+/// Age of a record: its number and its slot. A damaged record may have the same number as its
+/// replacement, which is in a later slot.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 struct Age {
     number: u32,
@@ -100,7 +100,7 @@ const NO_LIMIT: Age = Age {
 };
 
 impl Found {
-    /// Settings of the record. `None` if they cannot be understood, or are out of their bounds.
+    /// Settings of the record. `None` if they cannot be read, or are out of bounds.
     fn kept(&self) -> Option<Kept> {
         match self.content.get(BEFORE_SETTINGS - 1) {
             Some(&VERSION) => Kept::read(self.content.get(BEFORE_SETTINGS..)?),
@@ -110,7 +110,7 @@ impl Found {
 }
 
 /// A [`Store`] in [`PAGES`] consecutive pages of flash, for settings only. Offsets count from the
-/// start of the first page. A page is the unit of erasure ([`NorFlash::ERASE_SIZE`]), a word of
+/// start of the first page. A page is the unit of erasing ([`NorFlash::ERASE_SIZE`]), a word of
 /// [`WORD_BYTES`] the unit of programming.
 #[derive(Debug)]
 pub struct FlashStore<F: NorFlash> {
@@ -118,13 +118,11 @@ pub struct FlashStore<F: NorFlash> {
 }
 
 impl<F: NorFlash> FlashStore<F> {
-    /// Bytes of a page.
     const PAGE_BYTES: u32 = F::ERASE_SIZE as u32;
 
-    /// Slots of a page.
     const SLOTS: Slot = Self::PAGE_BYTES / RECORD_BYTES as u32;
 
-    /// A store in pages with any content.
+    /// Creates a store in pages with any content.
     pub const fn new(flash: F) -> Self {
         const {
             assert!(
@@ -141,27 +139,26 @@ impl<F: NorFlash> FlashStore<F> {
         self.flash
     }
 
-    /// Slots of both pages.
     const ALL: Slot = PAGES * Self::SLOTS;
 
     const fn offset(slot: Slot) -> u32 {
         slot / Self::SLOTS * Self::PAGE_BYTES + slot % Self::SLOTS * RECORD_BYTES as u32
     }
 
-    /// The next slot: in the same page, or the first one of the other page.
+    /// Returns the next slot: in the same page, or the first slot of the other page.
     const fn next(slot: Slot) -> Slot {
         (slot + 1) % Self::ALL
     }
 
-    /// Reads the first bytes of a slot. Gives zeros, which are neither a whole record nor erased
-    /// flash, if the read fails.
+    /// Reads the first bytes of a slot. If the read fails, returns zeros, which are neither a valid
+    /// record nor erased flash.
     fn read<const BYTES: usize>(&mut self, slot: Slot) -> [u8; BYTES] {
         let mut bytes = [0; BYTES];
         let _ = self.flash.read(Self::offset(slot), &mut bytes);
         bytes
     }
 
-    /// The content of the record in a slot, if its checksums match.
+    /// Returns the content of the record in a slot, if its checksums match.
     fn whole(&mut self, slot: Slot) -> Option<[u8; CONTENT_BYTES]> {
         let record = self.read::<RECORD_BYTES>(slot);
         let (first, second) = record.split_first_chunk::<HALF_BYTES>()?;
@@ -176,8 +173,8 @@ impl<F: NorFlash> FlashStore<F> {
         (checksum(&content) == u32::from_le_bytes(*sum)).then_some(content)
     }
 
-    /// The latest whole record before `limit`. The search goes from the last slot back, where the
-    /// newest record usually is, to compute few checksums.
+    /// Finds the latest valid record before `limit`. Searches from the last slot backwards, where
+    /// the newest record usually is, to compute few checksums.
     fn latest_before(&mut self, limit: Age) -> Option<Found> {
         let mut latest: Option<Found> = None;
         for slot in (0..Self::ALL).rev() {
@@ -194,9 +191,8 @@ impl<F: NorFlash> FlashStore<F> {
         latest
     }
 
-    /// True if a slot is erased.
     fn is_erased(&mut self, slot: Slot) -> bool {
-        // Compares words, as a start looks at thousands of slots.
+        // Compare words, because a start checks thousands of slots.
         self.read::<RECORD_BYTES>(slot)
             .as_chunks::<WORD_BYTES>()
             .0
@@ -210,8 +206,8 @@ impl<F: NorFlash> FlashStore<F> {
         self.is_erased(next) || self.whole(next).is_some()
     }
 
-    /// The next free slot after a record, or the first one: in the same page, or in the other one,
-    /// which is erased for it.
+    /// Finds the next free slot after a record, or the first slot: in the same page, or in the
+    /// other page, which is erased for it.
     fn next_slot(
         &mut self,
         after: Option<Slot>,
@@ -225,7 +221,7 @@ impl<F: NorFlash> FlashStore<F> {
             }
             slot = Self::next(slot);
         }
-        // The page is new, or was erased before a loss of power.
+        // The page is new, or was already erased before a loss of power.
         if (slot..slot + Self::SLOTS).all(|slot| self.is_erased(slot)) {
             return Ok((slot, Saved::AtOnce));
         }
@@ -244,7 +240,7 @@ impl<F: NorFlash> Store for FlashStore<F> {
     fn load(&mut self) -> (Settings, SettingsSource) {
         let mut limit = NO_LIMIT;
         while let Some(found) = self.latest_before(limit) {
-            // Another version, or out of bounds: use the record before it.
+            // A different version, or out of bounds: use the record before it.
             let Some(kept) = found.kept() else {
                 limit = found.order;
                 continue;
@@ -292,7 +288,7 @@ impl<F: NorFlash> Store for FlashStore<F> {
     }
 }
 
-/// A record with its number and checksums. `None` if the settings do not fit.
+/// Builds a record with its number and checksums. `None` if the settings do not fit.
 fn record(number: u32, settings: Option<&Settings>) -> Option<[u8; RECORD_BYTES]> {
     let mut content = [0; CONTENT_BYTES];
     content
@@ -309,7 +305,7 @@ fn record(number: u32, settings: Option<&Settings>) -> Option<[u8; RECORD_BYTES]
         (second, tail, checksum(&content)),
     ] {
         let (place, sum_place) = half.split_last_chunk_mut::<SUM_BYTES>()?;
-        // Their lengths agree; `copy_from_slice` would panic if not, as far as the compiler knows.
+        // The lengths agree, but the compiler cannot rule out the panic of `copy_from_slice`.
         place
             .iter_mut()
             .zip(part)

@@ -1,5 +1,5 @@
-//! What the board sends: events, each in a numbered packet. [`crate::framing`] says how a packet
-//! travels.
+//! Events sent by the board, each in a numbered packet. [`crate::framing`] describes how a packet
+//! is transmitted.
 
 mod decoder;
 mod estimate;

@@ -1,4 +1,4 @@
-//! The example runs, and counts the damaged packet and the missing one.
+//! Runs the example, which must count the damaged packet and the missing one.
 
 #[path = "../examples/decode.rs"]
 #[allow(dead_code, reason = "its main is for cargo run --example")]
@@ -28,7 +28,7 @@ fn packets_come_out_and_a_lost_and_a_damaged_one_are_counted() {
         let mut wire = [0; WIRE_MAX];
         let used = encode(packet, &mut wire).expect("it fits");
         if packet.sequence == 5 {
-            // A bit of the content; a frame ends with a zero, which no other byte becomes.
+            // Flip a bit of the content without creating a zero, which would end the frame.
             wire[used / 2] ^= if wire[used / 2] == 0x40 { 0x20 } else { 0x40 };
         }
         bytes.extend_from_slice(&wire[..used]);
@@ -39,6 +39,6 @@ fn packets_come_out_and_a_lost_and_a_damaged_one_are_counted() {
         .filter(|packet| ![2, 5].contains(&packet.sequence))
         .collect();
     assert_eq!(decoded, expected);
-    // The damaged one is missing too: nobody knows its number.
+    // The damaged packet also counts as missing, because its number is unknown.
     assert_eq!((decoder.damaged, decoder.missing), (1, 2));
 }

@@ -1,4 +1,5 @@
-//! The settings' store in a flash that loses power, wears out, or was written by other firmware.
+//! The store of settings in a flash that loses power, wears out, or was written by different
+//! firmware.
 
 #[path = "store/other_firmware.rs"]
 mod other_firmware;
@@ -14,10 +15,9 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, TABLE};
 use ridgetone_proto::store::{FlashStore, NotStored, Saved, Store, WORD_BYTES};
 
-/// Bytes of a record, as the flash counts them.
+/// Bytes of a record, in the flash's type.
 const RECORD_BYTES: u32 = ridgetone_proto::store::RECORD_BYTES as u32;
 
-/// Settings that differ from those of every other number.
 fn settings(number: u64) -> Settings {
     Settings {
         window_s: 0.1 + (number % 3800) as f32 * 1e-3,
@@ -25,7 +25,6 @@ fn settings(number: u64) -> Settings {
     }
 }
 
-/// A store in an empty flash.
 fn empty<const PAGE_BYTES: u32>() -> FlashStore<CutFlash<PAGE_BYTES>> {
     FlashStore::new(CutFlash::new(1))
 }
@@ -34,7 +33,7 @@ const STORED: SettingsSource = SettingsSource::Stored;
 const DEFAULT: (Settings, SettingsSource) = (Settings::DEFAULT, SettingsSource::Default);
 const DAMAGED: (Settings, SettingsSource) = (Settings::DEFAULT, SettingsSource::Damaged);
 
-/// Settings that a start finds after a loss of power.
+/// Returns the settings found at a start after a loss of power.
 fn found<const PAGE_BYTES: u32>(flash: &CutFlash<PAGE_BYTES>) -> (Settings, SettingsSource) {
     let mut store = FlashStore::new(flash.clone().power(None));
     let found = store.load();
@@ -43,8 +42,8 @@ fn found<const PAGE_BYTES: u32>(flash: &CutFlash<PAGE_BYTES>) -> (Settings, Sett
     found
 }
 
-/// Checks what is found after power was lost while `new` settings were stored over `old` ones:
-/// either, and the old ones with the report that something else was begun.
+/// Checks the settings found after power was lost while `new` settings were stored over `old` ones:
+/// either of them, and with the old ones a report that a newer record was begun.
 fn check_cut<const PAGE_BYTES: u32>(
     flash: &CutFlash<PAGE_BYTES>,
     old: Option<Settings>,
@@ -69,9 +68,9 @@ fn is_stored(source: SettingsSource) -> bool {
     )
 }
 
-/// Stores `saves` settings into pages that hold `prefilled` others, loses power in the middle of
-/// every word and erasure of that, and again in the middle of the next save. Gives the sources of
-/// the settings that were found.
+/// Stores `saves` settings into pages with `prefilled` others, loses power in the middle of every
+/// word and erase, and again in the middle of the next save. Returns the sources of the settings
+/// found.
 fn cut_everywhere<const PAGE_BYTES: u32>(
     prefilled: u64,
     saves: u64,
@@ -97,7 +96,7 @@ fn cut_everywhere<const PAGE_BYTES: u32>(
             let (there, source) = check_cut(&left, old, new);
             sources.push(source);
             let before = if there == new { Some(new) } else { old };
-            // Power is back and lost again while the next are stored.
+            // Power returns and is lost again during the next save.
             let again = random.next_u64() % 70;
             let mut store = FlashStore::new(left.power(Some(again)));
             let saved = store.save(Some(&settings(number + 1)), true);
@@ -107,7 +106,6 @@ fn cut_everywhere<const PAGE_BYTES: u32>(
             } else {
                 assert!(saved.is_ok());
             }
-            // Power is back for good.
             let mut store = FlashStore::new(left.power(None));
             assert!(store.save(Some(&settings(number + 2)), true).is_ok());
             let last = (settings(number + 2), SettingsSource::Stored);
@@ -121,7 +119,7 @@ fn cut_everywhere<const PAGE_BYTES: u32>(
 fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
     let mut sources = Vec::new();
     for seed in 0..12 {
-        // One record a page, two, and eight and a bit.
+        // One record per page, two, and eight with some bytes left over.
         sources.extend(cut_everywhere::<RECORD_BYTES>(0, 5, seed));
         sources.extend(cut_everywhere::<{ 2 * RECORD_BYTES }>(0, 7, seed));
         sources.extend(cut_everywhere::<{ 8 * RECORD_BYTES + 104 }>(8, 16, seed));
@@ -138,12 +136,12 @@ fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
     assert!(sources.len() > 20_000, "{}", sources.len());
 }
 
-/// What an interrupted erasure leaves is not guaranteed (RM0090, 3.6): it may have done some words
-/// wholly and left the others as they were, old records among them.
+/// An interrupted erase leaves undefined data (RM0090, 3.6): it may have erased some words
+/// completely and left others unchanged, including old records.
 #[test]
 fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back() {
     const PAGE_BYTES: usize = 10 * RECORD_BYTES as usize;
-    // Both pages full, so that the first one is to be erased, and then the second one.
+    // Both pages are full, so that the next save erases the first page, and then the second.
     for (page, saves) in [(0, 20), (1, 30)] {
         let mut store = FlashStore::new(CutFlash::<{ PAGE_BYTES as u32 }>::new(1));
         (0..saves).for_each(|number| assert!(store.save(Some(&settings(number)), true).is_ok()));
@@ -167,7 +165,7 @@ fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back()
     }
 }
 
-/// The sectors of the STM32F405, full: the roll to the other one and back.
+/// Full sectors of the STM32F405: rolls over to the other sector and back.
 #[test]
 fn power_lost_in_sectors_of_the_real_size_leaves_the_old_settings_or_the_new_ones() {
     let slots = u64::from(128 * 1024 / RECORD_BYTES);
@@ -183,7 +181,7 @@ fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
             CutFlash::<{ 10 * RECORD_BYTES }>::new(seed).with_bytes(|_| random.next_u32() as u8);
         let mut store = FlashStore::new(flash);
         assert_eq!(store.load(), DAMAGED);
-        // Not without erasing.
+        // Not without permission to erase.
         assert_eq!(store.save(Some(&settings(5)), false), Err(NotStored));
         assert_eq!(store.save(Some(&settings(5)), true), Ok(Saved::Erasing));
         assert_eq!(store.load(), (settings(5), STORED));
@@ -192,9 +190,9 @@ fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
     assert_eq!(empty::<{ 10 * RECORD_BYTES }>().load(), DEFAULT);
 }
 
-/// Sectors of 128 KiB, as on the board, full of anything: each of the 2,048 places is looked at a
-/// few times and not once for every other, which would keep the board from its first word for
-/// seconds.
+/// Sectors of 128 KiB, as on the board, filled with random data: a start must check each of the
+/// 2,048 slots only a few times. Checking each slot once per other slot would delay the board's
+/// first word by seconds.
 #[test]
 fn rubbish_in_whole_sectors_is_passed_over_quickly() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
@@ -212,18 +210,18 @@ fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
         let saved = store.save(Some(&settings(number)), false);
         assert_eq!(saved, Ok(Saved::AtOnce));
     }
-    // A bit of the third record's settings.
+    // Flip a bit of the third record's settings.
     let mut flash = store.release();
     flash.bytes[2 * RECORD_BYTES as usize + 8] ^= 4;
     let mut store = FlashStore::new(flash);
     assert_eq!(store.load(), (settings(1), SettingsSource::StoredBefore));
-    // Forgetting is a record too.
+    // Deleting the settings is also a record.
     assert_eq!(store.save(None, false), Ok(Saved::AtOnce));
     assert_eq!(store.load(), DEFAULT);
     assert_eq!(store.release().wrong, 0);
 }
 
-/// In a touch nothing is erased, and what was stored stays.
+/// During a touch nothing is erased, and stored settings stay.
 #[test]
 fn a_full_page_is_not_erased_without_permission() {
     let mut store = empty::<{ 2 * RECORD_BYTES }>();
@@ -238,7 +236,7 @@ fn a_full_page_is_not_erased_without_permission() {
     assert_eq!((flash.erased, flash.wrong), (1, 0));
 }
 
-/// Pages in which some words are worn out and cannot be programmed.
+/// Pages with some worn words that cannot be programmed.
 struct Worn {
     flash: CutFlash<{ 10 * RECORD_BYTES }>,
     is_worn: fn(u32) -> bool,
@@ -286,7 +284,7 @@ fn what_cannot_be_read_back_is_stored_in_another_place() {
     assert_eq!(sound.save(Some(&settings(1)), true), Ok(Saved::AtOnce));
     let flash = sound.release().flash;
 
-    // A word of each of the next two places.
+    // Wear out a word in each of the next two slots.
     let is_worn: fn(u32) -> bool = |offset| [RECORD_BYTES, 2 * RECORD_BYTES - 24].contains(&offset);
     let mut partly = store(flash.clone(), is_worn);
     assert_eq!(partly.save(Some(&settings(2)), true), Ok(Saved::AtOnce));
@@ -295,13 +293,12 @@ fn what_cannot_be_read_back_is_stored_in_another_place() {
     let (kept, source) = store(flash_after, is_worn).load();
     assert!(kept == settings(2) && is_stored(source), "{source:?}");
 
-    // All of them: refused, and what was there is there still.
+    // Wear out all words: refused, and the old settings are still there.
     let mut worn_out = store(flash, |_| true);
     assert_eq!(worn_out.save(Some(&settings(2)), true), Err(NotStored));
     assert_eq!(worn_out.load().0, settings(1));
 }
 
-/// A flash that begins with these bytes.
 fn with_bytes(bytes: &[u8]) -> CutFlash<{ 10 * RECORD_BYTES }> {
     CutFlash::new(1).with_bytes(|at| bytes.get(at).copied().unwrap_or(0xff))
 }
@@ -322,7 +319,7 @@ fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
     let load = |pairs: &[(u8, Vec<u8>)]| found(&with_bytes(&with_pairs(number, pairs)));
     assert_eq!(load(&pairs), (kept, SettingsSource::Stored));
 
-    // In front of the others, behind them, of a byte or of many.
+    // Unknown pairs before, between and after the others, with none, one or many bytes.
     for place in [0, 5, pairs.len()] {
         for bytes in [0, 1, 60] {
             let mut more = pairs.clone();
@@ -339,10 +336,10 @@ fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
     let others = pairs.iter().filter(|(id, _)| *id != harmonics).cloned();
     let others: Vec<_> = others.collect();
     assert_eq!(load(&others), (default, SettingsSource::Migrated));
-    // A value of another type: as if it were missing.
+    // A value of a different type counts as missing.
     let other_type = [others.clone(), vec![(harmonics, vec![2, 0])]].concat();
     assert_eq!(load(&other_type), (default, SettingsSource::Migrated));
-    // One out of its bounds, or a list that is cut off: nothing of it is used.
+    // A value out of bounds, or a truncated list: the record is not used.
     let refused = [others.clone(), vec![(harmonics, vec![9])]].concat();
     assert_eq!(load(&refused), DAMAGED);
     let mut cut_off = with_pairs(number, &pairs[..1]);
@@ -353,7 +350,7 @@ fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
     assert_eq!(found(&with_bytes(&cut_off)), DAMAGED);
 }
 
-/// The halves of two records do not make one.
+/// Halves of two different records must not be accepted as one.
 #[test]
 fn the_second_half_belongs_to_its_first() {
     let mut store = FlashStore::new(with_bytes(&[]));

@@ -1,4 +1,4 @@
-//! The memory map (RM0090, 2.3): which address is what.
+//! The memory map (RM0090, 2.3).
 
 use super::state::Bus;
 use crate::peripherals::flash::Effect;
@@ -19,7 +19,6 @@ const SYSTEM: u32 = 0xE000_0000;
 const REGISTER_CYCLES: u64 = 2;
 
 impl Bus {
-    /// A half word of code.
     pub fn fetch(&mut self, address: u32) -> Result<u16, Stop> {
         // Code never runs from registers.
         if address >= PERIPHERALS {
@@ -28,20 +27,19 @@ impl Bus {
         Ok(self.read(address, 2)? as u16)
     }
 
-    /// A load by an instruction: it takes a cycle more.
+    /// Loads a value for an instruction, which takes an extra cycle.
     #[inline(always)]
     pub fn load(&mut self, width: Width, address: u32) -> Result<u32, Stop> {
         self.time.cycles += 1;
         Ok(width.extend(self.read(address, width.bytes())?))
     }
 
-    /// A store by an instruction; the write buffer takes it.
+    /// Stores a value for an instruction; the write buffer hides the time.
     #[inline(always)]
     pub fn store(&mut self, width: Width, address: u32, value: u32) -> Result<(), Stop> {
         self.write(address, width.bytes(), value)
     }
 
-    /// Reads a word that must be aligned.
     #[inline(always)]
     pub fn read_aligned(&mut self, address: u32) -> Result<u32, Stop> {
         if address & 3 != 0 {
@@ -51,7 +49,6 @@ impl Bus {
         }
     }
 
-    /// Writes a word that must be aligned.
     #[inline(always)]
     pub fn write_aligned(&mut self, address: u32, value: u32) -> Result<(), Stop> {
         if address & 3 != 0 {
@@ -61,7 +58,6 @@ impl Bus {
         }
     }
 
-    /// Reads 1, 2 or 4 bytes.
     #[inline(always)]
     pub fn read(&mut self, address: u32, bytes: u32) -> Result<u32, Stop> {
         let at = address.wrapping_sub(RAM) as usize;
@@ -101,7 +97,6 @@ impl Bus {
         }
     }
 
-    /// Writes 1, 2 or 4 bytes.
     #[inline(always)]
     pub fn write(&mut self, address: u32, bytes: u32, value: u32) -> Result<(), Stop> {
         let at = address.wrapping_sub(RAM) as usize;
@@ -176,8 +171,8 @@ impl Bus {
     fn write_peripheral(&mut self, address: u32, bytes: u32, value: u32) -> Result<(), Stop> {
         self.time.cycles += REGISTER_CYCLES;
         self.catch_up();
-        // The bridge repeats a short value over the word; the registers that are written so have 16
-        // bits at most.
+        // The bridge repeats a short value over the whole word; only registers of up to 16 bits are
+        // written this way.
         let done = if address & 3 == 0 {
             self.set_register(address, part(value, 0, bytes))
         } else {
@@ -187,7 +182,6 @@ impl Bus {
         done.ok_or_else(|| self.unmodelled("a register", address))
     }
 
-    /// Result of an access to the flash.
     pub fn apply(&mut self, effect: Effect) {
         self.time.cycles += effect.stall_ns * self.time.hz() / 1_000_000_000;
         self.flash_changed |= effect.has_erased;
@@ -196,12 +190,12 @@ impl Bus {
     }
 }
 
-/// The bit that a word of a bit-band alias stands for, of a byte or a word.
+/// Number of the bit, modulo `bits`, that a word of a bit-band alias represents.
 fn bit_of(alias: u32, bits: u32) -> u32 {
     alias / 4 % bits
 }
 
-/// A word's bytes from an address on.
+/// Extracts the bytes of a word at an address.
 fn part(word: u32, address: u32, bytes: u32) -> u32 {
     if bytes == 4 {
         word

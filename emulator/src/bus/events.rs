@@ -1,11 +1,11 @@
 //! Events that no instruction causes: bytes end, timers wrap, DRDY falls, buffers fill, the
-//! watchdog bites.
+//! watchdog expires.
 
 use super::state::Bus;
 use crate::board::{AdcPins, Pin};
 use crate::findings::Rule;
 
-/// Interrupts' numbers (RM0090, table 61).
+/// Interrupt numbers (RM0090, table 61).
 const IRQ_EXTI4: u16 = 10;
 const IRQ_TIM4: u16 = 30;
 const IRQ_USART2: u16 = 38;
@@ -14,12 +14,12 @@ const IRQ_TIM6_DAC: u16 = 54;
 pub(super) const IRQ_OTG_FS: u16 = 67;
 
 impl Bus {
-    /// Processor cycles that a byte takes on the serial line.
+    /// Duration of a byte on the serial line, processor cycles.
     pub fn byte_cycles(&self) -> u64 {
         (self.usart.byte_clocks() * self.apb_ratio(0)).max(1)
     }
 
-    /// The next cycle at which anything happens by itself.
+    /// Cycle of the next event that no instruction causes.
     pub fn next_event(&self) -> u64 {
         let bite = self.iwdg.next_event_ns().map(|ns| self.time.cycle_at(ns));
         let events = [
@@ -35,8 +35,8 @@ impl Bus {
         events.into_iter().flatten().min().unwrap_or(u64::MAX)
     }
 
-    /// Time of the next falling edge of DRDY. To be called whenever the schedule of the ADC may
-    /// have changed.
+    /// Updates the time of the next falling edge of DRDY. Call this after anything that may change
+    /// the ADC's schedule.
     pub fn expect_drdy(&mut self) {
         self.drdy_falls = self
             .adc
@@ -45,7 +45,7 @@ impl Bus {
             .map(|ns| self.time.cycle_at(ns).max(self.time.cycles + 1));
     }
 
-    /// Lets everything happen that is due, and sets the interrupts' lines.
+    /// Processes all events that are due, and sets the interrupt lines.
     pub fn catch_up(&mut self) {
         let now = self.time.cycles;
         let overruns = (self.spi.overruns, self.usart.overruns);
@@ -108,7 +108,7 @@ impl Bus {
         }
     }
 
-    /// Bytes arrive on the serial line. The DMA puts those that it fetches into memory.
+    /// Receives bytes from the serial line. The DMA writes the bytes that it fetches to memory.
     fn receive(&mut self) {
         let (now, byte_cycles) = (self.time.cycles, self.byte_cycles());
         while let Some(byte) = self.usart.receive(now, byte_cycles, self.line_dma.is_on()) {
@@ -118,7 +118,6 @@ impl Bus {
         }
     }
 
-    /// A transfer of the DMA reaches memory.
     pub fn put_by_dma(&mut self, address: u32, bytes: &[u8]) {
         let at = address.wrapping_sub(0x2000_0000) as usize;
         if let Some(place) = self.ram.get_mut(at..at + bytes.len()) {
@@ -126,7 +125,7 @@ impl Bus {
         }
     }
 
-    /// DRDY falls, once or more often since it was looked at last.
+    /// Processes the falling edges of DRDY since the last call.
     fn drdy_edge(&mut self) {
         let Some(AdcPins {
             drdy: Pin(port, pin),
@@ -142,23 +141,22 @@ impl Bus {
         self.expect_drdy();
     }
 
-    /// TIM6 has triggered the converter at this cycle.
     pub fn trigger_dac(&mut self, cycle: u64) {
-        /// From the trigger to DOR1, cycles of APB1 (RM0090, 14.3.4).
+        /// Delay from the trigger to DOR1, cycles of APB1 (RM0090, 14.3.4).
         const TRIGGER_CYCLES: u64 = 3;
         self.dac
             .trigger(self.time.ns_at(cycle + TRIGGER_CYCLES * self.apb_ratio(0)));
     }
 
-    /// Starts the next byte on SPI, if one waits.
+    /// Starts the next byte on SPI, if one is waiting.
     fn shift(&mut self) {
         let Some(out) = self.spi.take_next() else {
             return;
         };
         let now = self.time.cycles;
         let bit = self.spi.divider() * self.apb_ratio(1);
-        // In mode 0 the first edge is half a bit after the start; the last falling one ends the
-        // byte.
+        // In mode 0 the first edge is half a bit after the start, and the byte ends with the last
+        // falling edge.
         let (first_ns, last_ns) = (
             self.time.ns_at(now + bit / 2),
             self.time.ns_at(now + 8 * bit),

@@ -1,12 +1,11 @@
-//! The sensors at the processor's own converter, and the way of its samples through the DMA into
-//! memory.
+//! The sensors at the processor's own ADC, and the transfer of their samples to memory by DMA.
 
 use super::state::Bus;
 use crate::board::Pin;
 use crate::findings::Rule;
 use crate::peripherals::own_adc::{Converted, Now};
 
-/// Lowest clock of the converter with ADCxDC2, hertz (RM0390, SYSCFG_PMC).
+/// Lowest ADC clock with ADCxDC2, hertz (RM0390, SYSCFG_PMC).
 const OPTION_2_MIN_HZ: u64 = 30_000_000;
 
 /// Pins by channel: PA0 to PA7, PB0 and PB1, PC0 to PC5 (DS8626, table 7; DS10693, table 10).
@@ -19,12 +18,11 @@ const fn pin_of(channel: u8) -> Pin {
 }
 
 impl Bus {
-    /// Processor cycles in a period of the converter's clock.
+    /// Period of the ADC's clock, processor cycles.
     fn adc_tick(&self) -> u64 {
         self.own_adc.divider() * self.apb_ratio(1)
     }
 
-    /// The moment of a write to the converter.
     pub fn adc_now(&self) -> Now {
         Now {
             cycles: self.time.cycles,
@@ -33,13 +31,13 @@ impl Bus {
         }
     }
 
-    /// When the DMA's next interrupt is due, cycles.
+    /// Cycle at which the DMA's next interrupt is due.
     pub fn next_transfer(&self) -> Option<u64> {
         let transfers = self.dma.transfers_to_event()?;
         self.own_adc.ready_after(transfers, self.adc_tick())
     }
 
-    /// Ends all conversions that are due. The DMA fetches each.
+    /// Ends all conversions that are due. The DMA fetches each of them.
     pub fn convert(&mut self) {
         let tick = self.adc_tick();
         while let Some(converted) = self.own_adc.advance(self.time.cycles, tick) {
@@ -71,7 +69,8 @@ impl Bus {
         self.sensors.sample(input as u8, t_s)
     }
 
-    /// The rules for the bits that lower the converter's noise; none if the chip does not have them.
+    /// Checks the rules for the bits that lower the ADC's noise; `None` if the chip does not have
+    /// these bits.
     pub fn check_accuracy(&mut self) -> Option<()> {
         let (option_1, option_2) = (self.pwr.has_adcdc1(), self.syscfg.has_adc_dc2());
         if (option_1 || option_2) && !self.wiring.has_adc_accuracy {
@@ -89,7 +88,7 @@ impl Bus {
         Some(())
     }
 
-    /// The rules for the pins, as the conversions start: each is a sensor's, and analogue (RM0090,
+    /// Checks when the conversions start that each pin is analogue and belongs to a sensor (RM0090,
     /// 8.3.12).
     pub fn check_inputs(&mut self) {
         for place in 0..self.own_adc.sequence_length() {

@@ -1,4 +1,4 @@
-//! Which peripheral an address belongs to, and whether its clock is on.
+//! Dispatches register accesses to the peripherals, and checks that their clocks are on.
 
 use super::state::Bus;
 use crate::findings::Rule;
@@ -24,15 +24,14 @@ const FLASH: u32 = 0x4002_3C00;
 const DMA1: u32 = 0x4002_6000;
 const DMA2: u32 = 0x4002_6400;
 
-/// The data register of a USART.
 const USART_DR: u32 = 0x04;
 
-/// The counter of a timer, and what makes an update of it.
+/// Offsets of a timer's counter and of the register that forces an update.
 const CNT: u32 = 0x24;
 const EGR: u32 = 0x14;
 
-/// Where a peripheral's bit is in RCC: the bus, as in [`crate::peripherals::rcc::Rcc`], and the
-/// bit.
+/// Position of a peripheral's clock bit in RCC: the bus, as in [`crate::peripherals::rcc::Rcc`],
+/// and the bit.
 const fn clock_of(base: u32) -> Option<(usize, u32)> {
     Some(match base {
         TIM2 => (3, 0),
@@ -55,7 +54,8 @@ const fn clock_of(base: u32) -> Option<(usize, u32)> {
 }
 
 impl Bus {
-    /// Base and offset of a register; notes a clock that is off.
+    /// Splits an address into base and offset; notes a broken rule if the peripheral's clock is
+    /// off.
     fn locate(&mut self, address: u32) -> (u32, u32) {
         let base = address & !0x3FF;
         if let Some((bus, bit)) = clock_of(base).filter(|(bus, bit)| !self.rcc.is_on(*bus, *bit)) {
@@ -227,7 +227,7 @@ impl Bus {
         Some(())
     }
 
-    /// Resets peripherals by their bits in RCC's registers; `None` if one is not modelled.
+    /// Resets peripherals by their bits in RCC's registers; `None` if one of them is not modelled.
     fn reset_peripherals(&mut self, bus: usize, bits: u32) -> Option<()> {
         let line = self.line_base();
         let known = [

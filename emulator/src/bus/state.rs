@@ -1,4 +1,4 @@
-//! The parts.
+//! State of the parts on the bus.
 
 use crate::board::Wiring;
 use crate::findings::{Findings, Rule};
@@ -28,9 +28,8 @@ const RAM_BYTES: usize = 128 << 10;
 /// Memory, peripherals and time.
 pub(crate) struct Bus {
     pub time: Time,
-    /// From this cycle on peripherals and interrupts must be looked at.
+    /// Cycle from which peripherals and interrupts must be polled.
     pub deadline: u64,
-    /// Address of the instruction that runs.
     pub pc: u32,
     pub ram: Vec<u8>,
     pub ccm: Vec<u8>,
@@ -54,32 +53,30 @@ pub(crate) struct Bus {
     pub pwr: Pwr,
     pub dbgmcu: Dbgmcu,
     pub adc: Adc,
-    /// CLKIO is wired to [`Wiring::clock`].
     pub clkio_is_wired: bool,
-    /// Output frequency of the pin, hertz, as far as the rules have seen it.
+    /// Latest output frequency of the clock pin that the rules have checked, hertz.
     pub clock_output_hz: u32,
     pub own_adc: OwnAdc,
     pub dma: Stream,
-    /// Fetches what arrives on the serial line.
+    /// Fetches bytes that arrive on the serial line.
     pub line_dma: Stream,
-    /// Wiring of the own converter's pins.
+    /// Sensors at the pins of the processor's own ADC.
     pub sensors: Stm32Adc,
-    /// The first sample of them, nanoseconds since power-up.
+    /// Time of the sensors' first sample, nanoseconds since power-up.
     pub scene_zero_ns: Option<u64>,
     pub findings: Findings,
-    /// The watchdog has run out.
     pub has_bitten: bool,
-    /// The processor's clock has stopped: its oscillator has, and nothing watches it.
+    /// True if the processor's clock has stopped: its oscillator failed without a clock security
+    /// system.
     pub has_stopped: bool,
-    /// The flash has changed: what is decoded of it is out of date.
+    /// True if the flash has changed, so that decoded instructions are out of date.
     pub flash_changed: bool,
-    /// The serial line's pins were looked at since it was switched on.
+    /// True if the serial line's pins were checked since it was switched on.
     pub is_line_checked: bool,
-    /// USB requests its interrupt from this cycle on.
+    /// Cycle from which USB requests its interrupt.
     pub usb_rises: Option<u64>,
-    /// The next falling edge of DRDY, cycles.
     pub drdy_falls: Option<u64>,
-    /// The next read of the microsecond counter dates an edge of DRDY.
+    /// True if the next read of the microsecond counter dates an edge of DRDY.
     pub dates_edge: bool,
 }
 
@@ -89,7 +86,7 @@ impl Bus {
             time: Time::new(HSI_HZ),
             deadline: 0,
             pc: 0,
-            // After power-up RAM holds anything.
+            // RAM has arbitrary content after power-up.
             ram: (0..RAM_BYTES)
                 .map(|at| (at as u32).wrapping_mul(0x9E37_79B9).to_be_bytes()[0])
                 .collect(),
@@ -135,8 +132,7 @@ impl Bus {
         }
     }
 
-    /// Returns to the state after a reset. Memory, the ADC, the cable and the time stay as they
-    /// are.
+    /// Returns to the state after a reset. Memory, the ADC, the cable and the time are unchanged.
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.scs.reset();
@@ -164,12 +160,12 @@ impl Bus {
         self.attend();
     }
 
-    /// Peripherals and interrupts are looked at before the next instruction.
+    /// Makes the loop poll peripherals and interrupts before the next instruction.
     pub fn attend(&mut self) {
         self.deadline = 0;
     }
 
-    /// Ends the run: this is not modelled.
+    /// Returns the error for an access that is not modelled, which ends the run.
     pub fn unmodelled(&self, what: &str, address: u32) -> Stop {
         let what = format!("{what} that is not modelled");
         Stop::Failed(Box::new(Failure {
@@ -180,18 +176,16 @@ impl Bus {
         }))
     }
 
-    /// Notes a broken rule, if one is.
     pub fn note(&mut self, broken: Option<(Rule, String)>) {
         if let Some((rule, detail)) = broken {
             self.broke(rule, detail);
         }
     }
 
-    /// Notes a broken rule.
     pub fn broke(&mut self, rule: Rule, detail: impl Into<String>) {
         let (pc, at_ns) = (self.pc, self.time.ns());
         self.findings.add(rule, detail.into(), pc, at_ns);
-        // `Emulator::run_to` looks at findings before the next instruction.
+        // `Emulator::run_to` checks the findings before the next instruction.
         self.attend();
     }
 }

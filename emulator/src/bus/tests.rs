@@ -1,4 +1,5 @@
-//! A board driven by writes to registers: rules, each broken on purpose, and what the parts do.
+//! A board driven by register writes: the rules, each broken on purpose, and the behaviour of the
+//! parts.
 
 mod line;
 mod own_adc;
@@ -62,7 +63,7 @@ impl Bench {
         self.0
             .write(address, 4, value)
             .expect("a register that is modelled");
-        // As before the next instruction.
+        // Process events, as before the next instruction.
         self.0.catch_up();
         self
     }
@@ -79,7 +80,7 @@ impl Bench {
         self
     }
 
-    /// 168 MHz from 12 MHz, all clocks of peripherals on.
+    /// Sets the clock to 168 MHz from 12 MHz and switches all peripheral clocks on.
     fn clocks(&mut self) -> &mut Self {
         self.set(FLASH_ACR, 0x705)
             .set(RCC_CR, 0x83 | 1 << 16)
@@ -93,7 +94,7 @@ impl Bench {
             .set(APB2ENR, 1 << 12 | 1 << 14)
     }
 
-    /// The pins of the Feather: CS, START and RESET driven, SPI1 and USART3 with fast pads.
+    /// Sets up the pins of the Feather: CS, START and RESET driven, SPI1 and USART3 with fast pads.
     fn pins(&mut self) -> &mut Self {
         self.set(GPIOA + BSRR, 1 << 4).set(GPIOC + BSRR, 1 << 6);
         self.set(GPIOA + MODER, 0xA800_0000 | 1 << 8 | 0b10_1010 << 10)

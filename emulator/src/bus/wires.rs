@@ -1,4 +1,4 @@
-//! The circuits at the pins and the clocks, and the rules for both.
+//! Circuits at the pins and the clocks, and the rules for both.
 
 use super::events::IRQ_OTG_FS;
 use super::state::Bus;
@@ -14,18 +14,18 @@ const AF_TIM10: u32 = 3;
 const AF_SPI1: u32 = 5;
 const AF_USART: u32 = 7;
 
-/// After the ROM's loader, cycles until USB requests its interrupt: the image has chosen its own
+/// Cycles after the ROM's loader until USB requests its interrupt: the image has set its own
 /// vectors by then.
 const USB_CYCLES: u64 = 100;
 
-/// The APB's clock up to which SCK's pad may have medium speed, hertz (from memory: the errata
+/// Highest APB clock at which SCK's pad may have medium speed, hertz (from memory: the errata
 /// sheets have a table for 30 pF and 2.7 V; medium is enough at 42 MHz and not at 84 MHz).
 const MEDIUM_PAD_HZ: u64 = 42_000_000;
-/// The pad's speed from which 84 MHz are allowed: fast.
+/// Lowest pad speed for 84 MHz: fast.
 const FAST: u32 = 2;
-/// The pad's speed from which 25 MHz are allowed at 50 pF: medium (DS8626, I/O AC characteristics).
+/// Lowest pad speed for 25 MHz at 50 pF: medium (DS8626, I/O AC characteristics).
 const MEDIUM: u32 = 1;
-/// The ADC's clock, at most, hertz (SBAS297G).
+/// Highest clock of the ADC, hertz (SBAS297G).
 const ADC_CLOCK_HZ: u32 = 16_000_000;
 
 impl Bus {
@@ -33,13 +33,13 @@ impl Bus {
         &self.gpio[usize::from(pin.0)]
     }
 
-    /// The level on a wire to the ADC: what an output drives, or else that of the wiring page's
-    /// pull resistors.
+    /// Level of a wire to the ADC: driven by an output, or else set by the wiring page's pull
+    /// resistors.
     fn level(&self, pin: Pin, pulled: bool) -> bool {
         self.port(pin).driven(pin.1).unwrap_or(pulled)
     }
 
-    /// A level from outside. A falling edge reaches EXTI if SYSCFG has chosen the port.
+    /// Sets a level from outside. A falling edge reaches EXTI if SYSCFG selects the port.
     pub fn set_outside(&mut self, Pin(port, pin): Pin, high: bool) {
         let outside = &mut self.gpio[usize::from(port)].outside;
         let was_high = *outside >> pin & 1 != 0;
@@ -49,7 +49,6 @@ impl Bus {
         }
     }
 
-    /// Outputs may have moved.
     pub fn pins_changed(&mut self) {
         self.clock_adc();
         let Some(adc) = self.wiring.adc else { return };
@@ -64,7 +63,7 @@ impl Bus {
         self.expect_drdy();
     }
 
-    /// Puts DRDY's level where its pin is read.
+    /// Copies DRDY's level to the pin that reads it.
     pub fn show_drdy(&mut self) {
         let Some(AdcPins {
             drdy: Pin(port, pin),
@@ -78,9 +77,9 @@ impl Bus {
         *outside = *outside & !(1 << pin) | u16::from(high) << pin;
     }
 
-    /// The clocks have been chosen anew.
+    /// Applies newly selected clocks.
     pub fn change_clocks(&mut self) {
-        // The rules ask for nominal clocks: nobody can choose an oscillator without an error.
+        // Check nominal clocks: firmware cannot avoid an oscillator's error.
         let (clocks, pll) = self.rcc.clocks(&self.wiring, HSI_HZ);
         let limits = self.wiring.limits_hz;
         if self
@@ -123,8 +122,8 @@ impl Bus {
         self.expect_drdy();
     }
 
-    /// The external oscillator stops. With the clock security system the processor goes on with HSI
-    /// and takes an NMI; without, a processor that runs from it stands still.
+    /// Stops the external oscillator. With the clock security system the processor continues with
+    /// HSI and takes an NMI; without it, a processor that runs from HSE stops.
     pub fn stop_oscillator(&mut self) {
         let is_source = self.rcc.hse().is_some();
         self.rcc.hse_is_dead = true;
@@ -137,10 +136,10 @@ impl Bus {
         self.attend();
     }
 
-    /// The ROM's loader has run: the PLL is the clock, with wait states for it, HSE is on, the ROM
-    /// lies at address 0, USB's interrupt is on, and USB will request it.
+    /// Sets the state left by the ROM's loader: the PLL is the clock, with wait states for it, HSE
+    /// is on, the ROM is mapped at address 0, USB's interrupt is on, and USB will request it.
     pub fn leave_as_rom_loader(&mut self) {
-        // Three wait states, as 96 MHz need.
+        // Three wait states, for 96 MHz.
         let _ = self.flash.write(0, 3);
         self.rcc.leave_pll_on();
         self.syscfg.memrmp = 1;
@@ -149,19 +148,18 @@ impl Bus {
         self.change_clocks();
     }
 
-    /// Processor cycles in one of the clock of the timers on APB1: twice the APB's if that is
+    /// Processor cycles per clock of the timers on APB1, which is twice the APB's clock if that is
     /// divided (RM0090, 7.2).
     pub fn timer_ratio(&self) -> u64 {
         let divider = self.apb_ratio(0);
         if divider == 1 { 1 } else { divider / 2 }
     }
 
-    /// Processor cycles in one of an APB's.
     pub fn apb_ratio(&self, apb: usize) -> u64 {
         self.clocks.hclk / self.clocks.pclk[apb].max(1)
     }
 
-    /// The rules for SPI, as it is switched on.
+    /// Checks the rules for SPI when it is switched on.
     pub fn check_spi(&mut self) {
         let Some(adc) = self.wiring.adc else {
             return self.broke(Rule::PinFunction, "SPI1 is on, and nothing is wired to it");
@@ -185,7 +183,6 @@ impl Bus {
         self.check_sclk();
     }
 
-    /// SCLK against the ADC's clock, if it has one.
     fn check_sclk(&mut self) {
         let sclk_hz = self.clocks.pclk[1] / self.spi.divider();
         let clock_hz = u64::from(self.adc.clock_hz());
@@ -194,16 +191,16 @@ impl Bus {
         }
     }
 
-    /// Output of TIM10 on its pin, in clocks of the timer.
+    /// Output of TIM10 on its pin, in clocks of the timer; `None` if there is no output.
     fn clock_output(&self) -> Option<Wave> {
         let Pin(_, pin) = self.wiring.clock;
         let has_function = self.port(self.wiring.clock).function(pin) == Some(AF_TIM10);
         self.tim10.wave().filter(|_| has_function)
     }
 
-    /// The clock that the board makes for the ADC, hertz, rounded; 0: none.
+    /// Clock that the board outputs for the ADC, hertz, rounded; 0: none.
     pub fn timed_clock_hz(&self) -> u32 {
-        // The clock of the timers on APB2, as of those on APB1.
+        // The clock of the timers on APB2 follows the same rule as on APB1.
         let [apb_hz, hclk_hz] = [self.clocks.pclk[1], self.clocks.hclk];
         let timer_hz = if apb_hz == hclk_hz {
             apb_hz
@@ -216,8 +213,8 @@ impl Bus {
         })
     }
 
-    /// The clock that the board makes for the ADC may have changed: it goes to the ADC if it is
-    /// wired there, and the rules for it are checked.
+    /// Passes the board's clock output to the ADC, if it is wired there, and checks the rules if
+    /// the clock has changed.
     pub fn clock_adc(&mut self) {
         let clock_hz = self.timed_clock_hz();
         if std::mem::replace(&mut self.clock_output_hz, clock_hz) != clock_hz {
@@ -247,12 +244,12 @@ impl Bus {
         }
     }
 
-    /// The rules for the serial line, as its first byte leaves.
+    /// Checks the rules for the serial line when its first byte leaves.
     pub fn check_line(&mut self) {
         self.check_functions(&[self.wiring.tx, self.wiring.rx], AF_USART);
     }
 
-    /// The rules for the encoder, as its counter is switched on.
+    /// Checks the rules for the encoder when its counter is switched on.
     pub fn check_encoder(&mut self) {
         match self.wiring.stylus {
             Some(stylus) => self.check_functions(&stylus.channels, AF_TIM3),
@@ -260,8 +257,8 @@ impl Bus {
         }
     }
 
-    /// The rules for the converter, as it is switched on: its pin is analogue by then (RM0090,
-    /// 14.3.1).
+    /// Checks the rules for the DAC when it is switched on: its pin must already be analogue
+    /// (RM0090, 14.3.1).
     pub fn check_dac(&mut self) {
         let is_analogue = |pin: Pin| self.port(pin).mode(pin.1) == 3;
         if !self

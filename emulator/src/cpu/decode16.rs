@@ -4,7 +4,6 @@ use super::op::Op;
 use super::operands::{Dp, Flags, Index, SINK, Shift};
 use crate::width::Width;
 
-/// Decodes the half word at `pc`.
 pub fn decode(hw: u16, pc: u32) -> Op {
     let low = |at: u32| (hw >> at & 7) as u8;
     let imm8 = u32::from(hw & 0xFF);

@@ -1,4 +1,4 @@
-//! 32-bit Thumb encodings without the floating-point ones (DDI 0403E, A5.3). `a` is the first half
+//! 32-bit Thumb encodings except the floating-point ones (DDI 0403E, A5.3). `a` is the first half
 //! word, `b` the second.
 
 use super::decode16::immediate_shift;
@@ -7,7 +7,6 @@ use super::operands::{Dp, Flags, Index, SINK, Shift, reg};
 use super::{decode_branch, decode_float};
 use crate::width::Width;
 
-/// Decodes the pair of half words at `pc`.
 pub fn decode(a: u16, b: u16, pc: u32) -> Op {
     match (a >> 11 & 3, a >> 4 & 0x7F) {
         (1, 0x00..=0x1F) if a & 0x40 == 0 => many(a, b),
@@ -71,8 +70,8 @@ fn dual_or_exclusive(a: u16, b: u16) -> Op {
     }
 }
 
-/// The data-processing operation of a 32-bit encoding with its destination and first operand, if
-/// any is compared or moved.
+/// Decodes a 32-bit data-processing operation: operation, flags, destination (none for compare) and
+/// first operand (none for move).
 fn data_processing(a: u16, b: u16) -> Option<(Dp, Flags, u8, u8)> {
     let (sets, n, d) = (a & 0x10 != 0, reg(a, 0), reg(b, 8));
     let flags = if sets { Flags::Set } else { Flags::Keep };
@@ -122,7 +121,7 @@ fn shifted_register(a: u16, b: u16) -> Op {
     }
 }
 
-/// The 12 bits i:imm3:imm8.
+/// Extracts the 12 bits i:imm3:imm8.
 fn imm12(a: u16, b: u16) -> u32 {
     u32::from(a >> 10 & 1) << 11 | u32::from(b >> 12 & 7) << 8 | u32::from(b & 0xFF)
 }
@@ -205,8 +204,8 @@ fn plain_immediate(a: u16, b: u16, pc: u32) -> Op {
     }
 }
 
-/// Offset and index of a load or store with 12 or 8 bits of offset; `None` if the offset is a
-/// register.
+/// Decodes the offset of a load or store with 12 or 8 bits of offset, and how it is used; `None` if
+/// the offset is a register.
 fn offset(a: u16, b: u16) -> Option<(i16, Index)> {
     if a & 0x80 != 0 {
         return Some(((b & 0xFFF) as i16, Index::Offset));

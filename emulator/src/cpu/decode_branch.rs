@@ -3,14 +3,13 @@
 use super::op::Op;
 use super::operands::reg;
 
-/// Decodes the pair of half words at `pc`.
 pub fn decode(a: u16, b: u16, pc: u32) -> Op {
     let s = i32::from((a << 5) as i16 >> 15);
     let (j1, j2) = (i32::from(b >> 13 & 1), i32::from(b >> 11 & 1));
     let low = i32::from(b & 0x7FF) << 1;
     let from = pc.wrapping_add(4);
     if b & 0x1000 != 0 {
-        // i1 = not (j1 xor s), and i2 likewise.
+        // i1 = not (j1 xor s), and i2 = not (j2 xor s).
         let (i1, i2) = (!(j1 ^ s) & 1, !(j2 ^ s) & 1);
         let offset = s << 24 | i1 << 23 | i2 << 22 | i32::from(a & 0x3FF) << 12 | low;
         let to = from.wrapping_add_signed(offset);

@@ -15,7 +15,7 @@ pub fn decode(a: u16, b: u16) -> Op {
     match (b & 0x10 != 0, is_double) {
         (true, false) => core_transfer(a, b),
         (false, false) => arithmetic(a, b),
-        // Double precision, and scalars.
+        // Double precision, and scalar moves.
         _ => Op::Unmodelled,
     }
 }
@@ -37,7 +37,7 @@ fn transfer(a: u16, b: u16, is_double: bool) -> Op {
     let n = (a & 15) as u8;
     let (before, up, back, is_load) = (a & 0x100 != 0, a & 0x80 != 0, a & 0x20 != 0, a & 0x10 != 0);
     if !before && !up {
-        // Bit 6 of these is not part of a register's number.
+        // Bit 6 is not part of a register number in pair transfers.
         let (t, t2) = ((b >> 12) as u8, n);
         let t2 = if a & 0x40 == 0 {
             return Op::Undefined;
@@ -55,7 +55,7 @@ fn transfer(a: u16, b: u16, is_double: bool) -> Op {
             Op::CorePairToFloat(t, t2, s)
         };
     }
-    // A double is two singles with one name.
+    // A double register is two singles.
     let s = if is_double {
         (b >> 11 & 0x1E | a >> 1 & 0x20) as u8
     } else {
@@ -148,8 +148,8 @@ mod tests {
     use super::{constant, decode};
     use crate::cpu::op::Op;
 
-    /// As an assembler encodes them: `vmov d0, r0, r3` and `vmov r0, r1, d0`, and `vmov s0, s1, r0,
-    /// r3`.
+    /// Tests the encodings of an assembler for `vmov d0, r0, r3` and `vmov r0, r1, d0`, and `vmov
+    /// s0, s1, r0, r3`.
     #[test]
     fn pairs_move_to_a_double_and_back() {
         assert!(matches!(

@@ -6,20 +6,19 @@ use crate::bus::Bus;
 use crate::scs::{HARD_FAULT, Masks};
 use crate::stop::Stop;
 
-/// Cycles of an entry, of a return, and of a return that goes on with the next exception (DDI
+/// Cycles of an entry, of a return, and of a return that continues with the next exception (DDI
 /// 0439B, 3.9).
 const ENTRY: u64 = 12;
 const RETURN: u64 = 10;
 
-/// Bytes of a frame without and with the floating-point registers.
+/// Bytes of a frame without and with floating-point registers.
 const BASIC: u32 = 0x20;
 const EXTENDED: u32 = 0x68;
 
-/// xPSR: the stack pointer was moved to a multiple of 8.
+/// xPSR: the stack pointer was aligned to a multiple of 8.
 const ALIGNED: u32 = 1 << 9;
 
 impl Cpu {
-    /// Masks of exceptions.
     pub fn masks(&self) -> Masks {
         Masks {
             primask: self.primask,
@@ -28,7 +27,7 @@ impl Cpu {
         }
     }
 
-    /// Takes an exception. A fault while its frame is stored is the caller's to judge.
+    /// Takes an exception. The caller must handle a fault while the frame is stored.
     pub fn enter(&mut self, number: u16, bus: &mut Bus) -> Result<(), Stop> {
         self.is_asleep = false;
         bus.scs
@@ -54,7 +53,7 @@ impl Cpu {
             self.pc,
             status | if misaligned { ALIGNED } else { 0 },
         ];
-        // Returns to a handler or a thread, on the main stack, with or without the floating-point
+        // EXC_RETURN to a handler or a thread, on the main stack, with or without floating-point
         // registers.
         self.r[14] = match (self.ipsr != 0, self.fpca) {
             (true, false) => 0xFFFF_FFF1,
@@ -98,8 +97,8 @@ impl Cpu {
         bus.write_aligned(place.wrapping_add(64), self.fpscr)
     }
 
-    /// Stores the floating-point registers of the interrupted code now, as this code is about to
-    /// use them.
+    /// Stores the floating-point registers of the interrupted code, because the running code is
+    /// about to use them.
     pub(super) fn stack_lazily(&mut self, bus: &mut Bus) -> Result<(), Stop> {
         if let Some(place) = bus.scs.lazy_frame.take() {
             bus.time.cycles += 17;

@@ -1,6 +1,6 @@
-//! What each instruction does. Cycles are those of the Cortex-M4 reference manual (DDI 0439B, table
-//! 3-1), one being counted already: a load 2, a taken branch 2, a computed one 3, a division of
-//! integers 4, of floats 14.
+//! Executes instructions. Cycles are from the Cortex-M4 reference manual (DDI 0439B, table 3-1),
+//! one being counted already: a load 2, a taken branch 2, a computed one 3, a division of integers
+//! 4, of floats 14.
 
 use super::integer::Operands;
 use super::op::Op;
@@ -186,7 +186,7 @@ impl Cpu {
         }
     }
 
-    /// Puts what was loaded into its register; into the program counter it is a branch.
+    /// Writes a loaded value to its register; loading the program counter is a branch.
     #[inline(always)]
     fn loaded(&mut self, t: u8, value: u32, bus: &mut Bus) -> Result<(), Stop> {
         if t == 15 {
@@ -202,7 +202,7 @@ impl Cpu {
         bus.time.cycles += cycles;
     }
 
-    /// BX and what works like it: also the return from an exception.
+    /// Executes BX and similar jumps, including the return from an exception.
     pub(super) fn jump(&mut self, to: u32, bus: &mut Bus) -> Result<(), Stop> {
         bus.time.cycles += COMPUTED_BRANCH;
         if to >> 28 == 0xF && self.ipsr != 0 {

@@ -6,7 +6,8 @@ use super::state::Cpu;
 use crate::bus::Bus;
 use crate::stop::{Stop, Usage};
 
-/// More cycles of a division or a root, and of a product that accumulates (DDI 0439B, table 7-1).
+/// Extra cycles of a division or a square root, and of a multiply-accumulate (DDI 0439B, table
+/// 7-1).
 const DIVISION: u64 = 13;
 const ACCUMULATION: u64 = 2;
 
@@ -60,7 +61,7 @@ impl Cpu {
             Op::FloatStatusToCore(t) => self.r[usize::from(t)] = self.fpscr,
             Op::CoreToFloatStatus(t) => {
                 let status = self.r[usize::from(t)];
-                // Other modes than the default one.
+                // Only the default mode is modelled.
                 if status & 0x07C0_0000 != 0 {
                     return Err(
                         bus.unmodelled("this mode of the floating-point unit", self.r[15] - 4)
@@ -127,8 +128,7 @@ impl Cpu {
             }
             Op::FloatToInt(d, m, signed, to_zero) => {
                 let value = value(&self.s, m);
-                // Beyond the range both this and the chip take the nearest number, and zero for
-                // NaN.
+                // Out of range, both this cast and the chip saturate, and convert NaN to zero.
                 let value = if to_zero {
                     value
                 } else {
@@ -145,7 +145,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// The address register of a load or store; the program counter counts from a whole word.
+    /// Base address of a load or store; the program counter is aligned to a word.
     fn base(&self, n: u8) -> u32 {
         if n == 15 {
             self.r[15] & !3

@@ -11,7 +11,6 @@ pub(super) struct Operands {
     pub(super) carry: bool,
 }
 
-/// A result with carry and overflow.
 pub(super) struct Computed {
     value: u32,
     c: bool,
@@ -23,7 +22,6 @@ impl Cpu {
         (self.n, self.z) = (value >> 31 != 0, value == 0);
     }
 
-    /// Computes the result of a data-processing instruction, with its flags.
     #[inline(always)]
     pub(super) fn data_processing(&self, f: Dp, operands: Operands) -> Computed {
         let Operands { a, b, carry } = operands;
@@ -44,7 +42,7 @@ impl Cpu {
         Computed { value, c, v }
     }
 
-    /// Writes what was computed to register `d`, and its flags if the instruction `sets` them.
+    /// Writes a result to register `d`, and its flags if the instruction `sets` them.
     #[inline(always)]
     pub(super) fn write_back(&mut self, computed: Computed, d: u8, sets: bool) {
         self.r[usize::from(d)] = computed.value;
@@ -54,7 +52,7 @@ impl Cpu {
         }
     }
 
-    /// A shift with its carry (Shift_C).
+    /// Shifts a value; returns the result and the carry (Shift_C).
     pub(super) fn shift(&self, shift: Shift, value: u32, by: u32) -> (u32, bool) {
         if by == 0 {
             return (value, self.c);
@@ -245,7 +243,7 @@ impl Cpu {
     }
 }
 
-/// AddWithCarry: the sum, the carry out and the overflow.
+/// AddWithCarry: returns the sum, the carry out and the overflow.
 fn add(a: u32, b: u32, carry: bool) -> (u32, bool, bool) {
     let (sum, first) = a.overflowing_add(b);
     let (sum, second) = sum.overflowing_add(carry.into());

@@ -1,11 +1,12 @@
-//! A decoded instruction. Names and fields are those of the Armv7-M architecture reference manual
+//! A decoded instruction, with the names and fields of the Armv7-M architecture reference manual
 //! (DDI 0403E).
 
 use super::operands::{Dp, Flags, Float1, Float2, Index, Shift};
 use crate::width::Width;
 
-/// An instruction. `d` is the destination, `n` and `m` are operands, `t` is what a load or store
-/// moves. Fields have the names of their variant's comment wherever they are taken out.
+/// An instruction. `d` is the destination, `n` and `m` are operands, `t` is the register that a
+/// load or store transfers. Code that matches a variant names its fields as in the variant's
+/// comment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Op {
     /// An encoding that the architecture leaves undefined, or UDF.
@@ -101,8 +102,8 @@ pub enum Op {
     },
     /// `d`, `n`, `m`, `signed`.
     Divide(u8, u8, u8, bool),
-    /// SXTB and its kin; `n` is [`SINK`](super::operands::SINK) without an addend. Fields: `d`, `n`,
-    /// `m`, `rotate`, `width`.
+    /// SXTB and similar; `n` is [`SINK`](super::operands::SINK) without an addend. Fields: `d`,
+    /// `n`, `m`, `rotate`, `width`.
     Extend(u8, u8, u8, u8, Width),
     /// `d`, `n`, `lsb`, `width`.
     BitInsert(u8, u8, u8, u8),

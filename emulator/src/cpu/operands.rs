@@ -1,9 +1,9 @@
-//! The kinds of operations and operands in a decoded instruction.
+//! Operations and operands of decoded instructions.
 
-/// The register number that swallows a result: compare instructions write it.
+/// Register number that discards a result, as for compare instructions.
 pub const SINK: u8 = 16;
 
-/// The operand of an instruction that may have none.
+/// Returns the value of an operand, 0 if the instruction has none.
 pub fn or_zero(r: &[u32; 17], n: u8) -> u32 {
     if n == SINK { 0 } else { r[usize::from(n)] }
 }
@@ -25,16 +25,14 @@ pub enum Dp {
     Mvn,
 }
 
-/// Whether an instruction sets the flags.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flags {
     Keep,
     Set,
-    /// 16-bit encodings set them outside an IT block only.
+    /// Set outside an IT block only, as in 16-bit encodings.
     OutsideIt,
 }
 
-/// Kind of shift of an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shift {
     Lsl,
@@ -44,7 +42,7 @@ pub enum Shift {
     Rrx,
 }
 
-/// When the address register takes the offset.
+/// Use of the offset for the address, and for the address register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Index {
     Offset,
@@ -52,7 +50,7 @@ pub enum Index {
     After,
 }
 
-/// Single-precision arithmetic with two operands; those that accumulate round twice (VMLA is not
+/// Single-precision arithmetic with two operands; multiply-accumulate rounds twice (VMLA is not
 /// fused).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Float2 {
@@ -80,10 +78,10 @@ pub enum Float1 {
     Sqrt,
 }
 
-/// Instead of a register's number: the constant zero.
+/// Register number that stands for the constant zero.
 pub const FLOAT_ZERO: u8 = 32;
 
-/// The register number at this place of a half word.
+/// Extracts the register number at bit `at` of a half word.
 pub const fn reg(hw: u16, at: u32) -> u8 {
     (hw >> at & 15) as u8
 }

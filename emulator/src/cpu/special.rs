@@ -13,7 +13,6 @@ const FAULTMASK: u8 = 19;
 const CONTROL: u8 = 20;
 
 impl Cpu {
-    /// APSR: the flags.
     pub(super) fn apsr(&self) -> u32 {
         u32::from(self.n) << 31
             | u32::from(self.z) << 30
@@ -44,7 +43,7 @@ impl Cpu {
             }
             Op::WriteSpecial(n, number) => {
                 let value = self.r[usize::from(n)];
-                // Four bits of priority exist.
+                // Priorities have four bits.
                 let priority = (value & 0xF0) as u8;
                 match number {
                     0..=3 => self.set_apsr(value),

@@ -5,12 +5,11 @@ use super::op::Op;
 /// First address of the main flash (RM0090 and RM0390, memory map).
 pub(crate) const FLASH: u32 = 0x0800_0000;
 
-/// Cache entry where nothing is decoded yet: no instruction has zero bytes.
+/// Cache entry that is not decoded yet: no instruction has zero bytes.
 pub const UNKNOWN: (Op, u8) = (Op::Nop, 0);
 
-/// A Cortex-M4F.
 pub(crate) struct Cpu {
-    /// R0 to R15, and a register that swallows results. While an instruction runs, R15 is its
+    /// R0 to R15, and a register that discards results. While an instruction runs, R15 is its
     /// address plus 4.
     pub r: [u32; 17],
     /// S0 to S31, and a constant zero.
@@ -28,22 +27,21 @@ pub(crate) struct Cpu {
     /// CONTROL.FPCA: the floating-point unit holds state of this context.
     pub fpca: bool,
     pub fpscr: u32,
-    /// Number of the exception that runs, 0 in a thread.
+    /// Number of the running exception, 0 in a thread.
     pub ipsr: u16,
-    /// Address and size that LDREX has marked.
+    /// Address marked by LDREX.
     pub exclusive: Option<u32>,
     /// Address of the next instruction.
     pub pc: u32,
-    /// WFI waits.
+    /// True while WFI waits.
     pub is_asleep: bool,
-    /// Instructions executed.
     pub instructions: u64,
-    /// Decoded instructions by half words from the start of the flash, with the size in bytes.
+    /// Decoded instructions with their size in bytes, one per half word of the flash.
     pub cache: Vec<(Op, u8)>,
 }
 
 impl Cpu {
-    /// A processor that has not started, for a flash of this size.
+    /// Creates a processor that has not started, for a flash of this size.
     pub fn new(flash_bytes: usize) -> Self {
         Self {
             r: [0; 17],
@@ -68,7 +66,6 @@ impl Cpu {
         }
     }
 
-    /// True if a condition holds.
     pub fn holds(&self, condition: u8) -> bool {
         let base = match condition >> 1 {
             0 => self.z,
@@ -84,6 +81,6 @@ impl Cpu {
     }
 }
 
-/// The value of `it` while the last instruction of a block runs: bit 3 to 0 are zero, and no block
-/// has this condition.
+/// Value of `it` while the last instruction of a block runs: bits 3 to 0 are zero, and no block has
+/// this condition.
 pub const LAST_OF_IT: u8 = 0xF0;

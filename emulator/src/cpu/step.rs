@@ -1,4 +1,4 @@
-//! Fetching, decoding, and IT blocks.
+//! Fetches, decodes and runs instructions, with IT blocks.
 
 use super::op::Op;
 use super::state::{Cpu, FLASH, LAST_OF_IT, UNKNOWN};
@@ -7,7 +7,7 @@ use crate::bus::Bus;
 use crate::stop::Stop;
 
 impl Cpu {
-    /// Starts at the vectors at address 0 (DDI 0403E, B1.5.5).
+    /// Starts from the vectors at address 0 (DDI 0403E, B1.5.5).
     pub fn reset(&mut self, bus: &mut Bus) -> Result<(), Stop> {
         let (instructions, cache) = (self.instructions, std::mem::take(&mut self.cache));
         *self = Self {
@@ -21,12 +21,11 @@ impl Cpu {
         Ok(())
     }
 
-    /// Forgets what is decoded: the flash has changed.
+    /// Discards decoded instructions after the flash has changed.
     pub fn forget(&mut self) {
         self.cache.fill(UNKNOWN);
     }
 
-    /// One instruction.
     #[inline(always)]
     pub fn step(&mut self, bus: &mut Bus) -> Result<(), Stop> {
         let pc = self.pc;
@@ -62,14 +61,14 @@ impl Cpu {
         Ok(decoded)
     }
 
-    /// True if the instruction runs, by the IT block that it is in.
+    /// True if the IT block, if any, lets the instruction run.
     fn advance_it(&mut self, op: Op) -> bool {
         if matches!(op, Op::It(..)) {
             return true;
         }
         let runs = self.holds(self.it >> 4);
-        // Flags of the next one are still to be left alone by 16-bit encodings: `execute` looks at
-        // `it` before this step's value is gone, so the last one of a block keeps a mark.
+        // `execute` reads `it` after this, and 16-bit encodings must not set flags within a block,
+        // so the last instruction of a block is marked.
         self.it = if self.it & 7 == 0 {
             LAST_OF_IT
         } else {

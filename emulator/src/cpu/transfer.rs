@@ -1,4 +1,4 @@
-//! Loads and stores of several registers, and exclusive ones.
+//! Loads and stores of several registers, and exclusive loads and stores.
 
 use super::op::Op;
 use super::operands::Index;
@@ -7,7 +7,7 @@ use crate::bus::Bus;
 use crate::stop::Stop;
 
 impl Cpu {
-    /// The address of a load or store, and what its address register holds after it.
+    /// Returns the address of a load or store, and the new value of its address register.
     pub(super) fn indexed(&self, n: u8, offset: i16, index: Index) -> (u32, u32) {
         let base = self.r[usize::from(n)];
         let there = base.wrapping_add_signed(offset.into());
@@ -18,7 +18,7 @@ impl Cpu {
         }
     }
 
-    /// The first address of several words, and what the address register holds after them.
+    /// Returns the first address of several words, and the new value of the address register.
     pub(super) fn span(&self, n: u8, words: u8, down: bool) -> (u32, u32) {
         let (base, bytes) = (self.r[usize::from(n)], u32::from(words) * 4);
         if down {

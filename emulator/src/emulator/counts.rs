@@ -2,7 +2,7 @@
 
 use crate::cpu::FLASH;
 
-/// Instructions and cycles of each half word of the flash.
+/// Instructions and cycles per half word of the flash.
 pub(super) struct Counts(pub(super) Vec<[u64; 2]>);
 
 impl Counts {

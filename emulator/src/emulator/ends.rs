@@ -1,4 +1,4 @@
-//! The ends of the board's cables: actions of a test, and what it can observe.
+//! The far ends of the board's cables: actions of a test, and everything it can observe.
 
 use super::run::{Emulator, Reset};
 use crate::board::Pin;
@@ -14,19 +14,18 @@ use hal_mock::{Ads1258, Fault};
 /// A fault of the processor's own ADC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OwnAdcFault {
-    /// A sample is not fetched in time.
+    /// A sample is overwritten before it is fetched.
     Overrun,
-    /// A transfer of its DMA fails on the bus.
+    /// A DMA transfer fails on the bus.
     Transfer,
 }
 
-/// Offset of DBGMCU_CR.
 const DBGMCU_CR: u32 = 4;
 
 /// Bits per second of the PC's end of the serial line.
 const BAUD: u64 = 921_600;
 
-/// A memory's bytes from an address on; none outside.
+/// Bytes of a memory from `address`; empty outside.
 fn from(memory: &[u8], address: u32, first: u32) -> &[u8] {
     let at = address.wrapping_sub(first) as usize;
     memory.get(at..).unwrap_or(&[])
@@ -38,7 +37,7 @@ impl Emulator {
         self.reset(ResetCause::Pin)
     }
 
-    /// Does this to the processor now.
+    /// Injects a fault into the processor now.
     pub fn inject(&mut self, fault: ProcessorFault) {
         match fault {
             ProcessorFault::JumpTo(address) => self.cpu.pc = address & !1,
@@ -54,37 +53,36 @@ impl Emulator {
             ProcessorFault::OscillatorDies => self.bus.rcc.hse_dies = true,
             ProcessorFault::OscillatorStops => self.bus.stop_oscillator(),
         }
-        // Asleep it would only notice at the next interrupt.
+        // A sleeping processor would notice the fault only at its next interrupt.
         self.cpu.is_asleep = false;
         self.bus.attend();
     }
 
-    /// Cuts the power of the flash after `words` more words: later words are lost, and so is an
-    /// erase.
+    /// Cuts the power of the flash after `words` more words: later words and erases are lost.
     pub fn cut_flash_after(&mut self, words: u64) {
         self.bus.flash.words_left = Some(words);
     }
 
-    /// Cuts the power of the flash within the next erase. A byte of the sector is then what this
-    /// makes of its place in the sector and its content: what an erase leaves that does not end is
-    /// not defined (RM0090, 3.6).
+    /// Cuts the power of the flash within the next erase. `remains` computes each byte left in the
+    /// sector from its offset and old content; the content after an interrupted erase is undefined
+    /// (RM0090, 3.6).
     pub fn cut_erase(&mut self, remains: fn(usize, u8) -> u8) {
         self.bus.flash.erase_remains = Some(remains);
     }
 
-    /// Switches the power off and on: RAM forgets, the flash and the cable do not.
+    /// Switches the power off and on: RAM loses its content, the flash and the cable do not.
     pub fn cycle_power(&mut self) -> Result<(), Box<Failure>> {
         self.bus.ram.fill(0xA5);
         (self.bus.flash.words_left, self.bus.flash.erase_remains) = (None, None);
         self.reset(ResetCause::Power)
     }
 
-    /// The flash from an address on, as a programmer reads it.
+    /// Flash from `address` on, as a programmer reads it.
     pub fn flash(&self, address: u32) -> &[u8] {
         from(&self.bus.flash.bytes, address, 0x0800_0000)
     }
 
-    /// The main RAM from an address on, as a debugger reads it.
+    /// Main RAM from `address` on, as a debugger reads it.
     pub fn ram(&self, address: u32) -> &[u8] {
         from(&self.bus.ram, address, 0x2000_0000)
     }
@@ -98,13 +96,12 @@ impl Emulator {
         }
     }
 
-    /// Words that the flash has programmed, and sectors that it has erased.
+    /// Numbers of words programmed and sectors erased.
     pub fn flash_counts(&self) -> (u64, u64) {
         (self.bus.flash.programmed, self.bus.flash.erased)
     }
 
-    /// Puts bytes on the cable to the board, one after the other, from now on or after those
-    /// already on it.
+    /// Puts bytes on the cable to the board one after the other, now or after those already on it.
     pub fn send(&mut self, bytes: &[u8]) {
         if self.bus.has_stopped {
             self.bus.usart.unheard += bytes.len() as u64;
@@ -113,7 +110,7 @@ impl Emulator {
         let now = self.bus.time.cycles;
         let mut end = self.bus.usart.last_arrival().unwrap_or(now).max(now);
         for byte in bytes {
-            // Ten bits; rounded up, so that no byte is too early.
+            // Ten bits; rounded up so that no byte is early.
             end += (10 * self.bus.time.hz()).div_ceil(BAUD);
             self.bus.usart.arrive(*byte, end);
         }
@@ -126,8 +123,8 @@ impl Emulator {
         timed.into_iter().map(|(byte, _)| byte).collect()
     }
 
-    /// Takes the bytes that the board has sent, each with the time at which it had left, nanoseconds
-    /// since power-up. The processor's clock must not have changed since.
+    /// Takes the bytes that the board has sent, each with the time of its end, nanoseconds since
+    /// power-up. The processor's clock must not have changed since.
     pub fn take_sent_timed(&mut self) -> Vec<(u8, u64)> {
         let (cycles, hz, now_ns) = (self.bus.time.cycles, self.bus.time.hz(), self.now_ns());
         let ago_ns = |end: u64| cycles.saturating_sub(end) * 1_000_000_000 / hz;
@@ -141,7 +138,7 @@ impl Emulator {
         self.bus.time.ns()
     }
 
-    /// Rules that were broken.
+    /// Broken rules.
     pub fn findings(&self) -> &[Finding] {
         &self.bus.findings.0
     }
@@ -156,24 +153,24 @@ impl Emulator {
         &self.bus.adc.readings
     }
 
-    /// Results that the firmware has read a single time, the latest one left out: the next one was
-    /// ready before a second read.
+    /// Number of results that the firmware read only once before the next was ready; the latest
+    /// result is not counted.
     pub fn read_once(&self) -> u64 {
         self.bus.adc.read_once
     }
 
-    /// Results of which at least one read has arrived as converted. One that was read a single time
-    /// counts only as long as it is the latest.
+    /// Number of results of which at least one read arrived as converted. A result read only once
+    /// counts only while it is the latest.
     pub fn arrived(&self) -> u64 {
         self.bus.adc.arrived
     }
 
-    /// Takes those that were read since the last call.
+    /// Takes the results read since the last call.
     pub fn take_readings(&mut self) -> Vec<Reading> {
         std::mem::take(&mut self.bus.adc.readings)
     }
 
-    /// When START rose first, nanoseconds since power-up.
+    /// Time of the first rising START, nanoseconds since power-up.
     pub fn started_ns(&self) -> Option<u64> {
         self.bus.adc.started_ns
     }
@@ -183,7 +180,7 @@ impl Emulator {
         &mut self.bus.adc.chip
     }
 
-    /// The clock that the board makes for the ADC, hertz; 0: none.
+    /// Clock that the board outputs for the ADC, hertz; 0: none.
     pub fn adc_clock_hz(&self) -> u32 {
         self.bus.clock_output_hz
     }
@@ -201,7 +198,7 @@ impl Emulator {
         self.bus.attend();
     }
 
-    /// Does this to the processor's own ADC now.
+    /// Injects a fault into the processor's own ADC now.
     pub fn own_adc_fault(&mut self, fault: OwnAdcFault) {
         match fault {
             OwnAdcFault::Overrun => self.bus.own_adc.overrun(),
@@ -210,25 +207,25 @@ impl Emulator {
         self.bus.attend();
     }
 
-    /// When the sensors at the processor's own ADC were sampled first, nanoseconds since power-up.
+    /// Time of the first sample of the processor's own ADC, nanoseconds since power-up.
     pub fn sensors_zero_ns(&self) -> Option<u64> {
         self.bus.scene_zero_ns
     }
 
-    /// From now on a hand moves the encoder: its place in counts at a time, nanoseconds since
-    /// power-up.
+    /// Moves the encoder by hand from now on: `place` returns the position in counts at a time in
+    /// nanoseconds since power-up.
     pub fn move_hand(&mut self, place: impl Fn(u64) -> i64 + 'static) {
         let now_ns = self.bus.time.ns();
         let jump = place(now_ns) - (self.bus.encoder.hand)(now_ns);
         self.bus.encoder.hand = Box::new(move |ns| place(ns) - jump);
     }
 
-    /// When the firmware has read the encoder, nanoseconds since power-up.
+    /// Times at which the firmware read the encoder, nanoseconds since power-up.
     pub fn encoder_reads_ns(&self) -> &[u64] {
         &self.bus.encoder.reads_ns
     }
 
-    /// Voltages of the converter's pin so far.
+    /// Voltages of the DAC's pin so far.
     pub fn outputs(&self) -> &[Output] {
         &self.bus.dac.outputs
     }
@@ -238,22 +235,23 @@ impl Emulator {
         self.cpu.instructions
     }
 
-    /// Processor cycles since power-up, and those of them asleep.
+    /// Processor cycles since power-up, in total and asleep.
     pub fn cycles(&self) -> (u64, u64) {
         (self.bus.time.cycles, self.asleep_cycles)
     }
 
-    /// DBGMCU_CR: what goes on while the processor sleeps, for a debugger.
+    /// DBGMCU_CR: clocks that continue during sleep, for a debugger.
     pub fn debug_control(&self) -> Option<u32> {
         self.bus.dbgmcu.read(DBGMCU_CR)
     }
 
-    /// True if ADCDC1 is set and the flash's prefetch is off: the less noisy own ADC (AN4073, option 1).
+    /// True if ADCDC1 is set and the flash's prefetch is off, which lowers the noise of the own ADC
+    /// (AN4073, option 1).
     pub fn has_quiet_adc(&self) -> bool {
         self.bus.pwr.has_adcdc1() && !self.bus.flash.prefetches()
     }
 
-    /// The core's registers R0 to R15; R15 is the address of the next instruction.
+    /// Registers R0 to R15 of the core; R15 is the address of the next instruction.
     pub fn registers(&self) -> [u32; 16] {
         let mut registers = [0; 16];
         registers.copy_from_slice(&self.cpu.r[..16]);
@@ -261,13 +259,13 @@ impl Emulator {
         registers
     }
 
-    /// Counts of an interrupt, up to now.
+    /// Counts of an interrupt up to now.
     pub fn served(&self, irq: u16) -> Served {
         self.counts_of(FIRST_IRQ + irq)
     }
 
-    /// Counts of the code that no interrupt runs, up to now; of them only `instructions` and
-    /// `own_cycles` have a meaning. Sleep is left out.
+    /// Counts of the code outside interrupts up to now, without sleep; only `instructions` and
+    /// `own_cycles` are meaningful.
     pub fn thread(&self) -> Served {
         self.counts_of(0)
     }
@@ -287,21 +285,21 @@ impl Emulator {
         [self.bus.time.cycles, self.cpu.instructions]
     }
 
-    /// Forgets how interrupts were served.
+    /// Clears the counts of all interrupts.
     pub fn forget_served(&mut self) {
         self.bus.scs.charge(self.cpu.ipsr, self.now_counts());
         self.bus.scs.served.fill(Served::default());
     }
 
-    /// Forgets readings of the ADC, reads of the encoder and changes of the converter's output: a
-    /// run of days would fill the memory with them.
+    /// Clears the readings of the ADC, reads of the encoder and changes of the DAC's output: in a
+    /// run of days they would fill the memory.
     pub fn forget_history(&mut self) {
         self.bus.adc.readings.clear();
         self.bus.encoder.reads_ns.clear();
         self.bus.dac.outputs.clear();
     }
 
-    /// Level that the firmware drives a pin to; `None` if the pin is no output.
+    /// Level that the firmware drives on a pin; `None` if the pin is not an output.
     pub fn pin(&self, pin: Pin) -> Option<bool> {
         self.bus.port(pin).driven(pin.number())
     }

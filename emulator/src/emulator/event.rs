@@ -9,18 +9,18 @@ use crate::stop::Failure;
 pub enum Until {
     /// A byte has left on the serial line.
     Byte,
-    /// A pin that the firmware drives moves, or is no longer driven.
+    /// A pin driven by the firmware changes, or is no longer driven.
     Pin(Pin),
     /// The chip is reset.
     Reset,
-    /// A rule is broken at an instruction that has kept it so far.
+    /// A rule is broken at an instruction that did not break it before.
     Finding,
     /// The instruction at this address is next: see [`Image::function`](crate::Image::function).
     Address(u32),
 }
 
 impl Emulator {
-    /// Runs until an event, at most for `limit_ns`. True if it has happened.
+    /// Runs until an event, but no longer than `limit_ns`. Returns true if the event has happened.
     pub fn run_to(&mut self, event: Until, limit_ns: u64) -> Result<bool, Box<Failure>> {
         let end_ns = self.now_ns() + limit_ns;
         if let Until::Address(address) = event {
@@ -36,7 +36,7 @@ impl Emulator {
         Ok(false)
     }
 
-    /// A number that changes with each of the events.
+    /// Returns a number that changes with each of the events.
     fn mark(&self, event: Until) -> u64 {
         match event {
             Until::Byte => self.bus.usart.sent.len() as u64,
@@ -48,7 +48,7 @@ impl Emulator {
     }
 
     fn run_to_address(&mut self, address: u32, end_ns: u64) -> Result<bool, Box<Failure>> {
-        // The instruction that is next already is not meant.
+        // Skip the instruction if it is already next.
         if self.cpu.pc == address {
             self.run_ns(1)?;
         }
@@ -58,7 +58,7 @@ impl Emulator {
             outcome = self.run_once(end_ns).map(|()| self.cpu.pc == address);
         }
         self.stops_at = None;
-        // The next run has an end of its own.
+        // The next run has a different end.
         self.bus.attend();
         outcome
     }

@@ -5,25 +5,25 @@ use super::run::Emulator;
 use crate::cpu::FLASH;
 use crate::image::Image;
 
-/// Counts of one function, without those of the functions that it calls.
+/// Counts of one function, excluding functions that it calls.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FunctionCounts {
-    /// Name, demangled. Where the linker has merged functions it is one of theirs.
+    /// Demangled name. If the linker has merged functions, the name of one of them.
     pub name: String,
-    /// Instructions that ran.
+    /// Instructions executed.
     pub instructions: u64,
-    /// Cycles that they took, waits for registers and the flash included.
+    /// Cycles taken, including waits for registers and the flash.
     pub cycles: u64,
 }
 
 impl Emulator {
-    /// Begins to count instructions by function, from zero. A run then takes a quarter more time.
+    /// Starts counting instructions by function, from zero. Runs then take a quarter more time.
     pub fn count_functions(&mut self) {
         self.counts = Some(Counts::new(self.bus.flash.bytes.len()));
     }
 
-    /// Counts since [`Self::count_functions`], the function with most instructions first.
-    /// `image` is the one that runs. Functions that did not run are left out.
+    /// Counts since [`Self::count_functions`], sorted by instructions in descending order. `image`
+    /// must be the running image. Functions that did not run are omitted.
     pub fn function_counts(&self, image: &Image) -> Vec<FunctionCounts> {
         let Some(Counts(counts)) = &self.counts else {
             return Vec::new();

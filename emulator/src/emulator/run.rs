@@ -1,4 +1,4 @@
-//! The loop: instructions, events, resets, interrupts, sleep.
+//! The main loop: instructions, events, resets, interrupts, sleep.
 
 use super::counts::Counts;
 use super::start::Start;
@@ -18,7 +18,7 @@ use hal_mock::{Constant, Scene, Stm32Adc};
 pub struct Reset {
     /// Cause of the reset.
     pub cause: ResetCause,
-    /// When, nanoseconds since power-up.
+    /// Time of the reset, nanoseconds since power-up.
     pub at_ns: u64,
 }
 
@@ -29,22 +29,22 @@ pub struct Emulator {
     pub(super) asleep_cycles: u64,
     pub(super) resets: Vec<Reset>,
     pub(super) counts: Option<Counts>,
-    /// Address of an instruction before which a run ends.
+    /// Address of the instruction before which a run ends.
     pub(super) stops_at: Option<u32>,
     stack_end: u32,
 }
 
-/// DRDY's interrupt, line 4 of EXTI, among the exceptions.
+/// Exception number of DRDY's interrupt, line 4 of EXTI.
 const EXTI4: u16 = FIRST_IRQ + 10;
 
-/// An internal oscillator with this error.
+/// Frequency of the internal oscillator with an error of `ppm`.
 fn hsi_hz(ppm: i32) -> u64 {
     let nominal = HSI_HZ as i64;
     (nominal + nominal * i64::from(ppm) / 1_000_000).max(1) as u64
 }
 
 impl Emulator {
-    /// A board that is just powered, in front of `scene`.
+    /// Creates a board that has just been powered, in front of `scene`.
     pub fn new(
         board: Board,
         image: &Image,
@@ -103,12 +103,12 @@ impl Emulator {
         })
     }
 
-    /// Runs for this long in virtual time, nanoseconds.
+    /// Runs for `ns` nanoseconds of virtual time.
     pub fn run_ns(&mut self, ns: u64) -> Result<(), Box<Failure>> {
         self.run_until(self.now_ns() + ns)
     }
 
-    /// Runs until this virtual time, nanoseconds since power-up.
+    /// Runs until a virtual time, nanoseconds since power-up.
     pub fn run_until(&mut self, end_ns: u64) -> Result<(), Box<Failure>> {
         while self.now_ns() < end_ns {
             self.run_once(end_ns)?;
@@ -116,8 +116,8 @@ impl Emulator {
         Ok(())
     }
 
-    /// Runs until the next event of the peripherals, which an instruction may bring about, or until
-    /// [`Self::stops_at`].
+    /// Runs until the next event of the peripherals, including events that an instruction causes,
+    /// or until [`Self::stops_at`].
     pub(super) fn run_once(&mut self, end_ns: u64) -> Result<(), Box<Failure>> {
         if self.counts.is_some() || self.stops_at.is_some() {
             self.run_some::<true>(end_ns)
@@ -147,8 +147,8 @@ impl Emulator {
         }
     }
 
-    /// What happens between instructions: events, resets, interrupts, sleep. Whether the processor
-    /// goes on.
+    /// Handles events, resets, interrupts and sleep between instructions. Returns true if the
+    /// processor continues.
     fn look_around(&mut self, end_ns: u64) -> Result<bool, Box<Failure>> {
         self.bus.time.settle();
         if self.bus.has_stopped && !self.stand_still(end_ns) {
@@ -189,14 +189,15 @@ impl Emulator {
                     format!("interrupt {irq} without a cause"),
                 );
             }
-            // A higher one may wait already.
+            // A higher-priority exception may already be pending.
             self.bus.attend();
             return Ok(false);
         }
         Ok(true)
     }
 
-    /// Nothing but the watchdog goes on without the processor's clock. Whether it bites by `end_ns`.
+    /// Stops everything but the watchdog while the processor has no clock. Returns true if the
+    /// watchdog expires by `end_ns`.
     fn stand_still(&mut self, end_ns: u64) -> bool {
         let bite_ns = self.bus.iwdg.next_event_ns().unwrap_or(u64::MAX);
         self.bus.time.stand_still_until(bite_ns.min(end_ns));
@@ -231,14 +232,14 @@ impl Emulator {
         self.bus.scs.note_fault(cause, address);
         // The frame holds the faulting instruction's address.
         self.cpu.pc = self.bus.pc;
-        // Without memory for its frame the handler runs all the same (DDI 0403E, B1.5.15).
+        // The handler runs even if there is no memory for its frame (DDI 0403E, B1.5.15).
         match self.cpu.enter(HARD_FAULT, &mut self.bus) {
             Err(Stop::Failed(failure)) => Err(failure),
             _ => Ok(()),
         }
     }
 
-    /// Resets the chip. RAM, the ADC and the cable go on.
+    /// Resets the chip. RAM, the ADC and the cable keep their state.
     pub(super) fn reset(&mut self, cause: ResetCause) -> Result<(), Box<Failure>> {
         self.resets.push(Reset {
             cause,

@@ -8,24 +8,24 @@ pub struct Start {
     /// Options of the simulated ADC. By default it is powered together with the board and does not
     /// answer for 2^18 tCLK.
     pub adc: Options,
-    /// Circuit between the sensors and the pins of the processor's own ADC. By default the wiring
-    /// page's amplifiers, of gain 20.
+    /// Circuit between the sensors and the pins of the processor's own ADC. The default is the
+    /// wiring page's amplifiers, with a gain of 20.
     pub amplifier: Amplifier,
-    /// The crystal does not start.
+    /// True if the crystal does not start.
     pub hse_is_dead: bool,
-    /// Error of the internal oscillator, parts per million of 16 MHz: within 10,000 at 25 C, and
+    /// Error of the internal oscillator, parts per million of 16 MHz: up to 10,000 at 25 C, and
     /// 80,000 over temperature (DS8626, HSI oscillator characteristics).
     pub hsi_ppm: i32,
-    /// As the ROM's loader leaves the chip: PLL and HSE on, system memory at address 0, USB's
-    /// interrupt requested, and a jump through the flash's vectors.
+    /// True for the state left by the ROM's loader: PLL and HSE on, system memory at address 0,
+    /// USB's interrupt requested, and a jump through the flash's vectors.
     pub after_rom_loader: bool,
-    /// CLKIO is wired to the board's clock for the ADC, which has no other one.
+    /// True if CLKIO is wired to the board's clock for the ADC, which has no crystal then.
     pub clkio_is_wired: bool,
-    /// SPI's BSY clears half a bit before the last byte ends.
+    /// True if SPI's BSY clears half a bit before the last byte ends.
     pub bsy_is_early: bool,
-    /// Error flags are set in FLASH_SR at power-up, as others have found them.
+    /// True if error flags are set in FLASH_SR at power-up, as users have reported.
     pub flash_has_errors: bool,
-    /// FLASH_OPTCR. By default as the chip is delivered: brown-out reset is off (RM0090, 3.9.10).
+    /// FLASH_OPTCR. The default is the factory setting: brown-out reset is off (RM0090, 3.9.10).
     pub option_bytes: u32,
 }
 

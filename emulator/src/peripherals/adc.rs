@@ -1,5 +1,4 @@
-//! The simulated ADS1258 on SPI1 and the pins, and what the datasheet asks of their timing
-//! (SBAS297G).
+//! The simulated ADS1258 on SPI1 and the pins, with the datasheet's timing rules (SBAS297G).
 
 use crate::findings::Rule;
 use hal_mock::{Ads1258, Options, Scene};
@@ -8,45 +7,42 @@ use hal_mock::{Ads1258, Options, Scene};
 const READ_RESULT: u8 = 0x30;
 /// Commands that write registers: C[2:0] is 011.
 const WRITE: u8 = 0b011;
-/// NEW in the status byte.
 const NEW: u8 = 0x80;
 
 /// A result that the image has read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reading {
-    /// The chip's time of the falling edge of DRDY, nanoseconds since power-up.
+    /// True time of the falling edge of DRDY, nanoseconds since power-up.
     pub edge_ns: u64,
-    /// The microsecond counter as the interrupt's first read of it gave it.
+    /// Microsecond counter at the interrupt's first read.
     pub t_us: u32,
     /// Status byte and code, most significant byte first.
     pub bytes: [u8; 4],
 }
 
 pub struct Adc {
-    /// The chip.
     pub chip: Ads1258,
     cs_low: bool,
     start: bool,
     reset_high: bool,
-    /// When CS has moved last.
+    /// Time of the latest change of CS.
     cs_ns: u64,
-    /// Bytes of the transfer under way, both ways.
+    /// Bytes of the current transfer, sent and received.
     bytes: Vec<(u8, u8)>,
-    /// The microsecond counter as the latest interrupt of DRDY read it first.
+    /// Microsecond counter at the first read of the latest DRDY interrupt.
     pub t_us: u32,
-    /// Results read, in order.
     pub readings: Vec<Reading>,
-    /// Results that were read a single time: the next one was ready before a second read.
+    /// Number of results read only once before the next was ready.
     pub read_once: u64,
-    /// Results of which a read has arrived as converted; those read a single time left out, but for
-    /// the latest.
+    /// Number of results of which a read arrived as converted; a result read only once counts only
+    /// while it is the latest.
     pub arrived: u64,
-    /// Reads of the latest result.
+    /// Number of reads of the latest result.
     reads: u32,
-    /// Edges of the result that arrived last, and of the one that was read last.
+    /// DRDY edges of the latest result that arrived, and of the latest that was read.
     arrived_ns: Option<u64>,
     read_ns: Option<u64>,
-    /// The first rising START, nanoseconds.
+    /// Time of the first rising START, nanoseconds.
     pub started_ns: Option<u64>,
 }
 
@@ -70,12 +66,12 @@ impl Adc {
         }
     }
 
-    /// The chip's clock, hertz; 0: none.
+    /// Clock of the chip, hertz; 0: none.
     pub fn clock_hz(&self) -> u32 {
         self.chip.options().clock_hz
     }
 
-    /// A period of it. Without one nothing is asked of CS.
+    /// Period of the chip's clock; 0 without a clock, so that CS has no timing rules then.
     fn tclk_ns(&self) -> f64 {
         match self.clock_hz() {
             0 => 0.0,
@@ -83,7 +79,7 @@ impl Adc {
         }
     }
 
-    /// CS; `spi_is_busy` when it moves.
+    /// Sets CS and checks its timing; `spi_is_busy` at that moment.
     pub fn set_cs(&mut self, low: bool, now_ns: u64, spi_is_busy: bool) -> Option<(Rule, String)> {
         if low == self.cs_low {
             return None;
@@ -106,7 +102,6 @@ impl Adc {
         spi_is_busy.then(|| (Rule::ChipSelect, "CS rises while SPI is busy".into()))
     }
 
-    /// Keeps what a transfer has read.
     fn keep_reading(&mut self) {
         let [(READ_RESULT, _), (_, a), (_, b), (_, c), (_, d), ..] = *self.bytes else {
             return;
@@ -115,7 +110,7 @@ impl Adc {
         let is_new = a & NEW != 0;
         if is_new && self.reads == 1 {
             self.read_once += 1;
-            // The firmware counts it as lost: no second read has confirmed it.
+            // The firmware counts the result as lost, because no second read has confirmed it.
             let had_arrived = self.arrived_ns.is_some() && self.arrived_ns == self.read_ns;
             self.arrived -= u64::from(had_arrived && edge_ns != self.read_ns);
         }
@@ -136,7 +131,6 @@ impl Adc {
         });
     }
 
-    /// START.
     pub fn set_start(&mut self, high: bool, now_ns: u64) {
         if high != self.start {
             self.start = high;
@@ -147,7 +141,7 @@ impl Adc {
         }
     }
 
-    /// RESET, active low.
+    /// Sets RESET, active low.
     pub fn set_reset(&mut self, high: bool, now_ns: u64) {
         if high != self.reset_high {
             self.reset_high = high;
@@ -155,7 +149,7 @@ impl Adc {
         }
     }
 
-    /// A byte on the bus: its first and last edge of SCLK.
+    /// Exchanges a byte between its first and last edge of SCLK.
     pub fn exchange(
         &mut self,
         out: u8,

@@ -5,12 +5,12 @@ const EN1: u32 = 1;
 const BOFF1: u32 = 1 << 1;
 const TEN1: u32 = 1 << 2;
 
-/// Output of the pin from a time on.
+/// Change of the pin's output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Output {
-    /// When, nanoseconds since power-up.
+    /// Time of the change, nanoseconds since power-up.
     pub at_ns: u64,
-    /// The code in DOR1, 0 to 4095; none: the converter is off, and nothing drives the pin.
+    /// Code in DOR1, 0 to 4095; `None`: the DAC is off, and nothing drives the pin.
     pub code: Option<u16>,
 }
 
@@ -19,7 +19,7 @@ pub struct Dac {
     cr: u32,
     dhr: u32,
     dor: u32,
-    /// At each trigger, and when it is switched on or off.
+    /// Outputs at each trigger, and when the DAC is switched on or off.
     pub outputs: Vec<Output>,
 }
 
@@ -43,7 +43,7 @@ impl Dac {
         }
     }
 
-    /// TIM6's update: what is held goes out at this moment, three cycles of APB1 after it (14.3.4).
+    /// Outputs the held code at `out_ns`, three cycles of APB1 after TIM6's update (14.3.4).
     pub fn trigger(&mut self, out_ns: u64) {
         if self.cr & (EN1 | TEN1) == EN1 | TEN1 {
             self.dor = self.dhr;
@@ -66,8 +66,8 @@ impl Dac {
 
     pub fn write(&mut self, offset: u32, value: u32, now_ns: u64) -> Option<()> {
         match offset {
-            // TSEL1 0: TIM6. No other trigger, no waves, no DMA, no second channel, no output
-            // without a trigger.
+            // TSEL1 0: TIM6. Other triggers, waves, DMA, the second channel and output without a
+            // trigger are not modelled.
             0x00 if value == 0 || value & !BOFF1 == EN1 | TEN1 || value & !BOFF1 == TEN1 => {
                 let was_on = self.is_on();
                 self.cr = value;

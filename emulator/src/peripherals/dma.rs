@@ -1,12 +1,12 @@
-//! A stream of a DMA controller from a peripheral to memory, in direct mode (RM0090, 9.3 and 9.5). A
-//! transfer takes no time.
+//! A stream of a DMA controller from a peripheral to memory, in direct mode (RM0090, 9.3 and 9.5).
+//! A transfer takes no time.
 //!
-//! Modelled are the streams that the boards need, each in a controller of its own: ADC1's and that of the
-//! serial line's receiver. Not modelled: other directions, bursts, the FIFO.
+//! Only the streams that the boards need are modelled, each as a separate controller: ADC1's and
+//! the one of the serial line's receiver. Not modelled: other directions, bursts, the FIFO.
 
 use crate::findings::Rule;
 
-/// Offsets of a stream's registers from its first.
+/// Offsets of a stream's registers from its first one.
 const CR: u32 = 0x00;
 const NDTR: u32 = 0x04;
 const PAR: u32 = 0x08;
@@ -24,7 +24,7 @@ const DBM: u32 = 1 << 18;
 const CT: u32 = 1 << 19;
 /// Direction, sizes, increments and channel.
 const KIND: u32 = 3 << 6 | 1 << 9 | MINC | 3 << 11 | 3 << 13 | 7 << 25;
-/// Flags of a stream, from its first bit in the status register on.
+/// Flags of a stream, relative to its first bit in the status register.
 const TEIF: u32 = 1 << 3;
 const HTIF: u32 = 1 << 4;
 const TCIF: u32 = 1 << 5;
@@ -32,23 +32,22 @@ const FLAGS: u32 = 0x3D;
 /// FCR after a reset: the FIFO is empty.
 const FCR: u32 = 0x21;
 
-/// Where the DMA reaches memory: CCM is not on its bus.
+/// Memory that the DMA can access: CCM is not on its bus.
 const RAM: u32 = 0x2000_0000;
 const RAM_BYTES: u32 = 128 << 10;
 
-/// Processor cycles from EN's zero until the stream has stopped: its transfer under way.
+/// Processor cycles from clearing EN until the stream has stopped: duration of the current
+/// transfer.
 const STOP_CYCLES: u64 = 8;
 
-/// What a stream serves: what its registers must hold, and its place (RM0090, tables 42 and 43).
+/// Source of a stream's data: required register values and stream number (RM0090, tables 42 and
+/// 43).
 struct Source {
-    /// The stream's number in its controller.
     number: u32,
     name: &'static str,
-    /// Address of the peripheral's data register.
     data: u32,
-    /// From a peripheral to memory that is counted up: sizes of both, and the channel.
+    /// CR bits: peripheral to memory with increment, both sizes, and the channel.
     kind: u32,
-    /// Bytes of a transfer.
     bytes: u32,
 }
 
@@ -81,13 +80,13 @@ pub struct Stream {
     source: &'static Source,
     flags: u32,
     cr: u32,
-    /// Transfers left, and those of a round.
+    /// Transfers left, and transfers per round.
     left: u32,
     count: u32,
     par: u32,
     memory: [u32; 2],
     fcr: u32,
-    /// When EN reads as zero, once that is written, cycles; and whether somebody has seen it.
+    /// Cycle at which EN reads as zero after it was cleared; and true once software has seen it.
     stops: Option<u64>,
     has_seen_stop: bool,
 }
@@ -122,7 +121,7 @@ impl Stream {
         *self = Self::of(self.source);
     }
 
-    /// Interrupt's number (RM0090, table 61).
+    /// Interrupt number (RM0090, table 61).
     pub const fn irq(&self) -> u16 {
         match self.source.number {
             0 => 56,
@@ -131,7 +130,7 @@ impl Stream {
         }
     }
 
-    /// Offset of the status register with its flags, and the first of their bits.
+    /// Offset of the status register with the stream's flags, and the first bit of them.
     const fn status(&self) -> (u32, u32) {
         let number = self.source.number;
         (4 * (number / 4), [0, 6, 16, 22][number as usize % 4])
@@ -152,7 +151,7 @@ impl Stream {
         enabled.into_iter().any(is_up)
     }
 
-    /// Transfers until the next that raises an interrupt; `None` if none will.
+    /// Transfers until the next interrupt; `None` if there will be none.
     pub fn transfers_to_event(&self) -> Option<u64> {
         let half = self.count / 2;
         let to_half = (self.cr & HTIE != 0 && self.left > half).then(|| self.left - half);
@@ -161,8 +160,8 @@ impl Stream {
         next.filter(|_| self.is_on()).map(u64::from)
     }
 
-    /// Where the next transfer goes, and whether the count reaches zero with it. None: the stream is
-    /// off.
+    /// Makes a transfer: returns its address, and true if the count reaches zero with it. `None`:
+    /// the stream is off.
     pub fn transfer(&mut self) -> Option<(u32, bool)> {
         if !self.is_on() || self.left == 0 {
             return None;
@@ -188,7 +187,7 @@ impl Stream {
         Some((address, is_last))
     }
 
-    /// A transfer failed on the bus: the stream stops (9.3.19).
+    /// Stops the stream because a transfer failed on the bus (9.3.19).
     pub fn fail(&mut self) {
         self.flags |= TEIF;
         self.cr &= !EN;
@@ -219,13 +218,13 @@ impl Stream {
     fn end_stop(&mut self, now: u64) {
         if self.stops.take_if(|stops| *stops <= now).is_some() {
             self.cr &= !EN;
-            // Stopped midway it says that it is complete (9.3.14).
+            // A stream that is stopped midway sets the transfer-complete flag (9.3.14).
             self.flags |= TCIF;
         }
     }
 
-    /// Writes a register; what is wrong with that, if anything. `sequence`: transfers that belong
-    /// together, as the conversions of the converter's sequence.
+    /// Writes a register and returns the broken rule, if any. `sequence` is the number of transfers
+    /// that belong together, such as the conversions of the ADC's sequence.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, sequence: u32) -> Option<Broken> {
         self.end_stop(now);
         let is_on = self.cr & EN != 0;
@@ -243,7 +242,7 @@ impl Stream {
         let offset = self.own(offset);
         Some(match offset {
             CR if is_on => {
-                // Interrupts and EN alone may change.
+                // Only interrupts and EN may change.
                 let changed = (self.cr ^ value) & !(EN | 0x1E);
                 if value & EN == 0 && self.stops.is_none() {
                     (self.stops, self.has_seen_stop) = (Some(now + STOP_CYCLES), false);
@@ -252,7 +251,7 @@ impl Stream {
                 locked.filter(|_| changed != 0)
             }
             CR => {
-                // No flow by the peripheral, no bursts.
+                // Flow control by the peripheral and bursts are not modelled.
                 if value & 0xF1A0_0020 != 0 {
                     return None;
                 }
@@ -275,7 +274,7 @@ impl Stream {
                 self.memory[((offset - M0AR) / 4) as usize] = value;
                 locked
             }
-            // Direct mode.
+            // Direct mode only.
             FIFO if value & 4 == 0 => {
                 self.fcr = FCR & !3 | value & 3;
                 locked
@@ -284,7 +283,6 @@ impl Stream {
         })
     }
 
-    /// The rules for a stream that is switched on.
     fn check(&self, sequence: u32) -> Broken {
         let Self {
             cr,
@@ -310,7 +308,8 @@ impl Stream {
                 && (RAM..RAM + RAM_BYTES).contains(start)
                 && start + bytes * left <= RAM + RAM_BYTES
         };
-        // Half a round is whole scans, so that each place of the buffer is one input's.
+        // Half a round must be whole scans, so that each position in the buffer belongs to one
+        // input.
         let round = if cr & DBM != 0 {
             sequence
         } else {
@@ -336,5 +335,4 @@ impl Stream {
     }
 }
 
-/// A broken rule, if any.
 pub type Broken = Option<(Rule, String)>;

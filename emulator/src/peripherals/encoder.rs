@@ -1,15 +1,15 @@
 //! TIM3 as the counter of a quadrature encoder (RM0090, 18.3.12 and 18.4). The hand is a function
-//! of time: its place in counts, all four edges of a period counted. The edges themselves and the
-//! input filter's delay are not modelled.
+//! of time: its position in counts, four per encoder period. Individual edges and the input
+//! filter's delay are not modelled.
 
 /// CR1.
 const CEN: u32 = 1;
 /// SMCR: encoder mode 3, which counts the edges of both channels.
 const BOTH_CHANNELS: u32 = 3;
-/// CCMR1: both channels are inputs, TI1 and TI2; the filters are free to choose.
+/// CCMR1: both channels are inputs, TI1 and TI2; any filter is allowed.
 const INPUTS: u32 = 0x0101;
 
-/// Counts of a place at a time, nanoseconds since power-up.
+/// Position in counts at a time in nanoseconds since power-up.
 pub type Hand = Box<dyn Fn(u64) -> i64>;
 
 pub struct Encoder {
@@ -17,10 +17,10 @@ pub struct Encoder {
     smcr: u32,
     ccmr1: u32,
     arr: u32,
-    /// The counter, and where the hand was then.
+    /// Counter at its latest change of settings, and the hand's position then.
     from: (u32, i64),
     pub hand: Hand,
-    /// When the counter was read, nanoseconds.
+    /// Times at which the counter was read, nanoseconds.
     pub reads_ns: Vec<u64>,
 }
 
@@ -38,7 +38,7 @@ impl Encoder {
         }
     }
 
-    /// Returns the registers to the state after a reset. The hand moves on.
+    /// Returns the registers to the state after a reset. The hand keeps moving.
     pub fn reset(&mut self) {
         let hand = std::mem::replace(&mut self.hand, Box::new(|_| 0));
         *self = Self {
@@ -48,7 +48,6 @@ impl Encoder {
         };
     }
 
-    /// True if it runs.
     pub fn is_on(&self) -> bool {
         self.cr1 & CEN != 0
     }
@@ -85,12 +84,12 @@ impl Encoder {
     pub fn write(&mut self, offset: u32, value: u32, now_ns: u64) -> Option<()> {
         self.from = (self.count(now_ns), (self.hand)(now_ns));
         match offset {
-            // A counter without the mode would count its clock.
+            // Without encoder mode the counter would count its clock.
             0x00 if value == 0 || value == CEN && self.smcr == BOTH_CHANNELS => self.cr1 = value,
             0x08 if value == 0 || value == BOTH_CHANNELS => self.smcr = value,
-            // No prescaler of the captures.
+            // A prescaler of the captures is not modelled.
             0x18 if value & !0xF3F3 == 0 => self.ccmr1 = value,
-            // Neither inverted channels nor a prescaler, nor requests.
+            // Inverted channels, a prescaler and requests are not modelled.
             0x04 | 0x0C | 0x20 | 0x28 if value == 0 => {}
             0x24 => self.from.0 = value & 0xFFFF,
             0x2C => self.arr = value & 0xFFFF,

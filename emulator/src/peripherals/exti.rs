@@ -1,4 +1,4 @@
-//! External interrupts, and the choice of their ports in SYSCFG (RM0090, 12.3 and 9.2).
+//! External interrupts, and the selection of their ports in SYSCFG (RM0090, 12.3 and 9.2).
 
 #[derive(Default)]
 pub struct Exti {
@@ -11,12 +11,10 @@ pub struct Exti {
 const LINES: u32 = 0x007F_FFFF;
 
 impl Exti {
-    /// A falling edge on a line.
     pub fn fall(&mut self, line: u8) {
         self.pending |= self.falling & 1 << line;
     }
 
-    /// True if a line's interrupt is requested.
     pub fn is_requested(&self, line: u8) -> bool {
         self.pending & self.mask & 1 << line != 0
     }
@@ -50,16 +48,16 @@ impl Exti {
 
 #[derive(Default)]
 pub struct Syscfg {
-    /// MEMRMP: what lies at address 0.
+    /// MEMRMP: memory mapped at address 0.
     pub memrmp: u32,
-    /// PMC: ADCxDC2 alone.
+    /// PMC: only ADCxDC2.
     pmc: u32,
     exticr: [u32; 4],
     cmpcr: u32,
 }
 
 impl Syscfg {
-    /// The port whose pin a line of EXTI looks at.
+    /// Port selected for a line of EXTI.
     pub fn port(&self, line: u8) -> u8 {
         (self.exticr[usize::from(line / 4)] >> (4 * (line % 4)) & 15) as u8
     }

@@ -1,11 +1,11 @@
-//! The flash with its interface (RM0090, 3.8): wait states, programming and erasing, both of which
+//! The flash and its interface (RM0090, 3.8): wait states, programming and erasing, both of which
 //! stall the processor.
 
 use crate::findings::Rule;
 
-/// Programming 32 bits, nanoseconds: 16 us typical (DS8626, flash memory programming).
+/// Time to program 32 bits, nanoseconds: 16 us typical (DS8626, flash memory programming).
 const PROGRAM_NS: u64 = 16_000;
-/// Erasing 128 KiB, nanoseconds: 1 s typical at x32 (the same).
+/// Time to erase 128 KiB, nanoseconds: 1 s typical at x32 (DS8626, flash memory programming).
 const ERASE_NS: u64 = 1_000_000_000;
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 
@@ -13,32 +13,29 @@ const PG: u32 = 1;
 const SER: u32 = 2;
 const STRT: u32 = 1 << 16;
 const LOCK: u32 = 1 << 31;
-/// PGPERR: the width is not that of PSIZE; PGSERR: the sequence is wrong.
+/// PGPERR: the width does not match PSIZE; PGSERR: the sequence is wrong.
 const PGPERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
 /// WRPERR, PGAERR, PGPERR and PGSERR.
 const ERRORS: u32 = 0xF0;
 
 pub struct Flash {
-    /// The memory.
     pub bytes: Vec<u8>,
     acr: u32,
     sr: u32,
     cr: u32,
     keys_seen: usize,
-    /// Words programmed and sectors erased.
     pub programmed: u64,
     pub erased: u64,
-    /// No more words are stored from now on, or after this many: the power is gone.
+    /// Words that can still be programmed before power is lost; `None`: no limit.
     pub words_left: Option<u64>,
-    /// The power goes within the next erase, and leaves this of a byte by its place in the sector
-    /// and its content.
+    /// If set, power is lost within the next erase, and this computes each byte left from its
+    /// offset in the sector and its content.
     pub erase_remains: Option<fn(usize, u8) -> u8>,
     /// FLASH_OPTCR: the option bytes.
     optcr: u32,
 }
 
-/// Result of an access.
 #[derive(Default)]
 pub struct Effect {
     pub stall_ns: u64,
@@ -65,7 +62,6 @@ impl Flash {
         }
     }
 
-    /// Sets or clears all error flags.
     pub fn set_errors(&mut self, are_set: bool) {
         self.sr = if are_set { ERRORS } else { 0 };
     }
@@ -85,7 +81,7 @@ impl Flash {
         self.acr & 1 << 8 != 0
     }
 
-    /// Where a sector begins, and its size (RM0090, table 5; RM0390, table 4).
+    /// Start and size of a sector (RM0090, table 5; RM0390, table 4).
     fn sector(number: u32) -> (usize, usize) {
         match number {
             0..=3 => (number as usize * 0x4000, 0x4000),
@@ -125,7 +121,7 @@ impl Flash {
             }
             0x0C => self.sr &= !(value & 0xF3),
             0x10 if self.cr & LOCK != 0 => {
-                // Writes to a locked register are lost; to lock it again is harmless.
+                // Writes to a locked register are lost; locking it again is harmless.
                 if value & LOCK == 0 {
                     effect.broken = Some((
                         Rule::FlashSequence,
@@ -134,7 +130,7 @@ impl Flash {
                 }
             }
             0x10 => {
-                // Mass erase and interrupts.
+                // Mass erase and interrupts are not modelled.
                 if value & 0x0300_8004 != 0 {
                     return None;
                 }
@@ -179,7 +175,6 @@ impl Flash {
         (effect.stall_ns, effect.has_erased) = (ERASE_NS, true);
     }
 
-    /// The processor stores into the flash.
     pub fn program(&mut self, at: usize, bytes: u32, value: u32) -> Effect {
         let mut effect = Effect::default();
         let mut refuse = |bit: u32, why: &str| {
@@ -189,7 +184,7 @@ impl Flash {
                 format!("{why}: {at:#x}, FLASH_CR {:#010x}", self.cr),
             ));
         };
-        // Whether a locked register still lets PG act is not specified; nothing may rely on it.
+        // It is not specified if PG still acts in a locked register, so nothing may rely on it.
         if self.cr & LOCK != 0 || self.cr & PG == 0 {
             refuse(PGSERR, "a store into the flash without PG");
             return effect;
@@ -214,7 +209,7 @@ impl Flash {
             }
             *left -= 1;
         }
-        // Bits go from 1 to 0 only.
+        // Bits change from 1 to 0 only.
         place
             .iter_mut()
             .zip(value.to_le_bytes())

@@ -8,14 +8,13 @@ pub struct Gpio {
     pupdr: u32,
     odr: u32,
     afr: [u32; 2],
-    /// Levels that come from outside.
     pub outside: u16,
 }
 
 impl Gpio {
     pub const fn new(port: u8) -> Self {
-        // The debugger's pins have a function of their own (RM0090, 8.4.1 to 8.4.4). OSPEEDR of
-        // port A: RM0090 has 0x0C000000, the register descriptions 0; nothing depends on it.
+        // The debugger's pins have different reset values (RM0090, 8.4.1 to 8.4.4). OSPEEDR of port
+        // A: RM0090 has 0x0C000000, the register descriptions 0; nothing depends on it.
         let (moder, ospeedr, pupdr) = match port {
             0 => (0xA800_0000, 0x0C00_0000, 0x6400_0000),
             1 => (0x0280, 0xC0, 0x0100),
@@ -40,7 +39,7 @@ impl Gpio {
         };
     }
 
-    /// 0 input, 1 output, 2 alternate, 3 analogue.
+    /// Mode of a pin: 0 input, 1 output, 2 alternate, 3 analogue.
     pub fn mode(&self, pin: u8) -> u32 {
         self.moder >> (2 * pin) & 3
     }
@@ -50,12 +49,12 @@ impl Gpio {
         (self.mode(pin) == 1).then(|| self.odr >> pin & 1 != 0)
     }
 
-    /// The function of a pin that has an alternate one.
+    /// Alternate function of a pin; `None` in other modes.
     pub fn function(&self, pin: u8) -> Option<u32> {
         (self.mode(pin) == 2).then(|| self.afr[usize::from(pin / 8)] >> (4 * (pin % 8)) & 15)
     }
 
-    /// 0 low, 1 medium, 2 fast, 3 very fast.
+    /// Speed of a pad: 0 low, 1 medium, 2 fast, 3 very fast.
     pub fn speed(&self, pin: u8) -> u32 {
         self.ospeedr >> (2 * pin) & 3
     }
@@ -87,7 +86,7 @@ impl Gpio {
             0x08 => self.ospeedr = value,
             0x0C => self.pupdr = value,
             0x14 => self.odr = value & 0xFFFF,
-            // Set wins over reset.
+            // If both are written, set has priority over reset.
             0x18 => self.odr = self.odr & !(value >> 16) | value & 0xFFFF,
             0x20 => self.afr[0] = value,
             0x24 => self.afr[1] = value,

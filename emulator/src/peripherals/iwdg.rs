@@ -1,8 +1,9 @@
 //! The independent watchdog (RM0090, 21.4).
 
-/// The low-speed oscillator, hertz: 17 to 47 kHz over chips (DS8626, LSI characteristics).
+/// Frequency of the low-speed oscillator, hertz; 17 to 47 kHz from chip to chip (DS8626, LSI
+/// characteristics).
 pub const LSI_HZ: u64 = 32_000;
-/// A new prescaler or reload value takes this many of its cycles at most.
+/// Maximum cycles of the oscillator until a new prescaler or reload value takes effect.
 const UPDATE_CYCLES: u64 = 5;
 
 #[derive(Default)]
@@ -11,10 +12,9 @@ pub struct Iwdg {
     is_open: bool,
     pr: u32,
     rlr: u32,
-    /// When PR and RLR have arrived, nanoseconds.
+    /// Times at which writes to PR and RLR take effect, nanoseconds.
     updated_ns: [u64; 2],
     fed_ns: u64,
-    /// Number of times that it was fed.
     pub feeds: u64,
 }
 
@@ -34,7 +34,7 @@ impl Iwdg {
         };
     }
 
-    /// When it bites unless it is fed.
+    /// Time at which the watchdog expires unless it is fed.
     pub fn next_event_ns(&self) -> Option<u64> {
         let cycles = u64::from(self.rlr + 1) * (4 << self.pr.min(6));
         self.is_started

@@ -1,6 +1,6 @@
-//! ADC1 in scan mode, one conversion after another (RM0090, 13.3 to 13.13; RM0390, 13), with the
-//! common register of the prescaler. A conversion's sample is taken when its sampling time is over,
-//! and is ready 12 periods later.
+//! ADC1 in scan mode, one conversion after the other (RM0090, 13.3 to 13.13; RM0390, 13), with the
+//! common register of the prescaler. A conversion samples its input at the end of the sampling
+//! time, and is ready 12 periods later.
 //!
 //! Not modelled: injected conversions, triggers, watchdogs, 10 bits and fewer, interrupts, ADC2 and
 //! ADC3.
@@ -19,20 +19,18 @@ const EOCS: u32 = 1 << 10;
 const SWSTART: u32 = 1 << 30;
 const ADCPRE: u32 = 3 << 16;
 
-/// From ADON to the first conversion, nanoseconds: tSTAB, at most (DS8626 and DS10693, ADC
+/// Maximum time from ADON to the first conversion, nanoseconds: tSTAB (DS8626 and DS10693, ADC
 /// characteristics).
 const SETTLING_NS: u64 = 3000;
-/// Most of its clock, hertz (the same, above 2.4 V).
+/// Maximum clock, hertz (the same tables, above 2.4 V).
 const CLOCK_MAX_HZ: u64 = 36_000_000;
-/// Periods of twelve bits.
+/// Periods to convert twelve bits.
 const BITS: u64 = 12;
 /// Sampling times by SMP, periods.
 const SAMPLING: [u64; 8] = [3, 15, 28, 56, 84, 112, 144, 480];
 
-/// A conversion that is over.
 pub struct Converted {
     pub channel: u8,
-    /// When its sample was taken, cycles.
     pub sampled: u64,
 }
 
@@ -46,18 +44,17 @@ pub struct OwnAdc {
     sqr: [u32; 3],
     ccr: u32,
     data: u16,
-    /// When ADON was set, nanoseconds.
+    /// Time at which ADON was set, nanoseconds.
     on_ns: u64,
-    /// The conversion under way: its place in the sequence, and when it began, cycles.
+    /// Current conversion: its position in the sequence, and the cycle of its start.
     converts: Option<(u32, u64)>,
-    /// A request to the DMA waits for an answer.
     has_request: bool,
-    /// The DMA's last transfer was made, and there will be no more requests.
+    /// True if the DMA has made its last transfer, so that no more requests follow.
     is_drained: bool,
 }
 
 impl OwnAdc {
-    /// Returns all three converters to the state after a reset.
+    /// Returns all three ADCs to the state after a reset.
     pub fn reset(&mut self) {
         *self = Self::default();
     }
@@ -66,12 +63,11 @@ impl OwnAdc {
         self.converts.is_some()
     }
 
-    /// Divider of APB2.
+    /// Divider from APB2's clock.
     pub const fn divider(&self) -> u64 {
         2 * (1 + (self.ccr >> 16 & 3) as u64)
     }
 
-    /// Conversions of a sequence.
     pub const fn sequence_length(&self) -> u32 {
         if self.cr1 & SCAN == 0 {
             1
@@ -80,7 +76,7 @@ impl OwnAdc {
         }
     }
 
-    /// The channel at a place of the sequence: six in SQR3, six in SQR2, four in SQR1.
+    /// Channel at a position of the sequence: six in SQR3, six in SQR2, four in SQR1.
     pub const fn channel(&self, place: u32) -> u8 {
         let register = self.sqr[2 - (place / 6) as usize];
         (register >> (5 * (place % 6)) & 31) as u8
@@ -95,7 +91,7 @@ impl OwnAdc {
         SAMPLING[(register >> (3 * place) & 7) as usize]
     }
 
-    /// When so many conversions from now on are ready, cycles; `None` if there are not so many.
+    /// Cycle at which the next `conversions` conversions are ready; `None` if there will be fewer.
     pub fn ready_after(&self, conversions: u64, tick: u64) -> Option<u64> {
         let (mut place, mut at) = self.converts?;
         for left in (0..conversions).rev() {
@@ -108,8 +104,8 @@ impl OwnAdc {
         Some(at)
     }
 
-    /// Ends the conversion under way if it is due, and begins the next. `tick`: processor cycles of
-    /// a period.
+    /// Ends the current conversion if it is due, and begins the next. `tick` is a period in
+    /// processor cycles.
     pub fn advance(&mut self, now: u64, tick: u64) -> Option<Converted> {
         let (place, begun) = self.converts?;
         let channel = self.channel(place);
@@ -125,9 +121,9 @@ impl OwnAdc {
         Some(Converted { channel, sampled })
     }
 
-    /// Puts a result into DR. If an unread one is there and the DMA or EOCS is on, that is an
-    /// overrun: conversions stop, and the DMA gets no more requests (13.8.1). True if the DMA is
-    /// requested.
+    /// Puts a result into DR. If DR holds an unread result and the DMA or EOCS is on, there is an
+    /// overrun: conversions stop, and the DMA gets no more requests (13.8.1). Returns true if a DMA
+    /// request is made.
     pub fn finish(&mut self, data: u16) -> bool {
         if self.has_request && self.cr2 & (DMA | EOCS) != 0 {
             self.overrun();
@@ -139,7 +135,7 @@ impl OwnAdc {
         self.has_request && !self.is_drained
     }
 
-    /// A result is lost.
+    /// Sets the overrun: a result is lost.
     pub fn overrun(&mut self) {
         self.sr |= OVR;
         self.converts = None;
@@ -151,7 +147,7 @@ impl OwnAdc {
         self.sr & OVR != 0
     }
 
-    /// The DMA reads DR. `is_last`: its count has reached zero.
+    /// Reads DR by DMA. `is_last`: the DMA's count has reached zero.
     pub fn transfer(&mut self, is_last: bool) -> u16 {
         self.has_request = false;
         self.is_drained |= is_last && self.cr2 & DDS == 0;
@@ -179,18 +175,18 @@ impl OwnAdc {
         })
     }
 
-    /// Writes a register; what is wrong with that, if anything. `adc_hz`: half of APB2's clock,
-    /// which the prescaler divides further.
+    /// Writes a register and returns the broken rule, if any. The prescaler divides half of APB2's
+    /// clock further.
     pub fn write(&mut self, offset: u32, value: u32, now: Now) -> Option<Option<(Rule, String)>> {
         let mut broken = None;
         match offset {
-            // Flags are cleared by zeros.
+            // Flags are cleared by writing zeros.
             0x00 => self.sr &= value,
             0x04 if value & !SCAN == 0 => {
                 broken = self.changes(offset, self.cr1 != value);
                 self.cr1 = value;
             }
-            // No trigger, no injected conversion, aligned to the right.
+            // Triggers, injected conversions and left alignment are not modelled.
             0x08 if value & !(ADON | CONT | DMA | DDS | EOCS | SWSTART) == 0 => {
                 broken = self.control(value, now);
             }
@@ -213,7 +209,7 @@ impl OwnAdc {
         Some(broken)
     }
 
-    /// Sequence, sampling times and clock stay as they are while it converts (13.3.3, 13.13).
+    /// Sequence, sampling times and clock must not change while the ADC converts (13.3.3, 13.13).
     fn changes(&self, offset: u32, does: bool) -> Option<(Rule, String)> {
         let is_broken = does && self.is_converting();
         is_broken.then(|| {
@@ -251,7 +247,6 @@ impl OwnAdc {
     }
 }
 
-/// The moment of a write.
 #[derive(Clone, Copy)]
 pub struct Now {
     pub cycles: u64,

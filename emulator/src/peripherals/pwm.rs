@@ -1,4 +1,4 @@
-//! TIM10 as a clock's source: channel 1 in PWM mode 1, counting up, nothing preloaded (RM0090,
+//! TIM10 as a clock source: channel 1 in PWM mode 1, counting up, nothing preloaded (RM0090,
 //! 19.3.10 and 19.5).
 
 const CEN: u32 = 1;
@@ -15,7 +15,6 @@ pub struct Pwm {
 }
 
 impl Default for Pwm {
-    /// Returns to the state after a reset.
     fn default() -> Self {
         Self {
             cr1: 0,
@@ -35,7 +34,7 @@ pub struct Wave {
 }
 
 impl Pwm {
-    /// The wave, if it has edges.
+    /// Output of the channel, if it has edges.
     pub fn wave(&self) -> Option<Wave> {
         let runs = self.cr1 & CEN != 0 && self.ccer & CC1E != 0 && self.ccmr1 == PWM_MODE_1;
         let wave = Wave {
@@ -62,7 +61,7 @@ impl Pwm {
             0x00 if value & !CEN == 0 => self.cr1 = value,
             0x18 if value == 0 || value == PWM_MODE_1 => self.ccmr1 = value,
             0x20 if value & !CC1E == 0 => self.ccer = value,
-            // Neither requests nor a prescaler.
+            // Requests and a prescaler are not modelled.
             0x0C | 0x28 if value == 0 => {}
             0x2C => self.arr = value & 0xFFFF,
             0x34 => self.ccr1 = value & 0xFFFF,

@@ -3,12 +3,12 @@
 use crate::board::Wiring;
 use crate::findings::Rule;
 
-/// The internal oscillator as it should be, hertz.
+/// Nominal frequency of the internal oscillator, hertz.
 pub const HSI_HZ: u64 = 16_000_000;
-/// From HSEON to HSERDY, nanoseconds: 2 ms of a typical crystal (DS8626, HSE oscillator
+/// Time from HSEON to HSERDY, nanoseconds: 2 ms for a typical crystal (DS8626, HSE oscillator
 /// characteristics).
 const HSE_START_NS: u64 = 2_000_000;
-/// From PLLON to PLLRDY, nanoseconds: 75 to 200 us (DS8626, main PLL characteristics).
+/// Time from PLLON to PLLRDY, nanoseconds: 75 to 200 us (DS8626, main PLL characteristics).
 const PLL_LOCK_NS: u64 = 200_000;
 
 const HSION: u32 = 1;
@@ -16,14 +16,14 @@ const HSEON: u32 = 1 << 16;
 const HSEBYP: u32 = 1 << 18;
 const CSSON: u32 = 1 << 19;
 const PLLON: u32 = 1 << 24;
-/// In CIR: the flag of the clock security system, and the bit that clears it.
+/// CIR: the flag of the clock security system, and the bit that clears it.
 const CSSF: u32 = 1 << 7;
 const CSSC: u32 = 1 << 23;
 
-/// Causes of a reset: their flags in CSR.
+/// Causes of a reset, with their flags in CSR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResetCause {
-    /// Power-up: PORRSTF, BORRSTF, and PINRSTF as with every one.
+    /// Power-up: PORRSTF, BORRSTF, and PINRSTF, which every reset sets.
     Power = 0x0E00_0000,
     /// The NRST pin.
     Pin = 0x0400_0000,
@@ -51,18 +51,18 @@ pub struct Rcc {
     resets: [u32; 5],
     csr: u32,
     bdcr: u32,
-    /// When HSE is ready, nanoseconds.
+    /// Time at which HSE is ready, nanoseconds.
     hse_ready_ns: u64,
     pll_on_ns: u64,
-    /// DCKCFGR exists: on the STM32F446 (RM0390, 6.3.25).
+    /// True if DCKCFGR exists: on the STM32F446 (RM0390, 6.3.25).
     has_dckcfgr: bool,
-    /// The clock security system has found HSE dead.
+    /// True if the clock security system has detected that HSE failed.
     has_failed: bool,
-    /// The internal oscillator as it is, hertz.
+    /// Actual frequency of the internal oscillator, hertz.
     pub hsi_hz: u64,
-    /// HSE does not run, and never starts.
+    /// True if HSE does not run and never starts.
     pub hse_is_dead: bool,
-    /// HSE does not start after the next reset.
+    /// True if HSE will not start after the next reset.
     pub hse_dies: bool,
 }
 
@@ -70,7 +70,7 @@ pub struct Rcc {
 #[derive(Default)]
 pub struct Changed {
     pub clocks: bool,
-    /// Peripherals that are reset now: bus and bits.
+    /// Peripherals to reset now: bus and bits.
     pub resets: Option<(usize, u32)>,
     pub broken: Option<(Rule, String)>,
 }
@@ -96,8 +96,8 @@ impl Rcc {
         }
     }
 
-    /// Returns to the state after a reset. CSR's flags add up until they are cleared; BDCR is in
-    /// the backup domain.
+    /// Returns to the state after a reset. CSR's flags accumulate until they are cleared; BDCR is
+    /// in the backup domain.
     pub fn reset(&mut self, cause: ResetCause) {
         *self = Self {
             csr: self.csr & 0xFE00_0003 | cause as u32,
@@ -113,13 +113,14 @@ impl Rcc {
         self.enabled[bus] >> bit & 1 != 0
     }
 
-    /// Whether the processor's clock comes from HSE, and from a clock that is fed in there.
+    /// Returns true if the processor runs from an external clock, false from a crystal; `None` if
+    /// not from HSE.
     pub fn hse(&self) -> Option<bool> {
         let is_source = self.cfgr & 3 == 1 || self.cfgr & 3 == 2 && self.pllcfgr & 1 << 22 != 0;
         is_source.then_some(self.cr & HSEBYP != 0)
     }
 
-    /// HSE has stopped: what the clock security system does about it, if it is on (RM0090, 7.2.7).
+    /// Responds to the loss of HSE as the clock security system does, if it is on (RM0090, 7.2.7).
     pub fn secure(&mut self) -> bool {
         let is_on = self.cr & CSSON != 0;
         if is_on {
@@ -166,8 +167,8 @@ impl Rcc {
             && now_ns >= self.pll_on_ns + PLL_LOCK_NS
     }
 
-    /// The clocks as the registers choose them, and the PLL's input and VCO in hertz if it is the
-    /// source, with an internal oscillator of `hsi_hz`.
+    /// Returns the clocks selected by the registers, and the PLL's input and VCO in hertz if it is
+    /// the source, with an internal oscillator of `hsi_hz`.
     pub fn clocks(&self, wiring: &Wiring, hsi_hz: u64) -> (Clocks, Option<[u64; 2]>) {
         let (m, n) = (
             u64::from(self.pllcfgr & 63).max(1),
@@ -231,7 +232,7 @@ impl Rcc {
         let mut changed = Changed::default();
         match offset {
             0x00 => {
-                // The clock in use cannot be switched off.
+                // The current clock source cannot be switched off.
                 let kept = match self.cfgr & 3 {
                     0 => HSION,
                     1 => HSEON,
@@ -308,7 +309,7 @@ impl Rcc {
                 }
                 self.csr = self.csr & !1 | value & 1;
             }
-            // Other prescalers of the timers, and clocks of peripherals that are not used.
+            // Other prescalers of the timers, and clocks of unused peripherals, are not modelled.
             0x8C if self.has_dckcfgr && value == 0 => {}
             _ => return None,
         }
@@ -320,7 +321,7 @@ impl Rcc {
         (bus, value)
     }
 
-    /// The PLL runs from HSI with the values of the reset, 96 MHz, and is the processor's clock.
+    /// Selects the PLL, running from HSI with its reset values at 96 MHz, as the processor's clock.
     /// HSE is on too, as a crystal.
     pub fn leave_pll_on(&mut self) {
         self.cr |= PLLON | HSEON;

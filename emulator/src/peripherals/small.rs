@@ -1,21 +1,20 @@
-//! Peripherals of few registers: PWR and DBGMCU.
+//! Peripherals with few registers: PWR and DBGMCU.
 
 const VOS: u32 = 0xC000;
 const ADCDC1: u32 = 1 << 13;
 
-/// Power control (RM0090, 5.4): the supply is always there.
+/// Power control (RM0090, 5.4); the supply never fails.
 pub struct Pwr {
     cr: u32,
 }
 
 impl Pwr {
-    /// Returns to the state after a reset.
     pub const fn new(cr: u32) -> Self {
         Self { cr }
     }
 
-    /// Fastest clock of the processor that VOS allows, hertz: scale 2 of the STM32F401 and F411 ends
-    /// at 84 MHz (RM0383, 5.4.1); the other chips here do without.
+    /// Highest processor clock that VOS allows, hertz: scale 2 of the STM32F401 and F411 ends at 84
+    /// MHz (RM0383, 5.4.1); no limit is modelled for the other chips.
     pub const fn limit_hz(&self) -> u64 {
         if self.cr & VOS == 0x8000 {
             84_000_000
@@ -38,7 +37,7 @@ impl Pwr {
         self.cr & ADCDC1 != 0
     }
 
-    /// Tells if VOS is another then.
+    /// Writes a register; returns true if VOS changes.
     pub fn write(&mut self, offset: u32, value: u32) -> Option<bool> {
         let fits = offset == 0 && value & !(VOS | ADCDC1) == 0;
         fits.then(|| (core::mem::replace(&mut self.cr, value) ^ value) & VOS != 0)
@@ -46,7 +45,7 @@ impl Pwr {
 }
 
 /// DBGMCU: clocks and counters that a debugger stops (RM0090, 38.16). Without a debugger the
-/// registers only hold what is written, also over a reset.
+/// registers only store what is written, and keep it across resets.
 pub struct Dbgmcu {
     id_code: u32,
     registers: [u32; 3],

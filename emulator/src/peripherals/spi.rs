@@ -1,4 +1,4 @@
-//! SPI1 as a master of two lines, bit by bit in time (RM0090, 28.5).
+//! SPI1 as a full-duplex master, bit by bit in time (RM0090, 28.5).
 
 const CPHA: u32 = 1;
 const CPOL: u32 = 2;
@@ -17,24 +17,23 @@ pub struct Spi {
     cr2: u32,
     received: Option<u8>,
     overrun: bool,
-    /// DR was read after the overrun.
+    /// True if DR was read after the overrun.
     overrun_read: bool,
-    /// The byte that waits for the shift register.
+    /// Byte waiting for the shift register.
     waiting: Option<u8>,
     /// Answer to the byte in the shift register, until its last bit is sampled, and the cycle of
-    /// that.
+    /// that sample.
     incoming: Option<(u8, u64)>,
-    /// The cycle at which the byte in the shift register ends, half a bit later.
+    /// Cycle at which the byte in the shift register ends, half a bit after its last sample.
     shifting: Option<u64>,
-    /// BSY clears when the last bit is sampled, half a bit before it ends, as others have measured
-    /// it (`Start::bsy_is_early`).
+    /// True if BSY clears at the sample of the last bit, half a bit before its end, as users have
+    /// measured (`Start::bsy_is_early`).
     pub bsy_is_early: bool,
-    /// Bytes that the receiver lost.
     pub overruns: u64,
 }
 
 impl Spi {
-    /// Returns to the state after a reset, but keeps the count.
+    /// Returns to the state after a reset, but keeps the overrun count.
     pub fn reset(&mut self) {
         *self = Self {
             overruns: self.overruns,
@@ -43,33 +42,30 @@ impl Spi {
         };
     }
 
-    /// True if it is on.
     pub fn is_on(&self) -> bool {
         self.cr1 & SPE != 0
     }
 
-    /// True if it is a master in mode 0 that sends bytes, most significant bit first, both ways.
+    /// True if SPI is a full-duplex master in mode 0 with 8 bits, most significant bit first.
     pub fn fits_adc(&self) -> bool {
         self.cr1 & (CPHA | CPOL | MSTR | LSBFIRST | 0xFC00) == MSTR
     }
 
-    /// The APB's clock cycles in one of SCLK.
+    /// APB clock cycles per cycle of SCLK.
     pub fn divider(&self) -> u64 {
         2 << (self.cr1 >> 3 & 7)
     }
 
-    /// True if a byte is under way.
     pub fn is_busy(&self) -> bool {
         self.shifting.is_some() || self.waiting.is_some()
     }
 
-    /// BSY.
     fn seems_busy(&self) -> bool {
         let is_sampled = self.incoming.is_none() && self.waiting.is_none();
         self.is_busy() && !(self.bsy_is_early && is_sampled)
     }
 
-    /// The byte to shift next, if the shift register is free.
+    /// Takes the next byte to shift, if the shift register is free.
     pub fn take_next(&mut self) -> Option<u8> {
         if self.shifting.is_some() || !self.is_on() {
             None
@@ -78,17 +74,17 @@ impl Spi {
         }
     }
 
-    /// A byte is under way: the cycles at which its last bit is sampled and at which it ends.
+    /// Begins a byte, with the cycles of its last sample and of its end.
     pub fn begin(&mut self, incoming: u8, sampled: u64, end: u64) {
         (self.incoming, self.shifting) = (Some((incoming, sampled)), Some(end));
     }
 
-    /// When the byte under way is received, or ends.
+    /// Cycle at which the current byte is received or ends.
     pub fn next_event(&self) -> Option<u64> {
         self.incoming.map(|(_, sampled)| sampled).or(self.shifting)
     }
 
-    /// Receives the byte under way, and ends it, if it is time.
+    /// Receives and ends the current byte, if it is due.
     pub fn advance(&mut self, now: u64) {
         self.shifting.take_if(|end| *end <= now);
         if let Some((byte, _)) = self.incoming.take_if(|(_, sampled)| *sampled <= now) {
@@ -131,8 +127,8 @@ impl Spi {
     pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         match offset {
             0x00 => self.cr1 = value & 0xFFFF,
-            // Interrupts, DMA and the TI format are not modelled; SSOE is without effect on a
-            // master that ignores NSS.
+            // Interrupts, DMA and the TI format are not modelled; SSOE has no effect on a master
+            // that ignores NSS.
             0x04 if value & !4 == 0 => self.cr2 = value,
             0x0C => self.waiting = Some(value as u8),
             // I2SCFGR: SPI, not I2S.

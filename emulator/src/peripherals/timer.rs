@@ -1,4 +1,4 @@
-//! TIM2, TIM4 and TIM6 as counters that count up and wrap (RM0090, 18.4 and 20.4).
+//! TIM2, TIM4 and TIM6, counting up and wrapping (RM0090, 18.4 and 20.4).
 
 const CEN: u32 = 1;
 const UIF: u32 = 1;
@@ -6,24 +6,24 @@ const UIF: u32 = 1;
 const MMS_UPDATE: u32 = 2 << 4;
 
 pub struct Timer {
-    /// Highest value of the counter: 16 or 32 bits.
+    /// Maximum of the counter: 16 or 32 bits.
     top: u32,
     cr1: u32,
     cr2: u32,
     dier: u32,
     has_wrapped: bool,
-    /// The prescaler that was written, and the one in use.
+    /// Prescaler written, and prescaler in use.
     psc: [u32; 2],
     arr: u32,
-    /// ARR was written since the reset.
+    /// True if ARR was written since the reset.
     is_arr_written: bool,
-    /// The counter at this cycle.
+    /// Counter and the cycle at which it had this value.
     from: (u32, u64),
 }
 
 impl Timer {
-    /// The counter's highest value, and ARR after a reset: RM0090 has all ones, the register
-    /// descriptions zero.
+    /// Creates a timer with the counter's maximum, which is also ARR after a reset: RM0090 has all
+    /// ones, the register descriptions zero.
     pub const fn new(top: u32) -> Self {
         let (psc, from) = ([0; 2], (0, 0));
         Self {
@@ -43,17 +43,17 @@ impl Timer {
         *self = Self::new(self.top);
     }
 
-    /// True if it runs with a reload register that nobody has written.
+    /// True if the timer runs and its reload register was never written.
     pub fn runs_unset(&self) -> bool {
         self.cr1 & CEN != 0 && !self.is_arr_written
     }
 
-    /// Processor cycles in a count; `ratio`: in a cycle of the timer's clock.
+    /// Processor cycles per count; `ratio` is processor cycles per timer clock.
     fn cycles_per_count(&self, ratio: u64) -> u64 {
         u64::from(self.psc[1] + 1) * ratio
     }
 
-    /// The counter, and how often it has wrapped since `from`.
+    /// Returns the counter, and the number of wraps since `from`.
     fn count(&self, now: u64, ratio: u64) -> (u32, u64) {
         let passed = if self.cr1 & CEN == 0 {
             0
@@ -69,12 +69,12 @@ impl Timer {
         }
     }
 
-    /// True if each wrap triggers something else.
+    /// True if each wrap triggers another peripheral.
     pub fn triggers(&self) -> bool {
         self.cr2 == MMS_UPDATE
     }
 
-    /// When it wraps next, if that is an interrupt or a trigger.
+    /// Cycle of the next wrap, if it causes an interrupt or a trigger.
     pub fn next_event(&self, ratio: u64) -> Option<u64> {
         let wakes =
             self.cr1 & CEN != 0 && (self.dier & UIF != 0 || self.triggers()) && self.arr != 0;
@@ -82,7 +82,7 @@ impl Timer {
         wakes.then(|| self.from.1 + left * self.cycles_per_count(ratio))
     }
 
-    /// Lets it count until now. Gives the cycle of the latest wrap.
+    /// Counts until now. Returns the cycle of the latest wrap.
     pub fn advance(&mut self, now: u64, ratio: u64) -> Option<u64> {
         let (_, wraps) = self.count(now, ratio);
         if wraps > 0 {
@@ -93,7 +93,6 @@ impl Timer {
         (wraps > 0).then_some(self.from.1)
     }
 
-    /// Starts counting from a value at this moment.
     pub fn restart(&mut self, value: u32, now: u64) {
         self.from = (value, now);
     }
@@ -119,7 +118,7 @@ impl Timer {
     pub fn write(&mut self, offset: u32, value: u32, now: u64, ratio: u64) -> Option<()> {
         let (count, _) = self.count(now, ratio);
         match offset {
-            // Counting down, one pulse and the like are not modelled; ARPE and URS are without
+            // Counting down, one-pulse mode and similar are not modelled; ARPE and URS have no
             // effect here.
             0x00 if value & !0x85 == 0 => {
                 self.cr1 = value;

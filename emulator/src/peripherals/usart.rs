@@ -1,5 +1,5 @@
-//! USART2 or USART3: one data register each way, byte by byte in time, of which software or the DMA
-//! fetches what arrives (RM0090, 30.3 and 30.6).
+//! USART2 or USART3, byte by byte in time, with one data register each way; software or the DMA
+//! fetches received bytes (RM0090, 30.3 and 30.6).
 
 use std::collections::VecDeque;
 
@@ -12,42 +12,41 @@ const ORE: u32 = 1 << 3;
 const UE: u32 = 1 << 13;
 const TE: u32 = 1 << 3;
 const RE: u32 = 1 << 2;
-/// CR3: the DMA fetches what arrives.
+/// CR3: the DMA fetches received bytes.
 const DMAR: u32 = 1 << 6;
 
-/// From RXNE to the DMA's read of the data register, processor cycles: arbitration and the bridge (from
-/// memory: AN4031).
+/// Delay from RXNE to the DMA's read of the data register, processor cycles: arbitration and the
+/// bridge (from memory: AN4031).
 const FETCH_CYCLES: u64 = 8;
 
 pub struct Usart {
     cr: [u32; 3],
     brr: u32,
-    /// The byte in the data register, and the cycle of its arrival.
+    /// Byte in the data register, and the cycle of its arrival.
     received: Option<(u8, u64)>,
     overrun: bool,
-    /// SR was read while it showed the overrun.
+    /// True if SR was read while it showed the overrun.
     overrun_seen: bool,
-    /// The line has been idle for as long as a byte takes since the last one; and SR was read while it
-    /// showed that.
+    /// True if the line has been idle for the time of a byte since the last one; and true if SR was
+    /// read while it showed this.
     idle: bool,
     idle_seen: bool,
-    /// When it becomes idle, if no byte begins before, cycles.
+    /// Cycle at which the line becomes idle unless a byte begins before.
     idle_at: Option<u64>,
     waiting: Option<u8>,
-    /// The byte that leaves, and the cycle of its end.
+    /// Byte being sent, and the cycle of its end.
     leaving: Option<(u8, u64)>,
     is_complete: bool,
-    /// Bytes that arrive: the cycle of their end.
+    /// Bytes being received, with the cycle of their end.
     arriving: VecDeque<(u8, u64)>,
-    /// Bytes that have left, with the cycle of their end.
+    /// Sent bytes, with the cycle of their end.
     pub sent: VecDeque<(u8, u64)>,
-    /// Bytes that the receiver lost.
     pub overruns: u64,
-    /// Bytes that arrived while the receiver was off.
+    /// Number of bytes that arrived while the receiver was off.
     pub unheard: u64,
-    /// Bytes that software or the DMA has taken.
+    /// Number of bytes taken by software or the DMA.
     pub taken: u64,
-    /// Bytes that software has read although the DMA was to fetch them.
+    /// Number of bytes read by software although the DMA was about to fetch them.
     pub stolen: u64,
 }
 
@@ -95,28 +94,28 @@ impl Usart {
         self.cr[0] & UE != 0
     }
 
-    /// The APB's clock cycles in ten bits.
+    /// APB clock cycles in ten bits.
     pub fn byte_clocks(&self) -> u64 {
         // OVER8 is refused, so BRR is the divider itself.
         u64::from(self.brr) * 10
     }
 
-    /// A byte is on its way and has arrived whole at this cycle.
+    /// Schedules a byte whose last bit ends at cycle `end`.
     pub fn arrive(&mut self, byte: u8, end: u64) {
         self.arriving.push_back((byte, end));
     }
 
-    /// Bytes on their way find a receiver without a clock.
+    /// Discards bytes on their way, because the receiver has no clock.
     pub fn lose_arriving(&mut self) {
         self.unheard += self.arriving.drain(..).len() as u64;
     }
 
-    /// When the last byte on its way arrives.
+    /// Cycle at which the last byte on its way ends.
     pub fn last_arrival(&self) -> Option<u64> {
         self.arriving.back().map(|(_, end)| *end)
     }
 
-    /// When the DMA fetches the byte in the data register, if it is on.
+    /// Cycle at which the DMA fetches the byte in the data register, if it is on.
     fn fetched_at(&self, dma_is_on: bool) -> Option<u64> {
         let fetched = self.received.map(|(_, arrived)| arrived + FETCH_CYCLES);
         fetched.filter(|_| dma_is_on && self.cr[2] & DMAR != 0)
@@ -134,8 +133,8 @@ impl Usart {
         .min()
     }
 
-    /// Lets bytes arrive until the DMA, if it is on, fetches one, which this gives; or until now.
-    /// `byte_cycles`: how long a byte takes.
+    /// Receives bytes until now, or until the DMA, if it is on, fetches one, which is returned.
+    /// `byte_cycles` is the duration of a byte.
     pub fn receive(&mut self, now: u64, byte_cycles: u64, dma_is_on: bool) -> Option<u8> {
         loop {
             let arrival = self.arriving.front().copied();
@@ -145,7 +144,7 @@ impl Usart {
                 self.taken += 1;
                 return self.received.take().map(|(byte, _)| byte);
             }
-            // A byte that has begun is on its way.
+            // A byte that has begun keeps the line busy.
             let begins = arrives.saturating_sub(byte_cycles);
             if self
                 .idle_at
@@ -170,7 +169,7 @@ impl Usart {
         }
     }
 
-    /// Lets bytes leave until now; `byte_cycles` is how long one takes.
+    /// Sends bytes until now; `byte_cycles` is the duration of a byte.
     pub fn send(&mut self, now: u64, byte_cycles: u64) {
         while let Some((byte, end)) = self.leaving.take_if(|(_, end)| *end <= now) {
             self.sent.push_back((byte, end));
@@ -191,14 +190,14 @@ impl Usart {
             | flag(self.is_complete, TC)
     }
 
-    /// True if its interrupt is requested: TXE, TC, IDLE, or RXNE and ORE, as CR1 enables them.
+    /// True if the interrupt is requested: TXE, TC, IDLE, or RXNE and ORE, as CR1 enables them.
     pub fn is_requested(&self) -> bool {
         let status = self.status();
         let enabled = self.cr[0] & (TXE | TC | RXNE | IDLE);
         self.is_on() && (status & enabled != 0 || status & ORE != 0 && enabled & RXNE != 0)
     }
 
-    /// Reads a register by software; `dma_is_on`: its stream is.
+    /// Reads a register by software; `dma_is_on` is the state of the receiver's stream.
     pub fn read(&mut self, offset: u32, dma_is_on: bool) -> Option<u32> {
         Some(match offset {
             0x00 => {
@@ -223,7 +222,7 @@ impl Usart {
 
     pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         match offset {
-            // Only TC and RXNE can be cleared so.
+            // Only TC and RXNE can be cleared by a write.
             0x00 => {
                 self.is_complete &= value & TC != 0;
                 if value & RXNE == 0 {
@@ -237,7 +236,7 @@ impl Usart {
             0x08 => self.brr = value & 0xFFFF,
             // 8 bits, no parity, oversampling by 16.
             0x0C if value & 0x9700 == 0 => self.cr[0] = value,
-            // One stop bit; no flow control, and nothing is sent by the DMA.
+            // One stop bit; flow control and sending by DMA are not modelled.
             0x10 if value == 0 => self.cr[1] = value,
             0x14 if value & !DMAR == 0 => self.cr[2] = value,
             _ => return None,

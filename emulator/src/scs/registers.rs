@@ -15,7 +15,7 @@ impl Scs {
             0xE000_E400..=0xE000_E45F => {
                 self.priorities(usize::from(FIRST_IRQ) + (address - 0xE000_E400) as usize)
             }
-            // CPUID of the r0p1 core in both chips (ST, PM0214).
+            // CPUID of the r0p1 core in all chips modelled (ST, PM0214).
             0xE000_ED00 => 0x410F_C241,
             0xE000_ED04 => {
                 numbers(self.active)
@@ -46,8 +46,7 @@ impl Scs {
         }))
     }
 
-    /// Writes to the control space, a word or a byte of the priorities; `None` if it is not
-    /// modelled.
+    /// Writes to the control space: a word, or a byte of the priorities. `None` if not modelled.
     pub fn write(&mut self, address: u32, bytes: u32, value: u32) -> Option<()> {
         let bits = |from: u32| u128::from(value) << FIRST_IRQ << ((address - from) * 8);
         match address {
@@ -69,7 +68,7 @@ impl Scs {
             }
             0xE000_ED08 => self.vtor = value & 0x3FFF_FF80,
             0xE000_ED0C if value >> 16 == 0x05FA => {
-                // PRIGROUP must leave all bits to the group.
+                // PRIGROUP must not split off subpriority bits.
                 if value & 0x700 > 0x300 {
                     return None;
                 }
@@ -95,7 +94,7 @@ impl Scs {
         Some(())
     }
 
-    /// Four bits of each priority exist (PM0214).
+    /// Sets priorities, of which four bits exist (PM0214).
     fn set_priorities(&mut self, at: usize, bytes: u32, value: u32) {
         for (k, byte) in value
             .to_le_bytes()

@@ -1,4 +1,4 @@
-//! Which exceptions are enabled, pending and active, and which one is next.
+//! Enabled, pending and active exceptions, and the choice of the next one.
 
 /// Number of the first interrupt among the exceptions.
 pub(crate) const FIRST_IRQ: u16 = 16;
@@ -6,11 +6,10 @@ pub(crate) const FIRST_IRQ: u16 = 16;
 const NMI: u16 = 2;
 /// Number of the HardFault exception.
 pub(crate) const HARD_FAULT: u16 = 3;
-/// Exceptions with a place here: 16 of the system and 97 interrupts, of which the STM32F405 has 82
+/// Number of exceptions modelled: 16 of the system and 97 interrupts, of which the STM32F405 has 82
 /// (RM0090, table 61).
 const EXCEPTIONS: usize = 113;
 
-/// Masks of exceptions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Masks {
     pub primask: bool,
@@ -21,43 +20,43 @@ pub(crate) struct Masks {
 /// Counts of one interrupt.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Served {
-    /// Number of times that it ran.
+    /// Number of runs.
     pub times: u64,
     /// Longest wait from pending to its first instruction, cycles.
     pub longest_wait_cycles: u64,
     /// Sum of all waits, cycles.
     pub wait_cycles: u64,
-    /// Longest run from the first instruction to the return, with higher interrupts in between,
+    /// Longest run from the first instruction to the return, including higher-priority interrupts,
     /// cycles.
     pub longest_run_cycles: u64,
     /// Sum of all runs, cycles.
     pub run_cycles: u64,
-    /// Cycles that it ran itself, without those of higher interrupts.
+    /// Cycles of the interrupt itself, without higher-priority interrupts.
     pub own_cycles: u64,
-    /// Instructions that it ran itself.
+    /// Instructions of the interrupt itself.
     pub instructions: u64,
-    /// Runs that found nothing: a run of the same priority, of its own or of another interrupt, has
-    /// served its cause too.
+    /// Number of runs with nothing to do, because another run of the same priority had already
+    /// served the cause.
     pub served_before: u64,
 }
 
 /// State of the system control space.
 pub(crate) struct Scs {
-    /// Bit n: exception n.
+    /// Bit n is exception n.
     pub enabled: u128,
     pub pending: u128,
     pub active: u128,
-    /// Lines that peripherals hold high.
+    /// Lines held high by peripherals.
     pub lines: u128,
-    /// Pended by a write to the controller.
+    /// Exceptions set pending by a write to the controller.
     pub by_software: u128,
-    /// Pending, but a run of the same priority has taken the cause away.
+    /// Pending exceptions whose cause was served by a run of the same priority.
     served_before: u128,
     pub priority: [u8; EXCEPTIONS],
     pub vtor: u32,
     pub cpacr: u32,
     pub fpccr: u32,
-    /// FPCCR.LSPACT with FPCAR: where the interrupted code's floating-point registers belong.
+    /// FPCCR.LSPACT with FPCAR: address for the interrupted code's floating-point registers.
     pub lazy_frame: Option<u32>,
     pub reset_requested: bool,
     pub cfsr: u32,
@@ -65,17 +64,15 @@ pub(crate) struct Scs {
     pub bfar: u32,
     pub shcsr: u32,
     pub scr: u32,
-    /// Time that each became pending, cycles.
+    /// Cycle at which each exception became pending.
     since: [u64; EXCEPTIONS],
-    /// Time that each began, cycles.
+    /// Cycle at which each exception began.
     begun: [u64; EXCEPTIONS],
-    /// Statistics of each exception.
     pub served: [Served; EXCEPTIONS],
-    /// Cycles and instructions up to which [`Self::served`] has `own_cycles` and `instructions`.
+    /// Cycles and instructions already included in [`Self::served`].
     charged: [u64; 2],
-    /// The present time, cycles.
     pub now: u64,
-    /// Interrupts that were taken though nothing was pending in their peripheral.
+    /// Interrupts taken without a pending cause in their peripheral.
     pub spurious: Vec<u16>,
 }
 
@@ -118,8 +115,8 @@ impl Scs {
         };
     }
 
-    /// Charges what has run since the last call to exception `number`, 0 for the thread. `now` are
-    /// cycles and instructions since power-up.
+    /// Charges cycles and instructions since the last call to exception `number`, 0 for the thread.
+    /// `now` are cycles and instructions since power-up.
     pub fn charge(&mut self, number: u16, now: [u64; 2]) {
         let [cycles, instructions] = self.since_charged(now);
         let served = &mut self.served[usize::from(number)];
@@ -128,17 +125,15 @@ impl Scs {
         self.charged = now;
     }
 
-    /// Cycles and instructions since the last charge.
     pub fn since_charged(&self, now: [u64; 2]) -> [u64; 2] {
         [now[0] - self.charged[0], now[1] - self.charged[1]]
     }
 
-    /// Cycles asleep are charged to nobody.
+    /// Skips cycles asleep, which are not charged.
     pub fn sleep(&mut self, cycles: u64) {
         self.charged[0] += cycles;
     }
 
-    /// Address of the vectors.
     pub fn vectors(&self) -> u32 {
         self.vtor
     }
@@ -148,12 +143,11 @@ impl Scs {
         self.cpacr >> 20 & 15 == 15
     }
 
-    /// FPCCR.LSPEN.
     pub fn is_lazy(&self) -> bool {
         self.fpccr & 1 << 30 != 0
     }
 
-    /// Sets the level of an interrupt's line; a rising one makes it pending.
+    /// Sets the level of an interrupt's line; a rising edge makes it pending.
     pub fn set_line(&mut self, irq: u16, high: bool) {
         let bit = 1_u128 << (FIRST_IRQ + irq);
         if high == (self.lines & bit != 0) {
@@ -178,12 +172,13 @@ impl Scs {
         self.enabled &= !(1 << (FIRST_IRQ + irq));
     }
 
-    /// The contrary.
+    /// Unmasks an interrupt, as NVIC_ISER does.
     pub fn unmask(&mut self, irq: u16) {
         self.enabled |= 1 << (FIRST_IRQ + irq);
     }
 
-    /// The clock security system requests the NMI until its flag is cleared.
+    /// Requests the NMI for the clock security system, which repeats this until its flag is
+    /// cleared.
     pub fn request_nmi(&mut self) {
         if self.active & 1 << NMI == 0 {
             self.pend(NMI);
@@ -198,7 +193,6 @@ impl Scs {
         }
     }
 
-    /// The exception begins.
     pub fn begin(&mut self, number: u16) {
         let bit = 1_u128 << number;
         let has_no_cause = number >= FIRST_IRQ && (self.lines | self.by_software) & bit == 0;
@@ -220,7 +214,7 @@ impl Scs {
         self.active |= bit;
     }
 
-    /// The exception ends. A line that is still high makes it pending again.
+    /// Ends an exception. A line that is still high makes it pending again.
     pub fn end(&mut self, number: u16) {
         let bit = 1_u128 << number;
         self.active &= !bit;
@@ -233,7 +227,7 @@ impl Scs {
         }
     }
 
-    /// The priority of what runs: a smaller number is higher; 256 is a thread.
+    /// Priority of the running code: a smaller number is higher; 256 is a thread.
     fn running(&self) -> i32 {
         numbers(self.active)
             .map(|number| self.priority_of(number))
@@ -254,7 +248,7 @@ impl Scs {
         self.running() > -1 && !masks.faultmask
     }
 
-    /// The exception to take now, if any.
+    /// Exception to take now, if any.
     pub fn next(&self, masks: Masks) -> Option<u16> {
         let ready = self.pending & self.enabled;
         if ready == 0 {
@@ -270,12 +264,12 @@ impl Scs {
         if masks.faultmask {
             limit = limit.min(-1);
         }
-        // Among equal priorities the lowest number wins.
+        // Among equal priorities, the lowest number is taken first.
         let best = numbers(ready).min_by_key(|number| self.priority_of(*number))?;
         (self.priority_of(best) < limit).then_some(best)
     }
 
-    /// True if WFI ends: PRIMASK does not count (DDI 0403E, B1.5.19).
+    /// True if WFI ends, for which PRIMASK is ignored (DDI 0403E, B1.5.19).
     pub fn wakes(&self, masks: Masks) -> bool {
         self.next(Masks {
             primask: false,
@@ -284,7 +278,8 @@ impl Scs {
         .is_some()
     }
 
-    /// SHCSR has a handler of its own for these faults; the images leave all of them to HardFault.
+    /// Records a fault. SHCSR could enable separate handlers, but the images leave all faults to
+    /// HardFault.
     pub fn note_fault(&mut self, cause: u32, address: Option<u32>) {
         self.cfsr |= cause;
         // FORCED.
@@ -293,7 +288,7 @@ impl Scs {
     }
 }
 
-/// The numbers of the bits that are set.
+/// Iterates over the numbers of the bits that are set.
 pub fn numbers(mut bits: u128) -> impl Iterator<Item = u16> {
     std::iter::from_fn(move || {
         let number = (bits != 0).then(|| bits.trailing_zeros() as u16);

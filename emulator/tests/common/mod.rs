@@ -1,4 +1,4 @@
-//! A board that runs its image, and what it reports.
+//! Runs a board with its image and decodes its reports.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
 use ads1258::Conversion;
@@ -14,20 +14,19 @@ use ridgetone_proto::telemetry::{ConverterState, Decoder, Estimate, Event, Healt
 
 pub const BOARDS: [Board; 2] = [Board::FeatherF405, Board::NucleoF446re];
 
-/// A emulator with the receiver of its telemetry.
+/// An emulator with a receiver for its telemetry.
 pub struct Run {
     pub emulator: Emulator,
     decoder: Decoder,
     pub events: Vec<Event>,
 }
 
-/// The image of a board.
 pub fn image(board: Board) -> Image {
     Image::built(board).unwrap_or_else(|error| panic!("{error}"))
 }
 
 impl Run {
-    /// A board in front of a grating that slides at 30 mm/s, as in the demo.
+    /// Starts a board in front of a grating that slides at 30 mm/s, as in the demo.
     pub fn sliding(board: Board) -> Self {
         Self::new(
             board,
@@ -36,7 +35,7 @@ impl Run {
         )
     }
 
-    /// A board at rest that has greeted and scans.
+    /// Starts an untouched board that has greeted and scans.
     pub fn at_rest(board: Board) -> Self {
         let mut run = Self::new(board, Constant::default(), Start::default());
         run.run_to(1.0, hello);
@@ -53,7 +52,6 @@ impl Run {
         }
     }
 
-    /// Runs for `s` seconds of virtual time.
     pub fn run_s(&mut self, s: f64) {
         let outcome = self.emulator.run_ns((s * 1e9) as u64);
         for byte in self.emulator.take_sent() {
@@ -63,7 +61,7 @@ impl Run {
         outcome.unwrap_or_else(|failure| panic!("{failure}"));
     }
 
-    /// Runs until the board has reported what `find` looks for, at most `limit_s` seconds.
+    /// Runs until `find` accepts an event, but no longer than `limit_s` seconds.
     pub fn run_to<T>(&mut self, limit_s: f64, find: impl Fn(&Event) -> Option<T>) -> T {
         let end_ns = self.emulator.now_ns() + (limit_s * 1e9) as u64;
         let mut seen = self.events.len();
@@ -82,12 +80,10 @@ impl Run {
         );
     }
 
-    /// Packets that never arrived.
     pub fn missing(&self) -> u32 {
         self.decoder.missing
     }
 
-    /// Fails if a rule was broken.
     #[track_caller]
     pub fn assert_rules(&self) {
         assert!(
@@ -97,14 +93,12 @@ impl Run {
         );
     }
 
-    /// Sends a request and waits for its reply.
     pub fn command(&mut self, number: u16, command: Command) -> Outcome {
         self.emulator.send(&request(number, command));
         self.run_to(5.0, reply_to(number))
     }
 }
 
-/// The greeting.
 pub fn hello(event: &Event) -> Option<Hello> {
     if let Event::Hello(hello) = event {
         Some(hello.clone())
@@ -113,7 +107,7 @@ pub fn hello(event: &Event) -> Option<Hello> {
     }
 }
 
-/// A request as it travels, behind a zero that ends what was on the line before.
+/// Encodes a request for the line, after a zero that ends earlier bytes on the line.
 pub fn request(number: u16, command: Command) -> Vec<u8> {
     let mut bytes = vec![0; REQUEST_WIRE_MAX + 1];
     let used = framing::encode(&Request { number, command }, &mut bytes[1..]).expect("it fits");
@@ -121,7 +115,6 @@ pub fn request(number: u16, command: Command) -> Vec<u8> {
     bytes
 }
 
-/// The reply to a request.
 pub fn reply_to(number: u16) -> impl Fn(&Event) -> Option<Outcome> {
     move |event| match event {
         Event::Reply(reply) if reply.number == number => Some(reply.outcome.clone()),
@@ -129,7 +122,6 @@ pub fn reply_to(number: u16) -> impl Fn(&Event) -> Option<Outcome> {
     }
 }
 
-/// The converter as it is reported.
 pub fn converter(event: &Event) -> Option<ConverterState> {
     if let Event::Converter(state) = event {
         Some(state.clone())
@@ -138,7 +130,6 @@ pub fn converter(event: &Event) -> Option<ConverterState> {
     }
 }
 
-/// The latest health.
 pub fn health(event: &Event) -> Option<Health> {
     if let Event::Health(health) = event {
         Some(*health)
@@ -147,7 +138,7 @@ pub fn health(event: &Event) -> Option<Health> {
     }
 }
 
-/// Events of the library on this PC, from the conversions that the board has read.
+/// Runs the library on this PC with the conversions that the board has read.
 pub fn on_pc(run: &Run) -> Vec<Event> {
     let mut pipeline = Pipeline::new(Settings::DEFAULT);
     let mut events = Vec::new();
@@ -158,8 +149,8 @@ pub fn on_pc(run: &Run) -> Vec<Event> {
     events
 }
 
-/// Contacts, slides, releases and images in their order, then estimates in theirs: a fit ends when
-/// it ends.
+/// Selects contacts, slides, releases and images in order, then estimates in order: the time at
+/// which a fit ends varies.
 pub fn touches_and_tones(events: &[Event]) -> Vec<Event> {
     let is_kept = |event: &&Event| {
         matches!(
@@ -177,7 +168,6 @@ pub fn touches_and_tones(events: &[Event]) -> Vec<Event> {
     kept
 }
 
-/// An estimate.
 pub fn estimate_of(event: &Event) -> Option<Estimate> {
     if let Event::Estimate(estimate) = event {
         Some(estimate.clone())
@@ -186,12 +176,10 @@ pub fn estimate_of(event: &Event) -> Option<Estimate> {
     }
 }
 
-/// The estimates.
 pub fn estimates(events: &[Event]) -> Vec<Estimate> {
     events.iter().filter_map(estimate_of).collect()
 }
 
-/// The begin or the end of a fault.
 pub fn fault_of(event: &Event) -> Option<Fault> {
     if let Event::Fault(fault) = event {
         Some(*fault)

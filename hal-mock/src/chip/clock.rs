@@ -1,5 +1,5 @@
-//! Clock cycles to nanoseconds, exactly: integers only, from the absolute count, so nothing
-//! accumulates.
+//! Converts clock cycles to nanoseconds exactly: integers only, from the absolute count, so no
+//! rounding error accumulates.
 
 use super::Ads1258;
 
@@ -30,16 +30,15 @@ impl Clock {
         (u128::from(ns) * u128::from(self.microhertz) / SCALE) as u64
     }
 
-    /// Duration of `cycles` in seconds.
     pub(crate) fn seconds(self, cycles: u64) -> f64 {
         cycles as f64 / (self.microhertz as f64 * 1e-6)
     }
 }
 
 impl Ads1258 {
-    /// The clock on CLKIO has another frequency from now on, nominally; with 0 Hz, which is none,
-    /// the chip neither converts nor answers. The first clock begins the power-up, any clock after
-    /// none a conversion if START is high.
+    /// Changes the nominal frequency on CLKIO; with 0 Hz, no clock, the chip neither converts nor
+    /// answers. The first clock begins the power-up; a clock that starts begins a conversion if
+    /// START is high.
     pub fn set_clock(&mut self, now_ns: u64, clock_hz: u32) {
         self.advance_to(now_ns);
         let was_clocked = self.is_clocked();
@@ -58,12 +57,10 @@ impl Ads1258 {
         self.options.clock_hz > 0
     }
 
-    /// True if it has a clock, and its power-up is over.
     pub(crate) fn is_powered(&self, now_ns: u64) -> bool {
         self.is_clocked() && self.powered_ns.is_some_and(|end_ns| end_ns <= now_ns)
     }
 
-    /// The clock of the options is in force.
     pub(crate) fn take_clock(&mut self) {
         self.conversion = self
             .conversion
@@ -86,7 +83,7 @@ mod tests {
 
     #[test]
     fn a_fast_clock_needs_less_time() {
-        // 100 ppm fast: a nominal second's cycles take 1/1.0001 s.
+        // 100 ppm fast: the cycles of a nominal second take 1/1.0001 s.
         assert_eq!(Clock::new(16_000_000, 100.0).ns(16_000_000), 999_900_009);
     }
 }

@@ -9,7 +9,7 @@ pub(crate) const VREF_CODE: f64 = 7_864_320.0;
 const SYSTEM_CODE_PER_VOLT: f64 = 786_432.0;
 const MAX_CODE: f64 = 8_388_607.0;
 const MIN_CODE: f64 = -8_388_608.0;
-/// OVF beyond this fraction of VREF.
+/// Fraction of VREF beyond which OVF is set.
 const OVERFLOW: f64 = 1.06;
 /// TEMP reading in microvolts at 25 degrees Celsius.
 const TEMP_UV_AT_25_C: f64 = 168_000.0;
@@ -44,14 +44,14 @@ pub(crate) fn ideal(
     volts * analog.gain * per_volt + offset
 }
 
-/// Noise in codes: microvolts rms of the data rate, referred to the input.
+/// Standard deviation of the noise in codes, from the datasheet for each data rate.
 pub(crate) fn noise_sigma(drate: u8, chop: bool, analog: &Analog) -> f64 {
     const UV_RMS: [f64; 4] = [2.8, 4.5, 7.9, 12.0];
     let uv = UV_RMS[usize::from(drate & 3)] / if chop { 1.4 } else { 1.0 };
     uv * 1e-6 / analog.reference_v * VREF_CODE
 }
 
-/// Rounds to the nearest code and clips; true when OVF is set.
+/// Rounds to the nearest code and clips; the flag is OVF.
 pub(crate) fn quantise(code: f64) -> (i32, bool) {
     (
         code.round_ties_even().clamp(MIN_CODE, MAX_CODE) as i32,

@@ -7,13 +7,12 @@ use super::registers::{BYPAS, CHOP, IDLMOD, Registers};
 use super::slot::{OFFSET, Slot, next_slot};
 use super::timing::Timing;
 
-/// A running conversion, with the settings that it began with: a register write acts on the next
-/// one.
+/// A running conversion, with the settings at its start: a register write acts on the next one.
 #[derive(Clone, Debug)]
 pub(crate) struct Conversion {
-    /// Time of this run's cycle 0, its start condition.
+    /// Time of the start condition, cycle 0.
     epoch_ns: u64,
-    /// Cycle of the result, counted from the start condition so that nothing accumulates.
+    /// Cycle of the result, counted from the start condition so that no rounding error accumulates.
     pub(crate) end_cycle: u64,
     sample_cycle: u64,
     slot: Slot,
@@ -25,8 +24,7 @@ impl Conversion {
         self.epoch_ns + clock.ns(cycle)
     }
 
-    /// This conversion with the time that is left counted from `now_ns` on, so that the clock may
-    /// change.
+    /// Counts the remaining time from `now_ns`, so that the clock may change.
     pub(crate) fn rebased(self, clock: Clock, now_ns: u64) -> Self {
         let passed = clock.cycles(now_ns.saturating_sub(self.epoch_ns));
         Self {
@@ -38,7 +36,7 @@ impl Conversion {
     }
 }
 
-/// The latest result, as a data read gives it.
+/// The latest result, as a data read returns it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Outcome {
     pub(crate) new: bool,
@@ -60,11 +58,11 @@ impl Outcome {
     }
 }
 
-/// Below this analogue supply, about, the SUPPLY flag is set.
+/// Approximate analogue supply below which the SUPPLY flag is set.
 const SUPPLY_V: f64 = 4.3;
 
 impl Ads1258 {
-    /// Rising START, pulse convert, or the end of a reset or stall while START is high.
+    /// Acts on a rising START, pulse convert, or the end of a reset or stall while START is high.
     pub(crate) fn start_condition(&mut self) {
         let Some(powered_ns) = self.powered_ns.filter(|_| self.is_clocked()) else {
             return;
@@ -127,11 +125,11 @@ impl Ads1258 {
 
     fn measure(&mut self, c: &Conversion) -> Outcome {
         let zero_ns = self.zero_ns.unwrap_or(c.epoch_ns);
-        // Seconds of the run from its cycles, not from rounded nanoseconds: the same for every
-        // start-up time.
+        // Take the time from cycles, not from rounded nanoseconds, so that it does not depend on
+        // the duration of the start-up.
         let t_s = (c.epoch_ns - zero_ns) as f64 * 1e-9 + self.clock.seconds(c.sample_cycle);
-        // With the ADC's inputs taken from pins where nothing is connected the codes clip. The
-        // internal readings other than OFFSET do not go over these pins.
+        // With BYPAS the ADC's inputs come from pins that are not connected, so the codes clip. The
+        // internal readings except OFFSET do not use these pins.
         let external = c.slot.chid().is_none_or(|chid| chid <= OFFSET);
         let (analog, chop) = (self.options.analog, c.registers.bit(CHOP));
         let (scene, held) = (&mut self.scene, self.faults.held);
@@ -146,7 +144,7 @@ impl Ads1258 {
         if self.options.noise {
             ideal += code::noise_sigma(c.registers.drate(), chop, &analog) * self.noise.gaussian();
         }
-        // A recording that lacks this reading.
+        // The recording lacks this reading.
         if ideal.is_nan() {
             return Outcome {
                 new: false,

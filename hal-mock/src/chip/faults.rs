@@ -9,63 +9,64 @@ use super::Ads1258;
 pub enum Fault {
     /// Inverts the bits of `mask` in the register at `address`, once, read-only bits too.
     RegisterFlip { address: u8, mask: u8 },
-    /// The chip resets itself, once, as a dip of its digital supply makes it.
+    /// Resets the chip once, as a dip of its digital supply does.
     Reset,
-    /// The converter stands still: no conversion ends or begins. The end is a new start condition
-    /// if START is high.
+    /// Stops the converter: no conversion ends or begins. The end of the fault is a new start
+    /// condition if START is high.
     Stall,
     /// Inverts the bits of `mask` once, in the byte from the chip that comes `bytes_ahead` bytes
     /// after the next one. After an edge of DRDY the next byte is the command of a read, and the
-    /// four that follow are its result.
+    /// following four are its result.
     DoutFlip { bytes_ahead: u64, mask: u8 },
     /// Inverts the bits of `mask` once in a byte to the chip, which obeys the changed byte: a read
-    /// may become a write of registers.
+    /// may become a register write.
     DinFlip { bytes_ahead: u64, mask: u8 },
-    /// DOUT is stuck, at ones if `high`. The chip still receives.
+    /// DOUT is stuck at one if `high`, else at zero. The chip still receives.
     DoutStuck { high: bool },
-    /// SCLK, DIN or CS is cut: the chip receives nothing, and DOUT floats, to ones if `high`.
+    /// SCLK, DIN or CS is cut: the chip receives nothing, and DOUT floats to one if `high`, else to
+    /// zero.
     BusCut { high: bool },
-    /// DRDY is stuck, at one if `high`.
+    /// DRDY is stuck at one if `high`, else at zero.
     DrdyStuck { high: bool },
-    /// Edges of DRDY without new results every `period_ns` nanoseconds, between the chip's own.
+    /// Adds edges of DRDY without new results every `period_ns` nanoseconds, between the chip's
+    /// own.
     Storm { period_ns: u64 },
     /// The next `count` edges of DRDY do not arrive.
     EdgesLost { count: u32 },
-    /// One edge of DRDY too many, `after_ns` nanoseconds from now.
+    /// Adds one edge of DRDY, `after_ns` nanoseconds from now.
     EdgeRepeated { after_ns: u64 },
-    /// Another analogue supply AVDD - AVSS in volts. Below 4.3 V the chip sets SUPPLY, and its data
-    /// are poison.
+    /// Changes the analogue supply AVDD - AVSS to `volts`. Below 4.3 V the chip sets SUPPLY, and
+    /// its data are poison.
     Supply { volts: f64 },
-    /// Another reference VREFP - VREFN in volts.
+    /// Changes the reference VREFP - VREFN to `volts`.
     Reference { volts: f64 },
-    /// Another error of the clock in parts per million; positive is fast.
+    /// Changes the error of the clock, in parts per million; positive is fast.
     Clock { error_ppm: f64 },
-    /// AIN`input` is held at a voltage instead of that of the scene.
+    /// Holds AIN`input` at `volts` instead of the scene's voltage.
     Input { input: u8, volts: f64 },
 }
 
-/// Faults in force.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Faults {
     pub(crate) stalled: bool,
-    /// An input and its voltage.
+    /// An input and the voltage at which it is held.
     pub(crate) held: Option<(u8, f64)>,
-    /// The level that DOUT always has at its other end, true for high.
+    /// Constant level of DOUT at the processor, true for high.
     dout_stuck: Option<bool>,
-    /// The chip receives nothing.
+    /// True if the chip receives nothing.
     pub(crate) is_cut: bool,
     /// Bits of DIN and DOUT to invert in later bytes, by the count of bytes exchanged since
     /// construction.
     bit_errors: Vec<(u64, [u8; 2])>,
     exchanged: u64,
-    /// The level of DRDY, true for high.
+    /// Constant level of DRDY at the processor, true for high.
     pub(crate) drdy_stuck: Option<bool>,
     /// Number of the chip's next edges that do not arrive.
     pub(crate) edges_lost: u32,
     pub(crate) edge_repeated_ns: Option<u64>,
-    /// Beginning and period of a storm.
+    /// Beginning and period of a storm of DRDY edges.
     pub(crate) storm_ns: Option<(u64, u64)>,
-    /// Supply, reference and error of the clock before the first fault.
+    /// Supply, reference and clock error before the first fault.
     before: Option<(f64, f64, f64)>,
 }
 
@@ -84,7 +85,7 @@ impl Faults {
         sum
     }
 
-    /// The byte that arrives instead of `dout`.
+    /// Returns the byte that arrives at the processor instead of `dout`.
     pub(crate) fn on_dout(&self, dout: u8) -> u8 {
         self.dout_stuck
             .map_or(dout, |high| if high { 0xFF } else { 0x00 })
@@ -92,7 +93,7 @@ impl Faults {
 }
 
 impl Ads1258 {
-    /// A fault begins at the time advanced to.
+    /// Begins a fault now.
     pub fn begin_fault(&mut self, fault: Fault) {
         let (analog, faults) = (&mut self.options.analog, &mut self.faults);
         faults.before.get_or_insert((
@@ -128,8 +129,7 @@ impl Ads1258 {
         }
     }
 
-    /// A fault ends at the time advanced to. Supply, reference and clock return to their values
-    /// before the first fault.
+    /// Ends a fault now. Supply, reference and clock return to their values before the first fault.
     pub fn end_fault(&mut self, fault: Fault) {
         let (analog, faults) = (&mut self.options.analog, &mut self.faults);
         let (supply_v, reference_v, error_ppm) = faults.before.unwrap_or_default();
@@ -149,12 +149,12 @@ impl Ads1258 {
             Fault::Reference { .. } => analog.reference_v = reference_v,
             Fault::Clock { .. } => self.set_clock_error(error_ppm),
             Fault::Input { .. } => faults.held = None,
-            // The others happen once and do not last.
+            // The other faults happen once and do not last.
             _ => {}
         }
     }
 
-    /// A new start condition if START is high.
+    /// Repeats the start condition if START is high.
     pub(crate) fn start_again(&mut self) {
         if self.start {
             self.start_condition();

@@ -3,16 +3,16 @@
 use super::Ads1258;
 use super::registers::{MUXDIF, MUXSG0, MUXSG1, REGISTERS, SPIRST, STAT, SYSRED};
 
-/// Where in a frame the decoder is.
+/// State of the decoder within a frame.
 #[derive(Clone, Copy, Debug, Default)]
 enum State {
     /// After CS low or the time-out: a command or a direct read.
     #[default]
     FrameStart,
-    /// After a finished command: another one may follow without toggling CS, a direct read may
+    /// After a finished command: another command may follow without toggling CS, a direct read may
     /// not.
     Command,
-    /// Read by command: the result latched at the command, so that a DRDY edge does not touch it.
+    /// Read by command: the result is latched at the command, so a DRDY edge does not change it.
     Data { bytes: [u8; 4], at: usize },
     /// Direct read: straight from the result register, which a DRDY edge replaces.
     Direct { at: usize },
@@ -20,9 +20,9 @@ enum State {
     Spent,
     /// After a read by command without MUL, until CS goes high: not specified.
     Lost,
-    /// Register bytes; the address ends after 09h.
+    /// Register read; it ends after address 09h.
     Read { address: u8, several: bool },
-    /// As `Read`.
+    /// Register write; it ends after address 09h.
     Write { address: u8, several: bool },
 }
 
@@ -55,10 +55,10 @@ impl Ads1258 {
         self.select(now_ns);
     }
 
-    /// One byte within a frame: `din` in, DOUT out. The first SCLK edge is at `first_sclk_ns`, the
-    /// last at `last_sclk_ns`; the byte acts at the first. If SCLK was idle since the byte before
-    /// for 4096 tCLK (SPIRST = 0) or 256 tCLK (SPIRST = 1), the interface is reset; by an option, if
-    /// the frame began so long ago.
+    /// Exchanges one byte within a frame: `din` in, DOUT out. The first SCLK edge is at
+    /// `first_sclk_ns`, the last at `last_sclk_ns`; the byte acts at the first. The interface is
+    /// reset if SCLK was idle for 4096 tCLK (SPIRST = 0) or 256 tCLK (SPIRST = 1) since the
+    /// previous byte, or, by an option, if the frame began that long ago.
     pub fn exchange(&mut self, first_sclk_ns: u64, last_sclk_ns: u64, din: u8) -> u8 {
         self.advance_to(first_sclk_ns);
         let [din_errors, dout_errors] = self.faults.next();
@@ -98,8 +98,7 @@ impl Ads1258 {
     fn answer(&mut self, din: u8) -> u8 {
         let (dout, next) = match self.interface.state {
             State::FrameStart => match din >> 5 {
-                // C[2:0] = 000 and 111 are not a command but a direct read, whose data come at
-                // once.
+                // C[2:0] = 000 and 111 select a direct read, not a command: its data come at once.
                 0b000 | 0b111 => {
                     self.result_read_begins();
                     let at = if self.registers.bit(STAT) { 0 } else { 1 };
@@ -191,7 +190,7 @@ impl Ads1258 {
         (self.poison_byte(), next)
     }
 
-    /// The first SCLK of a read: DRDY rises.
+    /// Raises DRDY at the first SCLK of a read and counts the result.
     fn result_read_begins(&mut self) {
         self.drdy_low = false;
         self.counters.read += u64::from(self.outcome.new);
@@ -203,8 +202,8 @@ impl Ads1258 {
         }
         self.counters.register_writes += 1;
         self.registers.write(address, value);
-        // A write to the selection of channels puts the scan back to its top, and starts one that
-        // had no channel.
+        // Writing the channel selection restarts the scan at its top, and starts a scan that had no
+        // channel.
         if matches!(address, MUXDIF | MUXSG0 | MUXSG1 | SYSRED) {
             self.last_chid = None;
         }
@@ -215,8 +214,8 @@ impl Ads1258 {
 }
 
 impl State {
-    /// Itself while more registers follow, else the end of the command: single access, or after
-    /// address 09h.
+    /// Stays in this state while more registers follow; else the command ends: after a single
+    /// access, or after address 09h.
     fn or_end(self, address: u8, several: bool) -> Self {
         if several && usize::from(address) + 1 < REGISTERS {
             self

@@ -15,12 +15,12 @@ pub struct Analog {
     pub aincom_v: f64,
     /// Temperature of the chip in degrees Celsius, default 25.
     pub temperature_c: f64,
-    /// Slope of the temperature sensor in uV per degree, default 394; 563 where board and chip
-    /// share one temperature.
+    /// Slope of the temperature sensor in uV per degree, default 394; use 563 if board and chip
+    /// have the same temperature.
     pub temperature_uv_per_c: f64,
     /// Offset error in volts, default 0. Chopping removes it.
     pub offset_v: f64,
-    /// Gain, default 1: what the GAIN reading shows.
+    /// Gain, default 1: the value that the GAIN reading shows.
     pub gain: f64,
 }
 
@@ -42,14 +42,14 @@ impl Default for Analog {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Nominal clock in hertz, default 15,728,640 (32.768 kHz crystal x 480); the chip allows up to
-    /// 16,000,000. 0: none yet, see `Ads1258::set_clock`.
+    /// 16,000,000. 0: no clock yet, see `Ads1258::set_clock`.
     pub clock_hz: u32,
     /// Error of the clock in parts per million; positive is fast. Default 0.
     pub clock_error_ppm: f64,
     /// Physical values; see also `Ads1258::analog_mut`.
     pub analog: Analog,
-    /// Gaussian noise of the data rate (12, 7.9, 4.5 or 2.8 uVrms for DRATE 3 to 0, / 1.4 with
-    /// CHOP). Default on.
+    /// True if the Gaussian noise of the data rate is added (12, 7.9, 4.5 or 2.8 uVrms for DRATE 3
+    /// to 0, / 1.4 with CHOP). Default true.
     pub noise: bool,
     /// Seed of noise and poison, default 1.
     pub seed: u64,
@@ -58,25 +58,26 @@ pub struct Options {
     pub poison: Option<u8>,
     /// The ID register, default 8Bh. Only bit 4 (0 = ADS1258) is guaranteed by the datasheet.
     pub id: u8,
-    /// CHID in the status byte in fixed-channel mode. `None`, the default: poison, as it is not
-    /// specified.
+    /// CHID in the status byte in fixed-channel mode, which the datasheet does not specify. `None`,
+    /// the default: poison.
     pub fixed_channel_chid: Option<u8>,
-    /// True if the scan skips the readings that CHOP excludes or, the default, converts them to
-    /// poison; not specified.
+    /// True if the scan skips the readings that CHOP excludes; false, the default, converts them to
+    /// poison. Not specified.
     pub chop_skips_internal: bool,
-    /// True if the first conversion after START contains the switching delay DLY too; not
-    /// specified. Default no.
+    /// True if the first conversion after START also contains the switching delay DLY; not
+    /// specified. Default false.
     pub first_conversion_with_delay: bool,
-    /// Clock cycles by which the first result after sleep (IDLMOD = 1) is later. Not in the
-    /// sources; default 0.
+    /// Delay of the first result after sleep (IDLMOD = 1), clock cycles. Not in the datasheet;
+    /// default 0.
     pub sleep_wake_cycles: u64,
-    /// True if the interface's time-out counts from the frame's start though SCLK runs, as some
-    /// have met it (TI's forum, 1213439), or from the byte before; not specified. Default no.
+    /// True if the interface's time-out counts from the frame's start even while SCLK runs, as
+    /// users report (TI's forum, 1213439); false, the default, if it counts from the previous byte.
+    /// Not specified.
     pub timeout_from_frame_start: bool,
-    /// Faults to inject while it runs, by scene time. Default none.
+    /// Faults to inject, by scene time. Default none.
     pub injections: Vec<Injection>,
-    /// Clock cycles without answers after construction, or after the first clock. Default 0; 2^18
-    /// (16.4 ms) after power-up in the datasheet.
+    /// Clock cycles without answers after construction or after the first clock. Default 0; the
+    /// datasheet has 2^18 (16.4 ms) after power-up.
     pub power_up_cycles: u64,
 }
 
@@ -108,12 +109,12 @@ pub struct Counters {
     pub conversions: u64,
     /// Results that were read at least once.
     pub read: u64,
-    /// Results that the next one overwrote unread.
+    /// Results overwritten unread by the next one.
     pub lost: u64,
     /// Register bytes written over SPI.
     pub register_writes: u64,
     /// Command bytes that the datasheet does not define or that had no effect: reserved, read by
-    /// command without MUL, pulse convert while converting, a direct read or padding behind another
+    /// command without MUL, pulse convert while converting, a direct read or padding after another
     /// command.
     pub odd_commands: u64,
 }

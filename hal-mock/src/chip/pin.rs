@@ -1,12 +1,12 @@
-//! The DRDY pin at the processor. It has the chip's own edges; a fault removes some of them, or
-//! adds others.
+//! The DRDY pin at the processor: the chip's own edges, less those that a fault removes and plus
+//! those that a fault adds.
 
 use super::Ads1258;
 use super::timing::Timing;
 
 impl Ads1258 {
-    /// Level of the DRDY pin. Low: there is an unread result; high for the last tCLK before the
-    /// next one.
+    /// Level of the DRDY pin. Low while a result is unread; high for the last tCLK before the next
+    /// result.
     pub fn drdy_high(&mut self, now_ns: u64) -> bool {
         self.advance_to(now_ns);
         let pulse = self
@@ -16,14 +16,13 @@ impl Ads1258 {
         self.faults.drdy_stuck.unwrap_or(!self.drdy_low || pulse)
     }
 
-    /// Time of the latest falling edge that the chip itself has made.
+    /// Time of the chip's latest falling edge, not counting those that faults add.
     pub fn latest_drdy_fall_ns(&self) -> Option<u64> {
         self.latest_fall_ns
     }
 
-    /// Time of the next falling edge that arrives, later than the time advanced to, as far as the
-    /// faults in force show. `None` while idle, in reset, stalled, stuck, or when no input is
-    /// selected.
+    /// Time of the next falling edge that will arrive, according to the faults in force; later than
+    /// now. `None` while idle, in reset, stalled, stuck, or when no input is selected.
     pub fn next_drdy_fall_ns(&self) -> Option<u64> {
         if self.is_drdy_stuck() {
             return None;
@@ -44,7 +43,7 @@ impl Ads1258 {
         [own_ns, repeated_ns, storm_ns].into_iter().flatten().min()
     }
 
-    /// True if the pin is stuck: then it has a level, but no edges.
+    /// True if the pin is stuck: it keeps its level and has no edges.
     pub fn is_drdy_stuck(&self) -> bool {
         self.faults.drdy_stuck.is_some()
     }

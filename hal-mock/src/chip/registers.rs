@@ -14,7 +14,6 @@ pub(crate) const GPIOC: u8 = 0x07;
 pub(crate) const GPIOD: u8 = 0x08;
 pub(crate) const ID: u8 = 0x09;
 
-/// A bit of a register.
 #[derive(Clone, Copy)]
 pub(crate) struct Bit {
     register: u8,
@@ -44,7 +43,6 @@ const RESET: [u8; REGISTERS] = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 
 /// Bits that a write can change. Reserved bits read as 0 and ID is read-only.
 const WRITABLE: [u8; REGISTERS] = [0x7E, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x3D, 0xFF, 0xFF, 0x00];
 
-/// The register file.
 #[derive(Clone, Debug)]
 pub(crate) struct Registers {
     bytes: [u8; REGISTERS],
@@ -69,11 +67,10 @@ impl Registers {
         self.bytes[usize::from(ID)] = self.id;
     }
 
-    /// `None` above 09h.
     pub(crate) fn read(&self, address: u8) -> Option<u8> {
         let byte = *self.bytes.get(usize::from(address))?;
-        // GPIOD shows the pins: the driven level where GPIOC says output (0), the outside level
-        // elsewhere.
+        // GPIOD reads the pins: the driven level where GPIOC selects output (0), else the external
+        // level.
         Some(if address == GPIOD {
             (byte & !self.byte(GPIOC)) | (self.gpio_inputs & self.byte(GPIOC))
         } else {
@@ -81,8 +78,8 @@ impl Registers {
         })
     }
 
-    /// A write over SPI: read-only and reserved bits keep their value, addresses above 09h are
-    /// ignored.
+    /// Writes a register over SPI: read-only and reserved bits keep their value, and addresses
+    /// above 09h are ignored.
     pub(crate) fn write(&mut self, address: u8, value: u8) {
         let at = usize::from(address);
         if let (Some(byte), Some(&mask)) = (self.bytes.get_mut(at), WRITABLE.get(at)) {
@@ -90,7 +87,7 @@ impl Registers {
         }
     }
 
-    /// Inverts bits of any kind: a fault, not a write.
+    /// Inverts any bits, even read-only ones: a fault, not a write.
     pub(crate) fn invert(&mut self, address: u8, mask: u8) {
         if let Some(byte) = self.bytes.get_mut(usize::from(address)) {
             *byte ^= mask;

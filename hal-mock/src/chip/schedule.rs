@@ -1,8 +1,8 @@
-//! Faults by a schedule, in the chip's virtual time, so that they act at the same moments under
-//! every driver.
+//! Schedules faults in the chip's virtual time, so that they act at the same moments with every
+//! driver.
 //!
-//! A fault acts right after an edge of DRDY, before its result is read, so the time of an edge that
-//! was announced does not change. While nothing is converted the fault acts at its own time.
+//! A fault acts right after an edge of DRDY, before its result is read, so an edge that was
+//! announced keeps its time. While nothing is converted, the fault acts at its own time.
 
 use super::Ads1258;
 use super::faults::Fault;
@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 /// A fault with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Injection {
-    /// When it begins, seconds of scene time.
+    /// Beginning, seconds of scene time.
     pub at_s: f64,
     /// Duration, seconds; ignored for single events.
     pub lasts_s: f64,
@@ -19,19 +19,20 @@ pub struct Injection {
     pub fault: Fault,
 }
 
-/// When an injection acted, in virtual nanoseconds.
+/// Times at which an injection acted, virtual nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Injected {
-    /// The fault began.
+    /// Beginning of the fault.
     pub begun_ns: Option<u64>,
-    /// The fault was over.
+    /// End of the fault.
     pub over_ns: Option<u64>,
 }
 
-/// The injections that follow, and a log of those that have acted.
+/// Pending injections, and a log of those that have acted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Schedule {
-    /// Nanoseconds of scene time, the injection's number, whether it begins.
+    /// Nanoseconds of scene time, number of the injection, and true for its beginning or false for
+    /// its end.
     steps: VecDeque<(u64, usize, bool)>,
     log: Vec<Injected>,
 }
@@ -49,7 +50,7 @@ impl Schedule {
                 ]
             })
             .collect();
-        // Stable: a fault of no duration begins before it ends.
+        // A stable sort keeps the beginning of a fault without duration before its end.
         steps.sort_by_key(|step| step.0);
         Self {
             steps: steps.into(),
@@ -59,12 +60,12 @@ impl Schedule {
 }
 
 impl Ads1258 {
-    /// When each of [`Options::injections`](super::Options::injections) acted.
+    /// Times at which each of [`Options::injections`](super::Options::injections) acted.
     pub fn injected(&self) -> &[Injected] {
         &self.schedule.log
     }
 
-    /// Time of the next spontaneous event: a result, or, while nothing is converted, an injection.
+    /// Time of the chip's next event: a result, or, while nothing is converted, an injection.
     pub fn next_event_ns(&self) -> Option<u64> {
         self.next_result_ns()
             .or_else(|| Some(self.next_step_ns()?.max(self.now_ns)))
@@ -77,7 +78,7 @@ impl Ads1258 {
             .and_then(|step| Some(self.zero_ns?.saturating_add(step.0)))
     }
 
-    /// Begins and ends the injections whose time has come.
+    /// Begins and ends the injections that are due.
     pub(crate) fn inject(&mut self) {
         while self
             .next_step_ns()

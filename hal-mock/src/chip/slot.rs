@@ -7,11 +7,11 @@ use super::registers::{CHOP, MUXDIF, MUXMOD, MUXSCH, MUXSG0, MUXSG1, Registers, 
 pub(crate) enum Slot {
     /// A channel of the scan, by its CHID.
     Scanned(u8),
-    /// The two inputs of MUXSCH.
+    /// A fixed channel: the two inputs selected by MUXSCH.
     Fixed { ainp: u8, ainn: u8 },
 }
 
-/// CHID of AIN0 against AINCOM; below are the pairs DIFF0 to DIFF7.
+/// CHID of AIN0 against AINCOM; the pairs DIFF0 to DIFF7 are below it.
 pub(crate) const SINGLE: u8 = 0x08;
 /// CHIDs of the internal readings.
 pub(crate) const OFFSET: u8 = 0x18;
@@ -20,11 +20,11 @@ pub(crate) const TEMP: u8 = 0x1B;
 pub(crate) const GAIN: u8 = 0x1C;
 pub(crate) const REF: u8 = 0x1D;
 
-/// The readings that chopping excludes, by CHID.
+/// Readings that chopping excludes, one bit per CHID.
 const EXCLUDED_BY_CHOP: u32 = 1 << VCC | 1 << TEMP | 1 << GAIN | 1 << REF;
 
 impl Slot {
-    /// The CHID of a scanned slot; a fixed channel has none of its own.
+    /// CHID of a scanned slot; `None` for a fixed channel.
     pub(crate) fn chid(self) -> Option<u8> {
         match self {
             Slot::Scanned(chid) => Some(chid),
@@ -38,8 +38,8 @@ impl Slot {
     }
 }
 
-/// What follows CHID `last` (`None`: at the top): ascending, wrapping, of those that are selected,
-/// if any is.
+/// Returns the next selected slot after CHID `last` in ascending order, wrapping around; from the
+/// top if `last` is `None`. `None` if nothing is selected.
 pub(crate) fn next_slot(
     registers: &Registers,
     last: Option<u8>,
@@ -52,10 +52,10 @@ pub(crate) fn next_slot(
             ainn: muxsch & 0x0F,
         });
     }
-    // The registers hold one bit for each CHID, in its order.
+    // Bit n of the four registers together selects CHID n.
     let mut selected =
         u32::from_le_bytes([MUXDIF, MUXSG0, MUXSG1, SYSRED].map(|address| registers.byte(address)));
-    // Bits of SYSRED that are reserved select nothing, also where a fault has set them.
+    // Reserved bits of SYSRED select nothing, even if a fault has set them.
     selected &= 0x3DFF_FFFF;
     if registers.bit(CHOP) && chop_skips_internal {
         selected &= !EXCLUDED_BY_CHOP;

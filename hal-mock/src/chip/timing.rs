@@ -2,7 +2,7 @@
 
 use super::registers::{CHOP, MUXMOD, Registers};
 
-/// Settings of the filter that decide on time, as they were when the conversion began.
+/// Timing settings of the filter at the start of the conversion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Timing {
     fixed: bool,
@@ -15,7 +15,7 @@ pub(crate) struct Timing {
 
 /// 4.265625 * 128: four more filter periods and the multiplexer's overhead of 34 tCLK.
 const SETTLE_CYCLES: u64 = 546;
-/// The first conversion after START takes this much longer, so that it is 128 (N + 4) + 68.
+/// Extra duration of the first conversion after START, which makes it 128 (N + 4) + 68.
 const START_CYCLES: u64 = 34;
 
 impl Timing {
@@ -34,7 +34,7 @@ impl Timing {
         128 * (self.n + self.td) + SETTLE_CYCLES
     }
 
-    /// From one result to the next. Source: the datasheet's rate table, all entries.
+    /// Cycles from one result to the next. Source: the datasheet's rate table, all entries.
     pub(crate) fn period_cycles(self) -> u64 {
         if self.fixed && !self.chop {
             128 * self.n
@@ -43,15 +43,16 @@ impl Timing {
         }
     }
 
-    /// From the start condition in standby to the first result: 128 (N + 4) + 68 without chopping.
-    /// Chopping needs two passes. Whether DLY counts here is not specified: `with_delay` decides.
+    /// Cycles from the start condition in standby to the first result: 128 (N + 4) + 68 without
+    /// chopping. Chopping needs two passes. The datasheet does not specify if DLY counts here:
+    /// `with_delay` decides.
     pub(crate) fn first_cycles(self, with_delay: bool) -> u64 {
         let pass = 128 * self.n + SETTLE_CYCLES + if with_delay { 128 * self.td } else { 0 };
         (pass << u32::from(self.chop)) + START_CYCLES
     }
 
-    /// From the sampling instant to the result. The filter is symmetric, so this is half of its
-    /// length of 128 (N + 4) tCLK. With chopping it is the middle of two such passes.
+    /// Cycles from the sampling instant to the result. The filter is symmetric, so this is half of
+    /// its length of 128 (N + 4) tCLK; with chopping, the middle of two such passes.
     pub(crate) fn sample_delay_cycles(self) -> u64 {
         64 * (self.n + 4) + if self.chop { self.pass_cycles() / 2 } else { 0 }
     }

@@ -1,13 +1,13 @@
 //! A channel's response to load and grating: a constant and a Fourier series in the grating's
-//! place.
+//! position.
 
 use core::f64::consts::TAU;
 
 /// Pitch of the units along the sliding direction in mm (paper, section 2.1).
 pub(crate) const PITCH_MM: f64 = 2.3;
 
-/// One harmonic of a channel's tone: `cos_v` cos(h k x) + `sin_v` sin(h k x), at place x, k one
-/// turn per period.
+/// One harmonic of a channel's tone: `cos_v` cos(h k x) + `sin_v` sin(h k x), at position x, with k
+/// = 2 pi over the period.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Harmonic {
     /// Amplitude in phase with the position, in volts.
@@ -37,7 +37,7 @@ impl Harmonic {
     }
 }
 
-/// The voltage that the full load makes in a channel, as a function of the grating's place.
+/// Voltage of a channel under the full load, as a function of the grating's position.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pattern {
     /// Mean over a period, in volts.
@@ -47,7 +47,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// The difference of two patterns of as many harmonics.
+    /// Subtracts a pattern with the same number of harmonics.
     pub(crate) fn less(&self, other: &Self) -> Self {
         let pairs = self.tone.iter().zip(&other.tone);
         let tone = pairs.map(|(a, b)| Harmonic {
@@ -60,9 +60,9 @@ impl Pattern {
         }
     }
 
-    /// Volts at a place, which is given in turns: millimetres over the spatial period.
+    /// Volts at a position in turns: millimetres over the spatial period.
     pub(crate) fn volts(&self, turns: f64) -> f64 {
-        // Without whole turns the argument of the sine is small at any distance.
+        // Drop whole turns to keep the argument of the sine small at any distance.
         let (sin, cos) = libm::sincos(TAU * (turns - libm::floor(turns)));
         let (mut sin_h, mut cos_h) = (sin, cos);
         let mut sum_v = self.mean_v;
@@ -79,21 +79,20 @@ impl Pattern {
 pub struct Channel {
     /// Voltage without contact, in volts.
     pub offset_v: f64,
-    /// Under the hold's load while the grating slides: its mean is the load's step, its tone that
-    /// of the ridges.
+    /// Pattern under the hold's load while the grating slides: the mean is the step of the load,
+    /// the tone comes from the ridges.
     pub sliding: Pattern,
-    /// The part of `sliding` that friction makes: missing at rest, reversed while the grating
-    /// slides back.
+    /// Part of `sliding` due to friction: absent at rest, reversed while the grating slides back.
     pub drag: Pattern,
-    /// Height of the contact spike over the load's step in volts.
+    /// Height of the contact spike above the load's step in volts.
     pub spike_v: f64,
 }
 
 impl Channel {
-    /// Volts over the offset under the hold's load, at a place in turns; `drag` is 1 at full slip,
-    /// 0 at rest, -1 at full slip back.
+    /// Volts above the offset under the hold's load, at a position in turns; `drag` is 1 at full
+    /// slip, 0 at rest, -1 at full slip back.
     pub(crate) fn loaded_v(&self, turns: f64, drag: f64) -> f64 {
-        // Drawn channels have no drag.
+        // Randomly drawn channels have no drag.
         let missing_v = if self.drag.tone.is_empty() {
             0.0
         } else {

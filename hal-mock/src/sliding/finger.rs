@@ -1,23 +1,23 @@
-//! The fingertip as a physical thing: how its sixteen channels respond to a grating on its cover.
+//! Physical model of the fingertip: the response of its sixteen channels to a grating on its cover.
 //!
 //! Each ridge presses evenly on the cover over its width, under a contact of finite length, and
 //! friction drags along with it. The strain at a sensor is the sum of the ridges' line loads
-//! ([`line_load`](super::line_load)). For a periodic grating it is periodic in the grating's place
-//! x, a Fourier series with the coefficients
+//! ([`line_load`](super::line_load)). For a periodic grating it is periodic in the grating's
+//! position x: a Fourier series with the coefficients
 //!
 //! > c_h integral of strain(sensor - s) pressure(s) exp(i h k s) ds,
 //!
-//! c_h being those of the ridges' profile: overtones, the cover's low-pass and the phase between
-//! the units are all in them. Under a long contact they approach the strain of a sinusoidal load,
-//! which fades as exp(-h k depth).
+//! where c_h are the coefficients of the ridges' profile. Overtones, the cover's low-pass and the
+//! phase between the units follow from this. Under a long contact the coefficients approach the
+//! strain of a sinusoidal load, which fades as exp(-h k depth).
 //!
-//! A skin with ridges touches with these alone. A ridge bears what presses anywhere on its top, and
-//! hands it on evenly over its width: s in the exponent is then the middle of the skin's ridge, the
-//! coefficients are averaged over its width, and between two ridges nothing is handed on. So the
-//! skin samples the grating. Of a grating with nearly the skin's own period all ridges of the skin
-//! stand on ridges and over grooves almost at once: the load's waves along the skin are the beats
-//! of the two, so long that they reach the sensors. The height is held and not the load: where the
-//! skin's ridges fall into grooves all over the contact, little or nothing presses.
+//! A ridged skin touches only with its ridges. Each ridge takes all pressure on its top and passes
+//! it on evenly over its width: s in the exponent is then the middle of the skin's ridge, the
+//! coefficients are averaged over its width, and nothing passes between two ridges. So the skin
+//! samples the grating. If both periods are nearly equal, all ridges of the skin stand on ridges or
+//! over grooves almost at once: the load varies along the skin with the beat of the two, which is
+//! long enough to reach the sensors. The height is held, not the load: where the skin's ridges fall
+//! into grooves all over the contact, there is little or no pressure.
 //!
 //! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Units 1 and 3 are half a pitch behind the
 //! middle of the contact, 2 and 4 half a pitch ahead, seen along +x: the direction of the slide
@@ -31,11 +31,12 @@ use crate::random::{Random, Stream};
 use crate::scene::INPUTS;
 use core::f64::consts::{PI, TAU};
 
-/// The fingertip, its load and its circuit. The defaults are the paper's, or marked as plausible.
+/// The fingertip, its load and its circuit. The defaults are from the paper or marked as plausible.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Finger {
-    /// Draws the differences of the piezoresistors: the same number is the same finger. Default 1.
+    /// Seed of the differences between piezoresistors: the same number is the same finger. Default
+    /// 1.
     pub finger_seed: u64,
     /// Thickness of the cover over the sensors in mm, > 0. Default 1.3 (paper, section 2.2).
     pub depth_mm: f64,
@@ -52,7 +53,7 @@ pub struct Finger {
     pub creep_s: f64,
     /// Normal force in N, > 0. Default 1 (paper, section 3.1).
     pub force_n: f64,
-    /// Overshoot of the force at the touch, relative to it, >= 0. Default 0.6: plausible.
+    /// Overshoot of the force at the touch, as a fraction of it, >= 0. Default 0.6: plausible.
     pub overshoot: f64,
     /// Friction: tangential over normal force at full slip, >= 0. Default 0.5: plausible.
     pub friction: f64,
@@ -63,30 +64,31 @@ pub struct Finger {
     /// Length of the contact along the slide in mm, > 0, at least a groove's width. Default 8:
     /// plausible.
     pub contact_mm: f64,
-    /// Width of the skin's ridges in mm, 0 to half of `contact_mm`. The grooves between them are as
-    /// wide, and one ridge is over the middle of the array. Default 0: a smooth skin, as the
-    /// paper's.
+    /// Width of the skin's ridges in mm, 0 to half of `contact_mm`. The grooves between them have
+    /// the same width, and one ridge is over the middle of the array. Default 0: a smooth skin, as
+    /// in the paper.
     pub skin_ridge_mm: f64,
-    /// Relative change of resistance per unit of shear, > 0. Default 0.2: plausible, makes tones of
-    /// some millivolts.
+    /// Relative change of resistance per unit of shear, > 0. Default 0.2: plausible, produces tones
+    /// of a few millivolts.
     pub sensitivity: f64,
-    /// Sensitivity to normal strain relative to that for shear, >= 0. Default 0.5: plausible.
+    /// Sensitivity to normal strain relative to shear, >= 0. Default 0.5: plausible.
     pub normal_share: f64,
-    /// Maximum relative deviation of a sensitivity from the others', 0 to 0.99. Default 0.15:
+    /// Maximum relative deviation of a sensitivity from nominal, 0 to 0.99. Default 0.15:
     /// plausible.
     pub spread: f64,
     /// Supply of the quarter bridges in V, > 0. Default 5 (paper, section 2.3).
     pub supply_v: f64,
-    /// Completing resistor in ohm, > 0. Default 820 (paper, section 2.3), as are the piezoresistors
-    /// on the average.
+    /// Completion resistor in ohm, > 0. Default 820 (paper, section 2.3), also the mean of the
+    /// piezoresistors.
     pub resistor_ohm: f64,
-    /// Maximum deviation of a piezoresistor from that, relative, 0 to 0.99. Default 0.02:
+    /// Maximum relative deviation of a piezoresistor from `resistor_ohm`, 0 to 0.99. Default 0.02:
     /// plausible.
     pub resistance_spread: f64,
-    /// Capacitor next to it in uF, > 0. Default 1 (paper, section 2.3): a pole near 390 Hz.
+    /// Capacitor of the bridge's filter in uF, > 0. Default 1 (paper, section 2.3): a pole near 390
+    /// Hz.
     pub capacitor_uf: f64,
-    /// White noise of the bridge in uV RMS, >= 0, where `snr_db` is not given. Default 0.064:
-    /// thermal, (k T / C)^1/2.
+    /// White noise of the bridge in uV RMS, >= 0, used without `snr_db`. Default 0.064: thermal, (k
+    /// T / C)^1/2.
     pub noise_uv: f64,
 }
 
@@ -117,7 +119,7 @@ impl Default for Finger {
     }
 }
 
-/// What slides over the finger, with the meanings and units of [`Sliding`](crate::Sliding).
+/// The grating on the finger, with the meanings and units of [`Sliding`](crate::Sliding).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grating {
     pub(crate) period_mm: f64,
@@ -126,15 +128,15 @@ pub(crate) struct Grating {
     pub(crate) reverse: bool,
 }
 
-/// Harmonics of a channel. What is left out is less than a thousandth of the fundamental for the
-/// paper's gratings; under a ridged skin a hundredth of the load, so fast that the bridge's filter
-/// takes most of it.
+/// Harmonics of a channel. Higher ones are less than a thousandth of the fundamental for the
+/// paper's gratings; under a ridged skin a hundredth of the load, at frequencies where the bridge's
+/// filter removes most of it.
 const HARMONICS: usize = 24;
 
-/// Points at which the integral over the contact is taken: its error is a millionth of the tone.
+/// Points of the integral over the contact: its error is a millionth of the tone.
 const POINTS: u32 = 2000;
 
-/// Strain's Fourier series at a sensor: real and imaginary part of the coefficients, the mean
+/// Fourier series of the strain at a sensor: real and imaginary parts of the coefficients, the mean
 /// first.
 type Series = [(Strain, Strain); HARMONICS + 1];
 
@@ -191,7 +193,6 @@ impl Finger {
         ]
     }
 
-    /// All channels under a grating.
     pub(crate) fn channels(&self, grating: Grating) -> [Channel; INPUTS] {
         let (slip, lean_mm) = if grating.reverse {
             (-self.friction, -self.lean_mm)
@@ -234,16 +235,16 @@ impl Finger {
         })
     }
 
-    /// The series of strain at a sensor `at_mm` ahead of the middle of the array, under a pressure
-    /// whose middle is at `lean_mm` and which drags by `slip` times its strength.
+    /// Series of the strain at a sensor `at_mm` ahead of the middle of the array, under a pressure
+    /// with its middle at `lean_mm` and a tangential load of `slip` times the pressure.
     fn series(&self, grating: Grating, at_mm: f64, slip: f64, lean_mm: f64) -> Series {
         let material = Material {
             modulus_mpa: self.modulus_mpa,
             poisson: self.poisson,
         };
         let (half_mm, step_mm) = (0.5 * self.contact_mm, self.contact_mm / f64::from(POINTS));
-        // Pressure of a round Hertzian contact, integrated across: a parabola along it, with the
-        // mean width of a circle.
+        // Pressure of a round Hertzian contact, integrated across the slide: a parabola along it,
+        // with the mean width of a circle.
         let peak_n_mm = 1.5 * self.force_n / (self.contact_mm * (0.25 * PI * self.contact_mm));
         let turn = TAU / grating.period_mm;
         let mut series = Series::default();
@@ -276,8 +277,8 @@ impl Finger {
         series
     }
 
-    /// Where the load of a point of the skin acts: the middle of the ridge there, with its load
-    /// relative to that of a smooth skin; none in a groove.
+    /// Position at which the skin passes on the load of a point: the middle of its ridge, with the
+    /// load relative to a smooth skin; `None` in a groove.
     fn borne(&self, s_mm: f64) -> Option<(f64, f64)> {
         if self.skin_ridge_mm == 0.0 {
             return Some((s_mm, 1.0));

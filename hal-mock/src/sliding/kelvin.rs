@@ -1,4 +1,4 @@
-//! Delayed responses: a first-order lag, and the Kelvin body made of one.
+//! Delayed responses: a first-order lag, and the Kelvin body built from it.
 
 /// A first-order lag: its value approaches its input with a time constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -8,26 +8,27 @@ pub(crate) struct Lag {
 }
 
 impl Lag {
-    /// At rest at 0.
+    /// Starts at rest at 0.
     pub(crate) fn new(time_s: f64) -> Self {
         Self { time_s, value: 0.0 }
     }
 
-    /// Lets `dt_s` > 0 seconds pass in which the input goes along a straight line, for which this
-    /// is exact.
+    /// Advances by `dt_s` > 0 seconds, exactly for an input that moves linearly from `from` to
+    /// `to`.
     pub(crate) fn advance(&mut self, dt_s: f64, from: f64, to: f64) -> f64 {
-        // In the end the value trails a ramp by the time constant.
+        // A steady ramp is followed with a delay of the time constant.
         let behind = (to - from) / dt_s * self.time_s;
         self.value = to - behind + (self.value - from + behind) * libm::exp(-dt_s / self.time_s);
         self.value
     }
 }
 
-/// A viscoelastic solid: a spring next to a spring and a damper in series (Fung; Moy et al.,
-/// equations 5 to 8).
+/// A viscoelastic solid: a spring in parallel with a spring and a damper in series (Fung; Moy et
+/// al., equations 5 to 8).
 ///
 /// Under a constant force its deformation jumps to `relaxation_s` / `creep_s` of its final value
-/// and creeps on with the time constant `creep_s`. When the force is gone it creeps back as slowly.
+/// and creeps on with the time constant `creep_s`. After the force is removed, it creeps back just
+/// as slowly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KelvinBody {
     /// The part of the deformation that follows the force without delay.
@@ -36,8 +37,8 @@ pub(crate) struct KelvinBody {
 }
 
 impl KelvinBody {
-    /// At rest. Time constants in seconds: of the force at constant deformation, and of deformation
-    /// at constant force.
+    /// Starts at rest. Time constants in seconds: of the force at constant deformation, and of the
+    /// deformation at constant force.
     pub(crate) fn new(relaxation_s: f64, creep_s: f64) -> Self {
         Self {
             at_once: relaxation_s / creep_s,
@@ -45,8 +46,8 @@ impl KelvinBody {
         }
     }
 
-    /// As [`Lag::advance`] for the force. Returns the deformation, relative to the final one under
-    /// the same force.
+    /// Advances the force like [`Lag::advance`]. Returns the deformation relative to its final
+    /// value under a force of 1.
     pub(crate) fn advance(&mut self, dt_s: f64, from: f64, to: f64) -> f64 {
         let delayed = self.delayed.advance(dt_s, from, to);
         self.at_once * to + (1.0 - self.at_once) * delayed
@@ -58,7 +59,7 @@ mod tests {
     use super::*;
 
     /// Under a step of deformation the force is A + B exp(-t / relaxation) (Moy et al., equation
-    /// 15): put in, it must give the step back. A and B are those of their subject 1.
+    /// 15), so that force must produce the step again. A and B are from their subject 1.
     #[test]
     fn relaxation_is_equation_15() {
         let (a, b, relaxation_s) = (2.29, 1.15, 1.42);
@@ -71,12 +72,12 @@ mod tests {
         }
     }
 
-    /// What is left of a deformation after the force is gone fades with the creep time.
+    /// The deformation left after the force is removed fades with the creep time.
     #[test]
     fn a_released_body_creeps_back() {
         let mut body = KelvinBody::new(1.42, 2.14);
         body.advance(3.0, 1.0, 1.0);
-        // The part that springs back at once is neglected.
+        // Neglects the part that springs back at once.
         let released = body.advance(1e-9, 0.0, 0.0);
         let later = body.advance(1.8, 0.0, 0.0);
         assert!((later / released - (-1.8f64 / 2.14).exp()).abs() < 1e-6);
@@ -91,7 +92,7 @@ mod tests {
 
     #[test]
     fn a_lag_is_a_single_pole() {
-        // 390 Hz at 390 Hz: half the power.
+        // 390 Hz at a pole of 390 Hz: half the power.
         let (tau_s, hz) = (1.0 / (core::f64::consts::TAU * 390.0), 390.0);
         let mut lag = Lag::new(tau_s);
         let wave = |t_s: f64| (core::f64::consts::TAU * hz * t_s).sin();

@@ -4,7 +4,6 @@
 
 use crate::half_plane::{self, Stress};
 
-/// An elastic material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Material {
     /// Young's modulus in MPa = N/mm^2.
@@ -23,8 +22,7 @@ pub(crate) struct Strain {
 }
 
 impl Material {
-    /// Strain at `x_mm` next to and `depth_mm` under a load of 1 N per mm of its line that presses
-    /// on the surface.
+    /// Strain at `x_mm` from a line load of 1 N per mm that presses on the surface, at `depth_mm`.
     pub(crate) fn pressed(self, x_mm: f64, depth_mm: f64) -> Strain {
         self.strain(half_plane::normal(x_mm, depth_mm))
     }
@@ -52,8 +50,8 @@ mod tests {
         poisson: 0.5,
     };
 
-    /// Flamant in polar coordinates: the only stress is the radial one, -2 (Fz cos + Fx sin) / (pi
-    /// r).
+    /// Flamant's solution in polar coordinates: the only stress is radial, -2 (Fz cos + Fx sin) /
+    /// (pi r).
     fn polar(x: f64, z: f64, press: f64, drag: f64) -> Strain {
         let (r, angle) = (x.hypot(z), x.atan2(z));
         let radial = 2.0 * (press * angle.cos() + drag * angle.sin()) / (PI * r);

@@ -1,19 +1,19 @@
-//! Where the grating is: the stimulator's steady slide with its imperfections, and a hand that
+//! Motion of the grating: the stimulator's steady slide with its imperfections, or a hand that
 //! moves to and fro.
 
 use core::f64::consts::{PI, TAU};
 
-/// The deviations of a real stimulator from its speed; [`IDEAL`](Self::IDEAL) has none.
+/// Deviations of a real stimulator from its nominal speed; [`IDEAL`](Self::IDEAL) has none.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stimulator {
-    /// Time from rest to speed, and back at the end, in seconds, >= 0. Default 0.02: plausible, not
-    /// in the paper.
+    /// Duration of the acceleration, and of the deceleration at the end, in seconds, >= 0. Default
+    /// 0.02: plausible, not in the paper.
     pub ramp_s: f64,
     /// Error of the mean speed, in percent, -99 to 1000. Default 0.
     pub speed_error_percent: f64,
-    /// Amplitude of the speed's ripple in percent of the speed, 0 to 99. Default 0. Its phase is
-    /// the seed's.
+    /// Amplitude of the speed's ripple in percent of the speed, 0 to 99. Default 0. The seed sets
+    /// its phase.
     pub ripple_percent: f64,
     /// Frequency of the ripple in hertz, > 0. Default 5.
     pub ripple_hz: f64,
@@ -42,15 +42,14 @@ impl Default for Stimulator {
     }
 }
 
-/// A hand that moves to and fro, v(t) = `peak_mm_s` sin(2 pi `swing_hz` t): Okamoto et al.,
-/// *Transmission of Tactile Roughness through Master-slave Systems*, section IV, whose figures are
-/// the defaults.
+/// A hand that moves to and fro, v(t) = `peak_mm_s` sin(2 pi `swing_hz` t). The defaults are from
+/// Okamoto et al., *Transmission of Tactile Roughness through Master-slave Systems*, section IV.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Hand {
     /// Maximum speed in mm/s, > 0. Default 197.
     pub peak_mm_s: f64,
-    /// Swings to and fro a second, in hertz, > 0. Default 1.07.
+    /// Swings to and fro per second, in hertz, > 0. Default 1.07.
     pub swing_hz: f64,
     /// Number of swings, > 0. Default 5.
     pub swings: f64,
@@ -79,12 +78,12 @@ pub(crate) enum Motion {
         omega: f64,
         phase_rad: f64,
     },
-    /// To and fro.
     Hand(Hand),
 }
 
 impl Motion {
-    /// `slide_mm` at `speed_mm_s`, as the stimulator does it. `random` is uniform in 0 to 1.
+    /// Creates a slide of `slide_mm` at `speed_mm_s` with the stimulator's deviations. `random` is
+    /// uniform in 0 to 1.
     pub(crate) fn steady(
         speed_mm_s: f64,
         slide_mm: f64,
@@ -109,7 +108,7 @@ impl Motion {
         }
     }
 
-    /// Speed that makes the tone, in mm/s: without ramps and ripple; for a hand, the greatest.
+    /// Speed at the tone's frequency in mm/s: without ramps and ripple; for a hand, the peak speed.
     pub(crate) fn tone_speed_mm_s(&self) -> f64 {
         match self {
             Self::Steady { speed_mm_s, .. } => *speed_mm_s,
@@ -117,7 +116,6 @@ impl Motion {
         }
     }
 
-    /// Duration in seconds.
     pub(crate) fn duration_s(&self) -> f64 {
         match *self {
             Self::Steady {
@@ -131,8 +129,8 @@ impl Motion {
                 omega,
                 ..
             } => {
-                // Time with ripple never differs from the planned time by more than this, and
-                // always increases.
+                // The time with ripple increases monotonically and differs from the planned time by
+                // no more than this.
                 let max_s = 2.0 * ripple / omega;
                 let (mut low_s, mut high_s) = ((planned_s - max_s).max(0.0), planned_s + max_s);
                 for _ in 0..60 {
@@ -151,7 +149,7 @@ impl Motion {
         }
     }
 
-    /// Millimetres from the start.
+    /// Distance from the start in millimetres.
     pub(crate) fn place_mm(&self, since_s: f64) -> f64 {
         match *self {
             Self::Steady {
@@ -161,8 +159,8 @@ impl Motion {
                 ..
             } => {
                 let s = self.rippled_s(since_s).clamp(0.0, planned_s);
-                // A ramp of half a cosine lags behind full speed by half its length; both ramps are
-                // alike.
+                // A half-cosine ramp lags behind full speed by half its length; both ramps are
+                // equal.
                 let ramped = |s: f64| {
                     if s >= ramp_s {
                         s - 0.5 * ramp_s
@@ -189,7 +187,6 @@ impl Motion {
         }
     }
 
-    /// Speed in mm/s.
     pub(crate) fn speed_mm_s(&self, since_s: f64) -> f64 {
         if since_s <= 0.0 || since_s >= self.duration_s() {
             return 0.0;
@@ -220,7 +217,7 @@ impl Motion {
         }
     }
 
-    /// Seconds of the planned motion that have passed when the speed ripples.
+    /// Time of the planned motion, in seconds, that corresponds to `since_s` with ripple.
     fn rippled_s(&self, since_s: f64) -> f64 {
         match *self {
             Self::Steady {
@@ -281,7 +278,7 @@ mod tests {
         assert!((uneven().place_mm(10.0) - 60.0).abs() < 1e-9);
         let ideal = Motion::steady(30.0, 60.0, Stimulator::IDEAL, 0.5);
         assert_eq!((ideal.duration_s(), ideal.place_mm(1.0)), (2.0, 30.0));
-        // 2 s / 1.01 and a ramp; the ripple moves its end by 13 ms at most.
+        // 2 s / 1.01 and a ramp; the ripple moves the end by up to 13 ms.
         assert!((uneven().duration_s() - 2.0 / 1.01 - 0.05).abs() < 0.0128);
     }
 
@@ -289,7 +286,7 @@ mod tests {
     fn a_hand_comes_back() {
         let hand = Motion::Hand(Hand::default());
         assert!(hand.place_mm(hand.duration_s()).abs() < 1e-9);
-        // Farthest after half a swing: 2 * 197 / (2 pi 1.07) mm.
+        // The farthest point is after half a swing: 2 * 197 / (2 pi 1.07) mm.
         assert!((hand.place_mm(0.5 / 1.07) - 58.604).abs() < 1e-3);
         assert!((hand.speed_mm_s(0.25 / 1.07) - 197.0).abs() < 1e-9);
         assert!((hand.duration_s() - 4.673).abs() < 1e-3);

@@ -6,7 +6,7 @@ use super::random_channels::OVERTONES;
 use super::range::{ParameterError, Range, check};
 
 /// Parameters of a [`SlidingScene`](super::SlidingScene); the defaults are the paper's protocol at
-/// 30 mm/s and 3.6 mm, on random channels with 20 dB. A scene file begins with
+/// 30 mm/s and 3.6 mm, on random channels with 20 dB. Scene files start from
 /// [`physical`](Self::physical) instead.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default = "Sliding::physical")]
@@ -15,10 +15,10 @@ pub struct Sliding {
     pub speed_mm_s: f64,
     /// Spatial period of the grating in mm, > 0.
     pub period_mm: f64,
-    /// Width of its ridges in mm, 0 < x < `period_mm`; the rest of a period is groove. Only a
-    /// `finger` feels it.
+    /// Width of the grating's ridges in mm, 0 < x < `period_mm`; the rest of a period is groove.
+    /// Only used with a `finger`.
     pub ridge_mm: f64,
-    /// Where a ridge is at the touch, in mm ahead of the middle of the contact.
+    /// Position of a ridge at the touch, in mm ahead of the middle of the contact.
     pub start_mm: f64,
     /// Slides from units 2 and 4 to units 1 and 3 instead of the other way.
     pub reverse: bool,
@@ -32,22 +32,22 @@ pub struct Sliding {
     pub hold_after_s: f64,
     /// Phase E, from the beginning of the release to the end, in seconds, >= 0.
     pub release_idle_s: f64,
-    /// 10 log10 of the tone's mean power over the noise's: mean over channels of A^2 / 2, with the
-    /// fundamental's amplitude A, over sigma^2, the same on all channels, per reading. `None`: no
-    /// noise but the finger's own.
+    /// Signal-to-noise ratio of a reading: 10 log10 of the mean over channels of A^2 / 2, where A
+    /// is the fundamental's amplitude, over sigma^2, the same on all channels. `None`: no noise but
+    /// the finger's own.
     pub snr_db: Option<f64>,
     /// Amplitudes of the 2nd, 3rd and 4th harmonic of random channels relative to the fundamental;
-    /// 0 leaves one out.
+    /// 0 omits a harmonic.
     #[serde(skip)]
     pub overtones: [f64; OVERTONES],
-    /// Seed of the run: its noise, the ripple's phase, the jitter; of random channels their gains,
-    /// phases and offsets too.
+    /// Seed of the run: noise, phase of the ripple, jitter; for random channels also their gains,
+    /// phases and offsets.
     pub seed: u64,
     /// Deviations of the stimulator from the nominal speed and time.
     pub stimulator: Stimulator,
-    /// A hand in the stimulator's place: `speed_mm_s`, `slide_mm` and `stimulator` do not count.
+    /// A hand instead of the stimulator: `speed_mm_s`, `slide_mm` and `stimulator` are ignored.
     pub hand: Option<Hand>,
-    /// The fingertip as a physical thing. `None`: random channels, without creep and filter.
+    /// Physical model of the fingertip. `None`: random channels, without creep and filter.
     pub finger: Option<Finger>,
     /// The chip that reads the scene. The scene itself does not use it.
     pub converter: Converter,
@@ -57,9 +57,10 @@ pub struct Sliding {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Converter {
-    /// Error of its crystal in parts per million; positive is fast. -10,000 to 10,000, default 0.
+    /// Error of the chip's crystal in parts per million; positive is fast. -10,000 to 10,000,
+    /// default 0.
     pub clock_error_ppm: f64,
-    /// True if it adds its own noise. Default yes.
+    /// True if the chip adds its own noise. Default true.
     pub converter_noise: bool,
 }
 
@@ -97,7 +98,7 @@ impl Default for Sliding {
 }
 
 impl Sliding {
-    /// The paper's protocol on the physical finger, with no noise but its own.
+    /// The paper's protocol on the physical finger, with only the finger's own noise.
     pub fn physical() -> Self {
         Self {
             snr_db: None,
@@ -107,7 +108,6 @@ impl Sliding {
         }
     }
 
-    /// What slides over the finger.
     pub(crate) fn grating(&self) -> Grating {
         let Self {
             period_mm,
@@ -127,7 +127,7 @@ impl Sliding {
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         let s = self.stimulator;
         let speed_mm_s = self.speed_mm_s * (1.0 + 0.01 * s.speed_error_percent);
-        // A limit that depends on other parameters comes after the rules for those.
+        // A limit that depends on other parameters comes after their rules.
         let mut rules = vec![
             ("speed_mm_s", self.speed_mm_s, Range::Positive),
             ("period_mm", self.period_mm, Range::Positive),
@@ -175,7 +175,7 @@ impl Sliding {
         if let Some(hand) = self.hand {
             rules.extend([
                 ("peak_mm_s", hand.peak_mm_s, Range::Positive),
-                // A hand that swings as often as the chip scans is none.
+                // No hand swings as fast as the chip scans.
                 ("swing_hz", hand.swing_hz, Range::Between(1e-6, 100.0)),
                 ("swings", hand.swings, Range::Positive),
             ]);
@@ -188,7 +188,7 @@ impl Sliding {
                 Range::Below(self.period_mm, "period_mm"),
             ));
             rules.extend(finger.rules());
-            // Otherwise there are moments in which no ridge carries the load.
+            // Otherwise there would be moments at which no ridge carries the load.
             let max_mm = finger.contact_mm + self.ridge_mm;
             rules.push((
                 "period_mm",

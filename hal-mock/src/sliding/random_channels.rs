@@ -1,8 +1,9 @@
-//! Channels drawn at random around plausible values, with overtones of given strength: for tests
-//! that need to know the tone exactly. What the channels look like is not in the paper as numbers.
+//! Channels drawn at random around plausible values, with overtones of chosen amplitude: for tests
+//! that need to know the tone exactly. The paper does not quantify the channels.
 //!
 //! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Piezoresistors 1 and 3 lie along the sliding
-//! direction: they feel it most, with opposite sign. Units 2 and 4 lie one pitch further along it.
+//! direction and respond most strongly, with opposite signs. Units 2 and 4 are one pitch further
+//! along it.
 
 use super::channel::{Channel, Harmonic, PITCH_MM, Pattern};
 use crate::random::{Random, Stream};
@@ -15,14 +16,13 @@ pub(crate) const OVERTONES: usize = 3;
 /// A quarter bridge of equal resistances at 5 V.
 const BRIDGE_V: f64 = 2.5;
 
-/// Draws all channels.
 pub(crate) fn channels(
     period_mm: f64,
     overtones: [f64; OVERTONES],
     seed: u64,
 ) -> [Channel; INPUTS] {
-    // Millivolts of tone and load per piezoresistor, relative heights of its spike, and how
-    // strongly a unit feels it.
+    // Tone and load per piezoresistor in millivolts, relative height of its spike, and relative
+    // sensitivity of each unit.
     const TONE_MV: [f64; 4] = [6.0, 2.4, -5.2, 1.9];
     const LOAD_MV: [f64; 4] = [14.0, 8.0, -11.0, -6.0];
     const SPIKE: [f64; 4] = [0.90, 0.35, 0.70, 0.20];
@@ -38,7 +38,7 @@ pub(crate) fn channels(
         let amplitude_v = about(1e-3 * TONE_MV[piezo] * UNIT[unit], 0.15);
         let offset_v = BRIDGE_V + 0.03 * random.symmetric();
         let place_mm = if unit % 2 == 1 { PITCH_MM } else { 0.0 };
-        // Every piezoresistor sits a little next to its unit's centre, hence the fixed part per
+        // Every piezoresistor is slightly off its unit's centre, hence the fixed phase per
         // piezoresistor.
         let phase_rad =
             -TAU * place_mm / period_mm + 0.35 * piezo as f64 + 0.3 * random.symmetric();

@@ -1,7 +1,7 @@
 //! The ranges of a scene's parameters.
 
-/// Maximum size of any parameter, and the reciprocal of the least of one that is positive: no
-/// thing or motion has such a one in its own unit, and products of a few of them are still numbers.
+/// Maximum magnitude of any parameter, and the reciprocal of the minimum of a positive one. No real
+/// object or motion reaches these limits, and products of a few parameters stay finite.
 const MAX: f64 = 1e6;
 
 /// Range of a parameter; all have to be finite.
@@ -10,16 +10,16 @@ pub(crate) enum Range {
     Positive,
     NotNegative,
     Between(f64, f64),
-    /// From 0 to a limit, which has a name.
+    /// From 0 to a limit, with the limit's expression.
     UpTo(f64, &'static str),
-    /// Below a limit, which has a name.
+    /// Below a limit, with the limit's expression.
     Below(f64, &'static str),
 }
 
-/// A parameter's name, its value, and what it may be.
+/// Name, value and range of a parameter.
 pub(crate) type Rule = (&'static str, f64, Range);
 
-/// The first parameter that is out of its range.
+/// Refuses the first parameter that is out of its range.
 pub(crate) fn check(rules: &[Rule]) -> Result<(), ParameterError> {
     let broken = rules.iter().find_map(|&(name, value, ref range)| {
         let (fits, expected, limit) = match *range {
@@ -65,12 +65,12 @@ pub struct ParameterError {
     /// Value of the parameter.
     pub value: f64,
     expected: String,
-    /// The expression of other fields that limits it, or nothing.
+    /// Expression of other fields that limits the parameter, or empty.
     limit: &'static str,
 }
 
 impl ParameterError {
-    /// The fields that it is about: the one out of its range, then those that limit it.
+    /// Fields involved: the one out of range, then those that limit it.
     pub(crate) fn keys(&self) -> impl Iterator<Item = &'static str> {
         [self.name].into_iter().chain(self.limit.split(' '))
     }

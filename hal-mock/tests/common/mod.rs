@@ -3,7 +3,7 @@
 
 use hal_mock::{Ads1258, Constant, Options};
 
-/// AINn at n volts / 10, without noise, poison A5h.
+/// Creates a chip with n / 10 volts at AINn, without noise, with poison A5h.
 pub fn chip(change: impl FnOnce(&mut Options)) -> Ads1258 {
     let mut options = Options {
         noise: false,
@@ -21,7 +21,7 @@ pub fn chip(change: impl FnOnce(&mut Options)) -> Ads1258 {
     )
 }
 
-/// The chip of [`chip`] with START high from zero on.
+/// The chip of [`chip`] with START high from time zero.
 pub fn started() -> Ads1258 {
     let mut chip = chip(|_| ());
     chip.set_start(0, true);
@@ -34,7 +34,6 @@ pub fn write(chip: &mut Ads1258, now_ns: u64, address: u8, values: &[u8]) {
     chip.transfer(now_ns, &mut bytes);
 }
 
-/// Read by command: status and code.
 pub fn read(chip: &mut Ads1258, now_ns: u64) -> (u8, i32) {
     let mut bytes = [0x30, 0, 0, 0, 0];
     chip.transfer(now_ns, &mut bytes);
@@ -45,7 +44,7 @@ pub fn code([high, mid, low]: [u8; 3]) -> i32 {
     i32::from_be_bytes([high, mid, low, 0]) >> 8
 }
 
-/// Moves to the next DRDY edge, reads by command, and gives the edge with it.
+/// Moves to the next DRDY edge and reads by command. Returns the edge's time, status and code.
 pub fn next(chip: &mut Ads1258) -> (u64, u8, i32) {
     let edge_ns = chip.next_drdy_fall_ns().expect("converting");
     let (status, code) = read(chip, edge_ns);

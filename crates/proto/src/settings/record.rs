@@ -1,25 +1,24 @@
-//! Settings as they are kept: pairs of a setting's id and its value.
+//! Settings as they are stored: pairs of a setting's id and value.
 //!
-//! Each pair is the id, the number of bytes of the value, and the value in postcard's form. A
-//! reader skips an id that it does not know, and takes the default for one that is missing, so
-//! that settings survive an update of the firmware and its opposite. A list without pairs stands
-//! for the defaults, whatever they are.
+//! Each pair is the id, the number of bytes of the value, and the value in postcard. A reader skips
+//! unknown ids and uses the default for missing ones, so that settings survive updates and
+//! downgrades of the firmware. A list without pairs stands for the defaults of any firmware.
 
 use super::{COUNT, Settings};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// No setting has this id: it ends the list.
+/// Id that ends the list; no setting has it.
 const END: u8 = 0;
 
 /// Content of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kept {
-    /// Nothing: the defaults are in force.
+    /// Empty: the defaults are in force.
     Defaults,
     /// All settings of this firmware, and no others.
     Settings(Settings),
-    /// Settings of another firmware: some were skipped, or are missing and have their defaults.
+    /// Settings of a different firmware: some were skipped, or are missing and have their defaults.
     Migrated(Settings),
 }
 
@@ -47,7 +46,8 @@ impl Kept {
         })
     }
 
-    /// Writes all settings, or none for the defaults, into zeros. `None` if they do not fit.
+    /// Writes all settings, or no pairs for the defaults, into a zeroed buffer. `None` if they do
+    /// not fit.
     pub fn write(settings: Option<&Settings>, to: &mut [u8]) -> Option<()> {
         let mut pairs = Writer { free: to };
         settings
@@ -56,13 +56,13 @@ impl Kept {
     }
 }
 
-/// Appends pairs.
+/// Appends pairs to a buffer.
 pub(crate) struct Writer<'a> {
     free: &'a mut [u8],
 }
 
 impl Writer<'_> {
-    /// Appends a pair. False if there is no room for it.
+    /// Appends a pair. Returns false if there is no room for it.
     pub fn push<T: Serialize>(&mut self, id: u8, value: &T) -> bool {
         let free = core::mem::take(&mut self.free);
         let Some((head, value_place)) = free.split_first_chunk_mut::<2>() else {
@@ -77,7 +77,7 @@ impl Writer<'_> {
     }
 }
 
-/// Reads a value into its place. False if it is of another type, which changes nothing.
+/// Reads a value into `place`. Returns false and changes nothing if the type differs.
 pub(crate) fn value<T: DeserializeOwned>(bytes: &[u8], place: &mut T) -> bool {
     let read = postcard::take_from_bytes(bytes);
     let read = read.ok().filter(|(_, rest)| rest.is_empty());

@@ -1,34 +1,35 @@
-//! Entries of the table of settings, and what is derived from them.
+//! Entries of the table of settings, and everything derived from them.
 
 use super::Settings;
 use crate::plan::Plan;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// A setting as a PC sees it. Firmware never refers to it, so that no description is linked there.
+/// Description of a setting for a PC. Firmware never refers to it, so that no description is linked
+/// there.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
     /// Id of the setting in stored records; never changes.
     pub id: u8,
     /// Path, such as `window_s` or `array.pitch_mm`.
     pub name: &'static str,
-    /// Title of its group.
+    /// Title of the setting's group.
     pub group: &'static str,
     /// Type.
     pub kind: Kind,
-    /// Unit; empty if it has none.
+    /// Unit; empty if dimensionless.
     pub unit: &'static str,
     /// Bounds.
     pub bounds: Bounds,
-    /// What it is, in one sentence per line of the table, each with a space before it.
+    /// Description: one sentence per line of the table, each after a space.
     pub description: &'static str,
-    /// Name of the command's option that sets it, without the two dashes; empty if it has none.
+    /// Name of the command's option, without the two dashes; empty if there is none.
     pub option: &'static str,
-    /// Reason for the bounds; empty if there is nothing to say.
+    /// Reason for the bounds, or empty.
     pub reason: &'static str,
     /// Reads the setting.
     pub get: fn(&Settings) -> Value,
-    /// Writes the setting. False if the value has another type.
+    /// Writes the setting. Returns false if the value's type differs.
     pub set: fn(&mut Settings, Value) -> bool,
 }
 
@@ -53,9 +54,9 @@ pub enum Kind {
     Whole,
     /// True or false.
     Switch,
-    /// A bit for each taxel.
+    /// A bit per taxel.
     Mask,
-    /// Four of them.
+    /// Four masks of taxels.
     Masks,
     /// One of these words.
     Word(&'static [&'static str]),
@@ -72,9 +73,9 @@ pub enum Value {
     Whole(u8),
     /// True or false.
     Switch(bool),
-    /// A bit for each taxel.
+    /// A bit per taxel.
     Mask(u16),
-    /// Four of them.
+    /// Four masks of taxels.
     Masks([u16; 4]),
     /// A word.
     Word(&'static str),
@@ -82,25 +83,25 @@ pub enum Value {
     Plan(Plan),
 }
 
-/// Values that are allowed. NaN never is.
+/// Allowed values. NaN is never allowed.
 #[derive(Clone, Copy, Debug)]
 pub enum Bounds {
     /// Every value of its type.
     Any,
-    /// Values from the first to the second one.
+    /// Values from the first number to the second.
     Between(f32, f32),
-    /// Values from the first to the second one, or zero, which switches the setting off.
+    /// Values from the first number to the second, or zero, which switches the setting off.
     ZeroOr(f32, f32),
     /// Values that depend on other settings.
     By(fn(&Settings) -> Limits),
 }
 
-/// The least and the greatest value.
+/// Minimum and maximum value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// The least value.
+    /// Minimum value.
     pub min: f32,
-    /// The greatest value.
+    /// Maximum value.
     pub max: f32,
 }
 
@@ -112,7 +113,7 @@ impl Limits {
 }
 
 impl Bounds {
-    /// The limits next to these other settings; `None` if every value is allowed.
+    /// Returns the limits, given the other settings; `None` if every value is allowed.
     pub fn limits(&self, settings: &Settings) -> Option<Limits> {
         match *self {
             Self::Any => None,
@@ -121,7 +122,7 @@ impl Bounds {
         }
     }
 
-    /// The limits that a value breaks.
+    /// Returns the limits that a value violates.
     pub(super) fn broken(&self, value: f32, settings: &Settings) -> Option<Limits> {
         let is_off = matches!(self, Self::ZeroOr(..)) && value == 0.0;
         let limits = self.limits(settings)?;
@@ -130,18 +131,18 @@ impl Bounds {
     }
 }
 
-/// A type that a setting may have.
+/// Type of a setting.
 pub trait Field: Copy + Serialize + DeserializeOwned {
-    /// Value as a PC sees it.
+    /// Kind of value for a PC.
     const KIND: Kind;
 
-    /// Reason for the bounds.
+    /// Number to compare with the bounds.
     fn number(self) -> f32;
 
-    /// It, for a PC.
+    /// Value for a PC.
     fn value(self) -> Value;
 
-    /// Reads a value from a PC. `None` if it has another type.
+    /// Reads a value from a PC. Returns `None` if its type differs.
     fn of(value: Value) -> Option<Self>;
 }
 
@@ -173,7 +174,7 @@ field!(f32, Number, |value| value);
 field!(u8, Whole, f32::from);
 field!(bool, Switch, |value| f32::from(u8::from(value)));
 field!(u16, Mask, f32::from);
-// The taxels that are in two masks.
+// The taxels in two masks, as a bit mask.
 field!([u16; 4], Masks, |masks| {
     let (_, twice) = masks.iter().fold((0, 0), |(seen, twice), mask| {
         (seen | mask, twice | seen & mask)
@@ -183,10 +184,11 @@ field!([u16; 4], Masks, |masks| {
 // A plan checks itself.
 field!(Plan, Plan, |_| 0.0);
 
-/// Makes the groups' structs with their defaults from the table, and hands its rows to [`rows!`].
+/// Declares the groups' structs with their defaults from the table, and passes its rows to
+/// [`rows!`].
 ///
-/// A row is `/// sentence`, id, name, type, default, unit, bounds, and, if there are any, the
-/// command's option and the reason for the bounds.
+/// A row is `/// sentence`, id, name, type, default, unit, bounds, and optionally the command's
+/// option and the reason for the bounds.
 macro_rules! settings {
     (
         $(#[$all_doc:meta])*
@@ -242,7 +244,7 @@ macro_rules! settings {
     };
 }
 
-/// Makes the descriptions, the checks and the form in flash from all rows.
+/// Declares the descriptions, the checks and the stored form from all rows.
 macro_rules! rows {
     (
         $( $title:literal $id:literal, $first:ident $(. $more:ident)*, $type:ty, $unit:literal,
@@ -271,27 +273,27 @@ macro_rules! rows {
             }, )+
         ];
 
-        /// Number of settings.
         pub(crate) const COUNT: usize = [$($id),+].len();
 
-        /// Names and bounds. Firmware has these alone: the table itself has every description.
+        /// Names and bounds. Only these are in the firmware: the table itself has every
+        /// description.
         const CHECKS: [(&str, Bounds); COUNT] = [
             $( (concat!(stringify!($first) $(, ".", stringify!($more))*), $bounds), )+
         ];
 
         impl Settings {
-            /// What the bounds are for, in the order of the table.
+            /// Numbers to compare with the bounds, in the order of the table.
             fn numbers(&self) -> [f32; COUNT] {
                 [$( Field::number(self.$first $(. $more)*), )+]
             }
 
-            /// Appends every setting to a record. False if it is full.
+            /// Appends every setting to a record. Returns false if it is full.
             pub(crate) fn write(&self, pairs: &mut record::Writer) -> bool {
                 $( pairs.push($id, &self.$first $(. $more)*) )&&+
             }
 
-            /// Reads the value of a setting. False if the id is unknown, or the value of another
-            /// type.
+            /// Reads the value of a setting. Returns false if the id is unknown or the value's type
+            /// differs.
             pub(crate) fn read(&mut self, id: u8, value: &[u8]) -> bool {
                 match id {
                     $( $id => record::value(value, &mut self.$first $(. $more)*), )+

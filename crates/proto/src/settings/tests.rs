@@ -8,7 +8,6 @@ fn the_defaults_are_within_their_own_bounds() {
     assert_eq!(Settings::default().validate(), Ok(()));
 }
 
-/// A setting by its name, and a number as its value.
 fn with(settings: Settings, name: &str, number: f32) -> Settings {
     let mut settings = settings;
     let setting = TABLE.iter().find(|setting| setting.name == name).unwrap();
@@ -104,7 +103,7 @@ fn names_and_ids_are_unique_and_names_fit_a_refusal() {
     }
 }
 
-/// Ids are for ever: what a board has stored is read by them.
+/// Ids must never change, because boards have stored settings under them.
 #[test]
 fn ids_stay_with_their_settings() {
     let ids = [

@@ -1,4 +1,4 @@
-//! From bytes back to packets.
+//! Decodes bytes into packets.
 
 use super::event::Event;
 use super::events::Events;
@@ -7,29 +7,29 @@ use super::starts::Starts;
 use crate::framing::{self, Inbox, Pushed, WIRE_MAX};
 use core::marker::PhantomData;
 
-/// The finger's.
+/// Decoder of the finger's events.
 pub type Decoder = PacketDecoder<Event>;
 
-/// Assembles packets from single bytes and counts the damaged and the missing ones.
+/// Assembles packets from single bytes and counts damaged and missing packets.
 #[derive(Debug)]
 pub struct PacketDecoder<E> {
     inbox: Inbox<WIRE_MAX>,
-    /// Bytes since the latest zero, or since they were counted as damaged.
+    /// Bytes since the latest zero, or since bytes were last counted as damaged.
     unended: usize,
     is_counted: bool,
     expected: Option<u16>,
     starts: Starts,
-    /// Frames that failed stuffing, checksum or content and were skipped. A line on which no frame
-    /// ends, as at a wrong baud rate, has one for each [`WIRE_MAX`] bytes.
+    /// Frames that were skipped because of stuffing, checksum or content. If no frame ever ends, as
+    /// at a wrong baud rate, every [`WIRE_MAX`] bytes count as one.
     pub damaged: u32,
-    /// Protocol of the device, if it is not [`Events::PROTOCOL`]: then its packets are not
+    /// Protocol of the device, if it differs from [`Events::PROTOCOL`]: then its packets are not
     /// returned.
     pub foreign: Option<u8>,
-    /// Packets that never arrived, by their sequence numbers. Of a gap of 32,768 or more only what
-    /// is beyond whole multiples of 65,536 counts, if that is less than 32,768.
+    /// Packets that never arrived, according to their sequence numbers. A gap of 32,768 or more
+    /// counts modulo 65,536, and only if that is less than 32,768.
     pub missing: u32,
-    /// Times that the numbers stepped back: the line repeated itself, or a restarted device's
-    /// greeting was lost.
+    /// Number of times that the sequence stepped back: the line repeated itself, or the greeting of
+    /// a restarted device was lost.
     pub stepped_back: u32,
     events: PhantomData<E>,
 }
@@ -41,7 +41,7 @@ impl<E: Events> Default for PacketDecoder<E> {
 }
 
 impl<E: Events> PacketDecoder<E> {
-    /// A new decoder; it finds its place at the next zero byte.
+    /// Creates a decoder, which synchronises at the next zero byte.
     pub const fn new() -> Self {
         Self {
             inbox: Inbox::new(),
@@ -76,14 +76,14 @@ impl<E: Events> PacketDecoder<E> {
             return None;
         };
         if self.starts.take(&packet.event) {
-            // Numbers begin at zero.
+            // Sequence numbers begin at zero.
             self.expected = Some(0);
         }
         let gap = self
             .expected
             .map_or(0, |expected| packet.sequence.wrapping_sub(expected));
-        // A gap of more than half the numbers is a step back: one repetition is not a loss of
-        // 65,535.
+        // A gap of more than half the numbers is a step back, so that a repetition does not count
+        // as a loss of 65,535.
         if gap <= u16::MAX / 2 {
             self.missing = self.missing.saturating_add(gap as u32);
         } else {
@@ -96,7 +96,8 @@ impl<E: Events> PacketDecoder<E> {
         self.foreign.is_none().then_some(packet)
     }
 
-    /// True if so many bytes came without a zero that they are no frame; again after as many more.
+    /// True once [`WIRE_MAX`] bytes came without a zero, which cannot be a frame; then again after
+    /// as many more.
     fn is_endless(&mut self, byte: u8) -> bool {
         self.unended = if byte == 0 { 0 } else { self.unended + 1 };
         let is_endless = self.unended == WIRE_MAX;
@@ -187,8 +188,8 @@ mod tests {
         for (sequences, missing, stepped_back) in [
             // Across the wrap.
             (&[65_533, 65_534, 2, 3][..], 3, 0),
-            // A restart without greeting: 2 is 25,537 numbers ahead of 40,002, which a gap may be;
-            // 4 to 6 are lost.
+            // A restart without greeting: 2 is 25,537 numbers ahead of 40,002, which could be a
+            // gap; 4 to 6 are lost.
             (&[40_000, 40_000, 40_001, 2, 3, 7], 25_536 + 3, 1),
         ] {
             let mut decoder = Decoder::new();
@@ -232,7 +233,7 @@ mod tests {
             assert_eq!(decoder.push(0x55), None);
         }
         assert_eq!(decoder.damaged, 10);
-        // The frame that it belonged to is counted already.
+        // The frame before this zero was already counted.
         decoder.push(0);
         assert_eq!(decoder.damaged, 10);
     }

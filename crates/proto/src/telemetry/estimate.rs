@@ -1,5 +1,5 @@
-//! An estimate: one frequency for all channels of a window, with its uncertainty, and what follows
-//! from the phases.
+//! An estimate: one frequency for all channels of a window, with its uncertainty, and the travel
+//! derived from the phases.
 
 use crate::fault::FaultSet;
 use crate::settings::TAXELS;
@@ -20,20 +20,20 @@ pub struct Estimate {
     /// Mean of the common frequency over the window, hertz; zero without a tone
     /// ([`Status::has_tone`]).
     pub frequency: f32,
-    /// Standard deviation, movement included, hertz; zero without a tone.
+    /// Standard deviation of the frequency, movement included, hertz; zero without a tone.
     pub sigma: f32,
     /// Movement of the frequency within the window.
     pub movement: Movement,
-    /// A second tone that is significant in the presence of the first.
+    /// Second tone that is significant in the presence of the first.
     pub other_tone: Option<OtherTone>,
-    /// Frequency of the interferer
-    /// ([`Settings::interferer_hz`](crate::settings::Settings::interferer_hz)) as fitted, hertz;
-    /// none if none is set, or if the window is too short to fit it.
+    /// Fitted frequency of the interferer
+    /// ([`Settings::interferer_hz`](crate::settings::Settings::interferer_hz)), hertz; `None` if
+    /// none is set, or if the window is too short to fit it.
     pub interferer_hz: Option<f32>,
-    /// Harmonics fitted, the fundamental included.
+    /// Number of harmonics fitted, including the fundamental.
     pub harmonics: u8,
-    /// Frames of the window that were left out: missing, or without a valid value of a taxel that
-    /// is valid otherwise.
+    /// Frames of the window that were left out: missing, or without a valid value of an otherwise
+    /// valid taxel.
     pub frames_missing: u16,
     /// Faults during the window that may have changed the frequency.
     pub faults: FaultSet,
@@ -68,7 +68,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// True if an estimate of this status has a frequency.
+    /// True if an estimate with this status has a frequency.
     pub const fn has_tone(self) -> bool {
         matches!(
             self,
@@ -77,28 +77,28 @@ impl Status {
     }
 }
 
-/// How the frequency moves within the window; zeros without a tone. In an [`Estimate`] the unit is
-/// hertz.
+/// Movement of the frequency within the window; zeros without a tone. In an [`Estimate`] the unit
+/// is hertz.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Movement {
-    /// RMS deviation of the frequency from its mean over the window, as a fraction of it (0.02 is
-    /// 2 %).
+    /// RMS deviation of the frequency from its mean over the window, as a fraction of the mean
+    /// (0.02 is 2 %).
     pub wander: f32,
-    /// Standard deviation.
+    /// Standard deviation of `wander`.
     pub wander_sigma: f32,
-    /// Change of the frequency, in the unit of the frequency squared: hertz per second, or cycles
-    /// per millimetre per millimetre.
+    /// Rate of change of the frequency, in the unit of the frequency squared: hertz per second, or
+    /// cycles per millimetre per millimetre.
     pub chirp: f32,
-    /// Standard deviation, in the same unit.
+    /// Standard deviation of `chirp`, in the same unit.
     pub chirp_sigma: f32,
 }
 
-/// Another tone next to the one that is reported.
+/// A second tone next to the reported one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OtherTone {
-    /// In the unit of the reported frequency.
+    /// Frequency in the unit of the reported frequency.
     pub frequency: f32,
-    /// Power over that of the reported tone.
+    /// Power as a fraction of the reported tone's power.
     pub share: f32,
 }
 
@@ -129,7 +129,7 @@ pub enum Span {
     Slide,
 }
 
-/// Spatial period, speed and direction; zeros where they are not known.
+/// Spatial period, speed and direction; zeros if unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Travel {
     /// Confidence in spacing, speed and direction.
@@ -142,12 +142,13 @@ pub struct Travel {
     pub spatial_period_sigma_mm: f32,
     /// Speed over the surface, millimetres per second, not negative.
     pub speed_mm_s: f32,
-    /// Standard deviation, millimetres per second; zero where the settings give the speed.
+    /// Standard deviation of the speed, millimetres per second; zero if the settings specify the
+    /// speed.
     pub speed_sigma_mm_s: f32,
 }
 
 impl Travel {
-    /// Nothing is known.
+    /// Travel with nothing known.
     pub const NONE: Self = Self {
         status: TravelStatus::Nothing,
         direction: Direction::Unknown,
@@ -157,7 +158,7 @@ impl Travel {
         speed_sigma_mm_s: 0.0,
     };
 
-    /// True if there are a period and a speed.
+    /// True if period and speed are known.
     pub const fn is_known(&self) -> bool {
         matches!(
             self.status,
@@ -205,7 +206,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The direction, if it is known.
+    /// Returns the direction, if it is known.
     pub fn known(self) -> Option<Self> {
         (self != Self::Unknown).then_some(self)
     }

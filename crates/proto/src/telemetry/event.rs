@@ -1,4 +1,4 @@
-//! The events, and those of them that are small.
+//! The events, and the structs of the small ones.
 
 use super::estimate::{Estimate, Status};
 use super::image::Image;
@@ -14,13 +14,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Event {
-    /// The board has started, or answers a greeting.
+    /// The board has started, or replies to a request for a greeting.
     Hello(Hello),
     /// The contact spike.
     Contact(Contact),
     /// The sliding phase begins or ends.
     Slide(Slide),
-    /// One fit.
+    /// Result of a fit.
     Estimate(Estimate),
     /// The finger is off the stimulus.
     Release(Release),
@@ -30,15 +30,15 @@ pub enum Event {
     Image(Image),
     /// A fault begins or ends.
     Fault(Fault),
-    /// The answer to a request.
+    /// Reply to a request.
     Reply(Reply),
-    /// A frame as it was read.
+    /// A frame as read from the converter.
     Raw(Raw),
     /// Surface under the finger.
     Texture(Texture),
-    /// The converter behind the inputs.
+    /// State of the converter.
     Converter(ConverterState),
-    /// A window's frequency in brief, where windows follow each other fast.
+    /// Frequency of a window in brief, if windows are close together.
     Track(Track),
     /// The first sign of tangential motion.
     Moving(Moving),
@@ -51,16 +51,16 @@ pub struct Hello {
     pub protocol: u8,
     /// Firmware version: major, minor, patch.
     pub version: [u8; 3],
-    /// Nominal frames per second, by the plan and the converter's nominal clock.
+    /// Nominal frames per second, from the plan and the converter's nominal clock.
     pub frame_rate_hz: f32,
     /// Settings in force.
     pub settings: Settings,
-    /// Source of the frames.
+    /// Source of the settings.
     pub source: SettingsSource,
-    /// Why the board started.
+    /// Reason for the board's start.
     pub boot: Boot,
-    /// Device time, microseconds. Zero until the first conversion, so also of the first event after
-    /// start-up.
+    /// Device time, microseconds. Zero until the first conversion, so the first event after
+    /// start-up has zero.
     pub t_us: u64,
 }
 
@@ -71,47 +71,47 @@ pub struct Contact {
     pub t_us: u64,
     /// Taxel with the best defined spike, 0 to 15.
     pub taxel: u8,
-    /// Height of the spike over the idle level, volts, signed.
+    /// Height of the spike above the idle level, volts, signed.
     pub height_v: f32,
-    /// Device time at which the load begins to rise, microseconds. For a slow contact it is long
-    /// before the spike.
+    /// Device time at which the load begins to rise, microseconds; for a slow contact, long before
+    /// the spike.
     pub onset_us: u64,
-    /// From the spike until the event left the detector, microseconds.
+    /// Delay from the spike until the event left the detector, microseconds.
     pub reported_after_us: u32,
 }
 
 /// The sliding phase begins or ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slide {
-    /// Device time of its start, microseconds.
+    /// Device time of the slide's start, microseconds.
     pub start_us: u64,
-    /// Device time of its end, microseconds; `None` while it lasts.
+    /// Device time of the slide's end, microseconds; `None` while it lasts.
     pub end_us: Option<u64>,
-    /// From the start, or once the slide is over from its end, until the event left the detector,
-    /// microseconds.
+    /// Delay until the event left the detector, from the start, or once the slide has ended from
+    /// its end, microseconds.
     pub reported_after_us: u32,
 }
 
 /// The finger is off the stimulus.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Release {
-    /// Device time, microseconds.
+    /// Device time of the release, microseconds.
     pub t_us: u64,
-    /// From then until the event left the detector, microseconds.
+    /// Delay from the release until the event left the detector, microseconds.
     pub reported_after_us: u32,
 }
 
 /// The first sign of tangential motion in a hold. A [`Slide`] follows if the motion lasts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moving {
-    /// Device time of the first frame of those that show the motion, microseconds.
+    /// Device time of the first frame that shows the motion, microseconds.
     pub t_us: u64,
-    /// From then until the event left the detector, microseconds.
+    /// Delay from that frame until the event left the detector, microseconds.
     pub reported_after_us: u32,
 }
 
-/// A window's frequency in brief, where windows are closer together than
-/// [`TRACK_STRIDE_S`](crate::settings::TRACK_STRIDE_S): by a fit, or followed from the latest one. At
+/// Frequency of a window in brief, if windows are closer together than
+/// [`TRACK_STRIDE_S`](crate::settings::TRACK_STRIDE_S): fitted, or tracked from the latest fit. At
 /// most 32 bytes on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track {
@@ -151,32 +151,33 @@ pub struct Health {
     pub t_us: u64,
     /// Frames since start-up; wraps after 206 days.
     pub frames: u32,
-    /// Conversions lost: overruns of the queue and gaps in the scan. A chip that ran with other
-    /// registers may have been faster: then as many more as it can have made at most.
+    /// Conversions lost: overruns of the queue and gaps in the scan. If a chip ran with wrong
+    /// registers, it may have been faster: then the maximum that it could have made is added.
     pub conversions_lost: u32,
     /// Conversions with OVF or SUPPLY set, with NEW missing, or of a channel outside the scan.
     pub conversions_doubtful: u32,
     /// Windows that were not fitted because the fit was busy.
     pub overruns: u32,
-    /// Events that were dropped because the line was slow.
+    /// Events dropped because the line was too slow.
     pub messages_dropped: u32,
-    /// Times that the ADC was set up again because its registers were wrong, or could not be set
-    /// up.
+    /// Number of times that the ADC was set up again because its registers were wrong, or because
+    /// the set-up failed.
     pub chip_restarts: u32,
-    /// Times that each kind of fault was seen, in the order of [`crate::fault::FaultKind::ALL`].
+    /// Number of times that each kind of fault was detected, in the order of
+    /// [`crate::fault::FaultKind::ALL`].
     pub faults: [u32; KINDS],
     /// Requests that arrived damaged.
     pub requests_damaged: u32,
-    /// Bytes of requests that were lost because the board read too late; at least so many.
+    /// Minimum number of bytes of requests that were lost because the board read too late.
     pub bytes_overrun: u32,
-    /// Maximum number of bytes of the stack in use since start-up; zero where nothing measures it,
-    /// as on a PC.
+    /// Maximum number of bytes of the stack in use since start-up; zero if not measured, as on a
+    /// PC.
     pub stack_used_bytes: u32,
-    /// Size of the stack, bytes; zero where nothing measures it.
+    /// Size of the stack, bytes; zero if not measured.
     pub stack_bytes: u32,
     /// True frame rate by the board's clock, hertz; zero until measured.
     pub frame_rate_hz: f32,
-    /// Fraction of time that the processor was busy, 0 to 1; zero where nothing measures it.
+    /// Fraction of time that the processor was busy, 0 to 1; zero if not measured.
     pub load: f32,
     /// Analogue supply by the chip's own reading, volts.
     pub supply_v: f32,
@@ -188,12 +189,11 @@ pub struct Health {
     pub offset_v: f32,
     /// Gain by the chip's own reading, ideally 1.
     pub gain: f32,
-    /// Raw frames that were not sent because the line had no place for them: everything else goes
-    /// first.
+    /// Raw frames not sent because the line had no room: all other events have priority.
     pub frames_thinned: u32,
 }
 
-/// Bytes of a converter's registers that a report carries.
+/// Number of register bytes in a report of the converter.
 pub const REGISTERS: usize = 10;
 
 /// State of the converter, for diagnosis. Sent within half a second of each greeting and of each
@@ -204,24 +204,24 @@ pub struct ConverterState {
     pub t_us: u64,
     /// Name of the converter.
     pub name: String<16>,
-    /// True if it holds the registers that were written to it. If not, the board tries on.
+    /// True if the registers hold the values written to them. If not, the board keeps trying.
     pub answers: bool,
-    /// Registers as read back, zeros behind the last; for an ADS1258 CONFIG0 to ID.
+    /// Registers as read back, followed by zeros; for an ADS1258 CONFIG0 to ID.
     pub registers: [u8; REGISTERS],
 }
 
-/// One frame as it was read, on request.
+/// One frame as read from the converter, on request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Raw {
-    /// Device time of its first slot, microseconds.
+    /// Device time of the frame's first slot, microseconds.
     pub t_us: u64,
-    /// Number of the frame since start-up; lost frames count.
+    /// Number of the frame since start-up, counting lost frames.
     pub number: u32,
     /// Bit k: taxel k was converted and read.
     pub present: u16,
     /// Bit k: the conversion of taxel k can be trusted.
     pub good: u16,
-    /// Codes of the taxels; those that are not present hold any value.
+    /// Codes of the taxels; arbitrary for taxels that are not present.
     pub codes: [i32; TAXELS],
 }
 
@@ -232,8 +232,8 @@ impl From<Raw> for Event {
 }
 
 impl Event {
-    /// Device time of the event, microseconds: its end, if it has lasted. A greeting and a reply
-    /// have none: they report nothing that happens on the finger.
+    /// Device time of the event, microseconds: its end, if it has a duration. A greeting and a
+    /// reply have none, because they report nothing that happens on the finger.
     pub fn t_us(&self) -> Option<u64> {
         Some(match self {
             Self::Hello(_) | Self::Reply(_) => return None,

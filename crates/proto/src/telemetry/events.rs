@@ -7,42 +7,42 @@ use crate::fault::FaultKind;
 use crate::framing::{self, TooLong, WIRE_MAX};
 use serde::de::DeserializeOwned;
 
-/// Line that the log shows for an event.
+/// Log line for an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Headline {
     /// The finger touches.
     Contact,
     /// A slide begins.
     Slide,
-    /// A slide is over.
+    /// A slide ends.
     Stop,
     /// The finger is lifted.
     Release,
     /// Frequency and standard deviation, hertz, with their status.
     Estimate(f32, f32, Status),
-    /// A fault begins, or is over.
+    /// A fault begins, or ends.
     Fault(FaultKind, bool),
 }
 
-/// The events of a kind of board.
+/// Events of one kind of board.
 pub trait Events: DeserializeOwned {
-    /// Version of their wire contract.
+    /// Version of the wire protocol of these events.
     const PROTOCOL: u8;
 
-    /// Raw frames, which wait behind all other events and may be dropped.
+    /// Raw frames, which are sent after all other events and may be dropped.
     type Bulk: Copy + Into<Self>;
 
-    /// The version that a greeting names; `None` for other events.
+    /// Version in a greeting; `None` for other events.
     fn greeting(&self) -> Option<u8>;
 
-    /// The event, if it is a [`Self::Bulk`].
+    /// Raw frame, if the event is one.
     fn bulk(&self) -> Option<Self::Bulk>;
 
     /// Device time of the event, microseconds, if it has one.
     fn dated_us(&self) -> Option<u64>;
 
-    /// Device time at which the event was made, microseconds: of greetings and `health`. Others are
-    /// dated by what they report.
+    /// Device time at which a greeting or `health` was created, microseconds. Other events have the
+    /// time of what they report.
     fn made_us(&self) -> Option<u64>;
 
     /// Line that the log shows for the event, if any.
@@ -50,8 +50,9 @@ pub trait Events: DeserializeOwned {
         None
     }
 
-    /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Implemented by the
-    /// event type, so that it is compiled in the crate of the events, which is optimised for size.
+    /// Encodes a packet ([`crate::framing`]) into `wire`. Returns the number of bytes used.
+    /// Implemented by the event type, so that it is compiled in the crate of the events, which is
+    /// optimised for size.
     fn encode(packet: &Packet<&Self>, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong>;
 }
 

@@ -1,4 +1,4 @@
-//! The static image: what a hold does to every taxel.
+//! The static image: effect of a hold on every taxel.
 
 use crate::settings::TAXELS;
 use heapless::Vec;
@@ -27,19 +27,19 @@ pub struct Pressed {
     pub sigma_v: f32,
 }
 
-/// The static image. It is sent when the hold is over. A hold without 0.1 s of uninterrupted rest
-/// has none.
+/// The static image, sent at the end of a hold. A hold without 0.1 s of uninterrupted rest has
+/// none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Image {
     /// Device time of the first frame of the mean, microseconds.
     pub start_us: u64,
-    /// Device time of the end of its last frame, microseconds.
+    /// Device time of the end of the last frame of the mean, microseconds.
     pub end_us: u64,
-    /// Frames in the mean, without those that are missing.
+    /// Number of frames in the mean, without missing ones.
     pub frames: u32,
     /// Hold before or after the slide.
     pub hold: Hold,
-    /// The taxels that are alive. A dead one had a conversion in the hold that cannot be trusted,
-    /// or has no noise and the code that it had before the touch.
+    /// Working taxels. A dead taxel had an untrustworthy conversion in the hold, or has no noise
+    /// and the same code as before the touch.
     pub taxels: Vec<Pressed, TAXELS>,
 }

@@ -9,10 +9,10 @@ use crate::framing::{self, TooLong, WIRE_MAX};
 use crate::settings::TAXELS;
 use serde::{Deserialize, Serialize};
 
-/// Version of the wire contract; a reader refuses another one.
+/// Version of the wire protocol; readers refuse any other.
 pub const PROTOCOL: u8 = 12;
 
-/// An event with its number, so that a reader notices every loss.
+/// An event with its number, so that a reader detects every loss.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Packet<E = Event> {
     /// Number of the packet since start-up, wrapping.
@@ -21,12 +21,13 @@ pub struct Packet<E = Event> {
     pub event: E,
 }
 
-/// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Every event fits.
+/// Encodes a packet ([`crate::framing`]) into `wire`. Returns the number of bytes used. Every event
+/// fits.
 pub fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
     framing::encode(packet, wire)
 }
 
-/// A packet whose every field takes as many bytes as it can, for tests of buffers.
+/// Returns a packet whose fields all have their maximum length, for tests of buffers.
 pub fn longest_packet() -> Packet {
     let channel = |taxel| Channel {
         taxel,

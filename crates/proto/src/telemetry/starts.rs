@@ -1,21 +1,21 @@
-//! Where a device's run ends and its next one begins.
+//! Detects the end of a device's run and the beginning of the next.
 
 use super::events::Events;
 
-/// How much older a greeting or `health` may be than what came before, microseconds: a window may
-/// end a frame after the latest conversion, and the slowest plan has 12 frames a second.
+/// Time by which a greeting or `health` may be older than the event before, microseconds: a window
+/// may end a frame after the latest conversion, and the slowest plan has 12 frames a second.
 const EARLY_US: u64 = 100_000;
 
-/// Notices that a device has started anew, by its time, which begins at zero: greetings and
-/// `health` are dated when they are made, so one that is older than what came before is of another
-/// run. Every reader asks this; numbers of packets say nothing of it, for they wrap.
+/// Detects a restart of a device by its time, which begins at zero: greetings and `health` have the
+/// time at which they are created, so one that is older than the event before belongs to a new run.
+/// All readers use this; packet numbers cannot tell, because they wrap.
 #[derive(Clone, Debug, Default)]
 pub struct Starts {
     latest_us: Option<u64>,
 }
 
 impl Starts {
-    /// Before the first event.
+    /// Creates a detector before the first event.
     pub const fn new() -> Self {
         Self { latest_us: None }
     }

@@ -1,10 +1,10 @@
-//! Records that other firmware writes, with settings that this one does not have.
+//! Records of different firmware, with settings that this one does not have.
 
 use embedded_storage::nor_flash::ReadNorFlash;
 use ridgetone_proto::framing::checksum;
 use ridgetone_proto::store::RECORD_BYTES;
 
-/// Id and value of each setting of a record.
+/// Lists the id and value of each setting in a record.
 pub fn pairs(record: &[u8; RECORD_BYTES]) -> Vec<(u8, Vec<u8>)> {
     let list = [&record[5..124], &record[128..252]].concat();
     let mut rest = list.as_slice();
@@ -19,7 +19,6 @@ pub fn pairs(record: &[u8; RECORD_BYTES]) -> Vec<(u8, Vec<u8>)> {
     pairs
 }
 
-/// A record with these pairs.
 pub fn with_pairs(number: u32, pairs: &[(u8, Vec<u8>)]) -> [u8; RECORD_BYTES] {
     let mut content = [number.to_le_bytes().to_vec(), vec![4]].concat();
     for (id, value) in pairs {
@@ -36,7 +35,6 @@ pub fn with_pairs(number: u32, pairs: &[(u8, Vec<u8>)]) -> [u8; RECORD_BYTES] {
     record
 }
 
-/// The first record of a flash.
 pub fn first<F: ReadNorFlash>(flash: &mut F) -> [u8; RECORD_BYTES] {
     let mut record = [0; RECORD_BYTES];
     assert!(flash.read(0, &mut record).is_ok());

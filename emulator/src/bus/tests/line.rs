@@ -8,11 +8,11 @@ pub(super) const PAR: u32 = STREAM + 0x08;
 pub(super) const M0AR: u32 = STREAM + 0x0C;
 const LISR: u32 = 0x4002_6000;
 const LIFCR: u32 = 0x4002_6008;
-/// Flags of stream 1: half a round, and a round.
+/// Flags of stream 1: half transfer, and transfer complete.
 const HALF: u32 = 1 << 10;
 const COMPLETE: u32 = 1 << 11;
 pub(super) const BUFFER: u32 = 0x2000_0100;
-/// Channel 4, bytes to memory that counts up, over and over, both interrupts, EN.
+/// Channel 4, bytes to memory, increment, circular, both interrupts, EN.
 pub(super) const ON: u32 = 4 << 25 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 3 | 1;
 const SR: u32 = USART3;
 const DR: u32 = USART3 + 0x04;
@@ -20,7 +20,7 @@ const IDLE: u32 = 1 << 4;
 /// Processor cycles of a byte, ten bits of 46 cycles of APB1.
 const BYTE: u64 = 1840;
 
-/// A line whose receiver's stream is ready, for 16 bytes in a round, and not on.
+/// Creates a line whose DMA stream is set up for a circular buffer of 16 bytes, but off.
 pub(super) fn bench() -> Bench {
     let mut bench = Bench::ready();
     bench
@@ -32,14 +32,14 @@ pub(super) fn bench() -> Bench {
     bench
 }
 
-/// As above, and the DMA fetches what arrives.
+/// Creates a line whose DMA fetches the bytes that arrive.
 pub(super) fn receiving() -> Bench {
     let mut bench = bench();
     bench.set(STREAM, ON);
     bench
 }
 
-/// Lets bytes end at these cycles from now on.
+/// Schedules bytes to end at these cycles from now.
 pub(super) fn arrive(bench: &mut Bench, ends: impl IntoIterator<Item = u64>) {
     let now = bench.0.time.cycles;
     for (byte, end) in (b'a'..).zip(ends) {
@@ -71,11 +71,11 @@ fn bytes_come_into_memory_while_the_processor_stands_still() {
     bench.keeps_all();
 }
 
-/// The flag comes a byte after the last one, once, and a byte that has begun puts it off.
+/// The flag comes once, a byte after the last one, and a byte that has begun postpones it.
 #[test]
 fn the_line_becomes_idle_after_the_last_byte() {
     let mut bench = receiving();
-    // The third begins late enough, the fourth at the end of that.
+    // The third byte begins just in time, the fourth right at its end.
     arrive(
         &mut bench,
         [BYTE, 2 * BYTE + 1000, 4 * BYTE + 2000, 5 * BYTE + 2000],
@@ -84,7 +84,7 @@ fn the_line_becomes_idle_after_the_last_byte() {
         wait(&mut bench, cycles);
         assert_eq!(bench.get(SR) & IDLE != 0, is_idle);
     }
-    // SR, then DR, clear it.
+    // Reading SR, then DR, clears it.
     assert_eq!(bench.get(SR) & IDLE, IDLE);
     bench.get(DR);
     assert_eq!(bench.get(SR) & IDLE, 0);

@@ -1,4 +1,4 @@
-//! The processor's own converter and its DMA.
+//! The processor's own ADC and its DMA.
 
 use super::{AHB1ENR, APB2ENR, Bench, GPIOA, MODER};
 use crate::board::Board;
@@ -24,7 +24,7 @@ const ADON: u32 = 1;
 /// DDS, DMA, CONT, ADON; with SWSTART.
 pub(super) const ON: u32 = 1 << 9 | 1 << 8 | 1 << 1 | ADON;
 pub(super) const START: u32 = ON | 1 << 30;
-/// Half words to memory that counts up, over and over, both interrupts; EN.
+/// Half words to memory, increment, circular, both interrupts.
 pub(super) const TO_MEMORY: u32 = 1 << 13 | 1 << 11 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 3;
 pub(super) const EN: u32 = 1;
 pub(super) const FLAGS: u32 = 0x3D;
@@ -32,8 +32,8 @@ const HALF: u32 = 1 << 4;
 const COMPLETE: u32 = 1 << 5;
 pub(super) const OVERRUN: u32 = 1 << 5;
 
-/// PA4 and PA5 analogue with 1 V and 2 V, a sequence of both, 8 half words in a round; the converter
-/// is off.
+/// Creates a board with 1 V at PA4 and 2 V at PA5, both analogue and in the sequence, a circular
+/// buffer of 8 half words, and the ADC off.
 pub(super) fn bench() -> Bench {
     let mut bench = Bench::of(Board::FeatherF405Adc);
     bench.clocks();
@@ -41,7 +41,7 @@ pub(super) fn bench() -> Bench {
     bench
 }
 
-/// As above on any board, with the clocks of the processor as they are.
+/// Sets up the same inputs on any board and leaves the processor's clocks.
 pub(super) fn configure(bench: &mut Bench) {
     let mut volts = [0.0; 16];
     (volts[0], volts[1]) = (2.5 + 1.0 - 1.65, 2.5 + 2.0 - 1.65);
@@ -63,7 +63,6 @@ pub(super) fn configure(bench: &mut Bench) {
     bench.set(PAR, DR).set(M0AR, BUFFER).set(NDTR, 8);
 }
 
-/// As above, and it converts.
 pub(super) fn converting() -> Bench {
     let mut bench = bench();
     bench
@@ -77,7 +76,7 @@ pub(super) fn converting() -> Bench {
 #[test]
 fn samples_come_into_memory_at_their_times() {
     let mut bench = converting();
-    // 68 periods of 21 MHz each, 3.24 us: four after 12.95, eight after 25.9.
+    // 68 periods of 21 MHz each, 3.24 us: four conversions after 12.95 us, eight after 25.9 us.
     assert_eq!(bench.wait_us(12).get(LISR) & FLAGS, 0);
     assert_eq!(bench.wait_us(1).get(LISR) & FLAGS, HALF);
     assert_eq!(bench.wait_us(13).get(LISR) & FLAGS, HALF | COMPLETE);

@@ -1,4 +1,4 @@
-//! The parts, apart from their rules.
+//! The parts without the rules.
 
 use super::{
     AFRH, APB2ENR, BSRR, Bench, FLASH_ACR, FLASH_CR, FREE, GPIOB, GPIOC, MODER, OSPEEDR, RCC_CFGR,
@@ -9,7 +9,6 @@ use crate::stop::Stop;
 
 const RCC_CIR: u32 = 0x4002_380C;
 
-/// A clock on PB8 with a speed of its pad.
 pub fn clock(speed: u32, period: u32, high: u32) -> Bench {
     let mut bench = Bench::ready();
     bench
@@ -38,7 +37,7 @@ fn an_adc_without_another_clock_follows_the_boards() {
     bench.set(TIM10, 1);
     assert_eq!(bench.0.adc.clock_hz(), 15_272_727);
     assert!(bench.0.drdy_falls.is_some());
-    // Another function of the pin, or none.
+    // A different alternate function of the pin, or none.
     for moder in [0b10, 0] {
         let mut off = clock(1, 11, 5);
         off.set(GPIOB + AFRH, 0x774)
@@ -84,7 +83,7 @@ fn the_flash_keeps_what_is_written_by_its_rules_alone() {
     assert_eq!(bench.get(FREE), 0x1234);
     bench.set(FLASH_CR, 2 | 11 << 3 | 2 << 8 | 1 << 16);
     assert_eq!((bench.get(FREE), bench.0.flash.erased), (u32::MAX, 1));
-    // LOCK in the write that chooses the sector: the next one, with STRT, is lost.
+    // LOCK set by the write that selects the sector: the next write, with STRT, is lost.
     let mut locks_itself = Bench::ready();
     locks_itself
         .unlock()
@@ -93,7 +92,7 @@ fn the_flash_keeps_what_is_written_by_its_rules_alone() {
     assert_eq!(locks_itself.0.flash.erased, 0);
 }
 
-/// The PLL from HSI: 16 MHz / 8 * 84 / 2.
+/// The PLL runs from HSI: 16 MHz / 8 * 84 / 2.
 #[test]
 fn an_internal_oscillator_that_is_off_takes_all_clocks_with_it() {
     for (ppm, hz) in [(0, 84_000_000), (4_000, 84_336_000), (-10_000, 83_160_000)] {
@@ -149,7 +148,7 @@ fn pins_are_seen_and_set_from_outside() {
     for name in ["PD1", "PA16", "A5", "P", ""] {
         assert_eq!(Pin::named(name), None, "{name}");
     }
-    // EXTI4 listens to port B, falling edges.
+    // EXTI4 is set to port B, falling edges.
     bench
         .set(0x4001_380C, 1)
         .set(0x4001_3C00, 1 << 4)
@@ -175,14 +174,14 @@ fn an_interrupt_whose_cause_is_gone() {
         scs.set_line(10, false);
     };
     assert_eq!(take(flickers), (vec![10], 0));
-    // Pends an exception by software.
+    // Sets an exception pending by software.
     let by_software = |scs: &mut crate::scs::Scs| {
         scs.write(0xE000_E200, 4, 1 << 10).expect("ISPR");
     };
     assert_eq!(take(by_software), (vec![], 0));
-    // Its cause rises while it runs, or another of the same priority, and that run serves it.
+    // If the cause rises while the handler, or one of the same priority, runs, this run serves it.
     assert_eq!(take(flickers), (vec![], 1));
-    // Somebody else takes the cause away between two runs.
+    // Other code removes the cause between two runs.
     let between = |scs: &mut crate::scs::Scs| {
         scs.end(26);
         scs.set_line(10, true);

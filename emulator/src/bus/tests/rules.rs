@@ -1,4 +1,4 @@
-//! The table of rules: what breaks each of them, next to what keeps all of them.
+//! The table of rules: an action that breaks each of them, and others that keep all of them.
 
 use super::line;
 use super::own_adc::{
@@ -21,7 +21,7 @@ use hal_mock::Constant;
 /// Action of a case.
 type Act = fn(&mut Bench);
 
-/// A case: its name, the rules that it must break, and those that it has broken.
+/// A case: its name, the rules that it must break, and the rules that it broke.
 type Row = (String, Vec<Rule>, Vec<Rule>);
 
 #[derive(Default)]
@@ -38,7 +38,7 @@ impl Table {
         self.0.push((what.to_owned(), vec![], bench.broken()));
     }
 
-    /// Breaks a rule exactly if `is_broken`.
+    /// Adds a case that must break `rule` if `is_broken`, and no other.
     fn row(&mut self, rule: Rule, is_broken: bool, what: &str, bench: Bench) {
         let expected = if is_broken { vec![rule] } else { vec![] };
         self.0.push((what.to_owned(), expected, bench.broken()));
@@ -104,7 +104,7 @@ fn clocks(table: &mut Table) {
             .wait_us(1000)
             .set(RCC_CFGR, 1);
     });
-    // As after a reset, the STM32F411's regulator allows 84 MHz.
+    // The STM32F411's regulator allows 84 MHz as after a reset.
     for (vos, is_broken) in [(2, true), (3, false)] {
         let mut bench = Bench::of(Board::BlackpillF411);
         bench
@@ -235,7 +235,7 @@ fn serial_line(table: &mut Table) {
         bench.wait_us(us);
         table.row(UsartOverrun, is_broken, "two bytes unread", bench);
     }
-    // A byte lasts 10.85 us, a word of flash 16: the processor takes a byte after each word.
+    // A byte takes 10.85 us, a word of flash 16 us: the processor takes a byte after each word.
     for (back_to_back, is_broken) in [(false, false), (true, true)] {
         let mut bench = Bench::ready();
         bench.unlock().set(FLASH_CR, 1 | 2 << 8);
@@ -265,7 +265,7 @@ fn serial_line(table: &mut Table) {
         line::arrive(bench, [1840, 3680]);
         bench.wait_us(25);
     });
-    // The DMA fetches a byte some cycles after its arrival.
+    // The DMA fetches a byte a few cycles after its arrival.
     for (cycles, is_broken) in [(1839, false), (1843, true), (1860, false)] {
         let mut bench = line::receiving();
         line::arrive(&mut bench, [1840]);
@@ -337,7 +337,7 @@ fn converter(table: &mut Table) {
     table.breaks(AdcOverrun, "the stream stops", converting(), |bench| {
         bench.wait_us(5).set(STREAM, TO_MEMORY).wait_us(10);
         assert_eq!(bench.get(SR) & OVERRUN, OVERRUN);
-        // It stays so until the converter is set up again.
+        // The overrun stays until the ADC is set up again.
         bench.set(CR2, START).wait_us(10);
         assert_eq!(bench.get(SR) & OVERRUN, OVERRUN);
     });
@@ -352,7 +352,7 @@ fn converter(table: &mut Table) {
     });
 }
 
-/// The bits that lower the converter's noise, of a Nucleo that runs at 16 MHz.
+/// Breaks the rules for the bits that lower the ADC's noise, on a Nucleo at 16 MHz.
 fn accuracy(table: &mut Table) {
     const PRFTEN: u32 = 1 << 8;
     const ADCDC1: u32 = 0xC000 | 1 << 13;
@@ -441,14 +441,15 @@ fn stream(table: &mut Table) {
         assert_eq!(bench.get(STREAM) & EN, 0);
         bench.set(NDTR, 8).set(STREAM, TO_MEMORY | EN);
     });
-    // To the peripheral; bytes; words; without counting; another channel.
+    // To the peripheral; bytes; words; no increment; a different channel.
     for wrong in [1 << 6, 1 << 11, 1 << 12, 1 << 10, 1 << 25] {
         let what = "another direction, size or channel";
         table.breaks(DmaSetting, what, own_adc::bench(), |bench| {
             bench.set(STREAM, (TO_MEMORY | EN) ^ wrong);
         });
     }
-    // Another register; CCM; an odd place; a half that is no whole scan; none.
+    // A different register; CCM; an odd address; half a buffer that is not a whole number of scans;
+    // no transfers.
     for (register, value) in [
         (PAR, SR),
         (M0AR, 0x1000_0000),
@@ -543,10 +544,10 @@ fn processor(table: &mut Table) {
 
 const STACK_END: u32 = 0x2000_1000;
 
-/// A board that does something undefined at once. HardFault and interrupt 10 branch to themselves.
+/// Creates a board that executes an undefined instruction at once. HardFault and interrupt 10 loop.
 fn emulator(stack: u32) -> Emulator {
     let mut words = [0; 28];
-    // The stack, Reset, NMI, HardFault; UDF, then a branch to itself.
+    // Vectors: stack, Reset, NMI, HardFault. Code: UDF, then a branch to itself.
     words[..4].copy_from_slice(&[stack, 0x0800_006D, 0, 0x0800_006F]);
     (words[26], words[27]) = (0x0800_006F, 0xE7FE_DE00);
     let image = Image::of_words(&words, "_stack_end", STACK_END);

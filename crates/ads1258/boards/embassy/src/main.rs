@@ -24,7 +24,7 @@ bind_interrupts!(struct Irqs {
 
 /// Reference voltage, V.
 const VREF_V: f32 = 4.096;
-/// At most half of the chip's clock.
+/// SPI clock in Hz, at most half of the chip's clock.
 const SCLK_HZ: u32 = 4_000_000;
 /// AIN0 to AIN15 in turn, 379 times a second.
 const CONFIG: Config = Config {
@@ -32,8 +32,8 @@ const CONFIG: Config = Config {
     ..Config::RESET
 };
 
-/// Waits by the processor's clock, 16 MHz. CS is low for 0.2 us before SCLK, and high for as long
-/// between transfers: too short for a timer.
+/// Delays in cycles of the processor's clock, 16 MHz. CS is low for 0.2 us before SCLK, and high
+/// for as long between transfers: too short for a timer.
 struct Cycles;
 
 impl DelayNs for Cycles {
@@ -55,8 +55,8 @@ async fn main(_spawner: embassy_executor::Spawner) {
     let (tx, rx) = (p.DMA2_CH3, p.DMA2_CH0);
     let bus = Spi::new(p.SPI1, p.PA5, p.PA7, p.PA6, tx, rx, Irqs, bus);
     let mut adc = Ads1258::new(ExclusiveDevice::new_no_delay(bus, cs).unwrap());
-    // DRDY falls when a conversion is ready; its interrupt, EXTI4, wakes the task. Pulled up: without
-    // a chip it would float.
+    // DRDY falls when a conversion is ready; its interrupt, EXTI4, wakes the task. The pull-up
+    // keeps the pin from floating without a chip.
     let mut drdy = ExtiInput::new(p.PA4, p.EXTI4, Pull::Up, Irqs);
 
     Cycles.delay_ms(200); // the chip's crystal starts
@@ -65,7 +65,7 @@ async fn main(_spawner: embassy_executor::Spawner) {
     configured.expect("the ADS1258 answers");
     adc.start(&mut start).unwrap();
     let mut volts = [0.0; 16];
-    // Registers have been seen to change by themselves; a restart writes them anew.
+    // Registers have been seen to change by themselves; a restart rewrites them.
     while adc.verify_async().await.is_ok() {
         for _ in 0..4096 {
             let conversion = adc.read_next_async(&mut drdy).await.unwrap();

@@ -17,8 +17,8 @@ mod app {
     const SCLK_HZ: u32 = 5_250_000; // at most half of the chip's clock
     type Device = ExclusiveDevice<Spi<SPI1>, SettledCs<PB6<Output>, Cycles>, NoDelay>;
 
-    /// Waits by the processor's clock, 84 MHz. CS is low for 0.2 us before SCLK, and high for as long
-    /// between transfers: too short for a timer.
+    /// Delays in cycles of the processor's clock, 84 MHz. CS is low for 0.2 us before SCLK, and
+    /// high for as long between transfers: too short for a timer.
     pub struct Cycles;
 
     impl DelayNs for Cycles {
@@ -49,7 +49,8 @@ mod app {
         let pins = (Some(sck), Some(a.pa6), Some(a.pa7));
         let bus = Spi::new(p.SPI1, pins, ads1258::MODE, SCLK_HZ.Hz(), &mut rcc);
         let mut adc = Ads1258::new(ExclusiveDevice::new_no_delay(bus, cs).unwrap());
-        // DRDY falls when a conversion is ready. Pulled up: without a chip it would float.
+        // DRDY falls when a conversion is ready. The pull-up keeps the pin from floating without a
+        // chip.
         let mut drdy = a.pa4.into_pull_up_input();
         drdy.make_interrupt_source(&mut p.SYSCFG.constrain(&mut rcc));
         drdy.trigger_on_edge(&mut p.EXTI, Edge::Falling);
@@ -61,7 +62,8 @@ mod app {
         (Shared {}, Local { adc, drdy })
     }
 
-    /// Falling edge of DRDY. A read is one transfer of 5 bytes, and the next edge 42 us away.
+    /// Handles the falling edge of DRDY. A read is one transfer of 5 bytes, and the next edge comes
+    /// 42 us later.
     #[task(binds = EXTI4, local = [adc, drdy, volts: [f32; 16] = [0.0; 16], conversions: u32 = 0])]
     fn drdy(cx: drdy::Context) {
         cx.local.drdy.clear_interrupt_pending_bit();
