@@ -1,4 +1,4 @@
-//! The actuator that makes a vibration, and how a texture drives it.
+//! The actuator that makes the vibration, and how a texture drives it.
 
 use crate::link::Hand;
 use crate::stimulus::{Actuator, Delay};
@@ -52,7 +52,7 @@ pub struct DelayOptions {
 }
 
 impl DelayOptions {
-    /// Refuses a delay outside of the bounds.
+    /// Refuses a delay out of range.
     pub fn check(&self) -> Result<()> {
         let Self {
             delay_ms,
@@ -79,7 +79,7 @@ pub struct HandOptions {
 }
 
 impl HandOptions {
-    /// The hand that the options describe; missing ones are `default`'s.
+    /// Returns the hand that the options describe, with `default` for missing ones.
     pub fn hand(&self, default: Hand) -> Result<Hand> {
         let hand = Hand {
             speed_mm_s: self.speed_mm_s.unwrap_or(default.speed_mm_s),

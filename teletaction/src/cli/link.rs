@@ -1,4 +1,4 @@
-//! `link`: a finger and a stylus, with a network between them.
+//! `link`: a finger and a stylus, connected by a network.
 
 use super::actuator::{ActuatorOptions, DelayOptions, HandOptions};
 use crate::link::board::{BoardEnd, Line};
@@ -89,7 +89,7 @@ pub struct LinkArgs {
     firmware: FirmwareOptions,
 }
 
-/// A fraction, 0 to 1.
+/// Parses a percentage as a fraction, 0 to 1.
 fn percent(text: &str) -> Result<f64, String> {
     let percent = number(text.trim_end_matches('%').trim_end())?;
     if (0.0..=100.0).contains(&percent) {

@@ -1,4 +1,4 @@
-//! `pins`: strains in the sensor on a display of pins.
+//! `pins`: shows a sensor's strains on a display of pins.
 
 use crate::pins::{Grid, Limits, PINS_MAX, Player, Quantity, SILENCE_S, Setup, volts_per_strain};
 use anyhow::Result;
@@ -12,7 +12,7 @@ use ridgetone_host::usage::UsageError;
 use ridgetone_host::{output, stop};
 use std::time::{Duration, Instant};
 
-/// Time between two looks at silence.
+/// Interval at which a silent feed is checked.
 const LOOK: Duration = Duration::from_millis(50);
 
 #[derive(Debug, Args)]
@@ -144,8 +144,8 @@ impl PinsArgs {
     }
 }
 
-/// Follows a feed to its end, or until this process is to stop, and prints each update: as JSON or
-/// for people. Gives the feed back, for its counts.
+/// Follows a feed until it ends or this process is asked to stop, and prints each update, as JSON
+/// or text. Returns the feed for its counts.
 fn run(feed: Feed, player: &mut Player, is_json: bool) -> (Feed, Result<()>) {
     let mut requester = Requester::default();
     requester.want_raw_if(feed.has_board());

@@ -54,7 +54,7 @@ pub struct TouchArgs {
     open: bool,
 }
 
-/// The frequency of a carrier, where skin feels a vibration best.
+/// Parses a carrier frequency, within the range where skin is most sensitive.
 fn carrier(text: &str) -> Result<f64, String> {
     let hz = positive(text)?;
     if (150.0..=250.0).contains(&hz) {
