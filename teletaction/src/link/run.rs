@@ -66,7 +66,7 @@ pub struct Link {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "link")]
 pub struct Report {
-    /// Seconds since the beginning.
+    /// Seconds since the start.
     pub t_s: f64,
     /// Position messages sent here, and received here.
     pub positions_sent: u64,
