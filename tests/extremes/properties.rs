@@ -65,7 +65,7 @@ prop_compose! {
     }
 }
 
-/// The seed, which `.cargo/config.toml` fixes for every run. `cargo xtask test --fresh` draws another.
+/// Seed that `.cargo/config.toml` fixes for every run. `cargo xtask test --fresh` draws another.
 pub fn seed() -> u64 {
     match ProptestConfig::default().rng_seed {
         RngSeed::Fixed(seed) => seed,

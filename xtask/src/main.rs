@@ -108,8 +108,8 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Builds the images of the real boards as ELF and raw files, and static commands for Linux and
-    /// a Python wheel with two images in them, with their SHA-256 checksums, and says what cannot be
+    /// Builds the images of the real boards as ELF and raw files, static commands for Linux and a
+    /// Python wheel with two embedded images, and their SHA-256 checksums, and says what cannot be
     /// made here.
     Release {
         /// Make only this package and its two images; fails if that is not possible.
@@ -128,8 +128,8 @@ enum Task {
     Lint,
     /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,
-    /// Builds the examples of `ads1258` for real boards, in `crates/ads1258/boards`, where their crates can be
-    /// fetched.
+    /// Builds the examples of `ads1258` for real boards, in `crates/ads1258/boards`, if their
+    /// crates can be fetched.
     DriverBoards,
     /// Flashes a board through a debug probe, with probe-rs, and shows its log.
     Flash {
