@@ -1,4 +1,4 @@
-//! Accuracy on request: an estimate as soon as its uncertainty meets the requested one, and no
+//! Requested accuracy: an estimate is reported as soon as its uncertainty is small enough, and no
 //! sooner.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
@@ -38,7 +38,7 @@ fn relative_sigma(fit: &Estimate) -> f32 {
     fit.sigma / fit.frequency
 }
 
-/// Mean of sigma over frequency in windows of one length.
+/// Mean relative sigma of the good windows of one length.
 fn mean_sigma(window_s: f64, snr_db: f64) -> f64 {
     let (mut sum, mut count) = (0.0, 0);
     for seed in 0..SEEDS {
@@ -59,7 +59,7 @@ fn mean_sigma(window_s: f64, snr_db: f64) -> f64 {
     sum / f64::from(count)
 }
 
-/// The shortest window, in whole strides, whose sigma is small enough on average.
+/// Returns the shortest window, in whole strides, whose mean sigma meets the accuracy.
 fn length_needed_s(accuracy: f32, snr_db: f64) -> f64 {
     (2..20)
         .map(|strides| f64::from(strides) * STRIDE_S)
@@ -67,8 +67,8 @@ fn length_needed_s(accuracy: f32, snr_db: f64) -> f64 {
         .expect("a second is enough")
 }
 
-/// The noise next to the lines, of which a window has few samples, makes its sigma vary by some
-/// tens of percent: lengths are judged together.
+/// A window's noise estimate, from a few bins, scatters by some tens of percent, so only the mean
+/// length is judged.
 #[test]
 fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
     let mut errors = Vec::new();
@@ -86,7 +86,7 @@ fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
                 errors.push((fit.frequency as f64 - frequency_hz) / fit.sigma as f64);
                 lengths.push(f64::from(fit.window_s));
             }
-            // No frame is part of two estimates.
+            // Windows do not overlap.
             for pair in out.window_fits.windows(2) {
                 let begins_s = pair[1].t_us as f64 * 1e-6 - pair[1].window_s as f64;
                 assert!(begins_s > pair[0].t_us as f64 * 1e-6 - 0.005, "{pair:?}");
@@ -100,7 +100,7 @@ fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
             "{accuracy}: {mean_s} s on average, {needed_s} s needed: {lengths:?}"
         );
     }
-    // Stopping where sigma is small enough must not make it a lie.
+    // Stopping as soon as sigma is small enough must not make sigma too small.
     let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
     println!("{rms}");
     assert!(rms < 1.25, "{rms} sigma over {} estimates", errors.len());

@@ -1,4 +1,4 @@
-//! The fit against the truth of made windows, and its statuses.
+//! The fit against the truth of synthetic windows, and its statuses.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -26,7 +26,7 @@ fn off(fit: &Fit, truth: f64) -> f64 {
     (f64::from(fit.frequency) - truth) / f64::from(fit.sigma)
 }
 
-/// Asserts that a fit is good, and right within so many of its own standard deviations.
+/// Asserts that a fit is good, and within `sigmas` of its own standard deviations of the truth.
 #[track_caller]
 fn assert_good(fit: &Fit, truth: f64, sigmas: f64) {
     assert_eq!(fit.status, Status::Good, "{truth}: {fit:?}");
@@ -219,8 +219,8 @@ fn missing_frames_and_drift_do_not_bias() {
     }
 }
 
-/// Across a gap the lines of a comb can be large and cancel each other: a comb at a third of the
-/// tone must not be taken for one.
+/// Across a gap, large lines of a harmonic comb can cancel each other: a comb at a third of the
+/// tone must not be taken for the tone.
 #[test]
 fn a_gap_makes_no_subharmonic() {
     for (frequency, frames, gap) in [
@@ -239,7 +239,7 @@ fn a_gap_makes_no_subharmonic() {
     }
 }
 
-/// Two frames, each without another taxel, are left out; the taxels stay.
+/// Two frames that each lack some taxels are left out; the taxels stay.
 #[test]
 fn half_a_frame_is_left_out() {
     let tone = Tone::default();
@@ -251,7 +251,8 @@ fn half_a_frame_is_left_out() {
     assert_eq!(found, (Status::Good, u16::MAX, 239));
 }
 
-/// A drift that outweighs a fast tone hides it from the search on means, not from the frames'.
+/// A drift that outweighs a fast tone hides it from the search on means, but not from the search on
+/// frames.
 #[test]
 fn a_fast_tone_on_a_drift_is_found() {
     let mut tone = Tone::new(35.0 / 241.14, 241, 20.0, 1);

@@ -1,4 +1,4 @@
-//! Faults in a touch: how they are reported, and that no estimate that they changed is good.
+//! Faults in a touch: they are reported, and no estimate that they affected is good.
 
 #[path = "support/touch.rs"]
 mod touch;
@@ -17,8 +17,8 @@ const SLOTS: u64 = 21;
 /// Scan in the middle of the slide, at 1.8 s.
 const MIDDLE: u64 = 434;
 
-/// A touch in windows of half a second; `change` may drop conversions or change them, by their
-/// number.
+/// Returns the events of a touch with windows of half a second; `change` may drop or modify
+/// conversions, by number.
 fn events(mut change: impl FnMut(u64, TimedConversion) -> Option<TimedConversion>) -> Vec<Event> {
     let settings = Settings {
         window_s: 0.5,
@@ -43,7 +43,7 @@ fn faults(events: &[Event]) -> Vec<Fault> {
     faults.collect()
 }
 
-/// Those of windows within the slide.
+/// Estimates from windows within the slide.
 fn estimates(events: &[Event]) -> Vec<&Estimate> {
     let fits = events.iter().filter_map(|event| match event {
         Event::Estimate(fit) if fit.span == Span::Window && fit.t_us < 2_750_000 => Some(fit),
@@ -52,15 +52,15 @@ fn estimates(events: &[Event]) -> Vec<&Estimate> {
     fits.collect()
 }
 
-/// Whether the window holds this device time. `None` if the time is up to two frames before the
-/// window, or after it: then the estimate may be doubtful too, if the fault was before its report.
+/// True if the window includes this device time. `None` if the time is up to two frames before the
+/// window, or after it: the estimate may then be doubtful, if the fault came before its report.
 fn holds(fit: &Estimate, t_us: u64) -> Option<bool> {
     let from_us = fit.t_us - (fit.window_s * 1e6) as u64;
     let is_near = (from_us - 13_000..from_us).contains(&t_us) || t_us > fit.t_us;
     (!is_near).then_some(t_us >= from_us)
 }
 
-/// Those good are right: within a tenth of a percent.
+/// Asserts that good estimates are within a tenth of a percent of the truth.
 fn assert_good_ones_are_right(events: &[Event]) {
     for fit in estimates(events)
         .iter()
@@ -77,7 +77,7 @@ fn number_us(number: u64) -> u64 {
     number * CONVERSION_NS / 1000
 }
 
-/// True if the conversion with this number belongs to these scans.
+/// True if this conversion belongs to `scans`.
 fn is_in(scans: &std::ops::Range<u64>, number: u64) -> bool {
     scans.contains(&(number / SLOTS))
 }
@@ -110,7 +110,7 @@ fn losses_are_reported_with_their_times_and_leave_estimates_good() {
     let [begin, end] = faults(&events)[..] else {
         panic!("{:?}", faults(&events))
     };
-    // Noticed in the scan that lacks them, reported with the next frames.
+    // Detected in the incomplete scan, reported with the next frames.
     assert!((begin.kind, begin.count, begin.until_us) == (FaultKind::Lost, 3, None));
     assert!(begin.from_us.abs_diff(number_us(lost)) < 5_000, "{begin:?}");
     let until_us = Some(begin.from_us);
@@ -133,8 +133,7 @@ fn losses_are_reported_with_their_times_and_leave_estimates_good() {
     assert_good_ones_are_right(&events);
 }
 
-/// The converter stands still for a while: no id is missing, but from then on the tone is out of
-/// step.
+/// The converter pauses: no id is missing, but the tone's phase jumps.
 #[test]
 fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
     let from = MIDDLE * SLOTS + 5;
@@ -146,7 +145,7 @@ fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
         assert!(has(&events, FaultKind::Clock) || has(&events, FaultKind::Channel));
         let moment_us = number_us(from);
         for fit in estimates(&events) {
-            // A tone that is out of step with itself may be ambiguous, which says as much.
+            // A tone with a phase jump may be ambiguous instead.
             let is_right = match holds(fit, moment_us) {
                 Some(true) => matches!(fit.status, Status::Doubtful | Status::Ambiguous),
                 Some(false) => fit.status != Status::Doubtful,
@@ -158,7 +157,7 @@ fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
     }
 }
 
-/// The board was busy: only the time stamp of an edge is late, by up to a conversion.
+/// The board was busy: only an edge's time stamp is late, by up to a conversion.
 #[test]
 fn an_edge_whose_time_is_noted_late_is_no_fault() {
     for slot in [0, 5, 20] {
@@ -197,8 +196,8 @@ fn a_chip_that_reset_itself_is_never_believed() {
 
 #[test]
 fn supply_and_reference_out_of_range_are_reported() {
-    // Supply: 4.70 V is under 4.75 V, and 4.80 V is not; reference: 3 % under 4.096 V, and 1 %.
-    // 786432 codes a volt.
+    // Supply: 4.70 V is below 4.75 V, and 4.80 V is above; reference: 3 % below 4.096 V, and 1 %.
+    // The scale is 786432 codes per volt.
     for (id, code, kind) in [
         (0x1a, 3_696_230, Some(FaultKind::Supply)),
         (0x1a, 3_774_874, None),
@@ -276,8 +275,8 @@ fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
         reported,
         [(FaultKind::Overload, 1), (FaultKind::Overload, 3)]
     );
-    // Coming back it looks like motion for the 22 blocks of four frames that it takes to know a
-    // hold: an estimate whose window ends then may hold a standstill.
+    // The return of the signal looks like motion until a hold is detected, 22 blocks of four frames
+    // later: an estimate whose window ends within that time may include a standstill.
     let clipped_us = number_us(MIDDLE * SLOTS + 3);
     let back_us = number_us((MIDDLE + 2) * SLOTS + 3);
     assert!(count_of(&events, Status::Good) > 0 && count_of(&events, Status::Doubtful) > 0);
@@ -299,9 +298,9 @@ fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
     }
 }
 
-/// A broken bridge is reported, is in the fault set of every estimate, and is left out; the other
-/// inputs stay as good. Another input that changes between rail and signal makes estimates
-/// doubtful, also next to the broken one.
+/// A broken bridge is reported, appears in the fault set of every estimate, and is left out; the
+/// other inputs stay as good. A second input that alternates between rail and signal makes
+/// estimates doubtful.
 #[test]
 fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     let comes_and_goes = MIDDLE..MIDDLE + 3;
@@ -330,15 +329,15 @@ fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     }
 }
 
-/// All faults together, without end: no more than four messages in an eighth of a second, and every
-/// beginning reported.
+/// All faults at once, repeatedly: at most four messages in an eighth of a second, and every
+/// beginning is reported.
 #[test]
 fn all_faults_together_make_few_messages() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
     let mut detector = Box::new(Detector::new(Settings::DEFAULT));
     let mut reported = Vec::new();
     for (conversion, number) in (0..SCANS).flat_map(|n| touch::scan(n, n, 0)).zip(0u64..) {
-        // Episodes that end and begin anew all the time.
+        // Episodes end and begin again all the time.
         if number % (SLOTS * 300) < SLOTS * 5 {
             FaultKind::ALL
                 .into_iter()
@@ -355,7 +354,7 @@ fn all_faults_together_make_few_messages() {
         };
         detector.push(conversion, &mut ring, &diagnostics, outputs);
     }
-    // Four at the end of one eighth and four at the beginning of the next.
+    // At most four at the end of one eighth and four at the beginning of the next.
     let in_an_eighth = |from_us: u32| {
         reported
             .iter()
@@ -372,8 +371,8 @@ fn all_faults_together_make_few_messages() {
             .filter(|(_, fault)| fault.until_us.is_none())
             .count();
         let ends = of_it().count() - begins;
-        // Three times 300 scans; a touch delays events at some of its moments, and two episodes are
-        // then one.
+        // Up to three episodes of 300 scans; a touch sometimes delays events, which merges two
+        // episodes.
         assert!(
             (1..=3).contains(&begins) && (ends == begins || ends + 1 == begins),
             "{kind:?}: {begins} {ends}"
@@ -381,7 +380,7 @@ fn all_faults_together_make_few_messages() {
     }
 }
 
-/// A silent chip: each half second the board reports health and faults, by its own clock.
+/// The chip is silent: each half second the board reports health and faults, by its own clock.
 #[test]
 fn health_and_faults_are_reported_while_no_conversion_comes() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
@@ -426,7 +425,7 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
     };
     let episode = (begin.from_us, end.until_us, end.count);
     assert_eq!(episode, (499_993, Some(19_499_993), 39));
-    // Lost conversions never become fewer, though there are more of them than can be counted.
+    // The count of lost conversions saturates, and never decreases.
     let mut latest = 0;
     for half in 61..=72 {
         diagnostics.unseen.add(u32::MAX / 4);
@@ -468,14 +467,14 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
                 diagnostics.fault(kind, fit.t_us as u32 - ago_us);
                 diagnostics.qualify(&mut fit, &window);
                 assert_eq!(fit.faults.has(kind), counts, "{kind:?}");
-                // An input that comes back so late hides that the slide is over.
+                // An input that returns late can hide the end of the slide.
                 let changes = kind.changes_frequency() || kind == FaultKind::Overload;
                 let found = (fit.status == Status::Doubtful, !fit.travel.is_known());
                 assert_eq!(found, (counts && changes, counts && changes), "{kind:?}");
             }
         }
     }
-    // After enough time to find a hold, the channel is only left out. For a window shorter than
+    // Once a hold could have been detected, the channel is only left out. For a window shorter than
     // that time, faults before the window count too.
     for (ago_us, window_s, status) in [
         (500_000, 1.0, Status::Good),

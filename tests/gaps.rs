@@ -1,4 +1,4 @@
-//! Windows with consecutive frames missing: no estimate that the gap may have misled is good.
+//! Windows with consecutive frames missing: no estimate that the gap could bias is good.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -13,7 +13,7 @@ use ridgetone_tone::{Fitter, Table};
 /// Frames of a window of the plan `single`, 43 ms.
 const FRAMES: usize = 1003;
 
-/// The estimate of a window of one channel, of which some frames are missing.
+/// Returns the estimate of a window of one channel with some frames missing.
 fn estimate(
     estimator: &mut Estimator,
     fitter: &mut Fitter,
@@ -38,8 +38,8 @@ fn estimate(
     }
 }
 
-/// How many of 120 windows with 3 to 6 cycles are good, how many of these are wrong, and how many
-/// are doubtful.
+/// Of 120 windows with 3 to 6 cycles, counts those that are good, those that are good but wrong,
+/// and those that are doubtful.
 fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
     let mut estimator = Estimator::new(Settings::DEFAULT.with_plan(Plan::SINGLE));
     let mut fitter = Box::new(Fitter::new());
@@ -60,7 +60,7 @@ fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
     (good, wrong, doubtful)
 }
 
-/// Nine hundredths of the window, or more than a tenth, anywhere in it.
+/// Gaps below and above a tenth of the window, anywhere in it.
 #[test]
 fn a_window_with_a_long_gap_is_doubtful_and_one_with_a_short_gap_good() {
     for fraction in [0.0, 0.05, 0.09, 0.11, 0.2, 0.35, 0.45] {
@@ -81,7 +81,7 @@ fn a_window_with_a_long_gap_is_doubtful_and_one_with_a_short_gap_good() {
     }
 }
 
-/// As many frames as in a long gap, but here and there.
+/// As many frames as in a long gap, but scattered.
 #[test]
 fn frames_that_are_missing_here_and_there_leave_a_window_good() {
     let hash =

@@ -1,4 +1,4 @@
-//! The static image of either hold, against what the scene presses on the taxels.
+//! The pressure map of each hold against the scene's loads.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -11,7 +11,7 @@ use ridgetone_proto::telemetry::{Hold, Image};
 use std::f64::consts::TAU;
 use support::{all, in_the_air, outcome, run, run_on};
 
-/// Images of a scene, read by a converter with noise of this `seed`.
+/// Pressure maps of a scene, with converter noise from `seed`.
 fn images(scene: impl Scene + 'static, seed: u64) -> Vec<Image> {
     let board = SimulatedBoard::new(
         scene,
@@ -27,8 +27,8 @@ fn holds(images: &[Image]) -> Vec<Hold> {
     images.iter().map(|image| image.hold).collect()
 }
 
-/// The mean of the same scene without noise over an image's frames, less its value at the
-/// beginning: volts of each taxel.
+/// Returns the mean load of each taxel over a map's frames, in volts above its value at time zero,
+/// without noise.
 fn pressed_v(mut scene: SlidingScene, image: &Image) -> [f64; TAXELS] {
     let untouched: [f64; TAXELS] = std::array::from_fn(|taxel| scene.volts(taxel as u8, 0.0));
     let (start_s, length_s) = (
@@ -45,7 +45,7 @@ fn pressed_v(mut scene: SlidingScene, image: &Image) -> [f64; TAXELS] {
     sums.map(|sum| sum / image.frames as f64)
 }
 
-/// The taxels of an image.
+/// Returns the taxels in a pressure map.
 fn alive(image: &Image) -> Vec<u8> {
     image.taxels.iter().map(|found| found.taxel).collect()
 }
@@ -100,8 +100,8 @@ fn both_holds_are_imaged_with_their_standard_error() {
                 from_s < start_s && end_s < to_s,
                 "{image:?} in {from_s} s to {to_s} s"
             );
-            // The spike takes 0.3 s of a hold of one second. The last blocks are left out: they may
-            // hold the first of a motion.
+            // The spike takes 0.3 s of a one-second hold. The last blocks are left out because they
+            // may contain the onset of a motion.
             assert!(end_s - start_s > 0.5, "{image:?}");
             let frames_s = image.frames as f64 / FRAME_RATE_HZ as f64;
             assert!((end_s - start_s - frames_s).abs() < 1e-4, "{image:?}");
@@ -114,13 +114,13 @@ fn both_holds_are_imaged_with_their_standard_error() {
             }
         }
     }
-    // Both images of a touch share the level before it, so their errors are not independent: 480 of
-    // 960 count.
+    // Both maps of a touch share the level before it, so their errors are correlated: 480 of 960
+    // count.
     let spread = (squares / count as f64).sqrt();
     assert!((spread - 1.0).abs() < 0.1, "{spread} of {count}");
 }
 
-/// A load in proportion to the number of the taxel; a tone while it slides.
+/// A load proportional to the taxel's number, and a tone during slides.
 struct Steps {
     touched_s: (f64, f64),
     slides_s: &'static [(f64, f64)],
@@ -146,8 +146,8 @@ impl Scene for Steps {
     }
 }
 
-/// 1 mV a taxel and the phase in which the slides left the grating: whole cycles, so that of the
-/// start.
+/// Asserts a load of 1 mV per taxel plus the tone at its initial phase, to which slides of whole
+/// cycles return.
 fn assert_steps(image: &Image) {
     assert_eq!(alive(image), (0..TAXELS as u8).collect::<Vec<_>>());
     for found in &image.taxels {
@@ -161,8 +161,8 @@ fn assert_steps(image: &Image) {
     }
 }
 
-/// A hold is imaged whether slides are before it, behind it or not there, and where the record ends
-/// in it.
+/// Each hold gets a pressure map, with or without slides before or after it, also if the recording
+/// ends in it.
 #[test]
 fn each_hold_of_a_touch_is_imaged() {
     use Hold::{AfterSlide, BeforeSlide};
@@ -191,8 +191,8 @@ fn each_hold_of_a_touch_is_imaged() {
 
 #[test]
 fn a_hold_that_is_too_short_has_no_image() {
-    // The spike takes at least 0.1 s of 0.3 s. The last blocks are left out: they may hold the
-    // first of a slide.
+    // The spike takes at least 0.1 s of 0.3 s. The last blocks are left out because they may
+    // contain the onset of a slide.
     for hold_before_s in [0.15, 0.2] {
         let scene = SlidingScene::new(Sliding {
             hold_before_s,

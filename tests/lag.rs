@@ -1,4 +1,4 @@
-//! Spatial period, speed and direction of a plane wave that is read slot by slot, with their
+//! Spatial period, speed and direction of a plane wave that is sampled slot by slot, with their
 //! uncertainties.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 
 /// Slots of a scan (datasheet SBAS297G, auto-scan: 16 inputs and the five internal readings).
 const SLOTS: f64 = 21.0;
-/// A column of units that sees just what its place makes of the wave.
+/// Array whose channels respond to the wave at their position only.
 const ARRAY: Array = Array {
     pitch_mm: 2.3,
     edge_phase_rad: 0.0,
@@ -23,7 +23,7 @@ const ARRAY: Array = Array {
     ..Array::DEFAULT
 };
 
-/// A wave that passes under the units, in code.
+/// A wave that passes under the channels, in codes.
 #[derive(Clone, Copy)]
 struct Wave {
     speed_mm_s: f64,
@@ -31,11 +31,11 @@ struct Wave {
     backward: bool,
     frames: usize,
     amplitude: f64,
-    /// Amplitude of the second harmonic over that of the fundamental.
+    /// Ratio of the second harmonic's amplitude to the fundamental's.
     overtone: f64,
     noise: f64,
     seed: u64,
-    /// A channel that is dead, and one that is thirty times as noisy.
+    /// One channel is dead, and one has thirty times the noise.
     damaged: bool,
 }
 
@@ -54,7 +54,7 @@ const WAVE: Wave = Wave {
 impl Wave {
     fn values(&self) -> Vec<[f32; 16]> {
         let mut noise = Noise::new(self.seed);
-        // Any phase at the window's centre.
+        // The phase at the window's centre varies with the seed.
         let start_mm = self.period_mm * 0.618_034 * self.seed as f64;
         let way = if self.backward { -1.0 } else { 1.0 };
         codes(self.frames, |c, frame| {
@@ -62,7 +62,7 @@ impl Wave {
             let ridge_mm = start_mm + way * self.speed_mm_s * t_s;
             let position_mm = if c / 4 % 2 == 1 { 2.3 } else { 0.0 };
             let theta = TAU * (ridge_mm - position_mm) / self.period_mm;
-            // Unlike piezoresistors differ in strength, sign and phase.
+            // Channels differ in strength, sign and phase.
             let (gain, own) = [(1.0, 0.0), (0.4, 0.9), (-0.9, 0.2), (0.3, -1.3)][c % 4];
             let wave = (theta + own).cos() + self.overtone * (2.0 * theta + own).cos();
             let noise = self.noise * noise.next();
@@ -129,7 +129,7 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
             let wave = Wave { seed, ..wave };
             let fitted = wave.fitted(&mut tracker);
             let travel = travel(&fitted, &ARRAY);
-            // Tests for other tones have false alarms.
+            // The tests for competing tones have a false-alarm rate.
             if fitted.fit.status != Status::Good {
                 others += 1;
                 continue;
@@ -157,13 +157,14 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
                 squares[which] += off * off;
             }
         }
-        // One of a hundred, and three standard deviations.
+        // One in a hundred, plus three standard deviations.
         assert!(others <= 20, "{name}: {others} of 1000 are not good");
         let good = f64::from(runs as u32 - others);
         for which in 0..2 {
             let spread = (squares[which] / good).sqrt();
-            // The noise of a short window is known from few samples, so that some sigmas are too small:
-            // 92 to 98 % of the intervals hold, and the spread is a little more than theirs.
+            // The noise of a short window is estimated from few bins, so some sigmas are too small:
+            // the 95 % intervals cover the truth in 92 to 98 % of runs, and the spread exceeds one
+            // slightly.
             let coverage = f64::from(covered[which]) / good;
             assert!((0.93..1.12).contains(&spread), "{name}: spread {spread}");
             assert!(
@@ -174,7 +175,7 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
     }
 }
 
-/// A dead and a noisy channel cost no more than their own information.
+/// A dead and a noisy channel cost only the information they carried.
 #[test]
 fn dead_and_noisy_channels_do_not_hurt() {
     let mut tracker = Tracker::new();
@@ -183,9 +184,9 @@ fn dead_and_noisy_channels_do_not_hurt() {
         f64::from(travel(&wave.fitted(&mut tracker), &ARRAY).spatial_period_sigma_mm)
     };
     let (whole, damaged) = (sigma(false), sigma(true));
-    // A pair's weight goes with the square of its strength: 1, 0.16, 0.81, 0.09, each on two units
-    // a column. Without one of the first and one of the second that is 2 * 1 / (2 + 1) = 2/3 of
-    // theirs.
+    // A pair's weight is its strength squared: 1, 0.16, 0.81, 0.09, each on two channels per
+    // column. Without one of the first and one of the second, 2 * 1 / (2 + 1) = 2/3 of that weight
+    // remains.
     let expected = (2.06f64 / (0.81 + 0.09 + 2.0 / 3.0 * 1.16)).sqrt();
     let ratio = damaged / whole;
     assert!(
@@ -208,8 +209,8 @@ fn the_uncertainty_is_that_of_the_closed_form() {
     assert!(off.abs() < 0.05, "{travel:?} instead of {sigma_mm}");
 }
 
-/// Four slots pass between one unit's reading and the other's. At 92 Hz that is 7 % of a turn:
-/// treating a scan as read at once is wrong by more than that, one way and the other.
+/// Four slots separate the readings of two channels. At 92 Hz that is 7 % of a turn: ignoring the
+/// skew causes a larger error than that, with opposite signs in the two directions.
 #[test]
 fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
     let mut tracker = Tracker::new();
@@ -237,8 +238,8 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
     }
 }
 
-/// There is no lag without a column, without a tone in it, or if no taxels respond alike in both
-/// columns.
+/// There is no lag without a second column, without a tone in it, or if no taxels respond alike in
+/// both columns.
 #[test]
 fn without_two_columns_there_is_nothing() {
     let mut fitted = WAVE.fitted(&mut Tracker::new());
@@ -254,7 +255,7 @@ fn without_two_columns_there_is_nothing() {
     }
     fitted.fit.usable = 0x0f0f;
     assert_eq!(status(&fitted, &ARRAY), TravelStatus::Nothing);
-    // One of each column is enough, whatever its phases.
+    // One channel in each column is enough, whatever its phase.
     fitted.fit.usable = 0x0011;
     assert_eq!(status(&fitted, &ARRAY), TravelStatus::Unique);
     let sure = lag(&fitted, &ARRAY).expect("a lag").sigma;

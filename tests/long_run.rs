@@ -1,9 +1,8 @@
 //! Thirty virtual days: times against exact 64-bit arithmetic, counters against exact counts,
-//! estimates as right at the end as at the beginning, memory flat.
+//! estimates as accurate at the end as at the start, constant memory.
 //!
-//! What the normal tests skip: of the 30 days only a touch around every wrap of the board's
-//! microseconds is played, 604 of them, and a scan every twenty minutes in between. That nothing
-//! happens in what lies between is the ignored test's to say, which plays all 13 thousand million
+//! The normal test plays only a touch around each of the 604 wraps of the board's microseconds, and
+//! one scan every twenty minutes in between. The ignored test plays all 13 thousand million
 //! conversions: `cargo test --test long_run -- --ignored --nocapture`.
 
 #[path = "support/memory.rs"]
@@ -24,23 +23,23 @@ use ridgetone_proto::telemetry::{
 };
 use touch::{SCANS, TONE_HZ, scan};
 
-/// A scan's period, nanoseconds.
+/// Period of a scan, nanoseconds.
 const SCAN_NS: u64 = SLOTS as u64 * CONVERSION_NS;
 const DAY_S: u64 = 86_400;
 /// Microseconds from one wrap of the board's counter to the next: 71.6 minutes.
 const WRAP_US: u64 = 1 << 32;
 
-/// Device time of a scan's first slot, microseconds: whole ones, as the board's counter has them.
+/// Device time of a scan's first slot, in whole microseconds, as the board counts.
 fn scan_us(number: u64) -> u64 {
     number * SCAN_NS / 1000
 }
 
-/// Number of the latest scan that has begun at a time.
+/// Number of the latest scan that has begun by `t_us`.
 fn scan_at(t_us: u64) -> u64 {
     t_us * 1000 / SCAN_NS
 }
 
-/// The times in an event.
+/// Returns the times in an event.
 fn times_us(event: &Event) -> Vec<u64> {
     match event {
         Event::Contact(contact) => vec![contact.t_us],
@@ -55,20 +54,20 @@ fn times_us(event: &Event) -> Vec<u64> {
     }
 }
 
-/// The scans of a touch: its last hold is a second longer, and 0.9 s without contact follow, so
-/// that its end is reported before the next touch begins.
+/// Scans of a touch whose last hold is a second longer, followed by 0.9 s without contact, so that
+/// its end is reported before the next touch.
 fn touched() -> impl Iterator<Item = u64> + Clone {
     let hold = (0..4).flat_map(|_| HOLD);
     let rest = (0..3).flat_map(|_| 0..70);
     (0..HOLD.end).chain(hold).chain(HOLD.end..SCANS).chain(rest)
 }
 
-/// Scans of the hold behind the slide, from 2.82 to 3.07 s.
+/// Scans of the hold after the slide, from 2.82 to 3.07 s.
 const HOLD: std::ops::Range<u64> = 680..740;
-/// Scans of [`touched`].
+/// Number of scans in [`touched`].
 const LENGTH: u64 = SCANS + 4 * (HOLD.end - HOLD.start) + 3 * 70;
 
-/// An estimate is that of the touch, and the same as `plain`.
+/// Asserts that an estimate is right and matches `plain`.
 fn assert_same(fit: &Estimate, plain: &Estimate) {
     assert_eq!(
         (fit.status, fit.span, fit.harmonics),
@@ -79,8 +78,8 @@ fn assert_same(fit: &Estimate, plain: &Estimate) {
         (f64::from(fit.frequency) - TONE_HZ).abs() < 5.0 * f64::from(fit.sigma),
         "{fit:?}"
     );
-    // Blocks are cut elsewhere in the ring, which adds them up in another order: that is f32's own
-    // error.
+    // Blocks start elsewhere in the ring and are summed in a different order, which changes the f32
+    // rounding.
     let min = (0.1 * plain.sigma).max(2e-6 * plain.frequency);
     assert!(
         (fit.frequency - plain.frequency).abs() < min,
@@ -88,7 +87,7 @@ fn assert_same(fit: &Estimate, plain: &Estimate) {
     );
 }
 
-/// The rate is that of the scans, to a millionth.
+/// Asserts that the frame rate matches the scans to a millionth.
 #[track_caller]
 fn assert_rate(health: &Health) {
     let off = f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0;
@@ -105,7 +104,7 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
         }
         events
     };
-    // The only faults are the scans left out, which are reported too.
+    // The skipped scans are the only faults, and are reported.
     let is_no_fault = |event: &Event| match event {
         Event::Fault(fault) => {
             let is_expected = [FaultKind::Lost, FaultKind::Silent].contains(&fault.kind);
@@ -129,7 +128,7 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
 
     let (mut next, mut given, mut healths) = (LENGTH, LENGTH, 0);
     for wrap in 1..=30 * DAY_S * 1_000_000 / WRAP_US {
-        // The wrap comes at another place of the touch each time.
+        // The wrap falls at a different point of the touch each time.
         let begin = scan_at(wrap * WRAP_US) - wrap * 137 % LENGTH;
         let rest = (next..begin)
             .step_by(scan_at(20 * 60_000_000) as usize)
@@ -146,10 +145,10 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
             };
             healths += 1;
             let done = scan_at(health.t_us);
-            // Told with a scan's last conversion.
+            // Reported with the scan's last conversion.
             let exact_us = (done * SCAN_NS + (SCAN_NS - CONVERSION_NS)) / 1000;
             assert_eq!(health.t_us, exact_us, "{health:?}");
-            // Exact up to the most that 32 bits hold; there it stays.
+            // Exact until the 32-bit counter saturates.
             let lost = (next - given) * u64::from(SLOTS);
             let lost_before = u64::from(health.conversions_lost);
             assert!(
@@ -173,13 +172,13 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
                 "wrap {wrap}"
             );
             for (t_us, plain_us) in times_us(event).into_iter().zip(times_us(plain)) {
-                // Its time is that of a scan to the last microsecond. Which one may depend on where
-                // blocks of four began.
+                // The time is a scan's, to the microsecond. Which scan may depend on where blocks
+                // of four began.
                 let number = (t_us * 1000).div_ceil(SCAN_NS);
                 assert_eq!(t_us, scan_us(number), "wrap {wrap}: {event:?}");
                 let expected = begin + (plain_us * 1000).div_ceil(SCAN_NS);
-                // An image is of whole blocks, and the noise that is known decides which is the
-                // first.
+                // A pressure map consists of whole blocks, and the noise estimate decides which
+                // block is first.
                 let max = if matches!(event, Event::Image(_)) {
                     8
                 } else {
@@ -198,7 +197,7 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
     assert!(healths > 1000, "{healths}");
 }
 
-/// Result of playing touches one behind the other.
+/// Result of playing touches one after another.
 struct Played {
     touches: u64,
     first: Vec<Estimate>,
@@ -208,14 +207,14 @@ struct Played {
     resident: Option<(u64, u64)>,
 }
 
-/// Plays touches one behind the other for `length_s`, every conversion of them.
+/// Plays every conversion of one touch after another for `length_s`.
 fn play(length_s: u64) -> Played {
     let touch: Vec<TimedConversion> = touched().flat_map(|n| scan(n, n, 0)).collect();
     let touches = scan_at(length_s * 1_000_000) / LENGTH;
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
     let (mut t_ns, mut first, mut last) = (0u64, Vec::new(), Vec::<Estimate>::new());
     let (mut health, mut resident) = (None, None);
-    // Contact, start and end of the slide, release: scans after the touch's beginning.
+    // Contact, start and end of the slide, release, in scans from the start of the touch.
     let mut expected: Option<[u64; 4]> = None;
     let mut heard = Vec::with_capacity(8);
     for number in 0..touches {
@@ -230,7 +229,7 @@ fn play(length_s: u64) -> Played {
             Event::Slide(slide) => heard.push(slide.end_us.unwrap_or(slide.start_us)),
             Event::Release(release) => heard.push(release.t_us),
             Event::Health(report) => {
-                // 30 days are less than 2^32 scans, and every one of them was played.
+                // 30 days are fewer than 2^32 scans, and all of them were played.
                 let exact_us = (u64::from(report.frames) * SCAN_NS - CONVERSION_NS) / 1000;
                 assert_eq!(report.t_us, exact_us, "{report:?}");
                 assert_eq!(
@@ -317,8 +316,8 @@ fn touch_after_touch_for_thirty_days_is_the_same() {
     );
 }
 
-/// Messages of 30 days, one a second, with bursts that the line is too slow for and frames that it
-/// loses: the PC's count of what is missing is exact across all 39 wraps of the numbers.
+/// Messages of 30 days, one per second, with bursts that exceed the line's capacity and with lost
+/// frames: the PC's count of missing messages is exact across all 39 wraps of the numbers.
 #[test]
 fn every_message_is_sent_dropped_or_lost_and_counted() {
     let (mut outbox, mut decoder) = (Outbox::default(), Decoder::new());
@@ -353,7 +352,7 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
         "{posted} {dropped} {lost}"
     );
     assert_eq!(posted, received + dropped + lost);
-    // Those behind the last one received are not known to be missing yet.
+    // Losses after the last message received are not known yet.
     let unseen = posted - received - u64::from(decoder.missing);
     assert!(unseen < 20, "{unseen}");
     assert_eq!((decoder.damaged, decoder.stepped_back), (0, 0));
@@ -363,14 +362,13 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
 fn counters_stay_at_the_most_that_they_hold() {
     let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     (assembler.lost, assembler.doubtful) = (u32::MAX - 3, u32::MAX - 3);
-    // The first conversion is counted with those that are missing in front of it, so it is pushed
-    // before.
+    // The first conversion is counted with the missing ones before it, so push it first.
     let mut scans = (0..40).flat_map(|n| scan(n, n, 0).map(move |conversion| (n, conversion)));
     for (n, mut conversion) in scans.by_ref() {
         if n == 1 {
             assembler.lost = u32::MAX - 3;
         }
-        // Every third scan is lost, and every fourth has its supply too low.
+        // Every third scan is lost, and in every fourth the supply is too low.
         if n % 4 == 1 {
             conversion = conversion.with_status(StatusByte(conversion.status().0 | 0x20));
         }
@@ -381,7 +379,7 @@ fn counters_stay_at_the_most_that_they_hold() {
     assert_eq!((assembler.lost, assembler.doubtful), (u32::MAX, u32::MAX));
 }
 
-/// A finger that rests for a year: the frame numbers wrap after 206 days, and the rate stays right.
+/// A finger idle for a year: the frame numbers wrap after 206 days, and the rate stays right.
 #[test]
 fn the_rate_is_right_before_and_after_the_frames_numbers_wrap() {
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));

@@ -1,4 +1,4 @@
-//! The whole path on a PC: SPI bytes in, telemetry out, over the paper's protocol.
+//! The whole path on a PC: SPI bytes in, telemetry out, following the paper's protocol.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -21,8 +21,8 @@ fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScen
     .unwrap()
 }
 
-/// Asserts the bars of the emulated run (host/tests/emulated.rs), here without an emulator. A test
-/// for another tone has false alarms: how many estimates are good is for [`Rate`].
+/// Asserts the limits of the emulated run (host/tests/emulated.rs), without an emulator. The tests
+/// for competing tones have false alarms, so [`Rate`] limits how many estimates are not good.
 fn assert_within_limits(what: &str, out: &Outcome, truth: &Truth, rate: &mut Rate) {
     out.assert_touch(what, truth, 0.020);
     let what = format!("{what}: {out:?} {truth:?}");
@@ -47,7 +47,7 @@ fn assert_within_limits(what: &str, out: &Outcome, truth: &Truth, rate: &mut Rat
     );
 }
 
-/// The frequency is right to two thousandths.
+/// Asserts that the frequency is right to two thousandths.
 #[track_caller]
 fn assert_near(fit: &Estimate, truth: &Truth) {
     let off = f64::from(fit.frequency) / truth.frequency_hz - 1.0;
@@ -75,7 +75,7 @@ fn all_of_table_2_within_its_bars() {
     rate.assert_good();
 }
 
-/// Table 2 from recordings, whose rows are held, or resampled where they have another rate.
+/// Table 2 from recordings: rows are held, or resampled if their rate differs.
 #[test]
 fn all_of_table_2_from_recordings_of_any_rate() {
     let mut rate = Rate::default();
@@ -107,12 +107,12 @@ fn the_greeting_comes_first_and_health_once_a_second() {
     assert_eq!(healths(&events), end_s as usize + 1);
     let last = outcome(&events).health;
     for (found, expected, within) in [
-        // The simulated chip's own supply, reference and temperature.
+        // Supply, reference and temperature of the simulated chip.
         (last.supply_v, 5.0, 1e-3),
         (last.reference_v, 4.096, 1e-3),
         (last.temperature_c, 25.0, 0.5),
         (last.gain, 1.0, 1e-4),
-        // The datasheet's rate formula, by the board's clock.
+        // Rate formula of the datasheet, by the board's clock.
         (last.frame_rate_hz, 241.14, 0.01),
     ] {
         assert!((found - expected).abs() < within, "{last:?}");
@@ -123,7 +123,7 @@ fn healths(events: &[Event]) -> usize {
     count(events, |event| matches!(event, Event::Health(_)))
 }
 
-/// No frame is whole then, so nothing is detected; but the board is not silent.
+/// Without a taxel no frame is complete, so nothing is detected, but health is still sent.
 #[test]
 fn without_a_taxel_health_is_sent_once_a_second() {
     let events = run(
@@ -171,7 +171,7 @@ fn a_finger_in_the_air_greets_again_and_says_nothing_else() {
     );
 }
 
-/// After a silence of four scans a slide may have ended unseen.
+/// After a gap of four scans a slide may have ended unnoticed.
 #[test]
 fn lost_conversions_are_counted_and_their_frames_left_out() {
     for (hole, status) in [
@@ -182,8 +182,7 @@ fn lost_conversions_are_counted_and_their_frames_left_out() {
         let truth = scene.truth();
         let mut lost = 0;
         let events = run(scene, Settings::default(), |count, conversion| {
-            // One conversion in 997, and a hole of some scans and a half in the middle of the
-            // slide.
+            // One conversion in 997 is lost, and some scans and a half in the middle of the slide.
             let gone = count % 997 == 500 || hole.contains(&count);
             lost += gone as u32;
             (!gone).then_some(conversion)
@@ -201,8 +200,8 @@ fn lost_conversions_are_counted_and_their_frames_left_out() {
     }
 }
 
-/// A conversion's slot in the scan is a delay: without it the phases of taxels 0 and 15 would be
-/// 15 / 21 of a frame apart.
+/// A conversion's slot is a delay: uncorrected, the phases of taxels 0 and 15 would be 15 / 21 of a
+/// frame apart.
 #[test]
 fn phases_are_those_of_one_moment() {
     struct Together;
@@ -230,7 +229,7 @@ fn phases_are_those_of_one_moment() {
     }
 }
 
-/// A taxel whose conversion was lost has no value; zero volts would be a touch of 2.5 V.
+/// A taxel whose conversion was lost has no value; reading it as zero would be a touch of 2.5 V.
 #[test]
 fn a_conversion_lost_just_before_the_touch_changes_nothing() {
     let without = |gone| {
@@ -255,8 +254,8 @@ fn a_conversion_lost_just_before_the_touch_changes_nothing() {
     }
 }
 
-/// A window that begins or ends in a hole of lost scans still knows the frame rate. One that
-/// reaches beyond the slide has a part in which nothing moves, and another mean.
+/// A window that begins or ends in a gap of lost scans still knows the frame rate. One that extends
+/// beyond the slide includes a standstill, with a different mean.
 #[test]
 fn holes_do_not_bend_the_frequency() {
     let settings = Settings {
@@ -285,7 +284,7 @@ fn holes_do_not_bend_the_frequency() {
     }
 }
 
-/// Codes that come with SUPPLY low are not trusted, and not used for touch either.
+/// Conversions with SUPPLY low are not trusted, nor used for touch detection.
 #[test]
 fn a_dip_of_the_supply_is_not_a_touch() {
     let events = run(

@@ -1,11 +1,11 @@
-//! Position instead of time, against the method that such scans were evaluated with: Okamoto et
-//! al., "Transmission of tactile roughness through master-slave systems", section IV-A.
+//! The fit in the spatial domain against the method published with such scans: Okamoto et al.,
+//! "Transmission of tactile roughness through master-slave systems", section IV-A.
 //!
 //! There a hand moves to and fro at 197 sin(2 pi 1.07 t) mm/s over a grating, the sensor is read a
-//! thousand times a second, and every window of 32 ms gives a wavelength: the speed over the
-//! frequency with the maximal power of its spectrum. Here the same frames go to that method and to
-//! the fit along the path, and both are judged on the windows of at least one and a half cycles in
-//! which the fit has a tone: fewer may be a single bump.
+//! thousand times a second, and each window of 32 ms yields a wavelength: the speed over the
+//! frequency of the spectrum's maximum. Here the method and the fit along the path get the same
+//! frames, and are compared on windows of at least one and a half cycles in which the fit has a
+//! tone: fewer may be a single bump.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -23,16 +23,15 @@ const TOP_MM_S: f64 = 197.0;
 const HAND_HZ: f64 = 1.07;
 /// Five cycles of the hand (section IV-A), frames.
 const FRAMES: usize = 4665;
-/// The paper's window, frames: the best of 16, 32, 64 and 128 ms by its own search.
+/// Window of the paper, frames: the best of 16, 32, 64 and 128 ms in its own search.
 const WINDOW: usize = 32;
 const STRIDE: usize = 4;
-/// Minimum number of cycles along the path of a window that is judged.
+/// Minimum number of cycles along the path for a window to be judged.
 const CYCLES: f64 = 1.5;
-/// The paper's range of wavelengths, mm; those that its figure 9 gets right, and those that it does
-/// not.
+/// Wavelengths in the paper, mm: those that its figure 9 gets right, and those that it gets wrong.
 const RIGHT_MM: [f64; 4] = [0.5, 0.8, 1.0, 1.5];
 const WRONG_MM: [f64; 3] = [2.0, 2.5, 3.0];
-/// Amplitude of the tone, codes. The paper gives no noise; this is 20 dB below the tone.
+/// Amplitude of the tone, codes. The paper states no noise; ours is 20 dB below the tone.
 const AMPLITUDE: f64 = 10_000.0;
 const NOISE: f64 = AMPLITUDE * 0.070_710_678;
 
@@ -44,7 +43,8 @@ fn speed_mm_s(frame: f64) -> f64 {
     TOP_MM_S * (TAU * HAND_HZ * frame / RATE_HZ).sin()
 }
 
-/// A scan of a grating by some channels, each with a phase of its own; the others are dead.
+/// Simulates a scan of a grating by `channels` channels, each with its own phase; the others are
+/// dead.
 fn scan(wavelength_mm: f64, channels: usize) -> Vec<Values> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let phases: [f64; 16] = std::array::from_fn(|_| unit(&mut rng));
@@ -60,8 +60,8 @@ fn scan(wavelength_mm: f64, channels: usize) -> Vec<Values> {
         .collect()
 }
 
-/// The paper's method on [`WINDOW`] frames in the middle of some: speed over the frequency of
-/// maximal power.
+/// Applies the paper's method to the middle [`WINDOW`] frames: speed over the frequency of maximum
+/// power.
 fn wavelength_by_fft(values: &[Values], first: usize) -> f64 {
     let skip = (values.len() - WINDOW) / 2;
     let power = |bin: usize| -> f64 {
@@ -85,30 +85,29 @@ fn wavelength_by_fft(values: &[Values], first: usize) -> f64 {
     speed_mm_s(middle).abs() / (bin as f64 * RATE_HZ / WINDOW as f64)
 }
 
-/// Cycles from which on a window must have a tone. One channel needs two, and two channels whose
-/// phases differ little: any bump looks like fewer.
+/// Number of cycles from which a window must have a tone. One channel needs two, as do two channels
+/// with similar phases, because any bump resembles fewer cycles.
 const fn cycles_min(channels: usize) -> f64 {
     if channels <= 2 { 2.1 } else { CYCLES }
 }
 
-/// Errors of one scan, as shares of the true wavelength.
+/// Errors of one scan, as fractions of the true wavelength.
 #[derive(Debug, Default)]
 struct Errors {
-    /// Windows of [`cycles_min`] and more, and those of them with a tone.
+    /// Windows of at least [`cycles_min`] cycles, and how many of them have a tone.
     windows: usize,
     found: usize,
-    /// All windows in which the fit has a tone, and those of them with two cycles and more.
+    /// All windows in which the fit has a tone, and how many of them have two or more cycles.
     with_tone: usize,
     of_two_cycles: usize,
-    /// Root mean squares over the former.
+    /// Root mean squares over the windows with a tone.
     fit: f64,
     fft: f64,
-    /// The mean.
+    /// Mean error of the fit.
     bias: f64,
-    /// Root mean square of the fit's errors, each over its own uncertainty.
+    /// Root mean square of the fit's errors, each divided by its uncertainty.
     over_sigma: f64,
-    /// Root mean square over the windows of two cycles and more, of the error times the cycles
-    /// there.
+    /// Root mean square of error times cycles, over windows of two or more cycles.
     per_cycle: f64,
 }
 
@@ -172,7 +171,7 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
     }
 }
 
-/// Shows a scan's errors as a line; `cargo test --test path_okamoto -- --nocapture` prints the
+/// Prints a scan's errors as a line; `cargo test --test path_okamoto -- --nocapture` shows the
 /// tables.
 fn show(wavelength_mm: f64, e: &Errors) {
     println!(
@@ -184,7 +183,7 @@ fn show(wavelength_mm: f64, e: &Errors) {
     );
 }
 
-/// Errors for the wavelengths of [`RIGHT_MM`] and those of [`WRONG_MM`].
+/// Returns the errors at [`RIGHT_MM`] and at [`WRONG_MM`].
 fn table(channels: usize, window: usize) -> (Vec<Errors>, Vec<Errors>) {
     println!("{channels} channels, windows of {window} ms");
     let row = |wavelength_mm: f64| {
@@ -195,25 +194,25 @@ fn table(channels: usize, window: usize) -> (Vec<Errors>, Vec<Errors>) {
     (RIGHT_MM.map(row).into(), WRONG_MM.map(row).into())
 }
 
-/// The window of the paper.
+/// The paper's window length.
 #[test]
 fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
-    // With few channels the error is mostly that of the shortest windows.
+    // With few channels the shortest windows dominate the error.
     for (channels, fit_max) in [(1, 0.045), (2, 0.045), (16, 0.0035)] {
         let (right, wrong) = table(channels, WINDOW);
         for e in right.iter().chain(&wrong) {
             assert!(e.fit < fit_max && e.fit < 0.5 * e.fft, "{channels}: {e:?}");
-            // Where the fit has no tone, in the shortest windows, the spectrum is not judged either.
+            // Windows without a tone, the shortest, do not count for the spectrum either.
             assert!((0.03..0.205).contains(&e.fft), "{e:?}");
             assert!(e.found as f64 >= 0.95 * e.windows as f64, "{e:?}");
         }
-        // His error doubles from 1 to 3 mm and more; here it is that of the number of cycles in the
-        // window.
+        // The paper's error at least doubles from 1 to 3 mm; the fit's depends only on the number
+        // of cycles in the window.
         let max =
             |errors: &[Errors], of: fn(&Errors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
         assert!(max(&wrong, |e| e.fft) > 1.4 * max(&right, |e| e.fft));
-        // Windows overlap: of the fewest some 60 are independent, and the ratio is known to 13 %. One
-        // channel of two cycles may have a curve next to it, and a sigma that says so.
+        // Windows overlap: where they are fewest, some 60 are independent, and the ratio is known
+        // to 13 %. With one channel, curvature may resemble two cycles, which sigma covers.
         assert!(
             channels == 1 || max(&wrong, |e| e.per_cycle) < 1.4 * max(&right, |e| e.per_cycle),
             "{right:?} {wrong:?}"
@@ -227,8 +226,8 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
     }
 }
 
-/// A spectrum is smeared by the speed's changes, so that the paper found no longer window better; a
-/// fit along the path takes all it can get, turning points of the hand included.
+/// Changes of speed smear a spectrum, so the paper gained nothing from longer windows; a fit along
+/// the path does, even across turning points of the hand.
 #[test]
 fn a_longer_window_is_better() {
     let (right, wrong) = table(16, 4 * WINDOW);
@@ -241,7 +240,7 @@ fn a_longer_window_is_better() {
     }
 }
 
-/// A path that turns in the window, more than once: the same place comes back in the same phase.
+/// The path turns in the window, more than once: the same position returns with the same phase.
 #[test]
 fn a_hand_that_turns_back_reads_on() {
     for wavelength_mm in RIGHT_MM.into_iter().chain(WRONG_MM) {

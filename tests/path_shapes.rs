@@ -11,10 +11,10 @@ use std::f64::consts::TAU;
 
 const FRAMES: usize = 241;
 
-/// Place in millimetres by the fraction of the window that is over.
+/// Position, mm, as a function of time in windows.
 type Shape = fn(f64) -> f64;
 
-/// Ways over a surface.
+/// Paths over a surface.
 const SHAPES: [(&str, Shape); 6] = [
     ("steady", |t| 30.0 * t),
     ("backwards", |t| -30.0 * t),
@@ -32,7 +32,8 @@ fn positions(shape: Shape) -> Vec<f64> {
         .collect()
 }
 
-/// Windows of sixteen channels; overtones over the fundamental, second first.
+/// Simulates sixteen channels; `overtones` are relative to the fundamental, from the second
+/// harmonic on.
 fn scan(
     positions: &[f64],
     period_mm: f64,
@@ -128,7 +129,7 @@ fn noise_on_a_path_is_no_tone() {
     }
 }
 
-/// An encoder's positions are quantized: between two counts the finger seems to stand still.
+/// An encoder quantizes positions: between two counts the finger seems to stand still.
 #[test]
 fn the_grains_of_an_encoder_do_no_harm() {
     let exact = positions(|t| 30.0 * t * (0.5 + 0.5 * t));
@@ -138,7 +139,7 @@ fn the_grains_of_an_encoder_do_no_harm() {
         let grains: Vec<f64> = exact.iter().map(grain).collect();
         let fit = fit(&values, &grains, 3);
         let off = fit.frequency as f64 * 3.1 - 1.0;
-        // The grains move the tone.
+        // Quantization shifts the tone slightly.
         let is_near = fit.status.has_tone() && off.abs() < 0.002;
         assert!(is_near, "{grain_mm} mm: {off} {fit:?}");
     }

@@ -1,5 +1,5 @@
-//! The whole path on physical fingers, whose skin creeps: contact, slide and tone of a touch on the
-//! paper's gratings.
+//! The whole path with physical fingers, whose skin creeps: contact, slide and tone of a touch on
+//! the paper's gratings.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -9,13 +9,13 @@ use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::Status;
 use support::{Outcome, all, off, outcome, run_on};
 
-/// The paper's combination C1 to C10, as its scene file has it.
+/// Loads the paper's combination `number`, C1 to C10, from its scene file.
 fn combination(number: usize) -> Sliding {
     let file = format!("hal-mock/scenes/c{number}.toml");
     load_scene(file, FRAME_RATE_HZ as f64).unwrap()
 }
 
-/// Result of a scene, read by a converter whose noise is `seed`'s.
+/// Runs a scene, with converter noise from `seed`.
 fn touch(sliding: Sliding, seed: u64) -> (Outcome, Truth) {
     let scene = SlidingScene::new(Sliding { seed, ..sliding }).unwrap();
     let truth = scene.truth();
@@ -29,9 +29,8 @@ fn touch(sliding: Sliding, seed: u64) -> (Outcome, Truth) {
     (outcome(&run_on(board, Settings::default(), all)), truth)
 }
 
-/// With no noise but the chip's own the end of a slide stands out at once: it is known to one frame
-/// and its slots. If part of the standstill were fitted along, the tone would be off by more than
-/// its uncertainty.
+/// With the chip's noise only, the end of a slide is found to within one frame and its slots. If
+/// part of the standstill were fitted as well, the tone would be off by more than its uncertainty.
 #[test]
 fn a_slide_ends_where_it_ends_under_creep() {
     let mut squares = 0.0;
@@ -47,7 +46,7 @@ fn a_slide_ends_where_it_ends_under_creep() {
             squares += sigmas * sigmas;
         }
     }
-    // The root of a chi-square of 40 over its number, and three of its standard deviations.
+    // Root mean square of 40 normal deviates, plus three of its standard deviations.
     let spread = (squares / 40.0).sqrt();
     assert!(spread < 1.0 + 3.0 / 80f64.sqrt(), "{spread}");
 }
@@ -69,7 +68,7 @@ fn noise_of_20_db_costs_no_slide() {
 }
 
 /// A rubber that creeps by a fifth or within half a second, and a human finger's skin (Moy et al.,
-/// table 5, subject 1), which creeps by a third: without some noise that passes for a slide.
+/// table 5, subject 1), which creeps by a third: without added noise the latter passes for a slide.
 #[test]
 fn a_skin_that_creeps_much_or_fast_moves_no_end() {
     for (relaxation_s, creep_s, snr_db) in [
@@ -96,7 +95,7 @@ fn a_skin_that_creeps_much_or_fast_moves_no_end() {
     }
 }
 
-/// At 3 Hz the ridges take a sixth of a second from one turn of the signals to the next.
+/// At 3 Hz the signals change direction only every sixth of a second.
 #[test]
 fn a_slow_slide_is_not_cut_short() {
     for (seed, snr_db) in [(1, None), (2, Some(20.0)), (3, Some(20.0))] {

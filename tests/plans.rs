@@ -10,7 +10,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Status};
 use support::{Outcome, Rate, all, off, outcome, run};
 
-/// A touch of one slide, and what came of it.
+/// Runs a touch with one slide; returns events, outcome and truth.
 fn touch(plan: Plan, speed_mm_s: f64, period_mm: f64) -> (Vec<Event>, Outcome, hal_mock::Truth) {
     let scene = Sliding {
         speed_mm_s,
@@ -30,7 +30,7 @@ fn finds(what: &str, plan: Plan, tones: &[(f64, f64)], rate: &mut Rate) {
     for (speed_mm_s, period_mm) in tones {
         let (events, out, truth) = touch(plan, *speed_mm_s, *period_mm);
         let rate_hz = f64::from(plan.frame_rate_hz());
-        // Ends are dated to a few blocks of four frames of touch detection.
+        // Touch detection resolves ends to a few blocks of four frames.
         let limit_s = 0.020_f64.max(8.0 * f64::from(plan.frames_averaged()) / rate_hz);
         let what = format!("{what}, {rate_hz} Hz, {speed_mm_s} mm/s, {period_mm} mm");
         out.assert_slide(&what, &truth, limit_s);
@@ -99,7 +99,7 @@ fn the_papers_plan_and_others_as_slow_find_slides_and_their_frequencies() {
 #[test]
 fn fast_plans_find_tones_that_the_papers_cannot() {
     let mut rate = Rate::default();
-    // The scene's overtones are below half the frame rate, or too weak to show.
+    // The scene's overtones are below half the frame rate, or too weak to matter.
     for (what, plan, tones) in [
         (
             "hand",
@@ -119,8 +119,8 @@ fn fast_plans_find_tones_that_the_papers_cannot() {
     rate.assert_good();
 }
 
-/// Their overtones fold to other frequencies, which a comb of a lower tone may have: they may be
-/// ambiguous, and never wrong.
+/// Aliased overtones may fit the harmonic comb of a lower tone: such tones may be ambiguous, but
+/// never wrong.
 #[test]
 fn tones_whose_overtones_alias_are_never_called_good_at_another_frequency() {
     for (plan, speed_mm_s, period_mm) in [

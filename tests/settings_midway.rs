@@ -1,4 +1,4 @@
-//! Settings that change in the middle of a slide, as a command changes them: no window mixes two
+//! Settings that change during a slide, as a command changes them: no window mixes old and new
 //! settings.
 
 #[path = "support/touch.rs"]
@@ -14,11 +14,11 @@ use ridgetone_proto::telemetry::{Estimate, Event, Span, Status};
 use ridgetone_tone::Fitter;
 use touch::{SCANS, TONE_HZ};
 
-/// Time at which the slide begins, seconds (`touch`).
+/// Start of the slide in `touch`, seconds.
 const SLIDE_START_S: f32 = 0.8;
 
-/// Time at which the slide ends, seconds. A window that reaches beyond it, before the hold is
-/// detected, may find no tone.
+/// End of the slide, seconds. A window that extends beyond it, before the hold is detected, may
+/// find no tone.
 const SLIDE_END_S: f32 = 2.8;
 
 struct Board {
@@ -27,13 +27,13 @@ struct Board {
     fitter: Fitter,
     ring: Ring,
     diagnostics: Diagnostics,
-    /// Each with whether the settings had changed before it.
+    /// Estimates, with true if the settings had changed before.
     estimates: Vec<(bool, Estimate)>,
     is_changed: bool,
 }
 
 impl Board {
-    /// Takes a conversion; none: the signal is over.
+    /// Pushes a conversion; `None` ends the signal.
     fn push(&mut self, conversion: Option<TimedConversion>) {
         let mut due = Vec::new();
         let mut wait = |window| due.push(window);
@@ -65,7 +65,7 @@ impl Board {
     }
 }
 
-/// Estimates of a touch in which `before` becomes `after` with scan `changed`.
+/// Returns the estimates of a touch in which `before` becomes `after` at scan `changed`.
 fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate)> {
     let mut board = Box::new(Board {
         detector: Detector::new(before),
@@ -97,7 +97,7 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
     };
     let (long, short) = (of(1.0, 0.25), of(0.4, 0.1));
     for (before, after) in [(long, short), (short, long)] {
-        // From before the slide until behind its end, at any phase of the stride.
+        // From before the slide until after it, at different points of the stride.
         for changed in (150..700).step_by(37) {
             let changed_s = changed as f32 / FRAME_RATE_HZ;
             let estimates = touch(before, after, changed);
@@ -128,7 +128,7 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
                     "{what}: {window:?}"
                 );
             }
-            // What time was left for at least one of each.
+            // Where time allowed, there is a window before the change, and one after it.
             assert!(
                 changed_s < 0.85 + before.window_s || lengths_s[0] > 0,
                 "{what}: {lengths_s:?}"
@@ -145,8 +145,8 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
     }
 }
 
-/// A slide that lasts always ends with its rule; then touches are found as ever. It ends a hold or a
-/// slide that lasts when it comes.
+/// A slide under the rule `always` ends when the rule changes; touches are then found as usual. The
+/// rule also ends a hold or slide in progress when it starts to apply.
 #[test]
 fn a_slide_that_lasts_always_ends_with_its_rule() {
     let by_rule = |rule| Settings {
@@ -204,7 +204,7 @@ fn a_slide_that_lasts_always_ends_with_its_rule() {
         &slides(found, always, 400),
         &[(0.8, at_s(400)), (at_s(400), end_s)],
     );
-    // In the hold before the slide, and in the air.
+    // In the hold before the slide, and without contact.
     for changed in [150, 50] {
         check(&slides(found, always, changed), &[(at_s(changed), end_s)]);
     }

@@ -1,4 +1,4 @@
-//! Strides that are much shorter than the time until a slide is noticed: many windows are due at once.
+//! Strides much shorter than the time to detect a slide: many windows are due at once.
 
 #[path = "support/touch.rs"]
 #[allow(dead_code, reason = "a part of it is used here")]
@@ -13,7 +13,7 @@ fn conversions() -> impl Iterator<Item = TimedConversion> {
     (0..touch::SCANS).flat_map(|scan| touch::scan(scan, scan, 0))
 }
 
-/// Windows that are due in the touch, whole slides included.
+/// Number of windows due in the touch, whole slides included.
 fn windows_due(settings: Settings) -> usize {
     let (mut detector, mut ring) = (Box::new(Detector::new(settings)), Box::new(Ring::new()));
     let (diagnostics, mut due) = (Diagnostics::new(), 0);
@@ -43,7 +43,7 @@ fn with_stride(stride_s: f32) -> Settings {
     }
 }
 
-/// Tracks, estimates and overruns of the touch.
+/// Returns the tracks, the estimates and the number of overruns of the touch.
 fn run(settings: Settings) -> (Vec<Track>, Vec<Estimate>, usize) {
     let mut pipeline = Box::new(Pipeline::new(settings));
     let (mut tracks, mut estimates, mut overruns) = (Vec::new(), Vec::new(), 0);
@@ -92,7 +92,7 @@ fn below_fifty_milliseconds_each_window_is_a_track_and_twenty_a_second_are_estim
             let same = tracks.iter().find(|track| track.t_us == estimate.t_us);
             assert_eq!(same, Some(&Track::from(estimate)));
         }
-        // Windows that reach beyond the slide's end are not good.
+        // Windows that extend beyond the slide's end are not good.
         let good = tracks.iter().filter(|track| track.status == Status::Good);
         let mut count = 0;
         for track in good {
@@ -116,7 +116,7 @@ fn a_stride_that_the_plan_cannot_provide_is_refused_with_those_that_it_can() {
     }
 }
 
-/// The touch begins at time zero: a conversion's time is device time.
+/// The touch starts at time zero, so the conversions' times are device times.
 #[test]
 fn events_say_how_long_after_their_time_they_were_reported() {
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
@@ -135,7 +135,7 @@ fn events_say_how_long_after_their_time_they_were_reported() {
                 Event::Release(one) => ("release", one.t_us, one.reported_after_us),
                 _ => return,
             };
-            // The nominal scan against the times of its conversions.
+            // Times of events follow the nominal scan, `now_us` the conversions.
             let off_us = (t_us + u64::from(after_us)).abs_diff(now_us);
             assert!(off_us <= 2, "{name}: {off_us} us");
             reported.push((name, after_us));

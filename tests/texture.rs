@@ -1,5 +1,5 @@
-//! The whole path to a texture: SPI bytes in, the event out, once a touch and again when the
-//! grating is another.
+//! The whole path to a texture: SPI bytes in; the event is reported once per touch, and again when
+//! the grating changes.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -29,7 +29,7 @@ struct Changing {
 }
 
 impl Changing {
-    /// The second one from the middle of the slide on.
+    /// Changes to the second grating in the middle of the slide.
     fn new(first: Sliding, second: Sliding) -> Self {
         let gratings = [first, second].map(|grating| SlidingScene::new(grating).expect("a scene"));
         let changes_s = gratings[0].truth().slide_start_s + 0.5 * SLIDE_MM / SPEED_MM_S;
@@ -42,7 +42,7 @@ impl Changing {
 
 impl Scene for Changing {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        // Both have memory.
+        // Advance both scenes, since each has memory.
         let [first, second] = self
             .gratings
             .each_mut()
@@ -55,7 +55,7 @@ impl Scene for Changing {
     }
 }
 
-/// Settings with the speed, and with when it begins and how far it goes.
+/// Settings that declare the speed, the start of the slide and its length.
 fn known_speed() -> Settings {
     let mut settings = Settings::DEFAULT;
     settings.slide = Slide {
@@ -99,7 +99,7 @@ fn a_grating_that_stays_is_reported_once() {
             "seed {seed}: {textures:?}"
         );
         assert_is(&textures[0], 3.6);
-        // After the estimate that has found it, and at its time.
+        // It follows the estimate it is based on, with the same time.
         let at = events
             .iter()
             .position(|event| matches!(event, Event::Texture(_)))
@@ -111,7 +111,7 @@ fn a_grating_that_stays_is_reported_once() {
             (textures[0].t_us, textures[0].plan),
             (estimate.t_us, Plan::PAPER)
         );
-        // By the definitions, in f64.
+        // Computed from the definitions, in f64.
         let squares: f64 = estimate
             .channels
             .iter()
@@ -156,7 +156,7 @@ fn another_grating_in_the_same_touch_is_reported_again() {
     }
 }
 
-/// A scene again and again.
+/// A scene that repeats.
 struct Again(SlidingScene);
 
 impl Scene for Again {
@@ -181,7 +181,7 @@ fn each_touch_reports_its_texture() {
     textures.iter().for_each(|texture| assert_is(texture, 3.6));
 }
 
-/// Over many runs in white noise the power scatters as its standard deviation says.
+/// Over many runs in white noise, the scatter of the power matches its sigma.
 #[test]
 fn the_power_s_sigma_is_its_scatter() {
     const RUNS: u64 = 50;

@@ -10,7 +10,7 @@ use ridgetone_proto::telemetry::{Direction, Estimate, Status, TravelStatus};
 use std::path::Path;
 use support::{Rate, all, outcome, run};
 
-/// All estimates of a scene.
+/// Returns all estimates of a scene.
 fn estimates(scene: Sliding, settings: Settings) -> Vec<Estimate> {
     let out = outcome(&run(SlidingScene::new(scene).unwrap(), settings, all));
     assert_eq!(
@@ -35,7 +35,7 @@ fn with_array(array: Array) -> Settings {
     }
 }
 
-/// The physical finger on a grating, 20 dB over the noise.
+/// The physical finger on a grating, at 20 dB.
 fn noisy(reverse: bool, period_mm: f64) -> Sliding {
     Sliding {
         period_mm,
@@ -45,7 +45,8 @@ fn noisy(reverse: bool, period_mm: f64) -> Sliding {
     }
 }
 
-/// Asserts the verdict on the direction, and the period to a fraction.
+/// Asserts the verdict and the direction, and that the period is right to a relative error of
+/// `within`.
 #[track_caller]
 fn assert_travel(fit: &Estimate, status: TravelStatus, reverse: bool, period_mm: f64, within: f64) {
     let found = (fit.travel.status, fit.travel.direction);
@@ -62,8 +63,8 @@ fn towards(reverse: bool) -> Direction {
     }
 }
 
-/// The bars: period within 1 %, speed within 1.5 %, direction always right, at 20 dB in windows of
-/// 1 s.
+/// Requirements: period within 1 %, speed within 1.5 %, direction always right, at 20 dB in windows
+/// of 1 s.
 #[test]
 fn all_of_table_2_both_ways_within_the_bars() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("hal-mock/scenes");
@@ -82,7 +83,7 @@ fn all_of_table_2_both_ways_within_the_bars() {
             for fit in estimates(scene, with_array(CALIBRATED)) {
                 let what = format!("c{number}, seed {seed}: {fit:?}");
                 let travel = fit.travel;
-                // Without a good tone nothing is said of its travel.
+                // Without a good tone no travel is reported.
                 rate.add(&fit);
                 if fit.status != Status::Good {
                     assert!(!travel.is_known(), "{what}");
@@ -96,7 +97,7 @@ fn all_of_table_2_both_ways_within_the_bars() {
                 let period_off = f64::from(travel.spatial_period_mm) / period_mm - 1.0;
                 let speed_off = f64::from(travel.speed_mm_s) / speed_mm_s - 1.0;
                 worst = (worst.0.max(period_off.abs()), worst.1.max(speed_off.abs()));
-                // The calibration's uncertainty is in it, the onset's bias is not.
+                // Sigma includes the calibration's uncertainty, but not the bias of the onset.
                 let off_mm = f64::from(travel.spatial_period_mm) - period_mm;
                 let off = off_mm.abs() / f64::from(travel.spatial_period_sigma_mm);
                 sigmas = sigmas.max(off);
@@ -113,8 +114,7 @@ fn all_of_table_2_both_ways_within_the_bars() {
     );
 }
 
-/// Faster than any of the paper's runs: 92 Hz, where the slots of the scan are 7 % of a turn apart
-/// between units.
+/// Faster than any of the paper's runs: at 92 Hz the channels' slots are up to 7 % of a turn apart.
 #[test]
 fn a_fast_grating_is_as_good_as_a_slow_one() {
     for reverse in [false, true] {
@@ -129,7 +129,7 @@ fn a_fast_grating_is_as_good_as_a_slow_one() {
     }
 }
 
-/// Speed by the protocol: the period comes from it, the direction from the phases, which are a
+/// With the speed declared, the period follows from it, and the phases yield the direction and a
 /// check.
 #[test]
 fn with_a_given_speed_the_period_comes_from_it() {
@@ -156,14 +156,14 @@ fn with_a_given_speed_the_period_comes_from_it() {
             let off = travel.spatial_period_sigma_mm / expected_mm - 1.0;
             assert!(off.abs() < 0.01, "{fit:?}");
         }
-        // A speed that is a sixth too small is another grating's.
+        // A speed that is a sixth too small belongs to a different grating.
         for fit in fits_at(25.0) {
             assert_eq!(fit.travel.status, TravelStatus::Contradicted, "{fit:?}");
         }
     }
 }
 
-/// A grating finer than the pitch looks like one of the paper's; where both are possible, the
+/// A grating finer than the pitch resembles one of the paper's; where both are possible, the
 /// estimate is ambiguous.
 #[test]
 fn a_grating_finer_than_the_pitch_is_ambiguous() {
@@ -184,7 +184,7 @@ fn a_grating_finer_than_the_pitch_is_ambiguous() {
     }
 }
 
-/// The defaults are those of a contact 8 mm long. How wrong they are for another is in the guide.
+/// The defaults are for a contact 8 mm long; the guide says how wrong they are for others.
 #[test]
 fn another_contact_wants_a_calibration_of_its_own() {
     for (contact_mm, min, max) in [(7.0, 0.024, 0.04), (9.0, -0.03, -0.005)] {
@@ -202,7 +202,7 @@ fn another_contact_wants_a_calibration_of_its_own() {
                 let off = f64::from(fit.travel.spatial_period_mm) / period_mm - 1.0;
                 let what = format!("{contact_mm} mm: {off}, {fit:?}");
                 assert!((min..max).contains(&off), "{what}");
-                // Nobody has calibrated it, and the uncertainty says so.
+                // The sigma of an uncalibrated array covers the bias.
                 let sigma = f64::from(fit.travel.spatial_period_sigma_mm) / period_mm;
                 assert_eq!(fit.travel.status, TravelStatus::Uncalibrated, "{what}");
                 assert!(off.abs() < sigma, "{what}");

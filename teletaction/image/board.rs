@@ -1,12 +1,12 @@
 //! The stylus's board: an Adafruit Feather STM32F405 Express with an encoder and an actuator in
-//! position of a finger. Only registers.
+//! place of a finger. Register access only.
 //!
-//! Its pins are in `teletaction/README.md`. Files that any STM32F4 needs are the finger's own, from
-//! `src/board/`.
+//! The pins are listed in `teletaction/README.md`. Files for any STM32F4 are shared with the
+//! finger, from `src/board/`.
 //!
-//! Two timers work without the processor: TIM3 counts the encoder's edges, all four of a period;
-//! TIM6 triggers the converter, which then puts out what the interrupt of the trigger before has
-//! left in its holding register.
+//! Two timers work without the processor: TIM3 counts all four edges of the encoder's period; TIM6
+//! triggers the converter, which then outputs the code that the previous trigger's interrupt left
+//! in its holding register.
 
 // As in `src/board/`: registers and linker symbols.
 #![allow(unsafe_code)]
@@ -62,7 +62,7 @@ interrupts! {
 
 line! { USART3: Stream1, 1, DMA1_STREAM1 }
 
-/// TIM6 counts microseconds: PSC for its clock.
+/// TIM6 prescaler for a count per microsecond.
 const MICROSECONDS: u16 = CLOCKS.apb1_timers_mhz() as u16 - 1;
 
 /// Reload value of TIM6: one less than the microseconds of a sample.
@@ -79,12 +79,11 @@ pub struct Board {
 pub struct Samples(());
 
 impl Samples {
-    /// The encoder's counter, board time, and microseconds since the trigger whose interrupt this
-    /// clears.
+    /// Returns the encoder's counter, board time, and the microseconds since the trigger, whose
+    /// interrupt is cleared.
     #[inline(always)]
     pub fn read(&mut self) -> (u16, u32, u32) {
-        // SAFETY: nothing else uses these timers once they run; the status's bit is all that is
-        // written.
+        // SAFETY: nothing else uses these timers once they run, and only the status bit is written.
         unsafe {
             let counter = (*TIM3::ptr()).cnt().read().bits() as u16;
             (*TIM6::ptr()).sr().write(|w| w.bits(0));
@@ -93,7 +92,7 @@ impl Samples {
         }
     }
 
-    /// Leaves the code for the next trigger. Gives whether that has been already.
+    /// Leaves the code for the next trigger. Returns true if that trigger has already occurred.
     #[inline(always)]
     pub fn write(&mut self, code: u16) -> bool {
         // SAFETY: as above; the converter takes the lower 12 bits.
@@ -112,9 +111,9 @@ pub fn init(device: pac::Peripherals) -> Board {
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
     let gpioc = device.GPIOC.split(&mut rcc);
-    // Before the converter is on: otherwise the pin's input draws current (RM0090, 14.3.1).
+    // Before the converter is enabled: otherwise the pin's input draws current (RM0090, 14.3.1).
     gpioa.pa4.into_analog();
-    // Up: encoders with open collectors need it, and without one nothing floats.
+    // Pull-up: open-collector encoders need it, and unconnected inputs must not float.
     gpioc
         .pc6
         .into_alternate::<2>()
@@ -136,8 +135,8 @@ pub fn init(device: pac::Peripherals) -> Board {
 
 /// TIM3 counts every edge of both channels, up or down (RM0090, 18.3.12 and 18.4).
 fn start_encoder(timer: TIM3, rcc: &mut RCC) {
-    /// CC1S and CC2S: TI1 and TI2. IC1F and IC2F: a level counts once it has lasted for 6 samples
-    /// at 84 MHz / 8, 0.57 us; the edges of a channel are 3.3 us apart at 3 m/s and 5 um.
+    /// CC1S and CC2S: TI1 and TI2. IC1F and IC2F: a level counts after 6 samples at 84 MHz / 8,
+    /// 0.57 us; the edges of a channel are 3.3 us apart at 3 m/s and 5 um.
     const INPUTS: u32 = 0b01 | 0b1000 << 4 | 0b01 << 8 | 0b1000 << 12;
     /// SMS: encoder mode 3.
     const BOTH_CHANNELS: u32 = 0b011;
@@ -152,9 +151,9 @@ fn start_encoder(timer: TIM3, rcc: &mut RCC) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Channel 1, triggered by TIM6 (RM0090, 14.5.1). It begins at code 0. Its buffer is off: with it
-/// the output ends 0.2 V before both rails, so it would step by that as it is switched on, and cut
-/// the largest amplitudes (DS8626, DAC characteristics).
+/// Channel 1, triggered by TIM6 (RM0090, 14.5.1), starts at code 0. Its buffer is off: it would
+/// stop 0.2 V before both rails, which causes a step when it is switched on and cuts the largest
+/// amplitudes (DS8626, DAC characteristics).
 fn start_converter(converter: DAC, rcc: &mut RCC) {
     /// EN1, BOFF1 and TEN1; TSEL1 0: TIM6's TRGO.
     const ON: u32 = 1 | 1 << 1 | 1 << 2;
@@ -164,8 +163,7 @@ fn start_converter(converter: DAC, rcc: &mut RCC) {
     converter.cr().write(|w| unsafe { w.bits(ON) });
 }
 
-/// TIM6 triggers the converter and requests the interrupt of a sample, at each of its updates
-/// (RM0090, 20.4).
+/// TIM6 triggers the converter and requests the sample interrupt at each update (RM0090, 20.4).
 fn start_samples(timer: TIM6, rcc: &mut RCC) {
     /// MMS: the update is TRGO.
     const UPDATE: u32 = 0b010 << 4;
@@ -176,7 +174,7 @@ fn start_samples(timer: TIM6, rcc: &mut RCC) {
         timer.psc().write(|w| w.bits(MICROSECONDS.into()));
         timer.arr().write(|w| w.bits(RELOAD.into()));
         timer.cr2().write(|w| w.bits(UPDATE));
-        // Loads the prescaler now; that is an update too.
+        // Loads the prescaler now, which is itself an update.
         timer.egr().write(|w| w.ug().set_bit());
         timer.sr().write(|w| w.bits(0));
     }

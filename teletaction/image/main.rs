@@ -1,18 +1,18 @@
-//! The stylus's firmware: binds what [`ridgetone_stylus`] decides, and the finger's line, to
+//! The stylus's firmware: connects the decisions of [`ridgetone_stylus`] and the finger's line to
 //! interrupts.
 //!
 //! | task | priority | interrupt |
 //! |---|---|---|
-//! | `line` | 5 | USART3, transmitter empty or the end of what arrives; pended by `report` |
+//! | `line` | 5 | USART3, transmitter empty or the end of a reception; pended by `report` |
 //! | `sample` | 4 | TIM6, 10,000 times a second |
 //! | `report` | 2 | OTG_HS_EP1_IN, pended by `requests` and `line`, or half a buffer of the line's DMA |
 //! | `watch` | 2 | TIM4, twice a second |
 //! | `requests` | 1 | OTG_HS_WKUP, pended by `report`, and by `sample` every 4 ms |
 //! | `idle` | 0 | |
 //!
-//! `line` is above `sample`: it is short, and a byte of telemetry lasts 10.9 us. The converter takes a
-//! sample when its timer triggers it, so `sample` may be late by nearly a period without being
-//! heard.
+//! `line` is above `sample` because it is short and a byte of telemetry lasts 10.9 us. The
+//! converter takes a sample when its timer triggers, so a delay of `sample` by nearly a period has
+//! no effect.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 #![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
@@ -21,7 +21,7 @@
 #[cfg(target_os = "none")]
 mod board;
 
-/// On a PC there is nothing to run.
+/// The firmware does not run on a PC.
 #[cfg(not(target_os = "none"))]
 fn main() {
     eprintln!("This is the stylus's firmware; build it: cargo xtask firmware --board stylus-f405");
@@ -58,9 +58,9 @@ mod app {
             rtic::pend(match task {
                 Task::SerialLine => Interrupt::LINE,
                 Task::Report => Interrupt::REPORT,
-                // A whole request: the finger's `fit` takes it, here `requests`.
+                // A complete request: `fit` handles it in the finger, `requests` here.
                 Task::Fit => Interrupt::REQUESTS,
-                // Tasks of a finger.
+                // Tasks of the finger only.
                 Task::Drdy | Task::Detect => return,
             });
         }
@@ -113,7 +113,7 @@ mod app {
                 sampler: Sampler::new(),
                 inbox: RequestInbox::new(),
                 outbox: Outbox::new(),
-                // A stylus scans nothing; the plan is not used.
+                // The plan is unused, because a stylus does not scan.
                 shared: Shared::new(Rtic, Plan::PAPER),
             },
             Local {
@@ -134,7 +134,7 @@ mod app {
         cx.local.line.run(cx.shared.shared);
     }
 
-    // No task above it takes this lock, so it masks nothing.
+    // No higher task takes this lock, so it masks nothing.
     #[task(binds = SAMPLE, priority = 4, local = [samples], shared = [sampler])]
     fn sample(mut cx: sample::Context) {
         let (counter, now_us, late_us) = cx.local.samples.read();
@@ -178,7 +178,7 @@ mod app {
     #[idle(local = [idle: Idle = Idle::new()], shared = [outbox, &shared])]
     fn idle(mut cx: idle::Context) -> ! {
         loop {
-            // Masked for the reason that the finger's `idle` gives.
+            // Masked for the reason given in the finger's `idle`.
             let slept = cortex_m::interrupt::free(|_| {
                 let from_us = board::now_us();
                 board::sleep();
@@ -199,7 +199,7 @@ mod app {
                     cortex_m::asm::delay(10_000);
                     board::restart();
                 }
-                // Signals of a board do not end.
+                // Only simulated signals end.
                 Next::Leave => {}
             }
         }

@@ -1,4 +1,4 @@
-//! The command line: a file for each command, and one for the options that several share.
+//! The command line: one file per command, and one for shared options.
 
 mod actuator;
 mod link;

@@ -1,22 +1,22 @@
-//! Touch at a distance, on top of a finger's messages: the library of the command
-//! `ridgetone-teletaction`, which `ridgetone` runs, of the stylus' image and of the WebAssembly in
-//! the page of `touch`.
+//! Remote touch, based on a finger's messages: the library of the command `ridgetone-teletaction`,
+//! which `ridgetone` runs, of the stylus's image, and of the WebAssembly in the page of `touch`.
 //!
 //! | concept | where |
 //! |---|---|
-//! | a texture under a hand: the voltage of an actuator by the hand's position (`no_std`) | [`stimulus`] |
+//! | a texture under a hand: an actuator's voltage from the hand's position (`no_std`) |
+//! [`stimulus`] |
 //! | decisions of a stylus with an encoder and an actuator (`no_std`) | `stylus` |
 //! | the stimulus as WebAssembly | `worklet` |
-//! | textures that a finger reports | `texture` |
+//! | textures reported by a finger | `texture` |
 //! | a texture under a pointer: a page with sound | `touch` |
 //! | textures to a stylus and positions to a finger, over a network | `link` |
-//! | forces of a pin display that only presses | `pins` |
+//! | forces of a pin display that can only press | `pins` |
 //! | the command line | `cli` |
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_code)]
 // Messages quote files, boards and peers: `note!` escapes and cuts them.
 #![deny(clippy::print_stderr)]
-// Nobody publishes it: a field whose name and unit say all has no doc.
+// Not published: a field whose name and unit say everything has no doc.
 #![allow(missing_docs)]
 // `!(a > b)` is intended: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]

@@ -1,15 +1,15 @@
-//! `link`: a finger and a stylus with a network between them. The position of the hand goes one
-//! way, 250 times a second; textures go the other way, when they have changed and four times a
-//! second. No vibration travels: the stylus makes it from the position of its own hand.
+//! `link`: a finger and a stylus, connected by a network. The hand's position goes one way, 250
+//! times a second; textures go the other way, when they change and four times a second. No
+//! vibration is transmitted: the stylus makes it from the position of its own hand.
 //!
 //! | step | file |
 //! |---|---|
 //! | messages, and their counts | [`message`] |
 //! | a simulated network that delays and loses | [`network`] |
-//! | one end or the other over UDP | [`socket`] |
+//! | one end over UDP | [`socket`] |
 //! | the finger's end | [`finger`] |
-//! | the period of the surface by the path of the hand | [`wavelength`] |
-//! | the stylus' end: a board of its own, and the requests to it | [`board`], [`requests`] |
+//! | the period of the surface from the path of the hand | [`wavelength`] |
+//! | the stylus' end: a board, and the requests to it | [`board`], [`requests`] |
 //! | a simulated board under a simulated hand, and the error of the stimulus | [`simulated`] |
 //! | both ends, and their reports | [`run`](mod@run) |
 

@@ -1,4 +1,4 @@
-//! `pins`: strains under a sensor's skin as forces of a display whose pins only press.
+//! `pins`: strains under a sensor's skin as forces of a display whose pins can only press.
 //!
 //! | step | file |
 //! |---|---|
@@ -24,12 +24,12 @@ pub use matching::{Matching, PINS_MAX, Solution};
 pub use player::{Player, SILENCE_S, Setup, Update};
 pub use skin::volts_per_strain;
 
-/// Impossible settings of a display, or data that cannot be matched. The display keeps its last forces.
+/// Impossible display settings, or data that cannot be matched. The display keeps its last forces.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
     #[error(transparent)]
     Setting(#[from] crate::stimulus::Error),
-    /// The slew limit forbids the smallest step that the display can make.
+    /// The slew limit forbids the smallest step of the display.
     #[error(
         "one level is {level_n} N and one update may change {step_n} N: allow a faster slew, or take more levels"
     )]

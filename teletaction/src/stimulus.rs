@@ -1,7 +1,7 @@
-//! A texture under a person's hand. Instead of how a texture shakes a robot's finger, its spatial
-//! period and power travel, a few numbers, and the vibration is made from the position of the
-//! person's own hand. The delay of the network is then not felt: the vibration follows the hand,
-//! and only a change of the texture is late. `no_std`, no allocation, `f32`.
+//! A texture under a person's hand. Instead of the vibration of a robot's finger, only a few
+//! numbers are transmitted, the texture's spatial period and power, and the vibration is made from
+//! the position of the person's own hand. The network's delay is then not felt: the vibration
+//! follows the hand, and only a change of the texture is late. `no_std`, no allocation, `f32`.
 //!
 //! ```
 //! use ridgetone_teletaction::stimulus::{Actuator, AmplitudeLaw, Encoder, Error, Stimulus, Texture};
@@ -22,7 +22,8 @@
 //! frequency times time, so that a hand that stops or turns stays on the same surface.
 //!
 //! [`Stimulus`] takes an encoder's counts at a fixed rate, [`Vibration`] positions that arrive at
-//! uneven times. Whatever comes, each sample is within the voltage and within the slew of the last.
+//! uneven times. For any input, each sample is within the voltage range and within the slew limit
+//! of the previous one.
 
 // A panic resets a board: only tests may.
 #![cfg_attr(

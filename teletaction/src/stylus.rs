@@ -1,11 +1,11 @@
-//! The stylus: a texture that a finger has felt, under a person's hand. Its image runs on a board
-//! of its own (`teletaction/image/`).
+//! The stylus: renders a texture that a finger has felt under a person's hand. Its image runs on a
+//! separate board (`teletaction/image/`).
 //!
 //! | concept | where |
 //! |---|---|
 //! | messages on its line | [`message`] |
 //! | parameters with their bounds | [`parameters`] |
-//! | the interrupt of a sample: encoder in, code of the converter out | [`sampler`] |
+//! | the sample interrupt: encoder in, code of the converter out | [`sampler`] |
 //! | conditions under which it vibrates | [`gate`] |
 //! | volts to codes of the converter, within the slew | [`dac`] |
 //! | requests, and its reports | [`reports`] |
@@ -30,13 +30,13 @@ pub mod parameters;
 pub mod reports;
 pub mod sampler;
 
-/// Samples a second. Twice the paper's (Okamoto et al., section III-A): the converter's steps are
-/// then twice as fine.
+/// Samples per second. Twice the paper's rate (Okamoto et al., section III-A), which halves the
+/// converter's steps.
 pub const SAMPLE_HZ: u32 = 10_000;
 
-/// From one sample to the next, microseconds.
+/// Time between samples, microseconds.
 pub const SAMPLE_US: u32 = 1_000_000 / SAMPLE_HZ;
 
-/// Samples from one run of the task `requests` to the next, if no request comes: 4 ms, positions are
-/// reported 250 times a second.
+/// Samples between runs of the task `requests` without a request: 4 ms, so positions are reported
+/// 250 times a second.
 pub const REPORT_SAMPLES: u32 = 40;

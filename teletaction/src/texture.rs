@@ -1,4 +1,4 @@
-//! Textures of files, and those that a finger reports.
+//! Textures from files, and from a finger's reports.
 
 mod follower;
 
@@ -11,7 +11,7 @@ use ridgetone_host::overtones::{Overtone, overtones};
 use ridgetone_proto::telemetry::{Event, Packet};
 use std::path::Path;
 
-/// Reads a texture's file.
+/// Reads a texture file.
 pub fn load(path: &Path) -> Result<Texture> {
     let named = || path.display().to_string();
     let text = short_text(path)?;
@@ -20,7 +20,7 @@ pub fn load(path: &Path) -> Result<Texture> {
     Ok(texture)
 }
 
-/// Reads the file of a law.
+/// Reads an amplitude law's file.
 pub fn load_law(path: &Path) -> Result<AmplitudeLaw> {
     let named = || path.display().to_string();
     let law: AmplitudeLaw = toml::from_str(&short_text(path)?).with_context(named)?;
@@ -28,7 +28,7 @@ pub fn load_law(path: &Path) -> Result<AmplitudeLaw> {
     Ok(law)
 }
 
-/// Texture that a packet reports, if it can be played.
+/// Returns the texture that a packet reports, if it can be played.
 pub fn found(packet: &Packet) -> Option<Texture> {
     let Event::Texture(found) = &packet.event else {
         return None;
@@ -75,7 +75,7 @@ mod tests {
         let felt = reported(3.6, 1e-6, 0.0).expect("felt");
         let values = (felt.period_mm, felt.period_sigma_mm, felt.power);
         assert_eq!(values, (3.6, 0.01, 1e-6));
-        // The event's, as sines.
+        // The event's overtones, as sines.
         assert_eq!(felt.overtones.map(|of| of.amplitude), [0.25, 0.5, 0.0]);
         assert_eq!(felt.overtones[0].phase_cycles, 0.0);
         for (period_mm, power_v2, overtone) in [

@@ -1,5 +1,5 @@
-//! `touch`: a texture under a person's hand, on a page with sound. The vibration is made by
-//! [`crate::stimulus`], in the page as WebAssembly.
+//! `touch`: a texture under a person's hand, on a page with sound. [`crate::stimulus`] makes the
+//! vibration, as WebAssembly in the page.
 
 pub mod live;
 pub mod output;

@@ -1,31 +1,31 @@
-//! The stimulus for an AudioWorklet, as WebAssembly: functions of numbers, so that neither side
+//! The stimulus for an AudioWorklet, as WebAssembly: all functions take numbers, so neither side
 //! touches the other's memory.
 //!
-//! `cargo xtask worklet` builds `teletaction/assets/touch/stimulus.wasm` from it, which is inside the
-//! command; nobody needs the target `wasm32-unknown-unknown` to build that. A test of the page
-//! compares its samples with those of the crate, bit for bit.
+//! `cargo xtask worklet` builds `teletaction/assets/touch/stimulus.wasm` from this file. The
+//! command embeds the result, so building it does not need the target `wasm32-unknown-unknown`. A
+//! test of the page compares the samples with the crate's, bit for bit.
 //!
-//! There is one vibration an instance. A function that can fail gives 1 if it did what was asked,
-//! and 0 if the numbers are impossible: then nothing has changed.
-// An exported name is unsafe only because two of them could be alike.
+//! Each instance has one vibration. A function that can fail returns 1 on success, and 0 if the
+//! numbers are impossible, in which case nothing has changed.
+// An exported name is unsafe only because two could be equal.
 #![allow(unsafe_code)]
 
 use crate::stimulus::{Actuator, AmplitudeLaw, Delay, Harmonic, Texture, Vibration};
 use std::cell::RefCell;
 
-/// Positions that are kept: a second of a pointer at 1000 Hz, which covers the delays of the paper.
+/// Positions kept: one second of a pointer at 1000 Hz, which covers the paper's delays.
 pub const POSITIONS: usize = 1024;
 
 thread_local! {
     static VIBRATION: RefCell<Option<Vibration<POSITIONS>>> = const { RefCell::new(None) };
 }
 
-/// Does something with the vibration; gives whether it is there and went well.
+/// Runs `work` on the vibration; returns 1 if there is one and `work` succeeded.
 fn with(work: impl FnOnce(&mut Vibration<POSITIONS>) -> bool) -> i32 {
     get(work).unwrap_or(false).into()
 }
 
-/// Without a panic in it, and without what prints one: that would be most of the file.
+/// No panics and no code that prints one: it would be most of the file.
 fn get<T>(work: impl FnOnce(&mut Vibration<POSITIONS>) -> T) -> Option<T> {
     VIBRATION
         .try_with(|cell| {
@@ -36,8 +36,8 @@ fn get<T>(work: impl FnOnce(&mut Vibration<POSITIONS>) -> T) -> Option<T> {
         .ok()?
 }
 
-/// Begins: maximum voltage, cut-off in hertz, slew in volts per second, fade in seconds; samples a
-/// second.
+/// Starts a vibration: maximum voltage, cut-off in hertz, slew in volts per second, fade in
+/// seconds; samples per second.
 #[unsafe(no_mangle)]
 pub extern "C" fn begin(
     voltage_v: f32,
@@ -53,7 +53,7 @@ pub extern "C" fn begin(
         fade_s,
         ..Actuator::PIEZO
     };
-    // The amplitude's law is applied by the command: a texture comes with the fraction as its power.
+    // The command applies the amplitude law: a texture's power is the fraction.
     let law = AmplitudeLaw {
         power_max: 1.0,
         ..AmplitudeLaw::OKAMOTO
@@ -69,8 +69,8 @@ pub extern "C" fn begin(
     set.unwrap_or(false).into()
 }
 
-/// Takes a texture: period in millimetres, fraction of the maximum amplitude above 0 up to 1, then
-/// the second harmonic to the fourth: amplitude over the first one's, and phase in cycles.
+/// Sets a texture: period in millimetres, fraction of the maximum amplitude above 0 up to 1, then
+/// for harmonics 2 to 4 the amplitude relative to the first, and the phase in cycles.
 #[unsafe(no_mangle)]
 #[allow(clippy::too_many_arguments, reason = "numbers are all that crosses")]
 pub extern "C" fn texture(
@@ -104,14 +104,14 @@ pub extern "C" fn delay(mean_s: f32, sigma_s: f32, wait_s: f32) -> i32 {
     })
 }
 
-/// Sets the carrier, hertz; 0: none.
+/// Sets the carrier, hertz; 0 for none.
 #[unsafe(no_mangle)]
 pub extern "C" fn carrier(frequency_hz: f32) -> i32 {
     let wanted = (frequency_hz != 0.0).then_some(frequency_hz);
     with(|vibration| vibration.set_carrier(wanted).is_ok())
 }
 
-/// The hand is down at a time in seconds, at a position in millimetres.
+/// Puts the hand down at a time in seconds and a position in millimetres.
 #[unsafe(no_mangle)]
 pub extern "C" fn down(t_s: f64, position_mm: f64) -> i32 {
     with(|vibration| {
@@ -120,13 +120,13 @@ pub extern "C" fn down(t_s: f64, position_mm: f64) -> i32 {
     })
 }
 
-/// The hand has moved.
+/// Moves the hand.
 #[unsafe(no_mangle)]
 pub extern "C" fn moved(t_s: f64, position_mm: f64) -> i32 {
     with(|vibration| vibration.moved(t_s, position_mm))
 }
 
-/// The hand is off.
+/// Lifts the hand.
 #[unsafe(no_mangle)]
 pub extern "C" fn lift() -> i32 {
     with(|vibration| {
@@ -135,19 +135,19 @@ pub extern "C" fn lift() -> i32 {
     })
 }
 
-/// The next sample, -1 to 1.
+/// Returns the next sample, -1 to 1.
 #[unsafe(no_mangle)]
 pub extern "C" fn sample(t_s: f64) -> f32 {
     get(|vibration| vibration.next(t_s)).unwrap_or(0.0)
 }
 
-/// Samples for which the hand's next position was not known.
+/// Number of samples for which the hand's next position was not known.
 #[unsafe(no_mangle)]
 pub extern "C" fn late() -> u32 {
     get(|vibration| vibration.late()).unwrap_or(0)
 }
 
-/// Amplitude now, as a fraction of the maximum.
+/// Current amplitude as a fraction of the maximum.
 #[unsafe(no_mangle)]
 pub extern "C" fn amplitude() -> f32 {
     get(|vibration| vibration.amplitude()).unwrap_or(0.0)

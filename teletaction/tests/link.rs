@@ -1,5 +1,5 @@
 //! `ridgetone link`: in virtual time with a simulated stylus, two ends over UDP, the emulated
-//! finger, and what is refused.
+//! finger, and refused options.
 
 #[path = "../../host/tests/common/mod.rs"]
 mod common;
@@ -27,22 +27,22 @@ use std::f64::consts::FRAC_PI_2;
 use std::io::{BufRead, BufReader, Read};
 use std::process::Stdio;
 
-/// Other limits than the default's, to see that they arrive.
+/// Limits that differ from the default, to see that they arrive.
 const ACTUATOR: Actuator = Actuator {
     voltage_v: 120.0,
     slew_v_s: 150_000.0,
     ..Actuator::PIEZO
 };
 
-/// Codes of the converter: at rest, and the largest.
+/// Codes of the converter: at rest, and the maximum.
 const REST_CODE: u16 = 2048;
 const MAX_CODE: f32 = 4095.0;
 
-/// A mean delay, and the paper's standard deviation of it, milliseconds.
+/// A steady delay, and the paper's with its standard deviation, milliseconds.
 const STEADY: [f64; 2] = [120.0, 0.0];
 const PAPER: [f64; 2] = [120.0, 40.0];
 
-/// A link in steps of a millisecond.
+/// A link that runs in steps of a millisecond.
 struct Bench {
     link: Link,
     now_ms: u32,
@@ -68,7 +68,7 @@ impl Bench {
         Self { link, now_ms: 0 }
     }
 
-    /// With a texture under the finger.
+    /// A link with a texture under the finger.
     fn touching(period_mm: f32, delay_ms: [f64; 2], loss: f64) -> Self {
         let mut bench = Self::new(Hand::OKAMOTO, delay_ms, loss, false);
         bench.link.finger.found(Some(Texture::new(period_mm)));
@@ -84,15 +84,15 @@ impl Bench {
         let t_s = 0.001 * f64::from(self.now_ms);
         self.link.step(t_s).expect("a step");
         self.now_ms += 1;
-        // No step is steeper than the actuator allows, one code of rounding included. From 0 V to
-        // its rest a stylus goes with the slew of the default.
+        // No step is steeper than the actuator allows, plus one code of rounding. From 0 V to rest
+        // a stylus uses the default's slew.
         let slew_v = ACTUATOR.slew_v_s / SAMPLE_HZ as f32;
         let max = slew_v / ACTUATOR.voltage_v * MAX_CODE + 1.0;
         let steepest = self.stylus().steepest;
         assert!(f32::from(steepest) <= max, "{t_s} s: {steepest} of {max}");
     }
 
-    /// Passes a time; gives the report of its last second.
+    /// Advances by `ms`; returns the report of the last second.
     fn pass(&mut self, ms: u32) -> Report {
         let until_ms = self.now_ms + ms;
         while self.now_ms < until_ms {
@@ -108,7 +108,7 @@ impl Bench {
         self.link.report(0.001 * f64::from(self.now_ms))
     }
 
-    /// What is felt, the state of the stylus as it says and as it is, and the code.
+    /// Asserts that nothing is felt, the stylus' state as reported and as it is, and the rest code.
     fn assert_rests(&mut self, report: &Report, state: Option<State>) {
         let said = report.stylus.expect("a stylus").state;
         assert_eq!(
@@ -120,8 +120,8 @@ impl Bench {
     }
 }
 
-/// The delay is not felt: below 1 % of the amplitude, where a vibration that travels would be
-/// nothing like the surface.
+/// The delay is not felt: the error is below 1 % of the amplitude, while a transmitted vibration
+/// would not resemble the surface.
 #[test]
 fn neither_delay_nor_jitter_nor_loss_is_felt() {
     let mut bench = Bench::touching(1.4, PAPER, 0.05);
@@ -138,18 +138,19 @@ fn neither_delay_nor_jitter_nor_loss_is_felt() {
         textures_sent,
         ..
     } = &report;
-    // One with each request that changes a state, too.
+    // One more with each request that changes a state.
     assert!((2495..=2520).contains(positions_sent), "{report:?}");
-    // 5 %, each with its standard deviation of 11; what is under way, up to 0.28 s, is neither.
+    // 5 % are lost, with a standard deviation of 11; messages on the way, for up to 0.28 s, are not
+    // counted.
     let under_way = positions_sent - positions.received - positions.lost - positions.late;
     assert!(
         (80..175).contains(&positions.lost) && under_way <= 75 && positions.damaged == 0,
         "{report:?}"
     );
     assert!((38..43).contains(textures_sent), "{report:?}");
-    // At the mean speed the hand moves 15 mm in the mean delay.
+    // At the mean speed the hand moves 15 mm within the mean delay.
     assert!(report.behind_mm.expect("a position") < 60.0, "{report:?}");
-    // Another texture arrives.
+    // A new texture arrives.
     bench.link.finger.found(Some(Texture::new(0.9)));
     let while_it_travels = bench.pass(1000);
     let after = bench.pass(1000);
@@ -161,14 +162,14 @@ fn neither_delay_nor_jitter_nor_loss_is_felt() {
     assert!(after.error_percent < Some(1.0), "{after:?}");
 }
 
-/// Neither a dead network nor a silent finger leaves a vibration: it fades within the slew, and
-/// comes again. At the end the stylus is left at rest.
+/// A dead network or a silent finger ends the vibration: it fades within the slew, and returns
+/// later. At the end the stylus is left at rest.
 #[test]
 fn without_the_finger_the_stylus_rests() {
     let mut bench = Bench::touching(1.4, STEADY, 0.0);
     assert!(bench.pass(3000).is_felt);
     bench.link.to_stylus.loss = 1.0;
-    // Messages that were sent before still arrive.
+    // Messages already on the way still arrive.
     assert!(bench.pass(600).is_felt);
     let dead = bench.pass(1400);
     bench.assert_rests(&dead, Some(State::Disabled));
@@ -187,8 +188,8 @@ fn without_the_finger_the_stylus_rests() {
     bench.assert_rests(&stopped, Some(State::Disabled));
 }
 
-/// Nobody knows what a stylus does that says nothing: it is reported, disabled, and set up again
-/// when it is back.
+/// The state of a silent stylus is unknown: the silence is reported, and the stylus is disabled,
+/// and set up again when it is back.
 #[test]
 fn a_stylus_that_is_silent_is_reported_and_stops_softly() {
     let mut bench = Bench::touching(1.4, STEADY, 0.0);
@@ -202,8 +203,8 @@ fn a_stylus_that_is_silent_is_reported_and_stops_softly() {
     assert_eq!((report.is_felt, report.period_mm), (true, Some(1.4)));
 }
 
-/// One that starts again gets its limits and its texture again; its encoder counts from 0, and that
-/// is no way back to where the hand began. The counter of 16 bits wraps.
+/// A restarted stylus gets its limits and its texture again. Its encoder counts from 0, which is no
+/// movement of the hand. The 16-bit counter wraps.
 #[test]
 fn a_stylus_that_has_started_again_gets_all_again() {
     const SPEED_MM_S: f64 = 100.0;
@@ -224,12 +225,12 @@ fn a_stylus_that_has_started_again_gets_all_again() {
 }
 
 /// A robot that follows the hand slides a simulated finger to and fro over a grating of 3.6 mm, and
-/// the firmware's library fits it: the period comes from the path of the hand, and from no window
-/// in which the hand turns.
+/// the firmware's library fits the signal: the period comes from the path of the hand, but not from
+/// windows in which the hand turns.
 #[test]
 fn the_period_is_the_hands_path_over_the_windows_cycles() {
     const PERIOD_MM: f64 = 3.6;
-    // 60 mm/s at most, and 2 s from turn to turn.
+    // At most 60 mm/s, with a turn every 2 s.
     let scene_hand = hal_mock::sliding::Hand {
         peak_mm_s: 60.0,
         swing_hz: 0.25,
@@ -256,7 +257,7 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
     };
     replay::run(opened, settings, &mut sink, &mut |_, _| {}).expect("a run");
 
-    // The hand of the link begins to move at 0 s, and the finger a delay later.
+    // The link's hand starts to move at 0 s, and the finger one delay later.
     let delay_s = STEADY[0] / 1e3;
     let linked_s = |device_us: u64| device_us as f64 * 1e-6 - slide_start_s + delay_s;
     let hand = Hand {
@@ -271,11 +272,11 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
         };
         let end_s = linked_s(estimate.t_us);
         let begin_s = end_s - f64::from(estimate.window_s);
-        // Windows of the slide only, without the fit of the whole slide.
+        // Windows within the slide only, without the fit of the whole slide.
         if begin_s < delay_s || estimate.window_s > 1.0 {
             continue;
         }
-        // The estimate arrives 60 ms after its window.
+        // The estimate arrives 60 ms after the end of its window.
         while f64::from(bench.now_ms) < 1e3 * (end_s + 0.06) {
             bench.step();
         }
@@ -304,7 +305,7 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
         "{count} windows without a turn, {turning} with one: rms error {off_mm:.4} mm, sigma {sigma_mm:.4} mm"
     );
     assert!(count >= 10.0 && turning >= 3, "{count} {turning}");
-    // The lags of an array that nobody has calibrated are known to 7 %.
+    // The lags of an uncalibrated array are known to 7 %.
     assert!(
         off_mm < 0.02 * PERIOD_MM && sigma_mm < 0.03 * PERIOD_MM,
         "{off_mm} {sigma_mm}"
@@ -315,8 +316,8 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
     assert_eq!(bench.link.finger.period_by(), Some(PeriodBy::Path));
 }
 
-/// A recording of the demo's touch at one end, a hand at the other, and a real network between two
-/// processes, which loses too.
+/// A recording of the demo's touch at one end, a hand at the other, and a real network with losses
+/// between two processes.
 #[test]
 fn two_ends_find_each_other_over_a_network() {
     let folder = directory();
@@ -367,7 +368,7 @@ fn two_ends_find_each_other_over_a_network() {
         .map(|line| serde_json::from_str(line).expect("JSON"))
         .collect();
     let last = |lines: &[Value]| lines.last().expect("a report").clone();
-    // The finger has the positions of the hand, and the stylus the texture of 3.6 mm.
+    // The finger receives the hand's positions, and the stylus the texture of 3.6 mm.
     let positions = &last(&finger)["positions"];
     assert!(
         positions["received"].as_u64() > Some(200) && positions["lost"].as_u64() > Some(5),
@@ -379,12 +380,12 @@ fn two_ends_find_each_other_over_a_network() {
         .unwrap_or_else(|| panic!("felt: {stylus:?}"));
     let [period_mm, sigma_mm] =
         ["period_mm", "period_sigma_mm"].map(|what| felt[what].as_f64().expect("a number"));
-    // An array that nobody calibrated knows it to some 8 %.
+    // An uncalibrated array measures the period to some 8 %.
     assert!(
         (period_mm - 3.6).abs() < 4.0 * sigma_mm && sigma_mm < 0.3,
         "{felt}"
     );
-    // The recording is over before: the link is dead, and nothing is felt any more.
+    // The recording has ended before: the link is dead, and nothing is felt any more.
     assert_eq!(last(&stylus)["is_felt"], false, "{stylus:?}");
 }
 
@@ -429,8 +430,8 @@ fn what_makes_no_sense_is_refused_on_one_line() {
     }
 }
 
-/// From a clean clone: the emulated finger, a simulated hand, and the paper's network. The delay is
-/// not felt.
+/// From a clean clone: the emulated finger, a simulated hand, and the paper's network delay, which
+/// is not felt.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_finger_is_felt_without_the_delay() {
@@ -441,8 +442,8 @@ fn the_emulated_finger_is_felt_without_the_delay() {
     ]
     .concat()));
     assert!(reports.len() >= 10, "{}", reports.len());
-    // Seconds in which neither end had a new texture: the finger has it a delay before the stylus,
-    // so the report after must have the same one too.
+    // Seconds without a new texture at either end: the finger has a texture one delay before the
+    // stylus, so the next report must have the same texture too.
     let steady: Vec<&Value> = reports
         .windows(3)
         .filter(|three| {

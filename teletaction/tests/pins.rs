@@ -38,8 +38,8 @@ fn what_makes_no_sense_is_refused() {
     }
 }
 
-/// A finger of 1 N: at rest before the slide the pins press about as much, and the finger feels
-/// what the sensor does.
+/// A finger that presses with 1 N: in the hold before the slide the pins press with about as much,
+/// and the person feels the sensor's strains.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_touch_is_on_the_pins() {
@@ -86,6 +86,6 @@ fn the_emulated_touch_is_on_the_pins() {
         off < 0.3 * rms(&mut sensor.iter().copied()),
         "{off}: {hold}"
     );
-    // The ridges of the slide press more than the hold.
+    // The ridges press more during the slide than the hold does.
     assert!(greatest > 1.5 * all_n, "{greatest} {all_n}");
 }

@@ -1,5 +1,5 @@
-//! The README: its commands exist, those of the emulated finger run, and its table of pins is the
-//! firmware's.
+//! The README: its commands exist, those with the emulated finger run, and its table of pins
+//! matches the firmware.
 
 #[path = "../../host/tests/common/mod.rs"]
 mod common;
@@ -9,13 +9,13 @@ use std::process::{Command, Stdio};
 
 const README: &str = include_str!("../README.md");
 
-/// The README's commands of `ridgetone`, without the comments behind them.
+/// The `ridgetone` commands in the README, without their comments.
 fn commands() -> impl Iterator<Item = &'static str> {
     let commands = README.lines().filter(|line| line.starts_with("ridgetone "));
     commands.map(|line| line.split(" #").next().unwrap_or(line).trim())
 }
 
-/// The parser takes every word before `--help`.
+/// The parser checks every word before `--help`.
 #[test]
 fn every_command_exists() {
     let mut count = 0;
@@ -38,7 +38,7 @@ fn the_commands_of_the_emulated_finger_run() {
     {
         let program = ridgetone();
         let ours = command.replacen("ridgetone", &program.get_program().to_string_lossy(), 1);
-        // Interrupted as Ctrl-C does, once; without `--foreground` it would be twice.
+        // Interrupted once, as by Ctrl-C; without `--foreground` it would be twice.
         let shell = format!("timeout --foreground --preserve-status --signal INT 15 {ours}");
         let output = Command::new("sh")
             .args(["-c", &shell])
@@ -52,7 +52,7 @@ fn the_commands_of_the_emulated_finger_run() {
     }
 }
 
-/// The pins of the stylus, each on the line of its function.
+/// Every pin of the stylus is on the line of its function.
 #[test]
 fn the_pins_of_the_stylus_are_the_firmwares() {
     let code: String = include_str!("../image/board.rs")

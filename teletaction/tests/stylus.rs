@@ -1,4 +1,4 @@
-//! Samples and requests on a PC, without a board: time, deadlines, limits, and what is refused.
+//! Samples and requests on a PC, without a board: time, deadlines, limits, and refusals.
 
 use proptest::prelude::*;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
@@ -21,13 +21,13 @@ impl Bench {
     fn new() -> Self {
         Self {
             tasks: Tasks::default(),
-            // The counter wraps soon.
+            // The counter is about to wrap.
             now_us: u32::MAX - 5000,
             number: 0,
         }
     }
 
-    /// A sample in time. Gives the code.
+    /// Runs a sample in time. Returns the code.
     fn sample(&mut self, counter: i32) -> u16 {
         self.now_us = self.now_us.wrapping_add(100);
         let code = self.tasks.sampler.next(self.now_us, 0, counter as u16);
@@ -60,7 +60,7 @@ impl Bench {
     }
 }
 
-/// The longest requests fit the wire, and neither the finger nor the stylus takes the other's.
+/// The longest requests fit the wire, and finger and stylus refuse each other's messages.
 #[test]
 fn neither_takes_the_others_messages() {
     let mut wire = [0; REQUEST_WIRE_MAX];
@@ -99,7 +99,7 @@ fn time_goes_on_over_a_wrap_and_missed_triggers_are_counted() {
             (u64::from(100 * n), n, 0)
         );
     }
-    // A run that is late by 30 us is in time; the counters step at different moments.
+    // A delay of 30 us is in time; the counters step at different moments.
     bench
         .tasks
         .sampler
@@ -109,7 +109,7 @@ fn time_goes_on_over_a_wrap_and_missed_triggers_are_counted() {
         (look.samples, look.deadlines_missed, look.latest_reading_us),
         (101, 0, 30)
     );
-    // Three triggers without a run, and a code that is not there in time.
+    // Three triggers without a run, and a code that is not ready in time.
     bench
         .tasks
         .sampler

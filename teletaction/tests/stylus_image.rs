@@ -1,5 +1,5 @@
-//! The stylus' image on the register model: a simulated hand moves the encoder, and the output of
-//! the converter is compared with the surface in f64.
+//! The stylus' image on the register model: a simulated hand moves the encoder, and the converter's
+//! output is compared with the surface in f64.
 
 use hal_mock::Constant;
 use ridgetone_emulator::{Board, Emulator, Image, ProcessorFault, Start};
@@ -14,7 +14,7 @@ use ridgetone_teletaction::stylus::message::{
 use ridgetone_teletaction::stylus::parameters::Parameters;
 use std::f64::consts::TAU;
 
-/// Default parameters: millimetres of a count, and volts of the largest code.
+/// Default parameters: millimetres per count, and volts at the maximum code.
 const COUNT_MM: f64 = 0.005;
 const VOLTS: f64 = 150.0;
 
@@ -29,7 +29,7 @@ struct Stylus {
     number: u16,
 }
 
-/// A request as it travels, behind a zero that ends an earlier frame on the line.
+/// An encoded request after a zero, which ends an earlier frame on the line.
 fn request(number: u16, command: Command) -> Vec<u8> {
     let mut bytes = vec![0; REQUEST_WIRE_MAX + 1];
     let request = Request {
@@ -42,7 +42,7 @@ fn request(number: u16, command: Command) -> Vec<u8> {
 }
 
 impl Stylus {
-    /// A stylus that has greeted, and waits at 0 V under a hand that rests.
+    /// Starts a stylus that has greeted, and waits at 0 V under a resting hand.
     fn ready() -> Self {
         let image = Image::built(Board::StylusF405).unwrap_or_else(|error| panic!("{error}"));
         let scene = Constant::default();
@@ -68,7 +68,7 @@ impl Stylus {
         outcome.unwrap_or_else(|failure| panic!("{failure}"));
     }
 
-    /// Runs while the line is kept alive, ten times a second.
+    /// Runs while keeping the line alive ten times a second.
     fn run_alive_s(&mut self, s: f64) {
         for _ in 0..(10.0 * s).round() as u32 {
             assert_eq!(self.command(Command::Alive), Outcome::Done);
@@ -90,7 +90,7 @@ impl Stylus {
         reply.unwrap_or_else(|| panic!("no reply: {:?}", &self.events[seen..]))
     }
 
-    /// Moves the hand from now on: millimetres by seconds from now.
+    /// Moves the hand from now on; `position_mm` takes seconds from now.
     fn move_hand(&mut self, position_mm: impl Fn(f64) -> f64 + 'static) {
         let from_ns = self.emulator.now_ns();
         self.emulator.move_hand(move |ns| {
@@ -105,7 +105,7 @@ impl Stylus {
         })
     }
 
-    /// The next health report.
+    /// Returns the next health report.
     fn health(&mut self) -> Health {
         self.run_s(1.1);
         let healths = self.events.iter().rev().find_map(|event| match event {
@@ -115,8 +115,8 @@ impl Stylus {
         healths.expect("health")
     }
 
-    /// Fails if a rule of the chip was broken, or a code is farther from the one before than the
-    /// slew allows.
+    /// Asserts that no rule of the chip was broken, and that every code is within the slew of the
+    /// previous one.
     #[track_caller]
     fn assert_limits(&self) {
         assert!(
@@ -138,7 +138,7 @@ impl Stylus {
         );
     }
 
-    /// Output from a time on, seconds since power-up: the middle of each sample, and volts.
+    /// Output from `from_s`, seconds since power-up: the middle of each sample, and volts.
     fn volts_from(&self, from_s: f64) -> Vec<(f64, f64)> {
         let outputs = self.emulator.outputs().iter();
         outputs
@@ -154,7 +154,7 @@ impl Stylus {
         self.emulator.now_ns() as f64 * 1e-9
     }
 
-    /// Fails unless the state is this one and the output has kept its bias for so long.
+    /// Asserts the state, and that the output has been at its bias for `s` seconds.
     #[track_caller]
     fn assert_rests(&self, state: State, s: f64) {
         assert_eq!(self.state(), Some(state));
@@ -163,8 +163,8 @@ impl Stylus {
     }
 }
 
-/// It waits at 0 V, rises softly once enabled, and puts out y = A sin(2 pi x / period) + B at the
-/// middle of each sample for the paper's mean hand (section IV-A) and its fastest.
+/// It waits at 0 V, rises softly once enabled, and outputs y = A sin(2 pi x / period) + B at the
+/// middle of each sample, for the paper's mean hand (section IV-A) and its fastest.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn it_rises_softly_and_its_output_is_the_surface() {
@@ -198,7 +198,7 @@ fn it_rises_softly_and_its_output_is_the_surface() {
                     .all(|pair| pair[1].saturating_sub(pair[0]) <= 10),
             "{rise:?}"
         );
-        // Equations 2 and 3, which a test of the stimulus has.
+        // Equations 2 and 3, which a test of the stimulus covers.
         let true_v = 75.0 * f64::from(AmplitudeLaw::OKAMOTO.fraction(period_mm as f32, 0.0));
         let mut worst = 0.0f64;
         // The filter settles and the vibration fades in within 0.1 s.
@@ -206,7 +206,7 @@ fn it_rises_softly_and_its_output_is_the_surface() {
             let surface = true_v * (TAU * position(t_s - from_s) / period_mm).sin();
             worst = worst.max((volts - 0.5 * VOLTS - surface).abs() / true_v);
         }
-        // No sample is off by 0.02 cycles and a code, 37 mV.
+        // Every sample is within 0.02 cycles plus one code, 37 mV.
         assert!(
             worst < 0.02 * TAU + 0.037 / true_v,
             "{period_mm} mm: {worst}"
@@ -214,8 +214,8 @@ fn it_rises_softly_and_its_output_is_the_surface() {
     }
 }
 
-/// It stops softly when the hand rests, when the line is silent and when it is disabled; and the
-/// watchdog resets a board that makes no samples.
+/// It stops softly when the hand rests, when the line is silent and when it is disabled; the
+/// watchdog resets a board without samples.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn it_stops_softly_and_a_dead_sampler_is_reset() {
@@ -244,8 +244,8 @@ fn it_stops_softly_and_a_dead_sampler_is_reset() {
     assert!(stylus.events.iter().any(watchdog));
 }
 
-/// A tenth of the time between two samples for the interrupt, with all harmonics, while bytes
-/// arrive one behind the other; not one sample late in 4 s of this; and a missed one is counted.
+/// The interrupt takes a tenth of the sample period with all harmonics and back-to-back bytes; no
+/// sample is late in 4 s of this, and a missed one is counted.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn every_sample_is_in_time() {
@@ -304,7 +304,7 @@ fn every_sample_is_in_time() {
     stylus.run_s(0.001);
     stylus.emulator.inject(ProcessorFault::Unmask(IRQ_TIM6));
     let missed = stylus.health().deadlines_missed;
-    // Ten triggers, of which the last may have had its run.
+    // Ten triggers, the last of which may have had its run.
     assert!((9..=10).contains(&missed), "{missed}");
     stylus.assert_limits();
 }

@@ -1,11 +1,11 @@
-//! The finger is on something when the detector begins.
+//! The finger is already pressed on something when the detector starts.
 
 use crate::{all_changes, assert_reported, changes, during, load, names};
 use ridgetone_proto::settings::{Slide, SlideRule};
 use std::f64::consts::TAU;
 
-/// The level at the start is that of a finger that holds: no contact is reported, and the idle
-/// level is known only after its release.
+/// The detector takes the initial level for a hold, so it reports no contact, and learns the idle
+/// level only at the release.
 #[test]
 fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
     for hz in [1.3, 8.3, 60.3] {
@@ -24,8 +24,8 @@ fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
     }
 }
 
-/// Without a slide a release from a loaded start is taken for a contact; the next slide shows which
-/// level is idle.
+/// Without a slide, a release from a loaded start is taken for a contact; the next slide shows
+/// which level is idle.
 #[test]
 fn a_loaded_start_without_a_slide_is_set_right_by_the_next_one() {
     let mut found = changes(14.0, 20.0, &|t, sign, lag| {
@@ -39,7 +39,7 @@ fn a_loaded_start_without_a_slide_is_set_right_by_the_next_one() {
     assert_reported(&found, &[&slide[..], &touch].concat(), 0.03);
 }
 
-/// It changes the levels as slowly as a slide, but along one direction.
+/// A slow contact changes the levels as slowly as a slide, but in one direction only.
 #[test]
 fn a_gentle_first_contact_is_no_slide() {
     let found = changes(8.0, 20.0, &|t, sign, lag| {
@@ -70,8 +70,8 @@ fn two_touches(t: f64, hz: f64, lag: f64) -> f64 {
 /// Frequencies of the slides, Hz.
 const SLIDES_HZ: [f64; 3] = [1.0, 8.0, 60.0];
 
-/// Slides are only those of the plan. The first motion passes for a contact, a lift too, and a
-/// touch that brings the first level back for a release. But the detector goes on.
+/// Slides come only from the plan. The first motion and the first lift count as contacts, and the
+/// touch that restores the initial level counts as a release, but the detector carries on.
 #[test]
 fn by_the_protocol_a_loaded_start_does_not_stop_the_detector() {
     for hz in SLIDES_HZ {
@@ -88,8 +88,8 @@ fn by_the_protocol_a_loaded_start_does_not_stop_the_detector() {
     }
 }
 
-/// The rule changes after the slide, when the idle level is not known yet, and there is no image of
-/// that hold.
+/// The rule changes after the slide, before the idle level is known, and no pressure map of that
+/// hold has been taken.
 #[test]
 fn a_change_to_the_protocol_in_a_hold_of_a_loaded_start_hides_no_release() {
     for hz in SLIDES_HZ {

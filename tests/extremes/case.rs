@@ -6,10 +6,11 @@ use std::ops::Range;
 
 /// Maximum error of a fit, in standard deviations of f64.
 pub const OFF_MAX: f64 = 4.5;
-/// Bounds of one fit's sigma over that of f64, which knows the noise. The fit takes the noise from
-/// next to the lines, of which a window has few samples.
+/// Bounds of one fit's sigma over the f64 reference's, which knows the noise. The fit estimates the
+/// noise from few bins next to the lines.
 const SURE: Range<f64> = 0.5..2.2;
-/// Bounds of the mean over many windows: a speed that may move costs white noise up to a fifth.
+/// Bounds of the mean over many windows: allowing for a varying speed costs up to a fifth in white
+/// noise.
 const SURE_MEAN: Range<f64> = 0.9..1.35;
 
 /// A window and how to fit it.
@@ -26,7 +27,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// All of it valid, up to four harmonics.
+    /// All frames valid, up to four harmonics.
     pub fn new(values: Vec<[f32; 16]>) -> Self {
         Self {
             valid: vec![u16::MAX; values.len()],
@@ -54,16 +55,15 @@ impl Case {
         fit
     }
 
-    /// How far a fit is from the truth, in standard deviations of f64, and its own sigma over that. A
-    /// fit does not report its baseline: the nearest of the four counts.
+    /// Returns the error of a fit in standard deviations of the f64 reference, and the fit's sigma
+    /// over the reference's. A fit does not report its baseline, so the nearest of the four counts.
     pub fn off(&self, fit: &Fit, truth: f64) -> (f64, f64) {
         self.off_at_least(fit, truth, 0.0)
     }
 
     /// As [`off`](Self::off), with no standard deviation smaller than `min`.
     pub fn off_at_least(&self, fit: &Fit, truth: f64, min: f64) -> (f64, f64) {
-        // Taxels that are invalid in more than a tenth of the frames do not keep frames from
-        // counting.
+        // Taxels that are invalid in more than a tenth of the frames do not exclude frames.
         let some = self.valid.iter().filter(|valid| **valid != 0);
         let fraction = |c: usize| {
             some.clone().filter(|valid| **valid & 1 << c == 0).count() * 10 <= some.clone().count()
@@ -84,7 +84,7 @@ impl Case {
             let sigma = likelihood.sigma(truth).max(min);
             let off = (fit.frequency as f64 - truth).abs() / sigma;
             let sure = fit.sigma as f64 / sigma;
-            // The one that was fitted is known by both.
+            // Both values agree: this is the baseline that was fitted.
             if off < OFF_MAX && SURE.contains(&sure) {
                 return (off, sure);
             }
@@ -95,7 +95,8 @@ impl Case {
         nearest
     }
 
-    /// Fits it and asserts that the fit is good, at the truth, and as sure as f64 is.
+    /// Fits the window and asserts that the fit is good, right, and as certain as the f64
+    /// reference.
     #[track_caller]
     pub fn assert_good(&self, what: &str, truth: f64) -> Fit {
         let fit = self.fit();
@@ -104,7 +105,7 @@ impl Case {
         fit
     }
 
-    /// Asserts that a fit is at the truth. Where the model is wrong there is no telling how sure.
+    /// Asserts that a fit is right; where the model is wrong, sigma cannot be checked.
     #[track_caller]
     pub fn assert_right(&self, what: &str, fit: &Fit, truth: f64) {
         let (off, _) = self.off(fit, truth);
@@ -114,7 +115,7 @@ impl Case {
         );
     }
 
-    /// Asserts that a fit is at the truth, and as sure as f64 is.
+    /// Asserts that a fit is right, and as certain as the f64 reference.
     #[track_caller]
     pub fn assert_right_and_sure(&self, what: &str, fit: &Fit, truth: f64) {
         self.assert_right(what, fit, truth);
@@ -131,7 +132,7 @@ impl Case {
 pub struct GoodFits(Vec<f64>);
 
 impl GoodFits {
-    /// Asserts that the fit of one more is good and right.
+    /// Asserts that the fit of another window is good and right.
     #[track_caller]
     pub fn add(&mut self, case: &Case, what: &str, truth: f64) -> Fit {
         let fit = case.assert_good(what, truth);
@@ -139,7 +140,7 @@ impl GoodFits {
         fit
     }
 
-    /// Asserts that their sigmas are those of f64, on average.
+    /// Asserts that the sigmas agree with the f64 reference on average.
     #[track_caller]
     pub fn assert_sure(&self) {
         let mean = self.0.iter().sum::<f64>() / self.0.len() as f64;
@@ -151,7 +152,7 @@ impl GoodFits {
     }
 }
 
-/// A fit holds finite numbers only; those of a frequency make sense.
+/// Asserts that a fit holds finite numbers only, and that its frequencies make sense.
 #[track_caller]
 pub fn assert_finite(fit: &Fit) {
     let channels = fit

@@ -1,6 +1,6 @@
-//! The corners of what a fit may be given: any scale, a level far above the tone, few frames and
-//! many, one channel alive. The fit in f32 is as near to the truth, in standard deviations of f64,
-//! as [`OFF_MAX`] says. The seed is fixed; `cargo xtask test --fresh` draws another.
+//! Corner cases of the fit's input: any scale, a level far above the tone, few or many frames, one
+//! live channel. The error of the f32 fit stays within [`OFF_MAX`] standard deviations of f64. The
+//! seed is fixed; `cargo xtask test --fresh` draws another.
 
 use crate::case::{Case, OFF_MAX};
 use crate::properties::{config, seed};
@@ -10,25 +10,25 @@ use proptest::test_runner::{TestCaseError, TestError, TestRunner};
 use ridgetone_tone::{FRAMES_MAX, Status};
 use std::f64::consts::TAU;
 
-/// A share of a frequency of some last digits of f32 counts as much as the bound: no fit is closer
-/// than half of that digit.
+/// Smallest sigma assumed, as a fraction of the frequency: a few last digits of f32, since no fit
+/// is closer than half of the last digit.
 const LAST_DIGITS: f64 = 1e-6;
 /// Maximum error among thousands of corners, in standard deviations.
 const THOUSANDS_OFF_MAX: f64 = 6.0;
-/// Least channels and frames with which a tone must be found.
+/// Minimum number of channels and of frames with which a tone must be found.
 const CLEAR: (usize, usize) = (4, 64);
 
-/// Frames of the longest window: those of recordings, if the estimator is built for them.
+/// Frames of the longest window, which depends on how the estimator is built.
 const LONGEST: f64 = FRAMES_MAX as f64;
 
 #[derive(Clone, Debug)]
 struct Corner {
     frames: usize,
     cycles: f64,
-    /// The level, in any unit, and the level over the tone.
+    /// Level, in any unit, and the ratio of the level to the tone.
     level: f64,
     over_tone: f64,
-    /// Amplitude over noise.
+    /// Ratio of amplitude to noise.
     clear: f64,
     /// Bit c: channel c is not constant.
     alive: u16,
@@ -43,14 +43,13 @@ prop_compose! {
         scale in -30.0..30.0,
         // 5 V over a microvolt.
         over in 0.0..6.7,
-        // From 15 dB on: below it the weights of channels are a part of the answer.
+        // From 15 dB on: below, the answer depends on the weights of the channels.
         clear in 0.9..2.5,
         alive in prop_oneof![Just(u16::MAX), (0u32..16).prop_map(|c| 1 << c), 1u16..],
         harmonics in 1u8..=4,
         seed: u64,
     ) -> Corner {
-        // As many short ones as long ones; as many slow tones as fast ones, of which all harmonics
-        // are in the band.
+        // Log-uniform in length and in frequency; all harmonics are in the band.
         let frames = (24.0 * (longest / 24.0f64).powf(long)).round();
         let (min, max) = (2.0, (0.4 / f64::from(harmonics) * frames).max(2.1));
         let cycles = min * f64::powf(max / min, fraction);
@@ -90,13 +89,13 @@ impl Corner {
 
     fn is_clear(&self) -> bool {
         let (channels, frames) = CLEAR;
-        // A tone of a few steps of f32 has harmonics of its own.
+        // A tone of a few steps of f32 has harmonics from the rounding.
         let is_whole = self.over_tone < 1e5;
         self.alive.count_ones() as usize >= channels && self.frames >= frames && is_whole
     }
 
-    /// What the rounding of the values to f32 may do to the frequency, where the noise is too small
-    /// to spread it: a phase that is off by half a step of f32 at either end.
+    /// Frequency error caused by rounding the values to f32, where the noise is too small to dither
+    /// it: a phase error of half a step of f32 at either end.
     fn rounding(&self) -> f64 {
         let steps = f64::from(f32::EPSILON) * self.over_tone;
         if steps * self.clear > 1.0 {
@@ -112,8 +111,7 @@ impl Corner {
         prop_assert!(fit.status.has_tone() || !self.is_clear(), "{fit:?}");
         if fit.status == Status::Good {
             let truth = self.cycles / self.frames as f64;
-            // An answer that is off by a line is another tone: whether that may happen is for the
-            // tests of other files.
+            // An error of a whole line means a different tone, which other files test.
             if (f64::from(fit.frequency) - truth).abs() * (self.frames as f64) < 0.5 {
                 let min = (LAST_DIGITS * truth).max(self.rounding());
                 let (off, _) = case.off_at_least(&fit, truth, min);
@@ -148,8 +146,8 @@ fn f32_is_beside_f64_in_every_corner_of_a_recording() {
     check(12, LONGEST, seed(), OFF_MAX);
 }
 
-/// A refinement that begins next to a strong tone of two cycles takes curves for its misfit. It
-/// must not stop there.
+/// A refinement that starts next to a strong tone of two cycles explains its misfit by curvature.
+/// It must not stop there.
 #[test]
 fn a_strong_tone_of_few_cycles_is_at_its_maximum() {
     for frames in [965, FRAMES_MAX.min(10_012)] {

@@ -68,14 +68,13 @@ fn frame_numbers_that_wrap_change_nothing() {
                 (plain.status, plain.span, plain.harmonics)
             );
             let off = (wrapped.frequency - plain.frequency).abs();
-            // Blocks are cut elsewhere in the ring, which adds them up in another order: that is
-            // f32's own error.
-            // Without a tone both are zero.
+            // Blocks start elsewhere in the ring and are summed in a different order, which changes
+            // the f32 rounding. Without a tone both frequencies are zero.
             assert!(
                 off <= (0.1 * plain.sigma).max(2e-6 * plain.frequency),
                 "{wrapped:?} {plain:?}"
             );
-            // The rate is nominal, in f32.
+            // The rate is the nominal one, in f32.
             let off = wrapped.t_us.abs_diff(plain.t_us + later_us);
             assert!(
                 (off as f64) < 1e-6 * later_us as f64,

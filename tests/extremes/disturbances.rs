@@ -1,4 +1,4 @@
-//! Windows with holes, tones that come and go, second tones, mains.
+//! Windows with gaps, tones that start or stop, second tones, mains.
 
 use crate::case::{Case, GoodFits};
 use crate::reference::{Noise, Tone, codes};
@@ -46,7 +46,7 @@ fn more_holes_than_frames_are_too_short() {
     assert_eq!(case.fit().status, Status::TooShort);
 }
 
-/// A tone in a part of the window, in noise throughout, and its fit.
+/// Fits windows with a tone in one part and noise throughout.
 fn partly(
     seeds: std::ops::Range<u64>,
     mut check: impl FnMut(&str, f64, &Fit, f64),
@@ -83,20 +83,20 @@ fn partly(
     }
 }
 
-/// Distance of a fit's frequency from another one, cycles per frame.
+/// Error of a fit's frequency, cycles per frame.
 fn off(fit: &Fit, frequency: f64) -> f64 {
     (f64::from(fit.frequency) - frequency).abs()
 }
 
-/// Asserts that a fit is right by its own sigma, if it is good.
+/// Asserts that a fit, if good, is within 5 sigma.
 #[track_caller]
 fn assert_not_good_and_wrong(what: &str, fit: &Fit, off: f64) {
     let is_right = fit.status != Status::Good || off < 5.0 * f64::from(fit.sigma);
     assert!(is_right, "{what}: {fit:?}");
 }
 
-/// Two tones of a ratio of frequencies, the second of a fraction of the first's amplitude, in
-/// noise.
+/// Fits two tones in noise; `ratio` is of their frequencies, `fraction` of the second amplitude to
+/// the first.
 fn two_tones(ratio: f64, fraction: f64, noise_codes: f64, seed: u64) -> Fit {
     let mut noise = Noise::new(seed);
     let values = codes(FRAMES, |c, t| {
@@ -108,8 +108,9 @@ fn two_tones(ratio: f64, fraction: f64, noise_codes: f64, seed: u64) -> Fit {
     Case::new(values).fit()
 }
 
-/// Sigma does not know the ends of the packet; still no other bin is nearer. A tone that fills less
-/// than half of the window may be lost in the noise of its own neighbourhood, and is never good.
+/// Sigma ignores the packet's ends, yet the frequency is right to half a bin, or ambiguous. A tone
+/// in less than half of the window may be lost in the noise estimated next to it, and is never
+/// good.
 #[test]
 fn a_tone_that_starts_or_ends_inside_is_found() {
     let check = |what: &str, fraction: f64, fit: &Fit, frequency: f64| {
@@ -137,7 +138,7 @@ fn a_packet_of_few_cycles_is_no_comb() {
     partly(0..5, check, &[4.3]);
 }
 
-/// At most one window in a hundred is good and wrong.
+/// At most one window in a hundred is an outlier reported as good.
 #[test]
 fn a_tone_that_starts_or_ends_inside_is_good_only_where_its_interval_holds() {
     let (mut windows, mut wrong) = (0, Vec::new());
@@ -175,7 +176,7 @@ fn a_step_of_the_reference_is_no_tone() {
     }
 }
 
-/// One of them; if one is the other's harmonic, the lower one.
+/// Either tone is found; if one is a harmonic of the other, the lower one.
 #[test]
 fn two_tones_of_equal_strength() {
     for (ratio, common) in [
@@ -192,13 +193,13 @@ fn two_tones_of_equal_strength() {
             if !fit.status.has_tone() {
                 continue;
             }
-            // Half a bin: the other tone pulls.
+            // Half a bin, as the other tone pulls the estimate.
             let off_of = |of: f64| off(&fit, of * FREQUENCY);
             let min = off_of(1.0).min(off_of(ratio));
             let is_ambiguous = fit.status == Status::Ambiguous;
             assert!(min < 0.5 / FRAMES as f64 || is_ambiguous, "{what}: {fit:?}");
-            // The part of the other tone that all channels share is projected out, so the truth is
-            // nearer than a reference that is pulled by it.
+            // The common part of the other tone is projected out, so the fit is nearer to the truth
+            // than an f64 reference that the other tone pulls.
             assert_not_good_and_wrong(&what, &fit, min);
             if let Some(common) = common {
                 let is_right = off_of(common) < 5.0 * fit.sigma as f64;
@@ -208,8 +209,8 @@ fn two_tones_of_equal_strength() {
     }
 }
 
-/// A second tone of half, a quarter and an eighth of the amplitude, far from the first and no
-/// multiple of it: an answer names it.
+/// A second tone at half, a quarter or an eighth of the amplitude, far from the first and not a
+/// multiple of it, is reported.
 #[test]
 fn a_weaker_tone_is_named() {
     for fraction in [0.5, 0.25, 0.125] {
@@ -227,8 +228,7 @@ fn a_weaker_tone_is_named() {
     }
 }
 
-/// Mains ten times as strong as the tone, at a known frequency, including where the frame rate
-/// folds it.
+/// Mains ten times as strong as the tone, at a known frequency, also where it is aliased.
 #[test]
 fn mains_stronger_than_the_tone() {
     let mut fits = GoodFits::default();
@@ -245,8 +245,8 @@ fn mains_stronger_than_the_tone() {
     fits.assert_sure();
 }
 
-/// Mains are fitted before the tone. Within four cycles of it both take a part of each other: the
-/// tone is right to two percent, and its sigma too small.
+/// Mains are fitted before the tone. Within four cycles of each other they share energy: the tone
+/// is right to two percent, and its sigma is too small.
 #[test]
 fn mains_folded_next_to_the_tone() {
     for frequency in [0.0346, 3.2 / FRAMES as f64] {
@@ -261,20 +261,20 @@ fn mains_folded_next_to_the_tone() {
     }
 }
 
-/// The fit does not know the mains: then they are the tone.
+/// Mains that are not declared are taken for the tone.
 #[test]
 fn mains_missing_in_the_settings_are_the_tone() {
     let mut case = Case::new(Tone::default().values());
     add_mains(&mut case, 50.0 / 241.14);
     case.interferer = None;
     let fit = case.fit();
-    // The tone is what all channels share next to them, and is projected out: the reference, which
-    // leaves it in, is less certain.
+    // Next to the mains line, the part of the tone that all channels share is projected out. The
+    // f64 reference leaves it in, and is less certain.
     assert_eq!(fit.status, Status::Good, "{fit:?}");
     assert_not_good_and_wrong("mains", &fit, off(&fit, 50.0 / 241.14));
 }
 
-/// Folded onto zero mains are a level.
+/// Mains aliased to zero are a constant level.
 #[test]
 fn mains_folded_onto_zero() {
     let mut fits = GoodFits::default();
@@ -284,7 +284,8 @@ fn mains_folded_onto_zero() {
     fits.assert_sure();
 }
 
-/// Folded onto half the frame rate they have one phase only, and are not taken out: they are noise.
+/// Mains aliased to half the frame rate have one phase only. They are not subtracted, and count as
+/// noise.
 #[test]
 fn mains_folded_onto_half_the_frame_rate() {
     for seed in 0..10 {
@@ -298,7 +299,7 @@ fn mains_folded_onto_half_the_frame_rate() {
     }
 }
 
-/// A tone in its noise next to mains, cycles per frame.
+/// A tone in noise, with mains at `cycles_per_frame`.
 fn beside_mains(frequency: f64, cycles_per_frame: f64, seed: u64) -> Case {
     let tone = Tone::new(frequency, FRAMES, 100.0, seed);
     let mut case = Case::new(tone.values());

@@ -1,4 +1,4 @@
-//! Baselines that drift: linear, and relaxing as skin does after a contact.
+//! Baseline drifts: linear, and relaxing as skin does after a contact.
 
 use crate::case::{Case, GoodFits};
 use crate::reference::{Noise, codes};
@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 const FRAMES: usize = 241;
 /// Amplitude of the tone, codes.
 const AMPLITUDE: f64 = 1000.0;
-/// Time constants, windows; the last is a straight line.
+/// Time constants, in windows; the last makes a straight line.
 const TIMES: [f64; 5] = [0.2, 0.5, 1.0, 3.0, f64::INFINITY];
 
 /// A drift from one at the window's start to zero at its end; `t` is in frames from its centre.
@@ -21,19 +21,19 @@ fn drift(time: f64, t: f64) -> f64 {
     }
 }
 
-/// A tone with its noise 20 dB below, on a drift of up to `swing` amplitudes.
+/// A tone 20 dB above its noise, on a drift of up to `swing` amplitudes.
 fn window(cycles: f64, time: f64, swing: f64, amplitude: f64, seed: u64) -> Case {
     window_with(&[1.0], cycles, Drift { time, swing }, amplitude, seed)
 }
 
-/// A drift with its time constant in windows, that moves each channel by up to `swing` amplitudes.
+/// A drift of up to `swing` amplitudes in each channel; `time` is its time constant, windows.
 #[derive(Clone, Copy)]
 struct Drift {
     time: f64,
     swing: f64,
 }
 
-/// As [`window`], with harmonics of these shares.
+/// As [`window`], with harmonics of these relative amplitudes.
 fn window_with(harmonics: &[f64], cycles: f64, drift: Drift, amplitude: f64, seed: u64) -> Case {
     let Drift { time, swing } = drift;
     let mut noise = Noise::new(seed);
@@ -49,14 +49,14 @@ fn window_with(harmonics: &[f64], cycles: f64, drift: Drift, amplitude: f64, see
     }))
 }
 
-/// The mean error over fifty windows is within its own noise and a tenth of the uncertainty, and no
-/// good answer is wrong; at least `min` are good.
+/// Fits fifty windows: the mean error must be within its statistical error plus a tenth of the
+/// uncertainty, no good fit may be wrong, and at least `min` must be good.
 fn assert_unbiased(cycles: f64, time: f64, swing: f64, min: usize) -> Result<(), String> {
     let truth = cycles / FRAMES as f64;
     let good = good(50, |seed| window(cycles, time, swing, AMPLITUDE, seed));
     let count = good.len() as f64;
-    // The bar is the uncertainty of a window without a drift, so that the fit's own estimate cannot
-    // widen it.
+    // Errors are relative to the sigma of a window without a drift, so that a wide sigma cannot
+    // hide a bias.
     let clean = window(cycles, time, 0.0, AMPLITUDE, 0).fit().sigma as f64;
     let errors = || {
         good.iter()
@@ -77,21 +77,21 @@ fn assert_unbiased(cycles: f64, time: f64, swing: f64, min: usize) -> Result<(),
     }
 }
 
-/// The good fits of windows of so many seeds.
+/// Returns the good fits of the windows of `seeds` seeds.
 fn good(seeds: u64, case: impl Fn(u64) -> Case) -> Vec<Fit> {
     let fits = (0..seeds).map(|seed| case(seed).fit());
     fits.filter(|fit| fit.status == Status::Good).collect()
 }
 
-/// Fewer windows have no mean that could be judged.
+/// Fewer good windows have no meaningful mean.
 const FEW: usize = 10;
 
-/// True if a fit is far from the truth by its own sigma.
+/// True if a fit is more than 5 sigma from the truth.
 fn is_off(fit: &Fit, truth: f64) -> bool {
     (f64::from(fit.frequency) - truth).abs() > 5.0 * f64::from(fit.sigma)
 }
 
-/// Asserts it of every number of cycles with every drift under it.
+/// Asserts that the fit is unbiased for each number of cycles on each drift.
 fn assert_all_unbiased(cycles: &[f64], times: &[f64], swings: &[f64], min: usize) {
     let (mut failed, mut tried) = (Vec::new(), 0);
     for cycles in cycles {
@@ -115,21 +115,21 @@ fn a_drift_does_not_bias_the_tone() {
     assert_all_unbiased(&[5.2, 8.34, 20.5], &TIMES, &[0.5, 2.0, 5.0], 45);
 }
 
-/// A baseline is a polynomial: what it leaves of an exponential next to three cycles may be another
-/// line, and the answer is ambiguous.
+/// The baseline is a polynomial: next to three cycles its misfit to an exponential may be taken for
+/// a line, and the fit is then ambiguous.
 #[test]
 fn a_drift_does_not_bias_three_cycles() {
     assert_all_unbiased(&[3.0, 3.4], &TIMES, &[0.5, 2.0, 5.0], 0);
 }
 
-/// A slope is a polynomial.
+/// The baseline's polynomial fits a slope exactly.
 #[test]
 fn a_slope_leaves_three_cycles_good() {
     assert_all_unbiased(&[2.5, 3.0, 3.4], &TIMES[4..], &[0.5, 5.0, 20.0], 45);
 }
 
-/// A low line with its overtones mimics a drift and a tone: no fraction of the tone's frequency may
-/// be among the answers.
+/// A low line with overtones mimics a drift and a tone: no good fit may be at a fraction of the
+/// tone's frequency.
 #[test]
 fn a_huge_drift_makes_no_tone_a_part_of_itself() {
     let mut wrong = Vec::new();
@@ -142,8 +142,8 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
             let good = good(20, |seed| window(cycles, time, swing, AMPLITUDE, seed));
             let is_off = |fit: &&Fit| (fit.frequency as f64 / truth - 1.0).abs() > 0.25;
             let off = good.iter().filter(is_off).count();
-            // A polynomial describes a drift to a three hundredth, and up to three cycles may be a
-            // part of it.
+            // A polynomial describes a drift to one part in three hundred, and may absorb up to
+            // three cycles.
             let is_plain = swing < 100.0 && time > 0.4 && cycles > 3.2;
             let min = if is_plain { 18 } else { 0 };
             if off > 0 || good.len() < min {
@@ -157,9 +157,9 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// From one cycle to two no drift turns the tone into another one: of the good answers at most one
-/// of a hundred is wrong. On a slope most are good from one and a half cycles on; next to an
-/// exponential few are, as a polynomial and so few cycles look alike.
+/// With one to two cycles, at most one in a hundred of the good fits is wrong on any drift. On a
+/// slope most are good from one and a half cycles on; next to an exponential few are, since a
+/// polynomial resembles so few cycles.
 #[test]
 fn one_cycle_or_two_on_a_drift_are_right() {
     let (mut count, mut wrong, mut few) = (0, Vec::new(), Vec::new());

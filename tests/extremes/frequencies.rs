@@ -1,4 +1,4 @@
-//! Frequencies and windows: less than a cycle, next to half the frame rate, on and between bins,
+//! Frequencies and windows: less than one cycle, close to half the frame rate, on and between bins,
 //! short and long.
 
 use crate::case::{Case, GoodFits};
@@ -11,15 +11,15 @@ fn tone(cycles: f64, frames: usize, noise: f64, seed: u64) -> Tone {
     Tone::new(cycles / frames as f64, frames, noise, seed)
 }
 
-/// The fit of a tone with this many harmonics at most.
+/// Returns the case of a tone, with at most `harmonics` harmonics in the fit.
 fn case(tone: &Tone, harmonics: u8) -> Case {
     let mut case = Case::new(tone.values());
     case.harmonics = harmonics;
     case
 }
 
-/// Fewer cycles than the least of a period are never good: half a cycle and a curved baseline look
-/// alike. From 0.9 on the tone is right but for what the baseline takes of it.
+/// Fewer cycles than the minimum are never good, as half a cycle resembles a curved baseline. From
+/// 0.9 on the tone is right, except for what the baseline absorbs.
 #[test]
 fn half_a_cycle_to_one() {
     for cycles in [0.5, 0.55, 0.6, 0.65, 0.7, 0.73, 0.8, 0.9, 1.0, 1.1] {
@@ -40,7 +40,7 @@ fn half_a_cycle_to_one() {
 }
 
 /// A tone needs as much distance from half the frame rate as from zero: closer, it overlaps with
-/// its own alias.
+/// its alias.
 #[test]
 fn next_to_half_the_frame_rate() {
     for frequency in [0.45, 0.47, 0.49, 0.494, 0.496, 0.498, 0.499, 0.4995, 0.4999] {
@@ -89,8 +89,9 @@ fn the_shortest_window_and_the_longest() {
     let (shortest, longest) = (0.1, 3.9);
     assert!(accepts(shortest) && !accepts(0.99 * shortest));
     assert!(accepts(longest) && !accepts(1.01 * longest));
-    // The least fraction of good windows. One and a fifth cycles with room for four harmonics may
-    // be less of another tone, and fifteen unknowns leave little of 24 frames.
+    // `min` is the minimum fraction of good windows. With up to four harmonics, one and a fifth
+    // cycles may be less than one cycle of a different tone, and fifteen unknowns are many for 24
+    // frames.
     for (window_s, cycles, carried, max, min) in [
         (shortest, 1.0, 1, 1, 0.0),
         (shortest, 1.3, 1, 4, 0.95),

@@ -1,6 +1,6 @@
-//! The extremes: what a finger may meet but a tidy test would not think of. In each the fit in f32
-//! is near the truth, or its status gives the reason why there is none. Near is within the
-//! uncertainty that the likelihood has in f64 (`case::OFF_MAX`).
+//! Extreme inputs that a finger may meet. The f32 fit must be near the truth, or its status must
+//! say why there is none. Near means within `case::OFF_MAX` standard deviations of the f64
+//! likelihood.
 
 #[path = "../support/any_settings.rs"]
 mod any_settings;

@@ -6,7 +6,7 @@ use ridgetone_tone::Status;
 
 const STRANGE: [f32; 5] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, 1e25];
 
-/// In frames and taxels that are marked invalid they change nothing.
+/// NaN in frames and taxels that are marked invalid changes nothing.
 #[test]
 fn behind_the_mask_they_change_nothing() {
     let mut clean = Case::new(Tone::default().values());
@@ -36,7 +36,7 @@ fn behind_the_mask_they_change_nothing() {
     }
 }
 
-/// NaN in the input may cost its channel, or the fit, but is never returned: [`Case::fit`] looks at
+/// NaN in the input may cost its channel or the fit, but is never returned: [`Case::fit`] checks
 /// every field.
 #[test]
 fn in_valid_values_they_stay_inside() {
@@ -83,7 +83,7 @@ fn a_channel_of_nothing_else_is_left_out() {
     }
 }
 
-/// An interferer's frequency is a setting of the caller's.
+/// The interferer's frequency is a setting, so the fit must cope with any value.
 #[test]
 fn in_the_interferer_they_stay_inside() {
     for cycles in [f32::NAN, f32::INFINITY, -0.2, 0.0, 1e30] {

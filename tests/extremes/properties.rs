@@ -16,7 +16,7 @@ struct Any {
     frequency: f64,
     /// Codes.
     amplitude: f64,
-    /// Amplitude over noise.
+    /// Ratio of amplitude to noise.
     clear: f64,
     offset: f64,
     phase: f64,
@@ -47,7 +47,7 @@ impl Any {
 }
 
 prop_compose! {
-    /// Frequencies in shares from `cycles` in the window to `highest` cycles per frame.
+    /// Log-uniform frequencies from `cycles` in the window to `highest` cycles per frame.
     fn any(cycles: f64, highest: f64, fewest: usize, clear: std::ops::Range<f64>, decades: std::ops::Range<f64>)(
         frames in fewest..=965,
         fraction in 0.0..1.0,
@@ -58,14 +58,14 @@ prop_compose! {
         harmonics in 1u8..=5,
         seed: u64,
     ) -> Any {
-        // As many low ones as high ones.
+        // Log-uniform: as many low frequencies as high ones.
         let lowest = cycles / frames as f64;
         let frequency = lowest * (highest / lowest).powf(fraction);
         Any { frames, frequency, amplitude: 10f64.powf(decades), clear: 10f64.powf(clear), offset, phase, harmonics, seed }
     }
 }
 
-/// The seed, which `.cargo/config.toml` fixes for every run. `cargo xtask test --fresh` draws another.
+/// Seed that `.cargo/config.toml` fixes for every run. `cargo xtask test --fresh` draws another.
 pub fn seed() -> u64 {
     match ProptestConfig::default().rng_seed {
         RngSeed::Fixed(seed) => seed,
@@ -85,11 +85,11 @@ pub fn config(cases: u32, seed: u64) -> ProptestConfig {
 proptest! {
     #![proptest_config(config(1000, seed()))]
 
-    /// [`Case::fit`] looks at every field.
+    /// Any input gives finite numbers: [`Case::fit`] checks every field.
     #[test]
     fn any_window_gives_finite_numbers(any in any(0.1, 0.5, 1, -1.5..4.0, -1.0..7.0), holes in 0.0..0.6, marks: u64) {
         let mut case = any.case();
-        // Holes and taxels gone, by the bits of a sequence that does not repeat.
+        // Missing frames and taxels, from the bits of a non-repeating sequence.
         let mut bits = marks;
         for valid in &mut case.valid {
             bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -108,10 +108,10 @@ proptest! {
     }
 }
 
-/// Tones of 1,000 that may be something else than good.
+/// Maximum number of tones out of 1,000 that are not good.
 const NOT_GOOD_MAX: usize = 5;
 
-/// From 15 dB (a tone of 8 times the noise) and two cycles on.
+/// Tones of at least 15 dB (amplitude 8 times the noise) and two cycles.
 #[test]
 fn clear_tones_are_found_where_they_are() {
     let mut runner = TestRunner::new(config(1, seed()));

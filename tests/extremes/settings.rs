@@ -1,18 +1,18 @@
-//! Any settings, as the fuzzer in `fuzz/` tries them; here from a seed.
+//! Any settings: the property that the fuzzer in `fuzz/` tests, here from a fixed seed.
 
 use crate::any_settings::try_settings;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule};
 
-/// Valid settings of every kind as bytes, some of which are then changed; and random bytes.
+/// Valid settings of every kind as bytes, some of them then changed, and random bytes.
 #[test]
 fn any_settings_are_refused_or_run() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut valid = 0;
     for n in 0..300 {
         let mut between = |min: f32, max: f32| {
-            // The bounds themselves too.
+            // The bounds are included.
             let fraction = (rng.next_u32() % 9) as f32 / 8.0;
             min + fraction * (max - min)
         };

@@ -1,8 +1,8 @@
-//! The likelihood of a window in f64: its maximum, and how sharp that is.
+//! Likelihood of a window in f64: its maximum and its curvature there.
 
 use std::f64::consts::TAU;
 
-/// Disturbances of a channel.
+/// Model of a channel's baseline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Baseline {
     /// A level and a slope.
@@ -11,16 +11,15 @@ pub enum Baseline {
     Polynomial(i32),
 }
 
-/// The likelihood of a frequency, with unknown noise in every channel and every other unknown
-/// fitted to it.
+/// Likelihood of a frequency, with the noise of each channel unknown and all other unknowns fitted.
 #[derive(Clone, Debug)]
 pub struct Likelihood<'a> {
     values: &'a [[f32; 16]],
-    /// When each was taken, frames from the centre.
+    /// Times of the frames, in frames from the centre.
     positions: Vec<f64>,
-    /// Frames that count.
+    /// Frames used.
     rows: Vec<usize>,
-    /// Bit c: channel c counts.
+    /// Bit c: channel c is used.
     channels: u16,
     pub harmonics: usize,
     pub baseline: Baseline,
@@ -44,8 +43,8 @@ impl<'a> Likelihood<'a> {
         }
     }
 
-    /// The likelihood of the channels in `channels` alone, over the frames in which all of `taxels`
-    /// are valid.
+    /// Restricts the likelihood to `channels`, and to the frames in which all of `taxels` are
+    /// valid.
     pub fn only(self, channels: u16, valid: &[u16], taxels: u16) -> Self {
         let rows = (0..self.values.len())
             .filter(|n| valid[*n] & taxels == taxels)
@@ -57,8 +56,8 @@ impl<'a> Likelihood<'a> {
         }
     }
 
-    /// Frequency, cycles per frame, where it is greatest within `reach` of `near`: the best of a
-    /// row of them, then golden section.
+    /// Frequency of the maximum within `reach` of `near`, cycles per frame: grid search, then
+    /// golden section.
     pub fn peak(&self, near: f64, reach: f64) -> f64 {
         let sides = 8;
         let at = |i: i32| near + reach * i as f64 / sides as f64;
@@ -89,8 +88,8 @@ impl<'a> Likelihood<'a> {
         0.5 * (a + b)
     }
 
-    /// Standard deviation of the frequency, cycles per frame, by the curvature at the maximum
-    /// `peak`: the Cramer-Rao bound with the residuals for the noise.
+    /// Standard deviation of the frequency, cycles per frame, from the curvature at the maximum
+    /// `peak`: the Cramer-Rao bound with the noise estimated from the residuals.
     pub fn sigma(&self, peak: f64) -> f64 {
         let mut step = 1e-4 / self.values.len() as f64;
         for _ in 0..4 {
@@ -100,7 +99,7 @@ impl<'a> Likelihood<'a> {
         step / 0.3
     }
 
-    /// Negative logarithm, but for a constant.
+    /// Negative log-likelihood, up to a constant.
     fn cost(&self, f: f64) -> f64 {
         let basis = orthonormal(self.columns(f));
         let mut sum = 0.0;
@@ -151,8 +150,8 @@ fn take_off(from: &mut [f64], unit: &[f64]) {
     from.iter_mut().zip(unit).for_each(|(x, u)| *x -= along * u);
 }
 
-/// Modified Gram-Schmidt, twice. Leaves out columns (with elements of about one) that the others
-/// span, or that are only rounding errors.
+/// Modified Gram-Schmidt, twice. Drops columns (with elements of about one) that depend on the
+/// others or consist of rounding errors.
 fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for mut column in columns {

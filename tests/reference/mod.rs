@@ -1,5 +1,5 @@
-//! Windows made in f64, and a fit in f64 that shares no code with the one under test.
-// Every test takes its part of it.
+//! Synthetic windows in f64, and a fit in f64 that shares no code with the one under test.
+// Each test uses a part of this module.
 #![allow(unused_imports)]
 
 mod likelihood;
@@ -18,9 +18,9 @@ pub struct Tone {
     pub frames: usize,
     /// Amplitude of the fundamental, codes.
     pub amplitude: f64,
-    /// Harmonics, the fundamental included.
+    /// Number of harmonics, including the fundamental.
     pub harmonics: usize,
-    /// Amplitudes of the second to fourth over that of the fundamental.
+    /// Amplitudes of harmonics 2 to 4, relative to the fundamental's.
     pub overtones: [f64; 3],
     /// Standard deviation of the noise, codes.
     pub noise: f64,
@@ -41,7 +41,7 @@ impl Default for Tone {
     }
 }
 
-/// One channel's truth; the phase is that of a cosine at the window's centre.
+/// Truth of one channel; the phase is a cosine's at the window's centre.
 #[derive(Clone, Copy, Debug)]
 pub struct Truth {
     pub amplitude: f64,
@@ -50,7 +50,7 @@ pub struct Truth {
 }
 
 impl Tone {
-    /// A tone without overtones, with the default amplitude.
+    /// Returns a tone without overtones, with the default amplitude.
     pub fn new(frequency: f64, frames: usize, noise: f64, seed: u64) -> Self {
         Self {
             frequency,
@@ -96,7 +96,8 @@ impl Tone {
     }
 }
 
-/// Codes of sixteen channels, by the value of each at a time in frames from the window's centre.
+/// Codes of sixteen channels; `of` returns the value of a channel at a time in frames from the
+/// window's centre.
 pub fn codes(frames: usize, mut of: impl FnMut(usize, f64) -> f64) -> Vec<[f32; 16]> {
     let centre = 0.5 * (frames as f64 - 1.0);
     let mut frame = |n: usize| {

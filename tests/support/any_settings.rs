@@ -1,4 +1,4 @@
-//! Properties for any settings, also from the serial line: they are refused, or the pipeline runs.
+//! Property for any settings, also from the serial line: they are refused, or the pipeline runs.
 
 #[path = "touch.rs"]
 pub mod touch;
@@ -7,8 +7,8 @@ use ridgetone_finger::Pipeline;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, Status, WIRE_MAX, encode};
 
-/// Reads settings from `bytes` as postcard has them and, if they are valid, runs a touch with them.
-/// Panics if anything is wrong. Returns whether the settings were valid.
+/// Reads settings from postcard `bytes` and, if they are valid, runs a touch with them. Panics if
+/// anything is wrong. Returns true if the settings were valid.
 pub fn try_settings(bytes: &[u8]) -> bool {
     let Ok(settings) = postcard::from_bytes::<Settings>(bytes) else {
         return false;

@@ -1,6 +1,5 @@
-//! A line that damages what it carries, in front of the decoder. Which frames arrived whole is
-//! known from the bytes: what is between two zeros is, byte for byte, a frame that was sent, or it
-//! is damaged.
+//! A line that damages bytes on the way to the decoder. A span between two zeros is either, byte
+//! for byte, a frame that was sent, or it is damaged.
 
 #[allow(dead_code, reason = "a part of it is used here")]
 #[path = "touch.rs"]
@@ -12,15 +11,15 @@ use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-/// Result of a line.
+/// Counts of the spans on a line.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tried {
     /// Frames that arrived whole.
     pub whole: u32,
-    /// Spans between two zeros that are not a frame of the sender.
+    /// Spans between two zeros that are not a frame that was sent.
     pub damaged: u32,
-    /// Damaged spans that the decoder takes for packets: whole frames that nobody sent. A fuzzer may
-    /// make them; random damage does so once in four thousand million.
+    /// Damaged spans that the decoder accepts as packets, although no such frame was sent. A fuzzer
+    /// may construct them; random damage does so once in four thousand million.
     pub forged: u32,
 }
 
@@ -38,24 +37,23 @@ fn telemetry() -> &'static [Event] {
     })
 }
 
-/// Frames as they are numbered and sent, and what is on the line.
+/// The frames sent, and the bytes on the line.
 #[derive(Default)]
 struct Sent {
     frames: HashMap<Vec<u8>, Packet>,
     line: Vec<u8>,
     number: u16,
-    /// Which event was sent last.
+    /// Index of the event sent last.
     at: Option<usize>,
-    /// True if a frame arrived twice or too early: by their numbers that looks like a loss, or like
-    /// a new start.
+    /// True if a frame arrived twice or out of order: the numbers then suggest a loss or a restart.
     shuffled: bool,
 }
 
 impl Sent {
-    /// The next frame, its delimiter included.
+    /// Returns the next frame, including its delimiter.
     fn frame(&mut self, which: u8) -> Vec<u8> {
         let (events, which) = (telemetry(), usize::from(which));
-        // From any event on, and never back in time: a device whose time goes back has restarted.
+        // Start at any event, but never go back in time, which would mean a restart.
         let at = self
             .at
             .map_or(which % events.len(), |at| at + which % 4)
@@ -72,7 +70,7 @@ impl Sent {
         wire[..used].to_vec()
     }
 
-    /// Does what the next bytes say; false when there are none.
+    /// Performs the step that the next bytes encode; false at the end.
     fn step(&mut self, bytes: &mut impl Iterator<Item = u8>) -> bool {
         let (Some(what), Some(which)) = (bytes.next(), bytes.next()) else {
             return false;
@@ -84,15 +82,15 @@ impl Sent {
                 .map_or(0, |byte| usize::from(byte) << 1 | usize::from(which & 1))
         };
         match what % 11 {
-            // Cut behind, and in front.
+            // Truncated at the end or at the start.
             0 => frame.truncate(at() % frame.len()),
             1 => drop(frame.drain(..at() % frame.len())),
-            // A hole.
+            // Bytes missing in the middle.
             2 => {
                 let (from, length) = (at() % frame.len(), 1 + at() % 40);
                 drop(frame.drain(from..frame.len().min(from + length)));
             }
-            // Merged with the next: its delimiter is lost, or was made another byte.
+            // Merged with the next: the delimiter is lost or changed.
             3 => drop(frame.pop()),
             4 => frame
                 .last_mut()
@@ -105,18 +103,18 @@ impl Sent {
                     frame[position] ^= 1 << (at() % 8);
                 }
             }
-            // Twice.
+            // Sent twice.
             7 => {
                 self.shuffled = true;
                 frame = frame.repeat(2);
             }
-            // In front of the one before.
+            // Swapped with the next frame.
             8 => {
                 self.shuffled = true;
                 let next = self.frame(which.wrapping_add(1));
                 frame = [next, frame].concat();
             }
-            // Anything in front of it.
+            // Preceded by arbitrary bytes.
             9 => {
                 let length = at() % (2 * WIRE_MAX);
                 let filler = bytes.take(1 + length % 16).collect::<Vec<_>>();
@@ -129,7 +127,7 @@ impl Sent {
     }
 }
 
-/// Sends what `bytes` say and damages it as they say; panics if the decoder gives, counts or loses
+/// Sends and damages frames as `bytes` encode; panics if the decoder outputs, counts or loses
 /// anything wrong.
 pub fn try_line(bytes: &[u8]) -> Tried {
     let mut sent = Sent::default();
@@ -139,7 +137,7 @@ pub fn try_line(bytes: &[u8]) -> Tried {
     let (mut tried, mut numbers) = (Tried::default(), Vec::new());
     for span in sent.line.split_inclusive(|byte| *byte == 0) {
         let given: Vec<Packet> = span.iter().filter_map(|byte| decoder.push(*byte)).collect();
-        // The last one may have no end yet.
+        // The last span may lack its delimiter.
         let Some((0, content)) = span.split_last() else {
             assert!(given.is_empty());
             tried.damaged += (span.len() / WIRE_MAX) as u32;
@@ -156,7 +154,7 @@ pub fn try_line(bytes: &[u8]) -> Tried {
                 numbers.push(packet.sequence);
             }
             None if given.is_empty() && content.is_empty() => {}
-            // Bytes without an end count as often as they could have been a frame.
+            // A long span counts once for each frame that could have been in it.
             None if given.is_empty() => tried.damaged += (content.len() / WIRE_MAX).max(1) as u32,
             None => {
                 let mut wire = [0; WIRE_MAX];

@@ -1,4 +1,4 @@
-//! Common to the whole-path tests: a board that runs a scene through driver, pipeline and
+//! Shared by the whole-path tests: a board that runs a scene through driver, pipeline and
 //! telemetry.
 
 use hal_mock::{Options, Scene, SimulatedBoard, Truth};
@@ -9,8 +9,8 @@ use ridgetone_proto::telemetry::{
     Decoder, Estimate, Event, Health, Image, Packet, Span, Status, Texture, WIRE_MAX, encode,
 };
 
-/// Runs `scene` through the simulated chip, byte by byte over SPI, the driver, the pipeline, and
-/// the wire; `keep` may drop or change conversions on the way. Gives what a reader gets.
+/// Runs `scene` through the simulated chip, byte by byte over SPI, then through driver, pipeline
+/// and wire; `keep` may drop or modify conversions. Returns the decoded events.
 pub fn run(
     scene: impl Scene + 'static,
     settings: Settings,
@@ -19,7 +19,7 @@ pub fn run(
     run_on(SimulatedBoard::new(scene, chip(&settings)), settings, keep)
 }
 
-/// The chip with the clock that the settings say.
+/// Chip options with the clock from the settings.
 fn chip(settings: &Settings) -> Options {
     Options {
         clock_hz: settings.plan.adc_clock_hz,
@@ -27,7 +27,7 @@ fn chip(settings: &Settings) -> Options {
     }
 }
 
-/// Runs a board of the caller's.
+/// Runs the whole path on `board`.
 pub fn run_on(
     board: SimulatedBoard,
     settings: Settings,
@@ -60,12 +60,12 @@ pub fn run_on(
     wire.received
 }
 
-/// Everything is kept.
+/// Keeps every conversion.
 pub fn all(_: u32, conversion: TimedConversion) -> Option<TimedConversion> {
     Some(conversion)
 }
 
-/// A finger in the air, with some noise.
+/// A finger without contact, with some noise.
 pub fn in_the_air(end_s: f64) -> impl Scene {
     let volts = [2.5; 16];
     hal_mock::Noisy::new(hal_mock::Constant { volts, end_s }, 20e-6, 5)
@@ -96,7 +96,7 @@ impl Wire {
     }
 }
 
-/// Result of a run of one touch.
+/// Outcome of one touch.
 #[derive(Debug, Default)]
 pub struct Outcome {
     /// Times of the contact spikes, seconds.
@@ -109,7 +109,7 @@ pub struct Outcome {
     pub slide_fits: Vec<Estimate>,
     /// Fits over windows.
     pub window_fits: Vec<Estimate>,
-    /// Static images.
+    /// Pressure maps of the holds.
     pub images: Vec<Image>,
     /// Textures.
     pub textures: Vec<Texture>,
@@ -118,7 +118,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Asserts that there was one touch, of one slide.
+    /// Asserts that there was one touch with one slide.
     #[track_caller]
     pub fn assert_one_slide(&self, what: &str) {
         let touch = (
@@ -129,8 +129,8 @@ impl Outcome {
         assert_eq!(touch, (1, 1, 1), "{what}: {self:?}");
     }
 
-    /// Asserts that a touch of one slide is where the scene has it: the contact within 10 ms, and
-    /// the slide's ends within `slide_s`.
+    /// Asserts one touch with one slide at the scene's times: the contact within 10 ms, and the
+    /// slide's ends within `slide_s`.
     #[track_caller]
     pub fn assert_touch(&self, what: &str, truth: &Truth, slide_s: f64) {
         self.assert_slide(what, truth, slide_s);
@@ -141,7 +141,7 @@ impl Outcome {
         );
     }
 
-    /// As [`Self::assert_touch`], whenever the contact was reported.
+    /// As [`Self::assert_touch`], but the contact may be reported at any time.
     #[track_caller]
     pub fn assert_slide(&self, what: &str, truth: &Truth, within_s: f64) {
         self.assert_one_slide(what);
@@ -157,13 +157,13 @@ impl Outcome {
         }
     }
 
-    /// All fits, of windows and of slides.
+    /// All fits, over windows and over slides.
     pub fn fits(&self) -> impl Iterator<Item = &Estimate> {
         self.window_fits.iter().chain(&self.slide_fits)
     }
 }
 
-/// Distance of an estimate's frequency from the truth, in its own standard deviations.
+/// Error of an estimate's frequency, in its own standard deviations.
 pub fn off(fit: &Estimate, truth: &Truth) -> f64 {
     (f64::from(fit.frequency) - truth.frequency_hz) / f64::from(fit.sigma)
 }
@@ -200,7 +200,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
     out
 }
 
-/// Number of good estimates.
+/// Counts of estimates and of those that are not good.
 #[derive(Debug, Default)]
 pub struct Rate {
     estimates: usize,
@@ -208,7 +208,7 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// Counts one more; each has a tone.
+    /// Counts one estimate, which must have a tone.
     #[track_caller]
     pub fn add(&mut self, estimate: &Estimate) {
         self.estimates += 1;
@@ -218,8 +218,8 @@ impl Rate {
         }
     }
 
-    /// Asserts that at most one of a hundred is not good; in a test of some size chance adds three
-    /// standard deviations.
+    /// Asserts that at most 1 % of the estimates are not good, plus three standard deviations for
+    /// chance.
     #[track_caller]
     pub fn assert_good(&self) {
         let (count, expected) = (self.others.len(), self.estimates as f64 / 100.0);

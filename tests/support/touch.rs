@@ -6,7 +6,7 @@ use ridgetone_finger::converter::SCAN;
 use ridgetone_finger::{CONVERSION_NS, SLOTS, TimedConversion};
 use std::f64::consts::TAU;
 
-/// Whole scans of a touch; the slide lasts from 0.8 s on until 2.8 s.
+/// Number of scans in a touch; the slide lasts from 0.8 s to 2.8 s.
 pub const SCANS: u64 = 820;
 
 /// The tone of the slide, hertz.
@@ -15,8 +15,8 @@ pub const TONE_HZ: f64 = 8.3;
 /// The chip's own readings (SBAS297G): offset 0, supply 5 V, 25 degrees, gain 1, reference 4.096 V.
 const OWN: [i32; 5] = [0, 3_932_160, 322_560, 7_864_320, 3_221_225];
 
-/// A scan of the touch, dated as scan number `number` on a counter that began at `start_us` and
-/// wraps.
+/// Scan `scan` of the touch, with the times of scan `number` on a counter that starts at `start_us`
+/// and wraps.
 pub fn scan(
     scan: u64,
     number: u64,
@@ -25,7 +25,7 @@ pub fn scan(
     let ids = (0..32u8).filter(|id| SCAN.channel_mask() & 1 << id != 0);
     ids.zip(0u64..).map(move |(id, slot)| {
         let ns = |scan: u64| (scan * SLOTS as u64 + slot) * CONVERSION_NS;
-        // New, and of this channel.
+        // New data, from this channel.
         let status = Status(0x80 | id);
         let code = if slot < 16 {
             code(slot, ns(scan) as f64 * 1e-9)
@@ -50,13 +50,13 @@ fn code(taxel: u64, t_s: f64) -> i32 {
     } else {
         0.0
     };
-    // Noise by hashing: equal in every run, without a generator to carry along.
+    // Hashed noise: the same in every run, without generator state.
     let hash = mixed((t_s * 1e9) as u64 ^ taxel << 56);
     let noise = ((hash >> 40) as f64 / (1u64 << 24) as f64 - 0.5) * 200.0;
     (4e6 + sign * (load + tone) + noise).round() as i32
 }
 
-/// The output function of SplitMix64: a multiplication alone would turn even times into a line.
+/// Output function of SplitMix64: a multiplication alone would map evenly spaced times to a line.
 fn mixed(state: u64) -> u64 {
     let z = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -1,4 +1,4 @@
-//! Every `cargo xtask` of a document is a task that takes these options.
+//! Every `cargo xtask` command in a document is a task with these options.
 
 use crate::Arguments;
 use crate::tools::{clean, output_of, root};
@@ -6,7 +6,7 @@ use clap::Parser;
 use std::collections::BTreeSet;
 use std::fs;
 
-/// Every page but the changelog, which names tasks that are gone.
+/// Every page except the changelog, which names removed tasks.
 fn documents() -> Vec<String> {
     let mut git = clean("git");
     let pages = output_of(git.args(["ls-files", "--", "*.md"])).expect("the pages");

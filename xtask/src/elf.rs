@@ -5,10 +5,10 @@ use object::{
     Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
 };
 
-/// A symbol: its name, address and bytes.
+/// Name, address and size in bytes of a symbol.
 pub type Place<'a> = (&'a str, u64, u64);
 
-/// An image with these sections and symbols.
+/// Makes an image with `sections` and `symbols`.
 pub fn image(sections: &[(&str, Vec<u8>)], symbols: &[Place<'_>]) -> Vec<u8> {
     let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
     for (name, content) in sections {

@@ -1,16 +1,16 @@
-//! Stack frames of an image's functions: a large value that is constructed by value, where it was
-//! expected to be made in place, shows as a frame of its size.
+//! Stack frames of an image's functions: a large value built on the stack, instead of in place as
+//! expected, shows as a frame of its size.
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};
 
-/// Largest frame, bytes: a fifth of the stack.
+/// Maximum frame, bytes: a fifth of the stack.
 const FRAME_MAX: u32 = 4096;
 
-/// A function and what it takes from the stack pointer, bytes.
+/// A function and its stack frame, bytes.
 type Frame = (String, u32);
 
-/// Fails if a function's frame is larger than [`FRAME_MAX`]; gives the largest.
+/// Fails if a function's frame is larger than [`FRAME_MAX`]; returns the largest.
 pub fn check(image: &[u8]) -> Result<Frame> {
     let mut frames = frames(image)?;
     frames.sort_by_key(|(_, bytes)| std::cmp::Reverse(*bytes));
@@ -26,15 +26,14 @@ pub fn check(image: &[u8]) -> Result<Frame> {
     frames.into_iter().next().context("no function")
 }
 
-/// Stack frames of functions that make one with `sub sp` (Thumb-2). Pushed registers add at most
-/// 100 bytes.
+/// Stack frames of functions that use `sub sp` (Thumb-2). Pushed registers add at most 100 bytes.
 fn frames(image: &[u8]) -> Result<Vec<Frame>> {
     let file = object::File::parse(image).context("no ELF file")?;
     let text = file.section_by_name(".text").context("no section .text")?;
     let code = text.data().context(".text has no content")?;
     let mut frames = Vec::new();
     for symbol in file.symbols().filter(|one| one.size() > 0) {
-        // Bit 0 of a function's address says Thumb.
+        // Bit 0 of a function's address marks Thumb.
         let from = (symbol.address() & !1).checked_sub(text.address());
         let range = from.map(|from| from as usize..(from + symbol.size()) as usize);
         let Some(body) = range.and_then(|range| code.get(range)) else {
@@ -42,7 +41,7 @@ fn frames(image: &[u8]) -> Result<Vec<Frame>> {
         };
         let (halves, _) = body.as_chunks::<2>();
         let halves: Vec<u16> = halves.iter().copied().map(u16::from_le_bytes).collect();
-        // A frame whose size is no immediate of one instruction takes two in a row.
+        // A frame whose size does not fit an immediate takes two consecutive instructions.
         let mut bytes: u32 = 0;
         let (mut at, mut in_a_row) = (0, 0);
         while at < halves.len() {
@@ -59,7 +58,7 @@ fn frames(image: &[u8]) -> Result<Vec<Frame>> {
     Ok(frames)
 }
 
-/// Bytes that the instruction at the front takes from the stack pointer, and its length in half words
+/// Bytes that the first instruction subtracts from the stack pointer, and its length in half words
 /// (DDI 0403E, A7.7.176: SUB (SP minus immediate), encodings T1, T2 and T3).
 fn taken(code: &[u16]) -> (u32, usize) {
     let (first, second) = (code[0], code.get(1).copied().unwrap_or(0));
@@ -81,7 +80,7 @@ fn taken(code: &[u16]) -> (u32, usize) {
     (taken, 2)
 }
 
-/// A modified immediate (DDI 0403E, A5.3.2).
+/// Expands a modified immediate (DDI 0403E, A5.3.2).
 fn expanded(imm: u32) -> u32 {
     let byte = imm & 0xFF;
     match imm >> 8 {
@@ -98,7 +97,7 @@ mod tests {
     use super::*;
     use crate::elf;
 
-    /// Encodings as `llvm-mc -triple=thumbv7em -show-encoding` gives them.
+    /// Encodings from `llvm-mc -triple=thumbv7em -show-encoding`.
     #[test]
     fn frames_are_read_from_code_and_large_ones_refused() {
         let cases: [(&str, &[u16], u32); 7] = [
@@ -113,7 +112,7 @@ mod tests {
         for (what, code, bytes) in cases {
             let text: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
             let size = text.len() as u64;
-            // Behind a function with a small frame.
+            // After a function with a small frame.
             let text = [&[0x81, 0xB0, 0x00, 0xBF][..], &text].concat();
             let image = elf::image(&[(".text", text)], &[("small", 1, 4), ("what", 5, size)]);
             let checked = check(&image);

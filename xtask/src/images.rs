@@ -1,4 +1,4 @@
-//! The firmware images: building and checking.
+//! Building and checking the firmware images.
 
 use crate::inspect::{self, DMA, DRDY, Interrupt, Sizes, USART2_DMA, USART3_DMA};
 use crate::inspect::{TIM6, USART2, USART3};
@@ -10,7 +10,7 @@ use clap::ValueEnum;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// An image.
+/// A firmware image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Image {
     package: &'static str,
@@ -22,7 +22,7 @@ pub struct Image {
     interrupts: &'static [Interrupt],
 }
 
-/// The bench image: the fit in each scene, with its windows in it.
+/// The bench image: the fit in each scene, with built-in windows.
 pub const COUNTS: Image = image("bench", "ridgetone-bench", "bench-image", &[]);
 
 /// The Feather's firmware with every addition checked for overflow.
@@ -31,10 +31,10 @@ pub const OVERFLOW_CHECKED: Image = Image {
     ..Board::FeatherF405.image()
 };
 
-/// The profile of all that is not for a test alone, in the workspace's `Cargo.toml`.
+/// The profile of all images except those for one test, in the workspace's `Cargo.toml`.
 const USUAL: &str = "image";
 
-/// An image of the usual profile.
+/// An image with the usual profile.
 const fn image(
     name: &'static str,
     package: &'static str,
@@ -50,7 +50,7 @@ const fn image(
     }
 }
 
-/// A board that has an image.
+/// A board with an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Board {
     /// Adafruit Feather STM32F405 Express.
@@ -61,15 +61,15 @@ pub enum Board {
     BlackpillF411,
     /// WeAct Black Pill with an STM32F401 and its 96 KiB of RAM.
     BlackpillF401,
-    /// The Feather without another chip: its processor's own ADC.
+    /// The Feather without a second chip: its processor's own ADC.
     FeatherF405Adc,
-    /// The Nucleo without another chip.
+    /// The Nucleo without a second chip.
     NucleoF446reAdc,
-    /// The Black Pill F411 without another chip.
+    /// The Black Pill F411 without a second chip.
     BlackpillF411Adc,
     /// Adafruit Feather STM32F405 Express with an encoder and an actuator: a stylus.
     StylusF405,
-    /// The Nucleo with the job in one loop, src/minimal.rs.
+    /// The Nucleo with the whole job in one loop, src/minimal.rs.
     Minimal,
 }
 
@@ -85,8 +85,8 @@ impl Board {
         Self::StylusF405,
     ];
 
-    /// Firmware, which depends on the interrupts of DRDY or the ADC's DMA, of the line and its DMA,
-    /// or of the stylus's timer.
+    /// The board's image, which handles the interrupts of DRDY or the ADC's DMA, of the line and
+    /// its DMA, or of the stylus's timer.
     pub const fn image(self) -> Image {
         let (name, interrupts): (_, &[_]) = match self {
             Self::FeatherF405 => ("feather-f405", &[DRDY, USART3, USART3_DMA]),
@@ -109,7 +109,7 @@ impl Board {
 }
 
 impl Image {
-    /// A command of cargo for this image, such as `build`.
+    /// A cargo command for this image, such as `build`.
     fn cargo(self, toolchain: &Toolchain, subcommand: &str) -> Command {
         let mut cargo = toolchain.cargo(subcommand);
         cargo.args([
@@ -124,7 +124,7 @@ impl Image {
     }
 }
 
-/// Builds an image and checks it. Gives its path, such as
+/// Builds an image and checks it. Returns its path, such as
 /// `target/firmware/feather-f405/ridgetone-firmware.elf`, and sizes.
 pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let Image {
@@ -144,11 +144,11 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let bytes = read(&target_dir().join(TARGET).join(profile).join(binary))?;
     let unfit = || format!("the image {name} is not fit to run");
     let sizes = inspect::check(&bytes, interrupts).with_context(unfit)?;
-    // Test images have stack frames of their own.
+    // Test images have larger stack frames.
     if image != COUNTS && profile == USUAL {
         frames::check(&bytes).with_context(unfit)?;
     }
-    // A benchmark and the loop may panic, and overflow checks are panics of their own.
+    // A benchmark and the loop may panic, and overflow checks are panics.
     if !interrupts.is_empty() && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
     }
@@ -159,14 +159,14 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let folder = target_dir().join("firmware").join(folder);
     create(&folder)?;
     let path = folder.join(binary).with_extension("elf");
-    // A newer file would have the command that embeds it built anew.
+    // A newer file would make cargo rebuild the command that embeds it.
     if !read(&path).is_ok_and(|there| there == bytes) {
         write(&path, &bytes)?;
     }
     Ok((path, sizes))
 }
 
-/// Builds the images of all boards that exist.
+/// Builds the images of all real boards.
 pub fn build_real() -> Result<()> {
     Board::REAL
         .into_iter()
@@ -179,7 +179,7 @@ pub fn build_tested() -> Result<()> {
     build(Board::Minimal.image()).map(drop)
 }
 
-/// Builds one image or all, and prints their sizes, by crate and static too.
+/// Builds one image or all, and prints their sizes, in total, by crate and by static.
 pub fn build_and_print(board: Option<Board>) -> Result<()> {
     let boards = board
         .as_ref()
@@ -196,8 +196,8 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
     Ok(())
 }
 
-/// Lints the firmware and the bench image. Debian's packages have no clippy: there the compiler's
-/// own warnings are denied.
+/// Lints the firmware and the bench image. Debian's packages lack clippy; with them, compiler
+/// warnings are denied instead.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
     let images = Board::value_variants().iter().map(|board| board.image());

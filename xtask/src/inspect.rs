@@ -1,40 +1,41 @@
-//! Is there code in an image? Lost link arguments give an empty one that links without complaint.
+//! Checks that an image contains code. Without its link arguments an empty image links without
+//! complaint.
 
 use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, ObjectSymbol, Symbol};
 use std::fmt;
 
-/// An interrupt: its name, which is its handler's symbol, and its number in the reference manual.
+/// An interrupt: the symbol of its handler, and its number in the reference manual.
 pub type Interrupt = (&'static str, usize);
 
 /// DRDY's falling edge.
 pub const DRDY: Interrupt = ("EXTI4", 10);
-/// Half a buffer of the processor's own ADC.
+/// Half a buffer from the processor's own ADC.
 pub const DMA: Interrupt = ("DMA2_STREAM0", 56);
-/// The USARTs that a line may be on.
+/// USARTs for the line.
 pub const USART2: Interrupt = ("USART2", 38);
 pub const USART3: Interrupt = ("USART3", 39);
-/// Half a buffer of what USART2 has received, and USART3.
+/// Half a receive buffer of USART2, and of USART3.
 pub const USART2_DMA: Interrupt = ("DMA1_STREAM5", 16);
 pub const USART3_DMA: Interrupt = ("DMA1_STREAM1", 12);
 /// A sample of the stylus.
 pub const TIM6: Interrupt = ("TIM6_DAC", 54);
 
-/// Vectors of the processor's own, before the first interrupt's.
+/// Number of the processor's own vectors, before the first interrupt's.
 const OWN_VECTORS: usize = 16;
 
-/// Memory that an image takes, bytes.
+/// Memory of an image, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
-    /// Code, constants and the statics' first values.
+    /// Code, constants and initial values of statics.
     pub flash: u64,
-    /// Flash there is for it.
+    /// Flash available to the image.
     pub flash_size: u64,
     /// Statics.
     pub ram: u64,
     /// Main RAM of the chip.
     pub ram_size: u64,
-    /// Set aside for the stack.
+    /// Reserved for the stack.
     pub stack: u64,
 }
 
@@ -47,7 +48,7 @@ impl fmt::Display for Sizes {
     }
 }
 
-/// Checks an ELF image, which must handle `interrupts`, and measures it.
+/// Checks an ELF image, which must handle `interrupts`, and returns its sizes.
 pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
     let file = object::File::parse(image).context("no ELF file")?;
     let section = |name: &str| {
@@ -79,7 +80,7 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
         vector(0)? == symbol("_stack_start")?,
         "the vector table does not begin with the stack"
     );
-    // Bit 0 of a vector says Thumb.
+    // Bit 0 of a vector marks Thumb.
     let reset = vector(1)?;
     ensure!(
         reset & 1 == 1 && code.contains(&(reset - 1)),
@@ -106,7 +107,7 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
     })
 }
 
-/// The chip that an image is for, by its name at probe-rs: build.rs puts it into a symbol's name.
+/// Chip of an image, by its probe-rs name, which build.rs puts into a symbol's name.
 pub fn chip(image: &[u8]) -> Result<String> {
     let file = object::File::parse(image).context("no ELF file")?;
     let mut names = file.symbols().filter_map(|symbol| symbol.name().ok());
@@ -119,7 +120,7 @@ mod tests {
     use super::{DRDY, OWN_VECTORS, check, chip};
     use crate::elf;
 
-    /// An image with this much code, its vector table at address 0 and all of the code behind it.
+    /// An image with `code` bytes of code, after its vector table at address 0.
     fn image(code: usize, drdy: u32, default: u32) -> Vec<u8> {
         let mut vectors = [default | 1; 98];
         vectors[0] = 0x2000_8000;

@@ -1,10 +1,10 @@
-//! Installs missing programs, where that is allowed.
+//! Installs missing programs, where allowed.
 
 use crate::tools::{announce, clean, find, output_of};
 use anyhow::{Result, bail};
 use std::process::Command;
 
-/// Installs Debian packages, as root or through sudo if it asks for no password.
+/// Installs Debian packages, as root or through sudo if that needs no password.
 pub fn debian(packages: &[&str]) -> Result<()> {
     let list = packages.join(" ");
     let Some(apt) = find("apt-get") else {

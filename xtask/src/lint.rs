@@ -1,6 +1,6 @@
-//! `lint`: refuses what clippy and rustfmt do not know: files that import from each other in a
-//! circle, tuples as parameters, third-party licences that require more than attribution, and
-//! crates in two versions.
+//! `lint`: refuses what clippy and rustfmt do not detect: files that import each other in a circle,
+//! tuples as parameters, third-party licences that require more than attribution, and crates in two
+//! versions.
 
 mod circles;
 mod crates;
@@ -10,13 +10,13 @@ use crate::tools::{clean, output_of, root};
 use anyhow::{Context, Result, ensure};
 use std::fs;
 
-/// Looks at every Rust file that git tracks or would add, and at the crates of others.
+/// Checks every Rust file that git tracks or would add, and all third-party crates.
 pub fn run() -> Result<()> {
     let mut git = clean("git");
     git.args(["ls-files", "--cached", "--others", "--exclude-standard"]);
     let paths = output_of(git.args(["--", "*.rs"]))?;
     let mut sources = Vec::new();
-    // A file that is deleted, but not yet in a commit, does not exist.
+    // A file that is deleted but not committed does not exist.
     for path in paths.lines().filter(|path| root().join(path).exists()) {
         let text = fs::read_to_string(root().join(path));
         sources.push((path, text.with_context(|| format!("cannot read {path}"))?));

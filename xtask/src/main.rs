@@ -1,4 +1,4 @@
-//! `cargo xtask`: every task of the workspace besides building it.
+//! `cargo xtask`: every task of the workspace except building it.
 
 #[cfg(test)]
 mod documents;
@@ -35,7 +35,7 @@ struct Arguments {
     task: Task,
 }
 
-/// Flags for `ridgetone-eval`, `--help` among them.
+/// Flags for `ridgetone-eval`, including `--help`.
 #[derive(clap::Args)]
 struct Flags {
     /// Flags of the command of `ridgetone-eval`; `--help` lists them.
@@ -48,7 +48,7 @@ enum Task {
     /// Slides a simulated finger over ridges and shows what the firmware reports. Installs and
     /// builds everything it needs.
     Demo {
-        /// Where the picture goes, SVG.
+        /// Path of the picture, SVG.
         #[arg(long, default_value = "target/demo.svg")]
         svg: PathBuf,
         /// Scene file instead of hal-mock/scenes/demo.toml.
@@ -57,11 +57,11 @@ enum Task {
     },
     /// Runs the campaigns of lab and writes their pages in docs/results, all or one.
     Results {
-        /// Only this one.
+        /// Run this campaign only.
         #[arg(value_parser = PossibleValuesParser::new(results::TOPICS))]
         topic: Option<String>,
-        /// A twentieth of the windows; nothing is written. Fails if a requirement is missed by more
-        /// than its statistical error.
+        /// Use a twentieth of the windows and write nothing. Fails if a requirement is missed by
+        /// more than its statistical error.
         #[arg(long)]
         short: bool,
     },
@@ -82,7 +82,7 @@ enum Task {
         /// streams, the Python package.
         #[arg(long)]
         all: bool,
-        /// The random tests alone, with a seed that is drawn and printed: `RIDGETONE_SEED` in the
+        /// Run only the random tests, with a new seed that is printed: `RIDGETONE_SEED` in the
         /// environment repeats a run.
         #[arg(long, conflicts_with = "all")]
         fresh: bool,
@@ -104,22 +104,22 @@ enum Task {
     /// Builds the firmware images, checks that there is code in them, no unknown panic and no large
     /// stack frame, and prints their sizes, of flash by crate and of RAM by static.
     Firmware {
-        /// Only this board's image.
+        /// Build this board's image only.
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Builds the images of the real boards as ELF and raw files, and static commands for Linux and
-    /// a Python wheel with two images in them, with their SHA-256 checksums, and says what cannot be
+    /// Builds the images of the real boards as ELF and raw files, static commands for Linux and a
+    /// Python wheel with two embedded images, and their SHA-256 checksums, and says what cannot be
     /// made here.
     Release {
-        /// Only this package and the two images in it: fails if it cannot be made.
+        /// Make only this package and its two images; fails if that is not possible.
         #[arg(long, value_enum)]
         only: Option<release::Package>,
     },
     /// Packs the published crates, builds each from its package alone, without network, and fails
     /// if one lacks its licences, README or description. Says if they have no `repository` yet.
     Package {
-        /// Before a release: fail without a `repository`, too.
+        /// Before a release: also fail without a `repository`.
         #[arg(long)]
         publish: bool,
     },
@@ -128,15 +128,15 @@ enum Task {
     Lint,
     /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,
-    /// Builds the examples of `ads1258` for real boards, in `crates/ads1258/boards`, where their crates can be
-    /// fetched.
+    /// Builds the examples of `ads1258` for real boards, in `crates/ads1258/boards`, if their
+    /// crates can be fetched.
     DriverBoards,
     /// Flashes a board through a debug probe, with probe-rs, and shows its log.
     Flash {
-        /// Which.
+        /// Board to flash.
         #[arg(long, value_enum, default_value = "feather-f405")]
         board: Board,
-        /// An image that is built already, instead of the board's: an ELF file of one of the real
+        /// An existing image to flash instead of the board's: an ELF file of one of the real
         /// boards.
         #[arg(long, value_name = "FILE", conflicts_with = "board")]
         image: Option<PathBuf>,

@@ -1,12 +1,12 @@
-//! `package`: checks that the published crates build from their packages alone, and that these hold
-//! what a registry shows.
+//! `package`: checks that the published crates build from their packages alone, and contain what a
+//! registry shows.
 
 use crate::tools::{clean, create, remove, run, target_dir};
 use anyhow::{Context, Result, bail, ensure};
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-/// Published crates, each after its dependencies.
+/// Published crates, in order of dependency.
 const PACKAGES: [&str; 5] = [
     "ads1258",
     "ridgetone-proto",
@@ -15,13 +15,13 @@ const PACKAGES: [&str; 5] = [
     "ridgetone-finger",
 ];
 
-/// Packs each, builds it from its package, without network, and checks its files and its manifest.
+/// Packs each crate, builds it from its package without network, and checks its files and manifest.
 ///
-/// A missing `repository` is only named unless `publish` is set: while the project has no public
-/// address there is nothing true to fill in, and a check that cannot pass hides what else it finds.
+/// A missing `repository` is only reported unless `publish` is set: while the project has no public
+/// address there is no true value, and a check that always fails would hide other findings.
 ///
-/// In a target folder and a home of cargo of their own: cargo never reads a package of the same
-/// version again.
+/// Uses a separate target folder and cargo home, because cargo never re-reads a package of the same
+/// version.
 pub fn check(publish: bool) -> Result<()> {
     let folder = target_dir().join("package-check");
     remove(&folder)?;
@@ -61,7 +61,7 @@ pub fn check(publish: bool) -> Result<()> {
     remove(&folder)
 }
 
-/// The folder of an unpacked package, whose version may be its own.
+/// Folder of an unpacked package, whose version may differ from the workspace's.
 fn unpacked(folder: &Path, name: &str) -> Result<PathBuf> {
     let start = format!("{name}-");
     let is_its = |path: &PathBuf| {
@@ -77,10 +77,10 @@ fn unpacked(folder: &Path, name: &str) -> Result<PathBuf> {
         .with_context(|| format!("no package {name}"))
 }
 
-/// Files that a package must contain besides its code.
+/// Files required in a package besides code.
 const FILES: [&str; 3] = ["LICENSE-APACHE", "LICENSE-MIT", "README.md"];
 
-/// Fields that the manifest must have besides `repository`.
+/// Fields required in the manifest besides `repository`.
 const FIELDS: [&str; 3] = ["description", "license", "readme"];
 
 /// Fails if an unpacked package lacks one of [`FILES`] or [`FIELDS`]; returns its `repository`.
@@ -100,7 +100,7 @@ fn check_contents(manifest: &str, size: impl Fn(&str) -> u64) -> Result<Option<S
     Ok(field(manifest, "repository"))
 }
 
-/// A text under `[package]` of a manifest as cargo writes it into a package: one line a field.
+/// Reads a text field under `[package]` in a manifest as packed by cargo: one field per line.
 fn field(manifest: &str, name: &str) -> Option<String> {
     let (_, package) = manifest.split_once("[package]\n")?;
     let fields = package.lines().take_while(|line| !line.starts_with('['));
@@ -109,8 +109,8 @@ fn field(manifest: &str, name: &str) -> Option<String> {
     (!value.is_empty()).then(|| value.to_owned())
 }
 
-/// Remark that no package has a `repository`. An error if it is needed now, if only some packages
-/// have one, or if it is no web address.
+/// Returns a remark if no package has a `repository`. Fails if it is required now, if only some
+/// packages have one, or if it is not a web address.
 fn missing_repository(given: &[Option<String>], publish: bool) -> Result<Option<String>> {
     const SET: &str = "set `repository` under [workspace.package] in Cargo.toml, and \
         `repository.workspace = true` in each published crate";
@@ -160,7 +160,7 @@ mod tests {
             let fields: String = fields
                 .map(|name| format!("{name} = \"{address}\"\n"))
                 .collect();
-            // A field of another section is none of the package, and one may not be a text.
+            // Fields of a different section do not count, and fields need not be texts.
             let others = "[lib]\nlicense = \"MIT\"\nrepository = \"\"\n";
             let manifest = format!("[package]\nname = \"a\"\npublish = false\n{fields}\n{others}");
             let found = check_contents(&manifest, |file| u64::from(file != lacks));

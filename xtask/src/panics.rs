@@ -1,19 +1,18 @@
-//! Which panics are in an image. Every call that may panic hands over a `core::panic::Location`:
-//! file, line, column. The linker drops those that nothing refers to, so those in an image are its
-//! panics, inlined or not.
+//! Finds the panics in an image. Every call that may panic refers to a `core::panic::Location`:
+//! file, line, column. The linker drops unreferenced ones, so those in an image are its panics,
+//! inlined or not.
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Panics that an image of the firmware may have, as far as the compiler knows: source file (of a
-/// package from a registry its name, without version, and the file in it), most places in it, and
-/// why they are no danger. A place more than that is an error: write it without, or say here why
-/// not.
+/// Panics allowed in a firmware image: source file (for a registry package its name without
+/// version, and the file), maximum number of places, and why they cannot occur. An additional place
+/// is an error: avoid the panic, or give the reason here.
 ///
-/// An index that is counted by a loop, or is the number of an unknown or harmonic of a shape, is
-/// bounded by `Settings`: no conversion, byte or request gives one. What the compiler checks there
-/// would cost instructions to write otherwise.
+/// An index that a loop counts, or that is the number of an unknown or harmonic of a shape, is
+/// bounded by `Settings`: no conversion, byte or request supplies it. Avoiding the compiler's check
+/// would cost instructions.
 const ALLOWED: &str = "
 crates/finger/src/frame.rs        1  a taxel's number, from a mask of 16 bits
 crates/finger/src/touch/onset.rs  1  indices are counted by loops within a shape's bounds, never taken from data
@@ -24,7 +23,7 @@ defmt-rtt/src/lib.rs              2  a log within a log: nothing that is logged 
 embedded-hal-bus/src/spi/mod.rs   1  a delay within a transfer: the driver has none
 ";
 
-/// Places that a file may have by [`ALLOWED`].
+/// Number of places that [`ALLOWED`] allows in a file.
 fn allowed(file: &str) -> usize {
     let mut words = ALLOWED.lines().map(str::split_whitespace);
     let mut row = words.find_map(|mut row| (row.next() == Some(file)).then_some(row));
@@ -33,20 +32,20 @@ fn allowed(file: &str) -> usize {
         .unwrap_or(0)
 }
 
-/// The places that panic: lines and columns by file, as in [`ALLOWED`].
+/// Places that panic: lines and columns by file, as in [`ALLOWED`].
 type Places = BTreeMap<String, BTreeSet<(u32, u32)>>;
 
-/// Bytes of a `core::panic::Location` on a 32-bit target: the name's address and length, line,
+/// Size of a `core::panic::Location` on a 32-bit target: address and length of the name, line,
 /// column.
 const LOCATION_BYTES: usize = 16;
 
-/// Longest name that is believed to be one.
+/// Maximum length of a plausible name.
 const NAME_BYTES_MAX: u32 = 1000;
 
-/// The places that panic in an ELF image.
+/// Finds the places that panic in an ELF image.
 fn places(image: &[u8]) -> Result<Places> {
     let file = object::File::parse(image).context("no ELF file")?;
-    // The statics' first values may refer to a place as well as the constants do.
+    // Initial values of statics may refer to a place, as constants do.
     let sections: Vec<(u64, &[u8])> = [".rodata", ".data", ".text"]
         .iter()
         .filter_map(|name| file.section_by_name(name))
@@ -80,7 +79,7 @@ fn places(image: &[u8]) -> Result<Places> {
     Ok(found)
 }
 
-/// A file of a package from a registry without where the registry is, and without the package's
+/// Shortens the path of a file in a registry package: without the registry's location and the
 /// version.
 fn shorten(name: &str) -> String {
     let Some((_, behind)) = name.split_once("/registry/src/") else {
@@ -96,7 +95,7 @@ fn shorten(name: &str) -> String {
     format!("{}/{rest}", words.collect::<Vec<_>>().join("-"))
 }
 
-/// Checks that there are no more of them than are known; gives their number.
+/// Checks that the image has no more panics than allowed; returns their number.
 pub fn check(image: &[u8]) -> Result<usize> {
     let found = places(image)?;
     let mut more = Vec::new();
@@ -123,8 +122,8 @@ mod tests {
     use super::*;
     use crate::elf;
 
-    /// An image with these places in its constants, which lie at address 0, a word of something
-    /// else before each.
+    /// An image with `places` in its constants, which start at address 0, each after an unrelated
+    /// word.
     fn image(places: &[(&str, u32, u32)]) -> Vec<u8> {
         let (mut bytes, mut names) = (Vec::new(), Vec::new());
         for (name, line, column) in places {

@@ -1,4 +1,4 @@
-//! The Python package: its wheel in an environment of its own, and its tests there.
+//! The Python package: its wheel in a separate environment, and its tests there.
 
 use crate::setup;
 use crate::tools::{announce, cargo, clean, output_of, run, target_dir};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::{env, fs};
 
-/// The interpreter of `target/python`, an environment of its own, which is made if it is missing.
+/// Returns the interpreter of `target/python`, a separate environment, which is created if missing.
 pub fn environment() -> Result<PathBuf> {
     let environment = target_dir().join("python");
     let inside = environment.join(if cfg!(windows) { "Scripts" } else { "bin" });
@@ -20,10 +20,10 @@ pub fn environment() -> Result<PathBuf> {
     Ok(inside.join("python"))
 }
 
-/// Message of pip without access to an index.
+/// Pip's message if it cannot reach an index.
 const UNREACHABLE: &str = "Retrying (";
 
-/// Installs the packages that a file names. False if PyPI cannot be reached.
+/// Installs the packages listed in a file. Returns false if PyPI cannot be reached.
 pub fn install(python: &Path, requirements: &str) -> Result<bool> {
     let mut pip = clean(python);
     pip.args([
@@ -43,8 +43,8 @@ pub fn install(python: &Path, requirements: &str) -> Result<bool> {
     }
 }
 
-/// Runs the tests of the page in a browser, all or those whose names contain a text. Without a
-/// browser or PyPI it says so, and runs none.
+/// Runs the tests of the page in a browser, all or those whose names contain `only`. Without a
+/// browser or PyPI it says so and runs none.
 pub fn run_page_tests(only: Option<&str>, environment: &[(&str, PathBuf)]) -> Result<()> {
     announce("the page in a browser");
     let python = self::environment()?;
@@ -80,7 +80,7 @@ pub fn run_page_tests(only: Option<&str>, environment: &[(&str, PathBuf)]) -> Re
     run(&mut tests).context("tests of the page")
 }
 
-/// Builds the wheel into [`environment`]. Gives the interpreter there.
+/// Builds the wheel into [`environment`]. Returns the interpreter there.
 pub fn build() -> Result<PathBuf> {
     announce("the Python package, in target/python");
     let python = environment()?;
@@ -97,7 +97,7 @@ pub fn build() -> Result<PathBuf> {
     Ok(python)
 }
 
-/// Runs the wheel's tests next to the command that `cargo test` has built. Gives what they print.
+/// Runs the wheel's tests with the command built by `cargo test`. Returns their output.
 pub fn run_tests(python: &Path) -> Result<String> {
     let command = copied(python, "ridgetone")?;
     let mut tests = clean(python);
@@ -113,8 +113,8 @@ pub fn run_tests(python: &Path) -> Result<String> {
     output_of(&mut tests).context("tests of the Python package")
 }
 
-/// Copies a command that `cargo test` has built to next to the interpreter: other tests build it
-/// anew meanwhile.
+/// Copies a command built by `cargo test` next to the interpreter, since other tests rebuild it
+/// meanwhile.
 fn copied(python: &Path, command: &str) -> Result<PathBuf> {
     let name = format!("{command}{}", env::consts::EXE_SUFFIX);
     let copy = python.with_file_name(&name);

@@ -1,5 +1,5 @@
-//! `release`: the images of the real boards as files for every way to flash them, and the command
-//! and the Python package with images in them, with their checksums.
+//! `release`: the images of the real boards as files for every way of flashing, and the command and
+//! the Python package with embedded images, all with checksums.
 
 mod command;
 mod empty_root;
@@ -17,22 +17,22 @@ use sha2::{Digest, Sha256};
 use std::env::consts::{ARCH, OS};
 use std::fs;
 
-/// Where the files go, from cargo's target directory.
+/// Output folder in cargo's target directory.
 const FOLDER: &str = "release-images";
 
 /// The list of checksums, which `sha256sum --check` reads.
 const SUMS: &str = "SHA256SUMS";
 
-/// Sections in flash, except for the initial values of `.data`, whose place a symbol gives.
+/// Sections in flash, except for the initial values of `.data`, whose address a symbol holds.
 const IN_FLASH: [&str; 3] = [".vector_table", ".text", ".rodata"];
 
-/// Bytes to load, and the address of the first.
+/// Bytes to load, and their address.
 struct Segment {
     address: u32,
     bytes: Vec<u8>,
 }
 
-/// A package besides the images.
+/// A package other than the images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Package {
     /// The static command for Linux on x86-64.
@@ -40,9 +40,9 @@ pub enum Package {
     LinuxX86_64,
     /// The static command for Linux on 64-bit Arm.
     LinuxAarch64,
-    /// The Python package for Linux on the processor that builds it.
+    /// The Python package for Linux on this processor.
     Wheel,
-    /// The command for the system that builds it.
+    /// The command for this system.
     Host,
 }
 
@@ -57,10 +57,10 @@ impl Package {
     }
 }
 
-/// Builds each image, or those in the package if it makes `only` that, writes it as ELF and as raw
-/// bytes (for dfu-util, and for the drive that an ST-LINK shows), checks that these hold the image's
-/// sections, makes the packages, `only` one or all that can be made here, and writes the checksums.
-/// A static command replaces that for this system.
+/// Builds all images, or those that package `only` embeds, writes them as ELF and as raw bytes (for
+/// dfu-util, and for an ST-LINK's drive), checks that these contain the image's sections, makes
+/// package `only` or all that can be made here, and writes the checksums. A static command replaces
+/// this system's own.
 pub fn run(only: Option<Package>) -> Result<()> {
     let folder = target_dir().join(FOLDER);
     remove(&folder)?;
@@ -98,7 +98,7 @@ pub fn run(only: Option<Package>) -> Result<()> {
             }
         };
         sums += &sum_line(&name, &read(&path)?);
-        // With its permissions.
+        // Keeps the permissions.
         let copied = fs::copy(&path, folder.join(&name));
         copied.with_context(|| format!("cannot copy {}", path.display()))?;
     }
@@ -118,8 +118,7 @@ fn sum_line(name: &str, bytes: &[u8]) -> String {
     format!("{sum}  {name}\n")
 }
 
-/// What an image has to be loaded with, where it lies in flash: that is the physical address, not
-/// where it runs.
+/// Segments to load into flash, at their physical addresses, not where they run.
 fn segments(elf: &[u8]) -> Result<Vec<Segment>> {
     let file = FileHeader32::<Endianness>::parse(elf).context("no ELF file")?;
     let endian = file.endian().context("an ELF file of unknown endianness")?;
@@ -139,7 +138,7 @@ fn segments(elf: &[u8]) -> Result<Vec<Segment>> {
     Ok(segments)
 }
 
-/// The bytes from the first segment's address on; what lies between two is as erased flash.
+/// Raw bytes from the first segment's address on; gaps are as in erased flash.
 fn raw(segments: &[Segment]) -> Result<Vec<u8>> {
     let first = segments.first().context("nothing to load")?.address;
     let mut bytes = Vec::new();
@@ -156,7 +155,7 @@ fn raw(segments: &[Segment]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Compares the raw bytes with the image's sections, which they are not made from.
+/// Compares the raw bytes with the image's sections, an independent source.
 fn check(elf: &[u8], binary: &[u8]) -> Result<()> {
     let file = object::File::parse(elf).context("no ELF file")?;
     let mut symbols = file.symbols();

@@ -1,4 +1,4 @@
-//! `results`: the campaigns of `lab`, in the environment of the Python package.
+//! `results`: the campaigns of `lab`, in the Python package's environment.
 
 use crate::python;
 use crate::tools::{announce, clean, run};
@@ -9,8 +9,9 @@ pub const TOPICS: [&str; 7] = [
     "trade", "choices", "noise", "touch", "real", "boards", "papers",
 ];
 
-/// Runs the campaigns, all or one. With `is_short` each has a twentieth of the windows and fails if a
-/// requirement is missed by more than its statistical error; without PyPI it says so, and runs none.
+/// Runs the campaigns, all or one. With `is_short` each takes a twentieth of the windows and fails
+/// if a requirement is missed by more than its statistical error. Without PyPI it says so and runs
+/// none.
 pub fn measure(topic: Option<&str>, is_short: bool) -> Result<()> {
     let python = python::environment()?;
     if !python::install(&python, "lab/requirements.txt")? {
@@ -35,7 +36,7 @@ pub fn measure(topic: Option<&str>, is_short: bool) -> Result<()> {
         announce(format_args!("lab/{one}.py"));
         let mut campaign = clean(&python);
         campaign.arg(format!("lab/{one}.py"));
-        // The package fits on all cores; NumPy's own threads would only wait for them.
+        // The package fits on all cores; NumPy's threads would only wait.
         campaign.env("OPENBLAS_NUM_THREADS", "1");
         campaign.args(is_short.then_some("--short"));
         run(&mut campaign)?;

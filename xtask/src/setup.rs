@@ -6,7 +6,7 @@ use crate::tools::{clean, find, output_of};
 use anyhow::{Context, Result};
 use std::path::PathBuf;
 
-/// Finds or installs everything, and prints the result.
+/// Finds or installs all tools, and prints the result.
 pub fn run() -> Result<()> {
     let library = match Toolchain::find_or_install()? {
         Toolchain::Rustup => "with the compiler".to_owned(),
@@ -36,7 +36,7 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
-/// A program that `there` looks for, installed from Debian's packages if it is missing.
+/// Returns the program that `there` finds, installed from Debian's packages if missing.
 fn find_or_install(
     what: &str,
     there: impl Fn() -> Option<PathBuf>,
@@ -57,8 +57,8 @@ pub fn browser() -> Result<PathBuf> {
     find_or_install(&what, there, &["chromium", "fonts-dejavu-core"])
 }
 
-/// A broker of MQTT with its clients, installed if there is none. Debian has it where PATH of a
-/// user does not lead.
+/// Returns an MQTT broker with its clients, installed if missing. Debian installs it outside a
+/// user's PATH.
 pub fn broker() -> Result<PathBuf> {
     let there = || {
         find("mosquitto_sub")?;
@@ -72,7 +72,7 @@ pub fn broker() -> Result<PathBuf> {
     )
 }
 
-/// An interpreter that can make an environment; installed if there is none.
+/// Returns an interpreter that can create an environment, installed if missing.
 pub fn python() -> Result<PathBuf> {
     let programs = [
         "python3",
@@ -81,7 +81,7 @@ pub fn python() -> Result<PathBuf> {
         "python3.12",
         "python3.11",
     ];
-    // 3.11 is the first with buffers in the stable interface.
+    // 3.11 is the first version with buffers in the stable interface.
     let check = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
     let is_usable = |path: &PathBuf| output_of(clean(path).args(["-c", check])).is_ok();
     let there = || programs.into_iter().filter_map(find).find(is_usable);

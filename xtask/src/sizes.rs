@@ -1,7 +1,7 @@
-//! What an image takes of flash by crate and of RAM by static: a step that grows is seen where it
-//! grows. The linker refuses an image that exceeds the part's memory (`memory.x`).
+//! Flash by crate and RAM by static in an image, to see where it grows. The linker refuses an image
+//! that exceeds the part's memory (`memory.x`).
 //!
-//! The compiler merges functions across crates: a function counts for the crate that it was merged
+//! The compiler may inline functions across crates: code counts for the crate that it was inlined
 //! into.
 
 use anyhow::{Context, Result};
@@ -11,20 +11,20 @@ use std::collections::BTreeMap;
 /// Start of RAM.
 const RAM_ADDRESS: u64 = 0x2000_0000;
 
-/// Sum of symbols without crate or name, and of all that are smaller than [`SMALL`].
+/// Sum of symbols without crate or name, and of all rows below [`SMALL`].
 const OTHER: &str = "all else";
 
-/// Minimum size of a crate or static with a row of its own, bytes.
+/// Minimum size of a crate or static with its own row, bytes.
 const SMALL: u64 = 500;
 
 /// Constants without a name.
 const CONSTANTS: &str = "constants";
 
-/// Rows of both, the largest first.
+/// Rows for flash and RAM, the largest first.
 pub fn table(image: &[u8]) -> Result<String> {
     let file = object::File::parse(image).context("no ELF file")?;
     let (mut flash, mut ram) = (BTreeMap::new(), BTreeMap::new());
-    // Functions with the same code are one; so are a function and its aliases.
+    // Functions with identical code share an address, as a function and its aliases do.
     let mut places: Vec<_> = file
         .symbols()
         .filter(|one| one.size() > 0 && !one.is_undefined())
@@ -55,9 +55,9 @@ fn rows(memory: &str, used: &BTreeMap<String, u64>) -> String {
     rows.chain([(OTHER, small)]).map(row).collect()
 }
 
-/// The crate of a function or constant: the first name before `::`. Those without are handlers of
-/// interrupts, in capitals, nameless constants, and what compiler and linker add. A stylus's binary
-/// has the same part as a finger's.
+/// Crate of a function or constant: the first name before `::`. Names without it are interrupt
+/// handlers, in capitals, nameless constants, and additions of compiler and linker. A stylus's
+/// binary is named like a finger's.
 fn crate_of(name: &str) -> &str {
     let is_part = |character: char| character.is_ascii_alphanumeric() || character == '_';
     match name.split_once("::") {
@@ -71,7 +71,7 @@ fn crate_of(name: &str) -> &str {
     }
 }
 
-/// The name of a static, without what RTIC puts before it.
+/// Name of a static, without RTIC's prefix.
 fn static_of(name: &str) -> &str {
     let name = name.rsplit("::").next().unwrap_or(name);
     let Some(rtic) = name.strip_prefix("__rtic_internal_") else {
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
     use crate::elf;
 
-    /// Bytes in a row of a table.
+    /// Bytes in a table row.
     fn row(table: &str, memory: &str, name: &str) -> Option<u64> {
         let rows = table
             .lines()
@@ -97,8 +97,8 @@ mod tests {
         bytes.next()?.trim().parse().ok()
     }
 
-    /// Names as the compiler mangles them: a function, a method of a trait, its alias, a handler, a
-    /// constant, a static.
+    /// Mangled names of a function, a trait's method, its alias, a handler, a constant and a
+    /// static.
     #[test]
     fn bytes_count_for_the_crate_or_static_whose_they_are() {
         let table = table(&elf::image(&[], &[

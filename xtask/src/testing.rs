@@ -1,5 +1,5 @@
-//! `test`: the tests on the PC and one emulated run of each kind; with `--all` everything; with
-//! `--fresh` the random ones.
+//! `test`: the tests on the PC and one emulated run of each kind; `--all` runs everything,
+//! `--fresh` the random tests.
 
 use crate::images::{self, Board, Image};
 use crate::tools::{announce, both, cargo, clean, output_of, root, run};
@@ -12,7 +12,7 @@ use std::process::Command;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The emulated runs without `--all`: names of tests in `host/tests`.
+/// Emulated runs without `--all`: names of tests in `host/tests`.
 const EMULATED: [&str; 4] = [
     "a_physical_finger_is_the_same_on_the_chip_and_on_the_pc",
     "the_readme_shows_what_the_demo_gives",
@@ -20,34 +20,35 @@ const EMULATED: [&str; 4] = [
     "the_emulated_board_passes_its_check",
 ];
 
-/// Tests that take minutes and repeat what shorter ones show: `cargo test` runs them by name.
+/// Tests that take minutes and repeat shorter ones: run them by name with `cargo test`.
 const NEVER: [&str; 2] = [
     "touch_after_touch_for_thirty_days",
     "an_hour_and_a_quarter_of_touches_on_the_register_model",
 ];
 
-/// A long test of the program `book` that mostly waits.
+/// A long test in the program `book` that mostly waits.
 const WAITING: &str = "the_commands_that_take_long_run";
 
-/// Tests of the page of `touch` in a browser: their module.
+/// Module of the tests of the page of `touch` in a browser.
 const PAGES: &str = "page::";
 
 /// The test that takes the picture.
 const PICTURE: &str = "test_the_picture_of_the_page_shows_the_period_of_the_first_scene";
 
-/// Images that only long tests need, with the environment variables that hold their paths.
+/// Images that only long tests need, with the environment variables for their paths.
 const IMAGES: [(&str, Image); 1] = [("RIDGETONE_CHECKED_ELF", images::OVERFLOW_CHECKED)];
 
-/// The seed of a random run to repeat.
+/// Seed of a random run to repeat.
 const SEED: &str = "RIDGETONE_SEED";
 
-/// The seed that random tests read. `.cargo/config.toml` fixes it for all other runs.
+/// Seed that random tests read. `.cargo/config.toml` fixes it for all other runs.
 const TESTS_SEED: &str = "PROPTEST_RNG_SEED";
 
-/// Paths with the variables in which tests find them.
+/// Paths of images, with the environment variables that pass them to tests.
 type Built = Vec<(&'static str, PathBuf)>;
 
-/// `cargo test` of the whole workspace, always with the same features: so nothing is built twice.
+/// `cargo test` of the whole workspace, always with the same features, so that nothing is built
+/// twice.
 pub fn test(arguments: &str) -> Command {
     cargo(&format!("test --workspace {arguments}"), [])
 }
@@ -57,7 +58,7 @@ pub fn prepare() -> Result<()> {
     images::build(Board::FeatherF405.image()).map(drop)
 }
 
-/// Runs the tests that take minutes at most.
+/// Runs all tests that take at most minutes.
 pub fn short() -> Result<()> {
     prepare()?;
     announce("tests on this PC; beside them the other images, of which each keeps one core busy");
@@ -77,7 +78,7 @@ fn on_this_pc() -> Result<()> {
     run(&mut test("--no-fail-fast")).context("tests on this PC")
 }
 
-/// Takes the pictures of the page that the documents show.
+/// Takes the pictures of the page for the documents.
 pub fn take_pictures() -> Result<()> {
     prepare()?;
     python::run_page_tests(
@@ -86,7 +87,7 @@ pub fn take_pictures() -> Result<()> {
     )
 }
 
-/// Runs all tests but for [`NEVER`], on two cores at once.
+/// Runs all tests except [`NEVER`], on two cores.
 pub fn all() -> Result<()> {
     prepare()?;
     let browser = setup::browser()?;
@@ -102,20 +103,20 @@ pub fn all() -> Result<()> {
     Ok(())
 }
 
-/// Tests that keep two cores busy, then those of pages and streams, which look at a clock.
+/// Runs tests that keep two cores busy, then those of pages and streams, which depend on the clock.
 fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     on_this_pc()?;
     let images = images.recv().context("there are no images")?;
     announce("long tests, and tests of the emulated firmware");
-    // Not `--lib`: it would build the Python package's library too, which has no tests. And of the whole
-    // workspace: without one of its packages others have fewer features, and all is built again.
-    // All of them, also after a failure: one run of an hour then shows every failure.
+    // Not `--lib`, which would also build the Python package's library, which has no tests. The
+    // whole workspace, because a subset has fewer features, which forces a rebuild. All tests, even
+    // after a failure, so that one run of an hour shows every failure.
     let mut long = test("--tests --no-fail-fast -- --ignored");
     let elsewhere = NEVER.into_iter().chain([PAGES, WAITING]);
     long.args(elsewhere.flat_map(|name| ["--skip", name]));
     run(long.envs(images)).context("long tests")?;
     announce("tests of the pages in a browser");
-    // One of them prints how late the sound is.
+    // One of these tests prints the sound's latency.
     let mut pages = test("--test touch --test pins -- --ignored --nocapture");
     pages
         .args([PAGES, "--test-threads=1"])
@@ -124,8 +125,8 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     python::run_page_tests(None, &[])?;
     setup::broker()?;
     announce("streams: Foxglove, and MQTT with mosquitto");
-    // Features of other crates as usual, so that little is built again. One test after the other:
-    // they look at a clock while boards run at 2 kHz.
+    // The usual features of other crates, so that little is rebuilt. Tests run one by one, as they
+    // depend on the clock while boards run at 2 kHz.
     let features = "--features ridgetone-host/foxglove,ridgetone-host/mqtt";
     run(&mut test(&format!(
         "{features} --test streams -- --test-threads=1"
@@ -133,8 +134,8 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     .context("tests of streams")
 }
 
-/// Work that keeps one core busy at most: links images, builds the wheel, or waits. The output of each
-/// is printed at its end, as the others print meanwhile.
+/// Work that keeps at most one core busy: links images, builds the wheel, or waits. Output is
+/// printed at the end, because other tests print meanwhile.
 fn run_beside(images: Sender<Built>) -> Result<()> {
     images::build_tested()?;
     let built: Result<Built> = IMAGES
@@ -150,7 +151,7 @@ fn run_beside(images: Sender<Built>) -> Result<()> {
     Ok(())
 }
 
-/// Programs of tests, files or folders below some `tests/`, that git lists with these arguments.
+/// Returns test programs, files or folders in some `tests/`, that git lists with `arguments`.
 fn programs(arguments: &[&str]) -> Result<BTreeSet<String>> {
     let files = output_of(clean("git").args(arguments))?;
     let names = files.lines().filter_map(|path| {
@@ -160,7 +161,7 @@ fn programs(arguments: &[&str]) -> Result<BTreeSet<String>> {
     Ok(names.collect())
 }
 
-/// The programs of tests that draw random numbers.
+/// Returns the test programs that draw random numbers.
 fn random_programs() -> Result<BTreeSet<String>> {
     programs(&[
         "grep",
@@ -172,7 +173,7 @@ fn random_programs() -> Result<BTreeSet<String>> {
     ])
 }
 
-/// Runs the random tests, the long ones too, with a seed from the clock or from [`SEED`].
+/// Runs the random tests, including long ones, with a seed from the clock or from [`SEED`].
 pub fn fresh() -> Result<()> {
     let seed: u64 = match env::var(SEED) {
         Ok(text) => text
@@ -193,7 +194,7 @@ pub fn fresh() -> Result<()> {
         .with_context(|| format!("random tests; again: {repeat}"))
 }
 
-/// A test that is renamed or moved must not fall out of a list.
+/// A renamed or moved test must not drop out of a list.
 #[test]
 fn the_listed_tests_exist() {
     let git = |arguments: &[&str]| output_of(clean("git").args(arguments));
@@ -214,7 +215,7 @@ fn the_listed_tests_exist() {
     assert!(random_programs().expect("programs").contains("extremes"));
 }
 
-/// Without this seed `proptest` would draw one in every run.
+/// Without this seed `proptest` would draw a new one in every run.
 #[test]
 fn cargo_fixes_the_seed_of_every_other_run() {
     let seed = env::var(TESTS_SEED).expect("set by .cargo/config.toml");

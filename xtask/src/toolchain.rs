@@ -1,10 +1,10 @@
-//! The compiler for the Cortex-M4F, and the core library for it. There are two ways to one:
+//! The compiler and the core library for the Cortex-M4F, from one of two sources:
 //!
 //! 1. `rustup target add thumbv7em-none-eabihf`: what most people have.
 //! 2. Debian's packages, with the library's sources, which cargo builds along: for machines where
 //!    rustup may not download.
 //!
-//! The environment variable `RIDGETONE_TOOLCHAIN` forces one: `rustup` or `debian`.
+//! The environment variable `RIDGETONE_TOOLCHAIN` forces a source: `rustup` or `debian`.
 
 use crate::install;
 use crate::tools::{announce, cargo, clean, find, output_of};
@@ -13,29 +13,29 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The Cortex-M4F with its FPU in use.
+/// The Cortex-M4F with hardware floating point.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Forces a way.
+/// Environment variable that forces a source.
 const FORCE: &str = "RIDGETONE_TOOLCHAIN";
 
-/// Packages of way 2: on Debian 12 the current compiler is kept for the web browsers' sake.
+/// Packages of source 2: Debian 12 keeps a current compiler for the web browsers.
 const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
 
-/// Oldest compiler that will do (`rust-version` of the workspace): 1.88.
+/// Oldest usable compiler (`rust-version` of the workspace): 1.88.
 const OLDEST: (u32, u32) = (1, 88);
 
-/// A way to compile for [`TARGET`] that is there.
+/// An installed toolchain for [`TARGET`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Toolchain {
     /// The usual cargo; its compiler has the library.
     Rustup,
-    /// Debian's cargo, which builds the library along, and a linker for Arm.
+    /// Debian's cargo, which builds the library as well, and a linker for Arm.
     Debian { linker: PathBuf },
 }
 
 impl Toolchain {
-    /// Finds one, installs one if there is none.
+    /// Finds a toolchain, or installs one.
     pub fn find_or_install() -> Result<Self> {
         let forced = env::var(FORCE).unwrap_or_default();
         match forced.as_str() {
@@ -71,7 +71,7 @@ impl Toolchain {
                 }
                 command
                     .env("RUSTC", "/usr/bin/rustc")
-                    // Lets a stable compiler take the -Z below.
+                    // Lets a stable compiler accept the -Z below.
                     .env("RUSTC_BOOTSTRAP", "1")
                     .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker)
                     .args([subcommand, "--target", TARGET, "-Z", "build-std=core,alloc"])
@@ -128,8 +128,8 @@ impl Toolchain {
     }
 }
 
-/// Has rustup fetch a target's core library, if it is missing. One try: where downloads are not
-/// allowed, a second would fail, too.
+/// Has rustup fetch a target's core library, if missing. Tries once: where downloads are not
+/// allowed, a retry would fail too.
 pub fn add_target(target: &str) -> Result<()> {
     let rustup =
         find("rustup").with_context(|| format!("{target} comes with rustup, which is not here"))?;
@@ -138,13 +138,13 @@ pub fn add_target(target: &str) -> Result<()> {
     output_of(add.args(["--quiet", "target", "add", target])).map(drop)
 }
 
-/// `rustc 1.96.0 (...)` to (1, 96).
+/// Parses `rustc 1.96.0 (...)` as (1, 96).
 fn parse_version(text: &str) -> Option<(u32, u32)> {
     let mut numbers = text.split_whitespace().nth(1)?.split('.').map(str::parse);
     Some((numbers.next()?.ok()?, numbers.next()?.ok()?))
 }
 
-/// rust-lld: of the rustup toolchain, or else LLVM's own.
+/// Returns rust-lld from the rustup toolchain, or else LLVM's own.
 fn linker() -> Result<PathBuf> {
     let sysroots = ["rustc", "/usr/bin/rustc"]
         .map(|rustc| output_of(clean(rustc).args(["--print", "sysroot"])));

@@ -1,4 +1,4 @@
-//! Programs: where they are, running them, and an environment that is not cargo's own.
+//! Finding and running programs, in an environment without cargo's variables.
 
 use anyhow::{Context, Result, anyhow, ensure};
 use std::path::{Path, PathBuf};
@@ -31,15 +31,15 @@ pub fn announce(what: impl std::fmt::Display) {
     eprintln!("xtask: {what}");
 }
 
-/// Beginnings of the names of cargo's variables that an inner cargo needs.
+/// Prefixes of cargo's variables that an inner cargo needs.
 const KEPT: &str = "CARGO_HOME CARGO_TARGET_DIR CARGO_NET_ CARGO_HTTP_ CARGO_TERM_ CARGO_REGISTR";
 
-/// Other variables that cargo and rustup set.
+/// Other variables set by cargo and rustup.
 const REMOVED: &str =
     "RUSTC RUSTDOC RUSTFLAGS RUSTUP_TOOLCHAIN RUST_RECURSION_COUNT LD_LIBRARY_PATH";
 
-/// A command in the workspace's root, without what `cargo run` has put into the environment: with
-/// it the inner cargo would use the outer one's compiler.
+/// A command in the workspace's root, without the environment of `cargo run`, which would make the
+/// inner cargo use the outer one's compiler.
 pub fn clean(program: impl AsRef<std::ffi::OsStr>) -> Command {
     let mut command = Command::new(program);
     command.current_dir(root());
@@ -54,19 +54,19 @@ pub fn clean(program: impl AsRef<std::ffi::OsStr>) -> Command {
     command
 }
 
-/// A command of cargo, its words in one text, and more words.
+/// A cargo command, from words in one text and further words.
 pub fn cargo<'a>(words: &str, more: impl IntoIterator<Item = &'a str>) -> Command {
     let mut cargo = clean("cargo");
     cargo.args(words.split_whitespace()).args(more);
     cargo
 }
 
-/// Runs a command to its end; its output goes to the terminal.
+/// Runs a command to its end, with its output on the terminal.
 pub fn run(command: &mut Command) -> Result<()> {
     finish(command).map(drop)
 }
 
-/// Runs a command and gives its output, without the end of the last line.
+/// Runs a command and returns its output, without the final newline.
 pub fn output_of(command: &mut Command) -> Result<String> {
     finish(
         command
@@ -94,7 +94,8 @@ fn finish(command: &mut Command) -> Result<String> {
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-/// Runs two closures at once. Returns both results, or all errors: one may have caused the other.
+/// Runs two closures in parallel. Returns both results, or all errors, as one may have caused the
+/// other.
 pub fn both<A, B: Send>(
     here: impl FnOnce() -> Result<A>,
     beside: impl FnOnce() -> Result<B> + Send,
@@ -113,12 +114,12 @@ pub fn both<A, B: Send>(
     })
 }
 
-/// Creates a folder, if it is not there.
+/// Creates a folder, if missing.
 pub fn create(folder: &Path) -> Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))
 }
 
-/// Removes a folder, if it is there.
+/// Removes a folder, if present.
 pub fn remove(folder: &Path) -> Result<()> {
     if folder.exists() {
         fs::remove_dir_all(folder)

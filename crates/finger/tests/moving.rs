@@ -1,4 +1,4 @@
-//! The event `moving`: how soon after a slide's start, and how often without one. `cargo test -p
+//! The event `moving`: its delay after the start of a slide, and its false alarms. `cargo test -p
 //! ridgetone-finger --release --test moving -- --ignored --nocapture` prints all figures.
 
 use ridgetone_finger::{Detector, Diagnostics, Outputs, PlainFrame, Ring};
@@ -11,14 +11,14 @@ const CHANNELS: usize = 16;
 const RATE_HZ: f64 = 241.14;
 /// Standard deviation of a channel's noise, volts.
 const SIGMA_V: f64 = 30e-6;
-/// Amplitude of a tone of 20 dB over the noise, RMS over the channels.
+/// Amplitude of a tone 20 dB above the noise, RMS over the channels, volts.
 const TONE_V: f64 = 14.142 * SIGMA_V;
-/// Time from no speed to the slide's, seconds.
+/// Duration of the ramp to the slide's speed, seconds.
 const RAMP_S: f64 = 0.02;
-/// Constants of the detector were chosen with seeds below this one.
+/// The detector's constants were tuned with seeds below this one.
 const FRESH: u64 = 70_000;
 
-/// Uniform and normal numbers: SplitMix64, Box and Muller.
+/// Uniform and normal random numbers: SplitMix64, Box and Muller.
 struct Random(u64, Option<f64>);
 
 impl Random {
@@ -33,7 +33,7 @@ impl Random {
         min + (max - min) * self.uniform()
     }
 
-    /// Even in the logarithm.
+    /// Log-uniform number.
     fn log(&mut self, min: f64, max: f64) -> f64 {
         min * (max / min).powf(self.uniform())
     }
@@ -52,9 +52,9 @@ impl Random {
 #[derive(Clone, Copy, Debug)]
 enum Noise {
     White,
-    /// Sums of first-order processes whose time constants double: 1/f from 0.02 Hz on.
+    /// Sum of first-order processes with doubling time constants: 1/f from 0.02 Hz on.
     Pink,
-    /// Each value is 0.9 of the one before, and white noise.
+    /// First-order autoregression with coefficient 0.9.
     Ar,
 }
 
@@ -98,7 +98,7 @@ struct Slide {
 }
 
 impl Slide {
-    /// Periods that have passed.
+    /// Number of periods passed by `t_s`.
     fn turns(&self, t_s: f64) -> f64 {
         let ramp = |after_s: f64| {
             let (after_s, ramped_s) = (after_s.max(0.0), after_s.clamp(0.0, RAMP_S));
@@ -108,19 +108,19 @@ impl Slide {
     }
 }
 
-/// A lift of the finger: its start, and the time in which the load falls to zero, seconds.
+/// A lift of the finger: start and duration of the load's decrease, seconds.
 #[derive(Clone, Copy)]
 struct Lift {
     start_s: f64,
     fall_s: f64,
 }
 
-/// A touch: air, contact at 0.6 s, and a hold.
+/// A touch: no contact, contact at 0.6 s, and a hold.
 #[derive(Clone, Copy)]
 struct Touch {
     noise: Noise,
     slide: Option<Slide>,
-    /// The load changes by this fraction of it, to and fro at this frequency, hertz.
+    /// Relative amplitude and frequency, hertz, of an oscillation of the load.
     press: Option<(f64, f64)>,
     lift: Option<Lift>,
     end_s: f64,
@@ -128,15 +128,15 @@ struct Touch {
 
 const CONTACT_S: f64 = 0.6;
 
-/// Device times of what is reported: `moving`, `slide`; and whether there was a contact.
+/// Events reported in a touch.
 #[derive(Default)]
 struct Reported {
-    /// Beginning of the motion, and when it was reported, seconds.
+    /// Start of the motion and time of the report, seconds.
     moving_s: Vec<(f64, f64)>,
     contacts: u32,
 }
 
-/// Load over that of the hold, and the contact spike.
+/// Returns the load relative to the hold's, and the contact spike.
 fn load(touch: &Touch, t_s: f64, press_phase: f64) -> (f64, f64) {
     let held_s = t_s - CONTACT_S;
     if held_s <= 0.0 {
@@ -164,8 +164,8 @@ fn run(touch: Touch, seed: u64) -> Reported {
     let (mut detector, mut ring) = (Box::new(Detector::new(settings)), Box::new(Ring::new()));
     let (diagnostics, mut reported) = (Diagnostics::new(), Reported::default());
     let mut noises: Vec<Channel> = (0..CHANNELS).map(|_| Channel::new(touch.noise)).collect();
-    // Levels, loads and the powers with which these grow, spikes over the load, amplitudes and phases
-    // of the tone.
+    // Level, load, exponent of its growth, spike relative to the load, amplitude and phase of the
+    // tone.
     let load_v = random.log(2.0, 20.0) * TONE_V;
     let channels: Vec<[f64; 6]> = (0..CHANNELS)
         .map(|_| {
@@ -187,7 +187,7 @@ fn run(touch: Touch, seed: u64) -> Reported {
         let t_us = (frame as f64 * 1e6 / RATE_HZ) as u64;
         let t_s = frame as f64 / RATE_HZ;
         let values: [f32; CHANNELS] = std::array::from_fn(|c| {
-            // A scan samples one channel after the other.
+            // A scan samples one channel after another.
             let t_s = t_s + c as f64 / (21.0 * RATE_HZ);
             let (load, spiked) = load(&touch, t_s, press_phase);
             let turns = touch.slide.map_or(0.0, |slide| slide.turns(t_s));
@@ -207,7 +207,7 @@ fn run(touch: Touch, seed: u64) -> Reported {
                 Event::Moving(moving) => {
                     let begun_s = moving.t_us as f64 * 1e-6;
                     let after_s = f64::from(moving.reported_after_us) * 1e-6;
-                    // A plain frame is there as a whole with its last input.
+                    // A plain frame is complete with its last input.
                     assert!((begun_s + after_s - now_s).abs() < 0.0045, "{after_s}");
                     reported.moving_s.push((begun_s, begun_s + after_s));
                 }
@@ -221,7 +221,8 @@ fn run(touch: Touch, seed: u64) -> Reported {
     reported
 }
 
-/// Fraction of slides that are reported within 60 ms, and 50 and 95 % of the delays, seconds.
+/// Returns the fraction of slides reported within 60 ms, and the median and 95 % quantile of the
+/// delays, seconds.
 fn delays(slides: u64, seed: u64) -> (f64, [f64; 2]) {
     let mut delays: Vec<f64> = (0..slides)
         .map(|n| {
@@ -258,7 +259,7 @@ fn delays(slides: u64, seed: u64) -> (f64, [f64; 2]) {
     )
 }
 
-/// False alarms in holds of five minutes without a motion.
+/// Counts false alarms in holds of five minutes without a motion.
 fn false_alarms(noise: Noise, hours: u64, seed: u64) -> usize {
     let touches = 12 * hours;
     let alarms = (0..touches).map(|n| {
@@ -276,7 +277,7 @@ fn false_alarms(noise: Noise, hours: u64, seed: u64) -> usize {
     alarms.sum()
 }
 
-/// Touches in which only the load changes, of so many, with an alarm.
+/// Counts the touches with an alarm among `touches` in which only the load changes.
 fn presses(touches: u64, seed: u64) -> usize {
     let alarms = (0..touches).filter(|n| {
         let mut random = Random(seed + n, None);
@@ -297,8 +298,8 @@ fn presses(touches: u64, seed: u64) -> usize {
     alarms.count()
 }
 
-/// Lifts after a hold, of so many, that are reported as a motion: with a slide before the hold or
-/// without.
+/// Counts the lifts reported as a motion among `touches`, which have a slide before the hold if
+/// `slides` is true.
 fn lifts(touches: u64, slides: bool, seed: u64) -> usize {
     let alarms = (0..touches).filter(|n| {
         let mut random = Random(seed + n, None);
@@ -355,7 +356,7 @@ fn a_lift_is_no_motion() {
     }
 }
 
-/// All figures, by seeds that are fresh or those that constants were chosen with.
+/// Prints all figures, for fresh seeds and for seeds that were used in tuning.
 #[test]
 #[ignore = "takes minutes"]
 fn figures() {

@@ -1,4 +1,4 @@
-//! Frames of another converter: three channels in volts at 1 kHz.
+//! Frames from a different converter: three channels in volts at 1 kHz.
 
 use ridgetone_finger::{Pipeline, PlainFrame};
 use ridgetone_proto::plan::Plan;
@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 #[path = "../examples/plain_frames.rs"]
 mod example;
 
-/// Noise of this standard deviation, nearly Gaussian: a sum of twelve, by a generator of its own.
+/// Nearly Gaussian noise of standard deviation `sigma`: the sum of twelve uniform numbers.
 fn noise(state: &mut u64, sigma: f64) -> f64 {
     let mut uniform = || {
         *state = state
@@ -20,8 +20,8 @@ fn noise(state: &mut u64, sigma: f64) -> f64 {
     sigma * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0)
 }
 
-/// A touch from 1 s on whose load creeps in with a time constant, seconds, a slide over 37.3 Hz from
-/// 2 to 4 s, and a release at 4.5 s. Frames for which `is_lost` are not given.
+/// A touch from 1 s on whose load rises with a time constant of `creep_s`, a slide at 37.3 Hz from
+/// 2 to 4 s, and a release at 4.5 s. Frames for which `is_lost` returns true are omitted.
 fn touch(creep_s: f64, is_lost: impl Fn(u64) -> bool) -> Vec<Event> {
     let plan = Plan::of_frames(1000.0, 3).expect("a plan");
     let settings = Settings {
@@ -97,7 +97,7 @@ fn a_touch_is_found_from_its_onset_to_its_release() {
     }
 }
 
-/// A load that creeps in has its spike long after its onset.
+/// The spike of a slowly rising load is long after its onset.
 #[test]
 fn the_spike_of_a_slow_load_is_late() {
     let events = touch(0.15, |_| false);

@@ -33,7 +33,7 @@ pub const fn rows(lines: usize, points: usize) -> usize {
     }
 }
 
-/// Minimum fraction of a function left by the functions before it: below, errors of rotated blocks
+/// Minimum fraction of a function that the earlier functions leave; below, errors of rotated blocks
 /// dominate.
 const LEFT_MIN: f32 = 1e-3;
 
@@ -169,7 +169,7 @@ impl Blocks {
         b.min(self.count.saturating_sub(1))
     }
 
-    /// Passes over the window, or over its residuals after a model.
+    /// Passes over the frames of the window, or over their residuals after a model.
     #[inline(never)]
     pub fn collect(&mut self, window: &mut WindowFrames, pass: &Pass, model: Option<&Model>) {
         self.lines = pass.lines;
@@ -342,7 +342,7 @@ impl Blocks {
         self.groups
     }
 
-    /// Rotates the unit line to another phase trajectory.
+    /// Rotates the blocks from one phase trajectory of the unit line to another.
     #[inline(never)]
     pub fn turn(&mut self, from: &Trajectory, to: &Trajectory) {
         for b in 0..self.count() {
@@ -470,7 +470,7 @@ impl Batch {
     /// groups of four channels in use.
     #[inline(never)]
     fn add_to(&mut self, rows: &mut [Values], groups: usize) {
-        // Frames of an earlier batch must not count.
+        // Clear weights of an earlier batch.
         self.weights[self.count.min(BATCH)..].fill([0.0; FUNCTIONS]);
         let [one, two, three, four] = self
             .values

@@ -27,11 +27,11 @@ pub struct Comb {
     pub unit: Trajectory,
     /// Lines that stand out of the local noise.
     pub kept: Lines,
-    /// The likeliest comb at another frequency.
+    /// Best-scoring comb at a different frequency.
     pub competing: CompetingComb,
 }
 
-/// A comb at another frequency.
+/// A comb at a different frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct CompetingComb {
     /// Score, finally relative to the likeliest comb.
@@ -49,7 +49,7 @@ impl CompetingComb {
 }
 
 impl Refinement<'_> {
-    /// Fits the comb at a `trajectory`, to which the blocks are rotated, with a baseline of
+    /// Fits the comb at a `trajectory`, to which the blocks are already rotated, with a baseline of
     /// `degree`. Leaves the blocks at the refined unit line.
     #[inline(never)]
     pub fn comb(
@@ -100,8 +100,8 @@ impl Refinement<'_> {
     }
 
     /// Selects the lines whose power over the local noise exceeds the Bayesian penalty plus the
-    /// power that rounding may have. Returns the one whose multiples have most power, with these
-    /// multiples; line 1 if there is none. Aliased lines are not eligible as the unit.
+    /// possible power of rounding. Returns the line whose multiples have the most power, with these
+    /// multiples, or line 1 if no line passes. Aliased lines cannot be the unit.
     #[inline(never)]
     fn lines_there(&self, workspace: &Workspace, cycles: f32) -> Lines {
         let rounding = self.all.rounding(&workspace.weights, self.width);
@@ -191,7 +191,7 @@ impl Refinement<'_> {
         self.likelihood(&workspace.solution) - self.price(min)
     }
 
-    /// Weighs the channels by the noise next to the lines of the projected solution.
+    /// Weights the channels by the noise next to the lines of the projected solution.
     #[inline(never)]
     fn weigh_by_noise_bins(&self, blocks: &Blocks, workspace: &mut Workspace, cycles: f32) {
         let shape = workspace.solution.shape;

@@ -23,14 +23,14 @@ use crate::statistics::Statistics;
 use crate::workspace::Workspace;
 use core::f32::consts::PI;
 
-/// Minimum log odds against another frequency: a thousand to one.
+/// Minimum log odds against a different frequency: a thousand to one.
 const ODDS: f32 = 6.9;
-/// Minimum number of cycles that show a period.
+/// Minimum number of cycles to recognise a period.
 pub const CYCLES: f32 = 1.15;
 /// Minimum number of cycles if all channels have one waveform, or there are at most two channels:
 /// any bump looks like a period.
 pub const CYCLES_ONE: f32 = 2.0;
-/// Maximum RMS phase beyond the fitted degrees, radians: above, a cycle may be lost.
+/// Maximum RMS phase beyond the fitted degrees, radians; above, a cycle may be lost.
 const FOLLOWED: f32 = 0.2;
 /// Power of another line, as a fraction of the tone's, that counts as a second tone.
 const SECOND_TONE: f32 = 0.125;
@@ -83,8 +83,8 @@ pub fn mean(
     }
 }
 
-/// Variance inflation for clipped channels, weighted by their information on the frequency. A
-/// clipped frame has neither noise nor slope: the frames with information have all the noise.
+/// Variance inflation for clipped channels, weighted by their information on the frequency. Clipped
+/// frames carry neither noise nor information, so the other frames carry all of both.
 fn noise_of_clipped(tested: &Tested, solution: &Solution, clipped: &Values) -> f32 {
     if clipped.iter().all(|clipped| *clipped <= 0.0) {
         return 1.0;
@@ -131,7 +131,7 @@ impl Scale {
         let places = places.get(..blocks.count()).unwrap_or_default();
         let level = places.iter().map(|[_, value]| value).sum::<f32>() / places.len() as f32;
         let (mut last, mut seen_there) = (f32::NAN, 0.0);
-        // Cosine and sine of one bin follow each other and share a result.
+        // Cosine and sine of a bin are adjacent and share a result.
         let mut sees = |distance: f32| {
             if distance != last {
                 let (mut cos, mut sin) = (0.0, 0.0);
@@ -165,7 +165,7 @@ impl Scale {
         let few = 1.0 + FEW_SAMPLES / freedom;
         let correlated = 1.0 - followed.noise.shrinkage;
         let width = tested.width as f32;
-        // Part of the noise that the modulation's functions take out.
+        // Fraction of the noise that the modulation's functions absorb.
         let (mut all, mut each) = (0.0, 0.0);
         for power in &tested.powers {
             all += power.all * power.all;
@@ -238,7 +238,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// A frequency that explains the same power.
+    /// A frequency with the same power as the tone.
     fn of(cycles: f32) -> Self {
         Self { cycles, share: 1.0 }
     }
@@ -252,7 +252,7 @@ pub struct Figures<'v> {
     pub mean: &'v Mean,
     /// A line outside the comb.
     pub other: &'v Other,
-    /// The likeliest comb at another frequency.
+    /// Best-scoring comb at a different frequency.
     pub competing: &'v CompetingComb,
     /// Number of the strongest line.
     pub strongest: usize,

@@ -1,8 +1,8 @@
 //! Covariance of the channels' noise from few samples, by shrinkage.
 //!
 //! O. Ledoit, M. Wolf, "A well-conditioned estimator for large-dimensional covariance matrices",
-//! Journal of Multivariate Analysis 88 (2004), 365-411; here correlations are shrunk towards none,
-//! and variances towards the shape of those of all frames.
+//! Journal of Multivariate Analysis 88 (2004), 365-411; here correlations are shrunk towards zero,
+//! and variances towards those over all frames, up to a factor.
 
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::{Factor, Square, invert};

@@ -23,8 +23,8 @@ pub enum Domain<'a> {
     },
 }
 
-/// Frames between the positions that add to the path length, so that encoder steps do not lengthen
-/// the path.
+/// Interval of the positions that add to the path length, frames, so that encoder steps do not
+/// lengthen the path.
 const STRIDE_FRAMES: u32 = 8;
 
 impl<'a> Domain<'a> {

@@ -14,7 +14,7 @@ pub enum Status {
     TooShort,
     /// No valid channel or no valid frame.
     Nothing,
-    /// Another frequency explains the window about as well: see [`Fit::other_tone`].
+    /// A different frequency explains the window about as well: see [`Fit::other_tone`].
     Ambiguous,
     /// A tone without a reliable interval: its phase is not followed, its amplitude comes or goes,
     /// or a channel stays at an end of its range for a quarter of the window.

@@ -26,11 +26,11 @@ use crate::trajectory::Trajectory;
 use crate::window_frames::WindowFrames;
 use crate::workspace::Workspace;
 
-/// Maximum number of fits of a window whose impulses are replaced, the last included.
+/// Maximum number of fits of a window with impulses, including the last.
 const ATTEMPTS: usize = 3;
 /// Maximum number of corrections for delays.
 const LATE_FITS: usize = 3;
-/// Maximum divisor of a peak's frequency to try, given as many harmonics.
+/// Maximum divisor for subharmonics of a peak, if the scene has as many harmonics.
 const DIVISORS: usize = 3;
 /// Minimum number of cycles of a candidate.
 const CYCLES_MIN: f32 = 0.45;
@@ -38,7 +38,7 @@ const CYCLES_MIN: f32 = 0.45;
 const CANDIDATES_APART: f32 = 0.1;
 /// A tone within this distance of hum is subtracted with the hum, cycles per window.
 const HUM_CYCLES: f32 = 1.5;
-/// Below this many cycles a curved baseline is tried for every candidate.
+/// Number of cycles below which a curved baseline is tried for every candidate.
 const CYCLES_CURVED: f32 = 5.0;
 
 /// Frequency estimator, with the memory of its steps.
@@ -214,7 +214,7 @@ impl<'d, 's> WindowFrames<'d, 's> {
         self.look(memory, scene, fit, None);
     }
 
-    /// Looks for a tone only near an expected number of cycles per window, or anywhere.
+    /// Fits a tone near an expected number of cycles per window only, or anywhere.
     #[inline(never)]
     fn look(&mut self, memory: &mut Memory, scene: &Scene, fit: &mut Fit, expected: Option<f32>) {
         let (mut known, is_expected) = (expected, expected.is_some());
@@ -316,14 +316,15 @@ struct Window<'w, 'd, 's> {
     frames: &'w mut WindowFrames<'d, 's>,
     scene: &'w Scene,
     all: &'w Products,
-    /// True if the tone is looked for only near the expected frequency.
+    /// True if the tone is searched only near the expected frequency.
     is_expected: bool,
     /// True if a tone is scored even if its strongest line is the fundamental.
     is_scored: bool,
 }
 
 impl<'w> Window<'w, '_, '_> {
-    /// Likeliest comb near a known frequency, or anywhere; leaves the blocks at its trajectory.
+    /// Finds the likeliest comb near a known frequency, or anywhere; leaves the blocks at its
+    /// trajectory.
     #[inline(never)]
     fn best(&mut self, memory: &mut Memory, known: Option<f32>) -> Option<Comb> {
         memory.workspace.score_of_best = f32::NEG_INFINITY;
@@ -337,8 +338,8 @@ impl<'w> Window<'w, '_, '_> {
         Some(best)
     }
 
-    /// Likeliest comb near a frequency, with the blocks at its unit line. `None` if that comb is at
-    /// another frequency.
+    /// Finds the likeliest comb near a frequency, with the blocks at its unit line. `None` if that
+    /// comb has moved to a different frequency.
     fn near(&mut self, memory: &mut Memory, cycles: f32) -> Option<Comb> {
         let Memory {
             blocks, workspace, ..
@@ -360,7 +361,7 @@ impl<'w> Window<'w, '_, '_> {
         }
     }
 
-    /// Likeliest comb at the peaks, and at a half and a third of each peak.
+    /// Finds the likeliest comb at the peaks, and at a half and a third of each peak.
     #[inline(never)]
     fn search(&mut self, memory: &mut Memory) -> Option<Comb> {
         let Memory {
@@ -464,8 +465,8 @@ impl<'w> Window<'w, '_, '_> {
             self.collect(blocks, &best.trajectory, lines);
         }
         // Scores so far are from rotated blocks; these are exact. The lowest and the highest degree
-        // were compared each at its own frequency; those between are tried at that of the better
-        // one.
+        // were each compared at the comb's own frequency; degrees in between are tried at the
+        // better comb's frequency.
         let (mut at, degree) = (best.trajectory, best.shape.degree);
         best.score = f32::NEG_INFINITY;
         workspace.restore_weights();
@@ -517,8 +518,8 @@ impl<'w> Window<'w, '_, '_> {
         impulses::replace(self.frames, solution, &comb.trajectory, found) > 0
     }
 
-    /// Verdict on a comb, or on its strongest line alone if that is likelier: sidebands of a tone
-    /// whose amplitude changes look like lines of a comb.
+    /// Judges a comb, or only its strongest line if that is likelier: sidebands of a tone with
+    /// varying amplitude look like lines of a comb.
     #[inline(never)]
     fn conclude_with_competing(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) {
         let found = self.conclude(memory, comb, fit);
@@ -557,7 +558,7 @@ impl<'w> Window<'w, '_, '_> {
         }
     }
 
-    /// Follows and tests the phase of a comb, and gives a verdict.
+    /// Tracks and tests the phase of a comb, and judges the comb.
     #[inline(never)]
     fn conclude(&mut self, memory: &mut Memory, comb: &Comb, fit: &mut Fit) -> Concluded {
         let Memory {
@@ -589,7 +590,7 @@ impl<'w> Window<'w, '_, '_> {
         })
     }
 
-    /// Verdict on a followed tone; `None` unless its mean frequency is positive and finite.
+    /// Judges a tracked tone; returns `None` unless its mean frequency is positive and finite.
     #[inline(never)]
     fn judge(
         &mut self,

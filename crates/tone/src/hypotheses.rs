@@ -36,7 +36,7 @@ const NOISE_WIDTH: f32 = 1.6;
 const PLACES_MIN: usize = 4;
 /// Minimum number of noise bins on each side of a line.
 const SIDE_MIN: usize = 3;
-/// Minimum number of cycles of a channel's own line: slower ones look like level and slope.
+/// Minimum number of cycles of a line in a single channel: slower lines look like level and slope.
 const CYCLES_OWN: f32 = 1.0;
 /// Lines between those of the comb, in halves of the fundamental.
 const BETWEEN: [usize; 2] = [1, 3];
@@ -168,7 +168,7 @@ impl<'t> Tested<'t> {
         for number in lines.iter() {
             tests.line = tests.line.max(self.over_loudest(noise_bins, number));
         }
-        // Two channels have no more than a cosine and a sine, whatever the signal.
+        // Two channels span no more than a cosine and a sine, whatever the signal.
         tests.one_shape =
             self.width <= 2 || strongest.second < width + 4.0 * crate::sqrt(2.0 * width);
         let mut own = Sum::default();
@@ -193,8 +193,8 @@ impl<'t> Tested<'t> {
     }
 
     /// Normal deviate of a line in all channels over the loudest noise bin next to it; minus
-    /// infinity with too few bins. The mean of the bins would make a line of noise whose spectrum
-    /// rises, falls, or has a wide peak.
+    /// infinity with too few bins. With the bins' mean instead, noise whose spectrum rises, falls,
+    /// or has a wide peak would pass for a line.
     fn over_loudest(&self, noise_bins: &NoiseBins, number: usize) -> f32 {
         let (followed, width) = (self.followed, self.width as f32);
         let place = self.shape.lines.index(number) % HARMONICS_MAX;
@@ -244,7 +244,7 @@ impl<'t> Tested<'t> {
         let every = ((1u32 << self.width) - 1) as u16;
         let weights = followed.variances.map(|variance| 1.0 / variance);
         for first in (0..self.width).step_by(spectrum.channels()) {
-            // No line in the remaining channels has more power than their residuals.
+            // A line in the remaining channels cannot have more power than their residuals.
             let variances = followed.variances.iter().take(self.width);
             let left: f32 = variances.skip(first).sum();
             let max = OF_SQUARES * window.statistics.frames as f32 * left;
@@ -263,7 +263,7 @@ impl<'t> Tested<'t> {
                 }
             });
             spectrum.add_powers(weights.get(channels.clone()).unwrap_or_default());
-            // A channel without the tone may have a line of its own.
+            // A channel without the tone may have a separate line.
             for k in channels.filter(|k| self.with_tone >> k & 1 == 0) {
                 let power = |i: usize| spectrum.of_channel(k - first, i);
                 let from = spectrum.bin(CYCLES_OWN) as usize + 1;

@@ -35,11 +35,12 @@ const STEPS: usize = 6;
 const STEP_LAST: f32 = 0.03;
 /// Lines are chosen once a step is below this many standard deviations.
 const STEP_NEAR: f32 = 1.0;
-/// Below this many cycles a peak may be off by half a cycle, due to its negative frequency.
+/// Number of cycles below which a peak may be off by half a cycle, due to its negative frequency.
 const CYCLES_FEW: f32 = 3.0;
 /// Starting points around a peak of few cycles, cycles.
 const STARTS: [f32; 3] = [0.0, -0.5, 0.5];
-/// Maximum distance from the expected frequency, cycles: a tone further away is another one.
+/// Maximum distance from the expected frequency, cycles; a tone further away counts as a different
+/// tone.
 const EXPECTED_NEAR: f32 = 0.45;
 /// Minimum number of cycles of a subharmonic of a peak.
 const CYCLES_PART: f32 = 0.8;

@@ -12,7 +12,7 @@ pub const DEGREE_MAX: usize = 4;
 pub const UNKNOWNS_MAX: usize = DEGREE_MAX + 1 + 2 * HARMONICS_MAX;
 /// Maximum number of blocks of a window.
 pub const BLOCKS_MAX: usize = 16;
-/// Lines of all blocks on the chip; with five harmonics there are fewer blocks.
+/// Lines of all blocks on the chip; with five harmonics fewer blocks fit.
 #[cfg(any(test, not(feature = "long-windows")))]
 pub const BLOCK_LINES_CHIP: usize = BLOCKS_MAX * (HARMONICS_MAX - 1);
 /// Lines of all blocks.

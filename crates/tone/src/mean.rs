@@ -121,15 +121,15 @@ fn entry<T: Copy + Default, const N: usize>(table: &[[T; N]], row: usize, column
     entry.copied().unwrap_or_default()
 }
 
-/// Sum of all odd degrees above `n`: half of the phase that they add from end to end; as a row of
-/// the returned degree.
+/// Sum of all odd degrees above `n`, which is half the phase that they add from end to end, as a
+/// degree and its row.
 fn ends(order: usize, n: usize) -> (usize, Row) {
     let k = if n.is_multiple_of(2) { n + 1 } else { n + 2 };
     let share = 1.0 / (2 * k - 1) as f32;
     (k, entry(&ROWS, order - 1, k - 1).map(|x| x * share))
 }
 
-/// True if entry `i` counts for the mean: odd degrees (entry 0 is degree 2), and the ends.
+/// True if entry `i` contributes to the mean: odd degrees (entry 0 is degree 2), and the ends.
 fn counts(i: usize, n: usize) -> bool {
     i + 1 == n || i % 2 == 1
 }
@@ -202,7 +202,7 @@ impl Walk {
     }
 }
 
-/// Estimate by one model.
+/// Estimate of one model.
 #[derive(Clone, Copy, Default)]
 struct Answer {
     log_weight: f32,
@@ -212,7 +212,7 @@ struct Answer {
     unfollowed: f32,
 }
 
-/// Average of estimates, by their weights.
+/// Weighted average of estimates.
 struct Average {
     /// Largest log weight.
     best: f32,

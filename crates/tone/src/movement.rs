@@ -21,9 +21,9 @@ use core::ops::Range;
 const STEPS: usize = 6;
 /// Maximum number of iterations.
 const TURNS: usize = 7;
-/// Minimum number of iterations: the first has the noise next to a comb that was not at its
-/// optimum. With the second, tones that start or end in the window become outliers reported as good
-/// a third as often.
+/// Minimum number of iterations: the first uses the noise next to a comb that is not at its
+/// optimum. A second one cuts the outliers reported as good, from tones that start or end in the
+/// window, to a third.
 const TURNS_MIN: usize = 2;
 /// Iterations after which the lines are chosen again.
 const LINES_AGAIN: [usize; 2] = [2, 4];
@@ -204,8 +204,8 @@ fn noise_weights(
 }
 
 impl Refinement<'_> {
-    /// Follows a comb, starting with the blocks at it, into `followed`; `recollect` passes over the
-    /// window again. False if there are too few noise bins.
+    /// Estimates the modulation of a comb, at which the blocks must be, into `followed`;
+    /// `recollect` passes over the window again. Returns false if there are too few noise bins.
     #[inline(never)]
     pub fn follow(
         &self,
@@ -264,7 +264,7 @@ impl Refinement<'_> {
             if fades {
                 fitted.amplitude = (fitted.amplitude + MOVES - 1).min(max);
             }
-            // Choose lines again that the modulation had smeared.
+            // Choose the lines again, since modulation may have smeared some.
             if fitted.phase > 1 && LINES_AGAIN.contains(&turn) {
                 recollect(blocks, &trajectory, self.lines(trajectory.cycles));
                 let degrees = [1, shape.degree];
@@ -284,7 +284,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// Estimates the noise next to the lines and the residual modulation; false with too few bins.
+    /// Estimates the noise next to the lines and the residual modulation; returns false with too
+    /// few bins.
     #[inline(never)]
     fn noise(
         &self,
@@ -378,7 +379,7 @@ impl Refinement<'_> {
     /// Collects the noise bins of the projected solution.
     fn collect_noise_bins(&self, blocks: &Blocks, workspace: &mut Workspace, cycles: f32) {
         let shape = workspace.solution.shape;
-        // Harmonics too weak to be kept are no noise either, if enough bins remain without them.
+        // Harmonics too weak to be kept do not count as noise if enough bins remain without them.
         let whole = Shape {
             lines: self.lines(cycles).and(shape.lines),
             ..shape

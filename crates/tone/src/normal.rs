@@ -65,7 +65,7 @@ pub struct Normal {
 /// Products of the tone, weighted by the inverse noise covariance.
 ///
 /// The derivative by the amplitude is the tone itself; the derivative by the phase is each line
-/// times its number, turned by a quarter.
+/// times its number, rotated by a quarter turn.
 struct Weighted {
     /// Products of the lines' weighted coefficients with those of all unknowns.
     fitted: OfModel,
@@ -194,7 +194,7 @@ impl Normal {
         }
     }
 
-    /// Projects the model out of the frequency alone: a fifth of the work of [`Self::project`].
+    /// Projects the model out of the frequency only: a fifth of the work of [`Self::project`].
     #[inline(never)]
     fn project_frequency(&mut self, solution: &Solution, weighted: &Weighted, memory: &[f32]) {
         let (shape, factor) = (&solution.shape, solution.factor());
@@ -332,7 +332,7 @@ impl Normal {
                 }
             }
             if l < phase {
-                // The transpose of a turn goes backwards.
+                // The transpose of a rotation rotates backwards.
                 turn_rows(&mut solved, shape.lines);
                 weighted.weigh(&solved, shape, &mut rows);
                 if amplitude > 0 {

@@ -23,7 +23,7 @@ pub enum Noise {
 /// Correlation of the noise between channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
-    /// Each channel has its own.
+    /// Each channel has independent noise.
     Independent,
     /// Noise may be correlated between channels.
     MayShare,
@@ -68,7 +68,7 @@ pub struct Band {
 }
 
 impl Band {
-    /// The band in another unit, which is `unit` in the present one.
+    /// Converts the band to a different unit, which equals `unit` in the present one.
     pub(crate) fn over(&self, unit: f32) -> Self {
         Self {
             least: self.least / unit,

@@ -39,7 +39,7 @@ pub struct Statistics {
     pub stay: bool,
 }
 
-/// True if so many frames at an end of the range may be clipped by the level.
+/// True if `count` frames at an end of the range suggest clipping by the level.
 fn is_long(count: f32, frames: u32) -> bool {
     count > STAYS * frames as f32
 }
@@ -298,7 +298,7 @@ pub struct Products {
     pub count: f32,
     /// True if products between channels are summed.
     pub may_share: bool,
-    /// Frame that waits for a second one.
+    /// Frame that waits to be added together with the next one.
     pending: Option<Values>,
 }
 

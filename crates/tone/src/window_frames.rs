@@ -22,8 +22,8 @@ const COARSE: f32 = 1e-5;
 #[derive(Clone, Copy, Default)]
 struct Units {
     from: [u8; 4],
-    /// Large levels, subtracted before the slope; zero for other channels. A large level plus the
-    /// slope would be rounded in steps that repeat over the window.
+    /// Large levels, subtracted before the slope; zero for other channels. Rounding a large level
+    /// plus the slope would cause steps that repeat over the window.
     coarse: [f32; 4],
     level: [f32; 4],
     slope: [f32; 4],

@@ -12,8 +12,8 @@ use crate::spectrum::Sums;
 
 const ROWS: usize = rows(POINTS_MAX);
 
-/// Rows of scratch memory. On a PC the sums of transforms need the most; on the chip a third of the
-/// sums is in the normal equations.
+/// Rows of scratch memory. On a PC the transform sums need the most; on the chip a third of these
+/// sums is in the memory of the normal equations.
 pub const fn rows(points: usize) -> usize {
     if points > POINTS_CHIP {
         (3 * points / 2).div_ceil(CHANNELS_MAX)

@@ -1,5 +1,5 @@
-//! Windows with very little noise: what the model cannot describe is rounding, of the values and of
-//! sums, which is not a line.
+//! Windows with very little noise: the model's misfit is rounding, of values and of sums, which
+//! must not be taken for a line.
 
 mod common;
 
@@ -17,8 +17,8 @@ fn assert_good_and_right(fit: &Fit, cycles: f64, what: &str) {
     assert!(off.abs() < 0.01, "{what}, {cycles} cycles: {fit:?}");
 }
 
-/// A finger over a grating, without noise but for the converter's rounding, with overtones and
-/// without, of the paper's form and of a solid that is pressed.
+/// A finger on a grating, with no noise but the converter's rounding, with and without overtones:
+/// the paper's signal, and a compressed solid.
 #[test]
 fn a_clean_finger_is_good() {
     for (speed_mm_s, period_mm) in [(30.0, 3.6), (30.0, 2.6), (60.0, 3.1), (20.0, 3.6)] {
@@ -41,7 +41,7 @@ fn a_clean_finger_is_good() {
             let mut scene = SlidingScene::new(parameters).expect("a scene");
             let truth = scene.truth();
             let slide = (truth.slide_start_s * RATE_HZ) as usize;
-            // A scan reads one input after the other.
+            // A scan reads one input after another.
             let values: Vec<f32> = (0..(slide + 400) * CHANNELS)
                 .map(|at| {
                     let (frame, input) = (at / CHANNELS, at % CHANNELS);
@@ -62,7 +62,7 @@ fn a_clean_finger_is_good() {
     }
 }
 
-/// Rounding makes endless overtones, and some of them fold onto parts of the tone's frequency.
+/// Rounding makes endless overtones, some of which alias to fractions of the tone's frequency.
 #[test]
 fn a_sine_that_is_rounded_is_good() {
     for frames in [48, 120, 241] {
@@ -86,8 +86,8 @@ fn a_sine_that_is_rounded_is_good() {
     }
 }
 
-/// A line of a hundredth of the tone's amplitude at four thirds of its frequency: no comb of a
-/// third of it, as nothing is at its fundamental.
+/// A line at a hundredth of the tone's amplitude and four thirds of its frequency: not a comb of a
+/// third of the frequency, because there is no line at that fundamental.
 #[test]
 fn a_faint_line_beside_the_tone_makes_no_comb_without_a_fundamental() {
     for number in 0..40u32 {

@@ -1,4 +1,4 @@
-//! A tone that is expected where the window before had it.
+//! A tone that is expected at the previous window's frequency.
 
 mod common;
 
@@ -32,7 +32,7 @@ fn it_is_what_a_search_finds() {
         let cycles = 5.3 + 1.7 * f64::from(n);
         let values = window(&[cycles, 2.0 * cycles], u64::from(n));
         let found = fit(&values, CHANNELS);
-        // A hand's speed changes by a percent from one window to the next.
+        // A hand's speed changes by about a percent between windows.
         let near = cycles as f32 * 1.01;
         let expected = fit_with(&values, CHANNELS, |span| span.expecting(near));
         assert_eq!(expected.status, Status::Good, "{cycles}: {expected:?}");
@@ -44,7 +44,8 @@ fn it_is_what_a_search_finds() {
     }
 }
 
-/// Elsewhere, at half of it, and where there is none, it is searched for as if nothing were expected.
+/// A tone elsewhere, at half the expected frequency, or absent: the result is that of a search
+/// without an expectation.
 #[test]
 fn what_is_not_there_is_searched_for() {
     for (lines, expected) in [
@@ -65,7 +66,7 @@ fn what_is_not_there_is_searched_for() {
         let off = f64::from(found.frequency) - lines.first().unwrap_or(&0.0);
         assert!(off.abs() < 0.02, "{found:?}");
     }
-    // The unit is that of the fit: a rate that is not the window's.
+    // The expected frequency is in the fit's unit, here hertz.
     let values = window(&[9.7], 4);
     let hz = RATE_HZ * 9.7 / FRAMES as f64;
     let tracked = fit_with(&values, CHANNELS, |span| {

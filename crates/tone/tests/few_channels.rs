@@ -1,5 +1,5 @@
-//! Few channels and few cycles: a part of a cycle with overtones looks like one and a half cycles
-//! next to a curved baseline.
+//! Few channels and few cycles: part of a cycle with overtones resembles one and a half cycles on a
+//! curved baseline.
 
 mod common;
 
@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 const FRAMES: usize = 240;
 const WINDOWS: u32 = 500;
 
-/// A tone with overtones 20 dB above white noise, as `channels` channels see it; equal numbers give
-/// equal windows.
+/// Fits a tone with overtones, 20 dB above white noise, in `channels` channels; the same `number`
+/// makes the same window.
 fn fit(cycles: f64, channels: usize, number: u32) -> Fit {
     let seed = u64::from(number) * 7_919 + (cycles * 1e6) as u64 + channels as u64;
     let mut even = common::even(seed);
@@ -27,7 +27,7 @@ fn fit(cycles: f64, channels: usize, number: u32) -> Fit {
             let wave = |h: u32, amplitude: f64| {
                 amplitude * (TAU * (f64::from(h) * turns + phases[h as usize - 1])).cos()
             };
-            // A sum of twelve even numbers is nearly normal.
+            // The sum of twelve uniform numbers is nearly normal.
             let noise = (0..12).map(|_| even()).sum::<f64>() - 6.0;
             values.push(
                 (wave(1, 1.0) + wave(2, 0.4) + wave(3, 0.2) + wave(4, 0.1) + 0.0707 * noise) as f32,
@@ -37,7 +37,7 @@ fn fit(cycles: f64, channels: usize, number: u32) -> Fit {
     common::fit_harmonics(&values, channels, 4)
 }
 
-/// Good answers, and those of them that are off by more than 5 %.
+/// Counts the good fits, and those of them that are off by more than 5 %.
 fn good_and_wrong(cycles: f64, channels: usize) -> (u32, u32) {
     let (mut good, mut wrong) = (0, 0);
     for number in 0..WINDOWS {
@@ -49,7 +49,7 @@ fn good_and_wrong(cycles: f64, channels: usize) -> (u32, u32) {
     (good, wrong)
 }
 
-/// One of a hundred may be wrong and good.
+/// At most one in a hundred is wrong but good.
 #[test]
 fn a_part_of_a_cycle_in_few_channels_is_no_tone_of_more_cycles() {
     for channels in [1, 2, 4, 8] {
@@ -63,8 +63,8 @@ fn a_part_of_a_cycle_in_few_channels_is_no_tone_of_more_cycles() {
     }
 }
 
-/// More cycles make a tone certain: at most one of a hundred is not good. One or two channels
-/// have the shape of any bump, so that a tone of theirs has two cycles or more.
+/// With enough cycles at most one in a hundred is not good. One or two channels can follow any
+/// bump, so they need two cycles or more.
 #[test]
 fn two_cycles_in_few_channels_are_good() {
     for (channels, cycles) in [(1, 2.4), (1, 3.1), (2, 2.3), (4, 1.5), (8, 1.5)] {

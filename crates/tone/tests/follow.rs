@@ -1,4 +1,4 @@
-//! The loop that follows a line behind a fit's window, against the true frequency.
+//! The loop that tracks a line after a fit's window, against the true frequency.
 
 mod common;
 
@@ -6,13 +6,13 @@ use common::{even, normal};
 use ridgetone_tone::{Fitter, FrameSpan, Frames, Scene, Status, Tracked};
 use std::f64::consts::TAU;
 
-/// Frames from one fit to the next: 0.05 s at 241 frames a second.
+/// Frames between fits: 0.05 s at 241 frames a second.
 const STRIDE: u32 = 12;
 
-/// A tone in some channels, each with a phase, an amplitude and a drift of its own.
+/// A tone in several channels, which differ in phase, amplitude and drift.
 struct Tone {
     channels: usize,
-    /// Cycles per frame at a frame.
+    /// Frequency at a frame, cycles per frame.
     frequency: fn(f64) -> f64,
     /// Amplitude at a frame.
     amplitude: fn(f64) -> f64,
@@ -41,7 +41,7 @@ impl Tone {
     }
 }
 
-/// Good answers of fits every [`STRIDE`] frames, and of the loop between them.
+/// Good fits every [`STRIDE`] frames, and the loop's estimates between them.
 #[derive(Default)]
 struct Answers {
     fitted: Figures,
@@ -50,17 +50,17 @@ struct Answers {
     windows: f64,
 }
 
-/// Errors of some answers.
+/// Errors of estimates.
 #[derive(Default)]
 struct Figures {
     count: f64,
     covered: f64,
-    /// Sums of their squares, over sigma and over the frequency.
+    /// Sums of squared errors, relative to sigma and to the frequency.
     squares: [f64; 2],
 }
 
 impl Figures {
-    /// Adds an answer, in cycles per frame, of a window with this mean frequency.
+    /// Adds an estimate, cycles per frame, for a window whose true mean frequency is `mean`.
     fn add(&mut self, frequency: f32, sigma: f32, mean: f64) {
         let off = f64::from(frequency) - mean;
         let over_sigma = off / f64::from(sigma);
@@ -90,7 +90,7 @@ impl std::fmt::Display for Figures {
     }
 }
 
-/// Answers at every frame of some slides.
+/// Estimates at every frame of one slide per seed.
 fn answers(tone: &Tone, window: u32, seeds: std::ops::Range<u64>) -> Answers {
     let mut found = Answers::default();
     for seed in seeds {
@@ -163,13 +163,13 @@ fn answers_cover_the_mean_over_the_window_and_one_of_twelve_is_a_fit() {
         assert!(fits < 0.12 && good > 0.99, "{all}");
         let least = fitted.coverage().min(0.94) - 0.02;
         assert!((least..0.98).contains(&followed.coverage()), "{all}");
-        // Below two cycles a level is less certain at the window's end.
+        // Below two cycles the level is less certain at the window's end.
         let most = if window < 48 { 1.25 } else { 1.15 };
         assert!(followed.rms()[1] < most * fitted.rms()[1], "{all}");
     }
 }
 
-/// A slide whose tone stops, halves its frequency, or loses half of its amplitude.
+/// The tone stops, halves its frequency, or loses half of its amplitude.
 #[test]
 fn a_tone_that_changes_is_not_followed() {
     const AT: f64 = 400.0;
@@ -210,7 +210,7 @@ fn a_tone_that_changes_is_not_followed() {
                     .unwrap();
                 let after = end as f64 - AT;
                 println!("{name}, {channels} channels, {snr_db} dB: lost {after} frames later");
-                // A quarter of a cycle.
+                // A quarter of the window.
                 assert!(
                     after < 12.0,
                     "{name}, {channels} channels, {snr_db} dB: {after} frames"
@@ -255,7 +255,7 @@ fn there_is_nothing_to_follow_without_a_good_fit_of_one_line_in_white_noise() {
         assert_eq!(fitter.fit(span, &scene).unwrap().status, Status::Good);
         let tracked = follow(&mut fitter, 120, 12).unwrap();
         assert_eq!(tracked.is_some(), expected, "{name}");
-        // Frames that are not there end it.
+        // Frames out of range end the tracking.
         assert!(follow(&mut fitter, 400, 1).is_err() || !expected, "{name}");
         assert_eq!(follow(&mut fitter, 132, 1), Ok(None), "{name}");
     }

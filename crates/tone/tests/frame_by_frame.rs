@@ -1,5 +1,5 @@
-//! Windows that are taken frame by frame: those too short for chunks, and those along a path; with
-//! frames missing.
+//! Windows fitted frame by frame, with frames missing: those too short for chunks, and those along
+//! a path.
 
 mod common;
 
@@ -8,11 +8,10 @@ use ridgetone_tone::{Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
-/// Standard deviation of the noise, over the amplitude: 20 dB.
+/// Standard deviation of the noise relative to the amplitude: 20 dB.
 const NOISE: f64 = 0.070_71;
 
-/// Frames of a tone of so many cycles at the places of the frames, 0 to 1, every ninth frame
-/// missing.
+/// Frames of a tone of `cycles` cycles, at positions from 0 to 1; every ninth frame is missing.
 fn frames(places: &[f64], cycles: f64, seed: u64) -> Vec<f32> {
     let mut normal = common::normal(seed);
     let mut values = Vec::new();
@@ -29,8 +28,8 @@ fn frames(places: &[f64], cycles: f64, seed: u64) -> Vec<f32> {
     values
 }
 
-/// The Cramer-Rao bound of the frequency, cycles over the whole, by the sums over the frames that
-/// are there: amplitudes and phases of all channels are unknown, and many cycles make them
+/// Cramer-Rao bound of the frequency, cycles over the whole range, from sums over the frames that
+/// are present. Amplitudes and phases of all channels are unknown; with many cycles they are
 /// independent of the levels.
 fn bound(places: &[f64]) -> f64 {
     let there: Vec<f64> = places
@@ -44,7 +43,7 @@ fn bound(places: &[f64]) -> f64 {
     NOISE / TAU / (0.5 * CHANNELS as f64 * spread).sqrt()
 }
 
-/// Root mean square of the errors over the bound, of twenty windows that are all good.
+/// Fits twenty windows, which must be good, and returns the RMS error relative to the bound.
 fn error_over_bound(places: &[f64], cycles: f64, fit: impl Fn(&[f32]) -> (Status, f64)) -> f64 {
     let square = |seed| {
         let (status, found) = fit(&frames(places, cycles, seed));
@@ -54,8 +53,7 @@ fn error_over_bound(places: &[f64], cycles: f64, fit: impl Fn(&[f32]) -> (Status
     ((1..=20).map(square).sum::<f64>() / 20.0).sqrt()
 }
 
-/// Twenty errors have a RMS within 0.6 and 1.4 of their standard deviation but for one
-/// time in a hundred.
+/// Range of the RMS of twenty errors, relative to their standard deviation, in 99 of 100 cases.
 const NEAR_THE_BOUND: std::ops::Range<f64> = 0.6..1.4;
 
 #[test]

@@ -1,4 +1,4 @@
-//! Harmonics above half the frame rate, which are seen at their images, and an interferer beside
+//! Harmonics above half the frame rate, which appear at their aliases, and an interferer next to
 //! five harmonics.
 
 mod common;
@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
 
-/// A window, its lines in cycles per window.
+/// Parameters of a window; frequencies are in cycles per window.
 struct Window {
     frames: usize,
     cycles: f64,
@@ -20,7 +20,7 @@ struct Window {
 }
 
 impl Window {
-    /// A tone whose channels have one wave, each at its own time; no interferer.
+    /// A tone with the same waveform in all channels, each with its own delay; no interferer.
     fn of_tone(frames: usize, cycles: f64, harmonics: [f64; 4], noise: f64) -> Self {
         Self {
             frames,
@@ -32,7 +32,7 @@ impl Window {
     }
 
     fn values(&self) -> Vec<f32> {
-        // Numbers that depend on the window alone.
+        // The noise depends on the window's frequency alone.
         let mut normal = common::normal((self.cycles * 1e9) as u64 | 1);
         let mut values = Vec::new();
         for frame in 0..self.frames {
@@ -59,15 +59,15 @@ impl Window {
         })
     }
 
-    /// Cycles by which a fit is off, and the same over its sigma.
+    /// Error of a fit in cycles per window, and relative to its sigma.
     fn off(&self, fit: &Fit) -> (f64, f64) {
         let off = (f64::from(fit.frequency) * self.frames as f64 - self.cycles).abs();
         (off, off / (f64::from(fit.sigma) * self.frames as f64))
     }
 }
 
-/// An interferer is taken out first, so that five harmonics have space beside it. Where it is within
-/// a cycle of one, it takes a part of that one too, and the answer may be ambiguous.
+/// An interferer is subtracted first, which leaves room for five harmonics. Within a cycle of a
+/// harmonic it takes part of that line too, and the fit may be ambiguous.
 #[test]
 fn five_harmonics_beside_an_interferer_are_right() {
     for n in 0..40 {
@@ -95,9 +95,9 @@ const HARMONICS: [[f64; 4]; 3] = [
     [1.0, 0.5, 0.33, 0.25],
 ];
 
-/// From 8 to 118 cycles per window of 240 frames, most of whose overtones are above half the frame
-/// rate. A comb of a lower frequency that passes through their images is no reading of it. Bar: one
-/// of a hundred is wrong and good, and as many have no frequency.
+/// From 8 to 118 cycles per window of 240 frames most overtones are above half the frame rate. A
+/// comb of a lower frequency through their aliases must not be taken for the tone. Requirement: at
+/// most one in a hundred is wrong but good, and at most one in a hundred has no frequency.
 #[test]
 fn overtones_above_half_the_frame_rate_make_no_lower_tone() {
     for harmonics in HARMONICS {
@@ -121,9 +121,9 @@ fn overtones_above_half_the_frame_rate_make_no_lower_tone() {
     }
 }
 
-/// A tone with a fifth harmonic that nobody fits, where twenty times its frequency has its image at
-/// the tone itself: a comb of the fifth harmonic and the image of its fourth has fewer lines. Its
-/// strongest line is that image, so the answer names the tone.
+/// A tone with a fifth harmonic that is not fitted. Twenty times its frequency aliases to the tone
+/// itself, so a comb of the fifth harmonic and the alias of its fourth has fewer lines. That alias
+/// is its strongest line, so the fit reports the tone as well.
 #[test]
 fn a_tone_is_not_taken_for_the_image_of_an_overtone() {
     const FRAMES: usize = 47;
@@ -150,9 +150,9 @@ fn a_tone_is_not_taken_for_the_image_of_an_overtone() {
     assert!(named > 0, "none is named");
 }
 
-/// They are lines of the tone, with five harmonics too, and a comb of a lower frequency through
-/// their images is no reading of it. Bar: one of a hundred is wrong and good, two thirds are good
-/// next to hardly any noise and five sixths next to some.
+/// Aliased overtones are lines of the tone, also with five harmonics, and not a comb of a lower
+/// frequency. Requirement: at most one in a hundred is wrong but good, two thirds are good in very
+/// little noise, and five sixths in some.
 #[test]
 fn overtones_above_half_the_frame_rate_are_the_tones_own() {
     for harmonics in HARMONICS {
@@ -174,7 +174,7 @@ fn overtones_above_half_the_frame_rate_are_the_tones_own() {
     }
 }
 
-/// Fast for its frame rate: the second and the third harmonic are folded onto places of their own.
+/// Close to half the frame rate the second and third harmonics alias to separate lines.
 #[test]
 fn a_tone_near_half_the_frame_rate_has_overtones() {
     for number in 0..20 {

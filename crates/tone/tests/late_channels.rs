@@ -1,5 +1,5 @@
-//! Along a path channels that are read one after the other are at places of their own; and where it
-//! turns, friction turns with it.
+//! Along a path, channels that are read one after another are at different positions; and where the
+//! path turns, friction changes its sign.
 
 mod common;
 
@@ -9,16 +9,16 @@ use std::f64::consts::TAU;
 const COUNT: usize = 240;
 const PERIOD_MM: f64 = 2.0;
 
-/// Frames by which each channel is late. The first ones have the largest amplitudes, so that errors
-/// do not cancel.
+/// Delay of each channel, frames. The first channels have the largest amplitudes, so that errors do
+/// not cancel.
 fn later(channel: usize) -> f64 {
     (channel as f64 - 7.5) / 16.0
 }
 
-/// What a window has next to its wave.
+/// Disturbances of a window, and what the fit knows.
 #[derive(Clone, Copy, Default)]
 struct Recipe {
-    /// Added to the levels where the path goes back.
+    /// Offset of the levels where the path goes back.
     way: f64,
     /// Amplitude of a third harmonic, which is not fitted.
     third: f64,
@@ -28,7 +28,7 @@ struct Recipe {
     is_lateness_unknown: bool,
 }
 
-/// Fits cos(TAU x / period) along places `x_mm` of frames that need not be whole.
+/// Fits cos(TAU x / period) along the path `x_mm` of the frame number, which need not be whole.
 fn fit(x_mm: &dyn Fn(f64) -> f64, recipe: Recipe) -> Fit {
     let mut noise = common::normal(recipe.seed);
     let mut values = Vec::new();
@@ -60,16 +60,16 @@ fn fit(x_mm: &dyn Fn(f64) -> f64, recipe: Recipe) -> Fit {
         .expect("its frames are there")
 }
 
-/// A finger that gets faster, from 0.02 to 0.18 mm a frame.
+/// A finger that accelerates from 0.02 to 0.18 mm per frame.
 fn faster(frame: f64) -> f64 {
     0.02 * frame + 0.5 * frame * frame * 0.16 / COUNT as f64
 }
 
-/// A channel that is late by t frames is v t further: with the speed v = v0 + a n that is a t n
-/// more than at the start, a t n / x of the wavelength in the mean. By the amplitudes' squares the
-/// channels are early by 0.1 frames, so that at the mean speed of 0.1 mm and with a = 0.16 / 240 mm
-/// a frame the error is 0.1 x 0.00067 / 0.1 = 0.07 % in the mean, and more where a fit takes the
-/// lateness for a movement.
+/// A channel with a delay of t frames is v t further along: with the speed v = v0 + a n that is a t
+/// n more than at the start, a mean error of a t n / x of the wavelength. Weighted by squared
+/// amplitude the channels are early by 0.1 frames, so at the mean speed of 0.1 mm and with a = 0.16
+/// / 240 mm per frame the error is 0.1 x 0.00067 / 0.1 = 0.07 % in the mean, and more if the fit
+/// takes the delay for phase modulation.
 #[test]
 fn channels_that_are_late_do_not_bend_the_wavelength() {
     let (mut known, mut unknown) = (0.0, 0.0);
@@ -98,12 +98,12 @@ fn channels_that_are_late_do_not_bend_the_wavelength() {
     assert!(unknown > 0.0002 && known < 0.1 * unknown);
 }
 
-/// A path that turns is as good as another, and where its ways differ in level no good answer is
-/// wrong: a step of the level is not a tone.
+/// A path that turns is as good as a straight one. Where the level differs between the two
+/// directions, no good fit is wrong: a step of the level is not a tone.
 #[test]
 fn ways_that_differ_are_not_good_and_wrong() {
     let turning = |frame: f64| 0.1 * (frame - frame * frame / 320.0);
-    // A turn within the first stride by which a path's length is measured.
+    // The path turns within the first stride of the path length's measurement.
     let turned = |frame: f64| 0.0005 * (frame - 4.0) * (frame - 4.0);
     let paths: [&dyn Fn(f64) -> f64; 2] = [&turning, &turned];
     let (mut good, mut held) = (0, 0);
@@ -128,8 +128,8 @@ fn ways_that_differ_are_not_good_and_wrong() {
     assert!(held * 100 >= good * 92, "{held} of {good}");
 }
 
-/// A stage that stalls on its way and slips back by 1 % of it, as recordings of real ones have it,
-/// next to overtones that are not fitted: nothing turns with it.
+/// A stage that stalls and slips back by 1 % of its path, as in real recordings, with overtones
+/// that are not fitted: the level does not follow the direction.
 #[test]
 fn a_stage_that_slips_back_on_its_way_is_steady() {
     let slips = |frame: f64| 0.08 * (frame - 14.0 * ((frame - 120.0) / 11.0).tanh());
@@ -144,12 +144,11 @@ fn a_stage_that_slips_back_on_its_way_is_steady() {
     }
 }
 
-/// Time constant of a low-pass, frames: that of the bridges at 1,840 frames a second.
+/// Time constant of a low-pass, frames: the bridges' at 1,840 frames a second.
 const LOW_PASS: f64 = 0.75;
 
-/// Fits a wave and its second harmonic of half that size behind a first-order low-pass, by
-/// positions of a time constant ago, in so many channels. Its answer to the differential equation is
-/// by the trapezoidal rule.
+/// Fits a wave and a second harmonic of half its amplitude behind a first-order low-pass, along
+/// positions delayed by its time constant. The trapezoidal rule integrates the low-pass.
 fn fit_filtered(x_mm: &dyn Fn(f64) -> f64, channels: usize, low_pass: f64) -> Fit {
     const STEPS: usize = 50;
     let signal = |at: f64, channel: usize| {
@@ -185,8 +184,8 @@ fn fit_filtered(x_mm: &dyn Fn(f64) -> f64, channels: usize, low_pass: f64) -> Fi
         .expect("its frames are there")
 }
 
-/// A low-pass delays a tone of f hertz by atan(2 pi f t) / (2 pi f), so that harmonics are ahead of
-/// their positions where the path is fast: by up to 0.19 of a radian here, their second ones by 0.8.
+/// A low-pass delays a tone of f hertz by atan(2 pi f t) / (2 pi f), so harmonics lead the delayed
+/// positions where the path is fast: here by up to 0.19 rad, and second harmonics by up to 0.8 rad.
 #[test]
 fn a_low_pass_does_not_bend_the_wavelength() {
     let slower = |frame: f64| 0.4 * frame - 0.5 * frame * frame * 0.3 / COUNT as f64;

@@ -1,5 +1,5 @@
-//! The lean scene: as accurate as the Cramer-Rao bound allows, as sensitive as its channels, and
-//! never good where the window is not what the scene declares.
+//! The lean scene: as accurate as the Cramer-Rao bound allows, as sensitive as its channels allow,
+//! and never good where the window violates the scene's assumptions.
 
 mod common;
 
@@ -7,23 +7,23 @@ use common::{even, normal};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
-/// What is in a window besides level, slope, tone and white noise of variance 1.
+/// Content of a window in addition to level, slope, tone and white noise of variance 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Extra {
     Nothing,
     /// The level creeps with the logarithm of time.
     Creep,
-    /// The noise is an autoregression of this coefficient.
+    /// Autoregressive noise with this coefficient.
     Coloured(f64),
-    /// Half of the noise is the same in all channels.
+    /// Half of the noise is common to all channels.
     Shared,
-    /// Another tone, as loud, so many cycles above.
+    /// A second tone of the same amplitude, this many cycles above the first.
     Tone(f64),
-    /// The tone begins in the window.
+    /// The tone starts within the window.
     Begins,
     /// The frequency rises by a tenth over the window.
     Chirp,
-    /// A second harmonic of a third of the amplitude.
+    /// A second harmonic at a third of the amplitude.
     Overtone,
 }
 
@@ -33,12 +33,12 @@ struct Case {
     channels: usize,
     snr_db: f64,
     extra: Extra,
-    /// Harmonics 2, 3 and 4, by their amplitudes over the fundamental's, where the scene has them;
-    /// the power of all is that of the tone.
+    /// Amplitudes of harmonics 2, 3 and 4 relative to the fundamental's, if the scene has them; the
+    /// total power is the tone's.
     overtones: Option<[f64; 3]>,
 }
 
-/// A window, its cycles, and the Cramer-Rao bound of these.
+/// A window, its number of cycles and their Cramer-Rao bound.
 struct Window {
     values: Vec<f32>,
     cycles: f64,
@@ -116,7 +116,7 @@ impl Case {
         }
     }
 
-    /// The lean scene, or the same with four harmonics.
+    /// Returns the lean scene, with four harmonics if there are overtones.
     fn scene(&self) -> Scene {
         let harmonics = if self.overtones.is_some() { 4 } else { 1 };
         Scene {
@@ -125,7 +125,7 @@ impl Case {
         }
     }
 
-    /// The fit in cycles per window.
+    /// Fits a window; the frequency is in cycles per window.
     fn fit(&self, window: &Window, fitter: &mut Fitter, expected: Option<f32>) -> Fit {
         let mut frames = Frames::new(&window.values, self.channels).expect("1 to 16 channels");
         let span = FrameSpan::new(&mut frames, 0, self.frames as u32);
@@ -144,9 +144,9 @@ impl Case {
 struct Counts {
     good: u64,
     covered: u64,
-    /// Good, and off by more than five sigma.
+    /// Number of good fits that are off by more than five sigma.
     outliers: u64,
-    /// Mean square of the error over the bound's.
+    /// Mean square error relative to the bound's.
     ratio: f64,
 }
 
@@ -168,8 +168,8 @@ fn count(case: Case, windows: u64) -> Counts {
     counts
 }
 
-/// With 300 windows the mean square error over the bound has a standard deviation of 0.08, and 285
-/// of 300 intervals are expected to cover, give or take 3.8.
+/// With 300 windows the mean square error relative to the bound has a standard deviation of 0.08,
+/// and 285 +- 3.8 of 300 intervals are expected to cover.
 #[test]
 fn white_noise_is_fitted_as_well_as_the_bound_allows() {
     const WINDOWS: u64 = 300;
@@ -200,8 +200,8 @@ fn white_noise_is_fitted_as_well_as_the_bound_allows() {
     }
 }
 
-/// Four harmonics, whatever the strongest is: no harmonic is taken for the fundamental, nor a part of
-/// the fundamental.
+/// Four harmonics, whichever is strongest: neither a harmonic nor a fraction of the fundamental is
+/// taken for the fundamental.
 #[test]
 fn harmonics_are_fitted_as_well_as_the_bound_allows() {
     const WINDOWS: u64 = 200;
@@ -241,8 +241,8 @@ fn harmonics_are_fitted_as_well_as_the_bound_allows() {
     }
 }
 
-/// The harmonics' ratios to the fundamental, which all channels share: those of the wave, and of the
-/// default scene's fit.
+/// The common ratios of the harmonics to the fundamental match the waveform and the default scene's
+/// fit.
 #[test]
 fn overtones_are_those_of_the_wave() {
     const RATIOS: [f64; 3] = [0.4, 0.2, 0.1];
@@ -333,7 +333,7 @@ fn what_the_scene_does_not_declare_is_not_good() {
     }
 }
 
-/// Where a loud tone is known from the window before, the answer is the same to a part of sigma.
+/// If a strong tone is known from the previous window, the fit is the same to a fraction of sigma.
 #[test]
 fn a_tracked_tone_has_the_same_answer() {
     let mut fitter = Box::new(Fitter::new());
@@ -362,7 +362,7 @@ fn a_tracked_tone_has_the_same_answer() {
     }
 }
 
-/// Rescaling all values changes nothing.
+/// Rescaling all values does not change the status.
 #[test]
 fn a_scale_changes_no_status() {
     let mut fitter = Box::new(Fitter::new());

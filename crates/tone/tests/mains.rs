@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 const CHANNELS: usize = 16;
 const FRAMES: usize = 241;
 
-/// A tone 17 dB above white noise, in codes, and hum of some cycles per frame that is declared.
+/// Fits a tone 17 dB above white noise, in codes, with declared hum at `hum` cycles per frame.
 fn fit(cycles: f64, hum: f64, seed: u64) -> Fit {
     let (mut even, mut normal) = (even(seed), normal(1000 + seed));
     let phases: Vec<f64> = (0..CHANNELS).map(|_| even()).collect();
@@ -27,7 +27,7 @@ fn fit(cycles: f64, hum: f64, seed: u64) -> Fit {
     })
 }
 
-/// Aliased onto zero, hum is a level: there is no line to look for or to subtract.
+/// Hum aliased to zero or half the frame rate must not cost part of the tone.
 #[test]
 fn hum_that_folds_onto_zero_or_half_the_frame_rate_takes_nothing_of_the_tone() {
     for hum in [1.0, 0.5] {

@@ -1,5 +1,4 @@
-//! A frequency that moves within the window, against what its own formula says: how much it
-//! wanders, its plain mean, its change.
+//! Phase modulation within the window, against its formula: RMS wander, plain mean and chirp.
 
 mod common;
 
@@ -8,16 +7,16 @@ use std::f64::consts::{PI, TAU};
 
 const FRAMES: usize = 240;
 const CHANNELS: usize = 16;
-/// Standard deviations that an error may have.
+/// Maximum error, in standard deviations.
 const SURE: f64 = 4.0;
 
-/// The fit of a tone of `cycles` cycles per window with a phase next to it, cycles, of u from -1 to
-/// 1; 30 dB of white noise.
+/// Fits a tone of `cycles` cycles per window with the phase modulation `phase`, cycles, as a
+/// function of u from -1 to 1, in white noise at 30 dB.
 fn fit(cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
     fit_in(0.022, cycles, phase)
 }
 
-/// A fit of the moving tone in white noise of this standard deviation.
+/// Fits the modulated tone in white noise of standard deviation `sigma`.
 fn fit_in(sigma: f64, cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
     let mut noise = common::normal(1);
     let value = |n: usize, c: usize, noise: f64| {
@@ -31,12 +30,12 @@ fn fit_in(sigma: f64, cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
     common::fit_harmonics(&values, CHANNELS, 1)
 }
 
-/// Place of a frame, from -1 to 1.
+/// Position of a frame in the window, from -1 to 1.
 fn place(n: usize) -> f64 {
     (2.0 * n as f64 + 1.0) / FRAMES as f64 - 1.0
 }
 
-/// The mean of the frequency's deviation, cycles per window, and its standard deviation over the
+/// Returns mean and standard deviation of the frequency deviation over the window, cycles per
 /// window.
 fn moves(slope: &dyn Fn(f64) -> f64) -> (f64, f64) {
     let deviations: Vec<f64> = (0..FRAMES).map(|n| 2.0 * slope(place(n))).collect();
@@ -66,17 +65,17 @@ fn a_slow_wander_is_found_within_a_fifth_and_its_mean_holds() {
         assert!((found / wander - 1.0).abs() < 0.2, "{what}");
         let wander_sigma = f64::from(fit.movement.wander_sigma);
         assert!((found - wander).abs() < 2.0 * wander_sigma, "{what}");
-        // The plain mean is off the frequency by up to ten times the uncertainty of the weighted
-        // one.
+        // The weighted mean frequency differs from the plain mean by up to ten times its
+        // uncertainty.
         let error = f64::from(fit.frequency) * FRAMES as f64 - (cycles + mean);
         let sigma = f64::from(fit.sigma) * FRAMES as f64;
         assert!(error.abs() < 2.0 * sigma, "{what}: {error} of {sigma}");
     }
 }
 
-/// The speed wanders at all frequencies, with the power of 1 / (1 + (f / corner)^2). Corners are
-/// half cycles per window. `wander` is what is followed; what is not counts in the sigma of the
-/// mean.
+/// The speed wanders at all frequencies, with the power 1 / (1 + (f / corner)^2); corners are in
+/// half cycles per window. `wander` covers the modulation that is tracked; sigma of the mean
+/// includes the rest.
 #[test]
 fn the_mean_counts_a_wander_that_is_not_seen() {
     let (mut holds, mut seen) = (0, 0.0);
@@ -139,18 +138,18 @@ fn a_chirp_is_found_with_its_sign() {
     }
 }
 
-/// A movement belongs to what `good` promises: the interval holds the mean frequency next to much
-/// less noise than movement.
+/// A modulated tone can be good: the interval covers the mean frequency even if the noise is far
+/// below the modulation.
 #[test]
 fn beside_little_noise_what_moves_is_good_and_its_mean_holds() {
     for cycles in [4.2, 8.3, 31.7] {
         for wander in [3e-5, 5e-3] {
-            // Its frequency moves along u, whose root of the mean square is the root of a third.
+            // The frequency deviates in proportion to u, whose RMS is the root of a third.
             let size = wander * cycles * 3f64.sqrt() / 4.0;
             let fit = fit_in(2e-5, cycles, &|u| size * (u * u - 1.0 / 3.0));
             assert_eq!(fit.status, Status::Good, "{cycles} {wander}: {fit:?}");
             let off = f64::from(fit.frequency) * FRAMES as f64 / cycles - 1.0;
-            // Rounding to f32 has a part of it.
+            // The constant allows for rounding to f32.
             let sigma = f64::from(fit.sigma) * FRAMES as f64 / cycles + 2e-6;
             assert!(
                 off.abs() < SURE * sigma,

@@ -1,4 +1,4 @@
-//! The overtones that channels share, against what they were made of.
+//! The overtones common to the channels, against the synthesized ones.
 
 mod common;
 
@@ -13,8 +13,8 @@ const NU: f64 = 0.0437;
 /// Standard deviation of the noise where the largest gain is 1.
 const NOISE: f64 = 0.01;
 
-/// Sixteen channels, each with a gain and a delay of its own, of cos u and overtones of these
-/// amplitudes and phases (turns).
+/// Sixteen channels, which differ in gain and delay, with cos u and overtones of these amplitudes
+/// and phases (turns).
 fn frames(overtones: [(f64, f64); OVERTONES], seed: u64, shared: f64) -> Vec<f32> {
     let mut unit = common::normal(seed);
     let mut normal = || NOISE * unit();
@@ -42,7 +42,7 @@ fn delay(channel: usize) -> f64 {
     0.137 * (channel * channel) as f64
 }
 
-/// Overtones of most tests.
+/// Overtones in most tests.
 const MADE: [(f64, f64); OVERTONES] = [(0.3, 0.1), (0.15, -0.35), (0.08, 0.45)];
 
 /// Real and imaginary part.
@@ -50,9 +50,9 @@ fn complex(size: f64, turns: f64) -> [f64; 2] {
     [size * (TAU * turns).cos(), size * (TAU * turns).sin()]
 }
 
-/// Variance of a part of the ratio: of each channel's factors it is 2 / N of the noise's, and the
-/// channels add up as their squares. The fundamental's own noise adds to it, at most k^2 times the
-/// overtone's square as much.
+/// Standard deviation of a component of the ratio. Each channel's component has 2 / N of the
+/// noise's variance, and channels are weighted by their squares. The fundamental's noise adds at
+/// most k^2 times the overtone's square as much.
 fn sigma(number: usize, size: f64) -> f64 {
     let squares: f64 = (0..CHANNELS).map(|channel| gain(channel).powi(2)).sum();
     NOISE * (2.0 / COUNT as f64 / squares * (1.0 + (number as f64 * size).powi(2))).sqrt()
@@ -74,16 +74,16 @@ fn known_ratios_come_back_within_their_noise() {
         }
     }
     println!("mean squares over their bounds: {squares:?}");
-    // The mean square of 50 values of variance 1 is known to 0.2. The bound counts a noise of the
-    // fundamental that overtones have only a part of.
+    // The mean square of 50 values of variance 1 is known to 0.2. The bound is generous, as it
+    // counts all of the fundamental's noise.
     assert!(
         squares.iter().all(|square| (0.3..1.8).contains(square)),
         "{squares:?}"
     );
 }
 
-/// A disturbance of all channels is taken out of the frequency, by mixtures of channels: these have
-/// other overtones.
+/// Mixing channels removes a common disturbance from the frequency, but a mixture has different
+/// overtones.
 #[test]
 fn a_shared_disturbance_leaves_them() {
     for seed in 1..=10 {
@@ -97,8 +97,8 @@ fn a_shared_disturbance_leaves_them() {
         assert!(own, "{disturbed:?}");
         for (n, (found, made)) in disturbed.overtones.iter().zip(MADE).enumerate() {
             for (found, made_part) in found.iter().zip(complex(made.0, made.1)) {
-                // At worst all channels add it up in step: as many times the noise of one as the
-                // root of their number.
+                // At worst the disturbance adds up coherently over the channels: its noise counts
+                // as often as there are channels.
                 let sigma = sigma(n + 2, made.0) * (1.0 + 9.0 * CHANNELS as f64).sqrt();
                 let off = (f64::from(*found) - made_part) / sigma;
                 assert!(off.abs() < 4.0, "{seed} {n}: {disturbed:?}");
@@ -129,7 +129,7 @@ fn what_is_not_fitted_is_zero() {
     );
 }
 
-/// A power of two scales exactly.
+/// Scaling by a power of two is exact.
 #[test]
 fn a_unit_changes_nothing() {
     let values = frames(MADE, 5, 0.0);

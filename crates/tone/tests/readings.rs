@@ -1,4 +1,4 @@
-//! Windows with two readings: the right one is reported, and the other one is named where both
+//! Windows with two interpretations: the right one is reported, and the other is named where both
 //! explain the window.
 
 mod common;
@@ -7,11 +7,11 @@ use common::{RATE_HZ, even, fit_scene, normal};
 use ridgetone_tone::{CHANNELS_MAX, Fit, Scene, Status};
 use std::f64::consts::TAU;
 
-/// Amplitudes of the ridges' harmonics.
+/// Amplitudes of the harmonics of ridges.
 const RIDGES: [f64; 4] = [1.0, 0.4, 0.2, 0.1];
 
-/// A window in all channels, with gains and phases of their own; noise 20 dB below a fundamental of
-/// amplitude 1.
+/// Makes a window in all channels, with different gains and phases; the noise is 20 dB below a
+/// fundamental of amplitude 1.
 fn window(frames: usize, cycles: f64, harmonics: &[f64], seed: u64) -> Vec<f64> {
     let (mut even, mut normal) = (even(seed), normal(seed + 1000));
     let gains: Vec<f64> = (0..CHANNELS_MAX).map(|_| 0.5 + even()).collect();
@@ -36,7 +36,7 @@ fn as_f32(values: &[f64]) -> Vec<f32> {
     values.iter().map(|value| *value as f32).collect()
 }
 
-/// A fit of all channels in cycles per window.
+/// Fits all channels; the frequency is in cycles per window.
 fn fit(values: &[f64], step: f32) -> Fit {
     let frames = (values.len() / CHANNELS_MAX) as f32;
     fit_scene(&as_f32(values), CHANNELS_MAX, &Scene::DEFAULT, |span| {
@@ -44,7 +44,7 @@ fn fit(values: &[f64], step: f32) -> Fit {
     })
 }
 
-/// Lines next to a decaying tone are not harmonics of a third of its frequency.
+/// Lines around a decaying tone are not harmonics of a third of its frequency.
 #[test]
 fn a_tone_that_decays_is_not_reported_at_a_fraction_of_its_frequency() {
     const FRAMES: usize = 200;
@@ -76,7 +76,7 @@ fn a_tone_that_decays_is_not_reported_at_a_fraction_of_its_frequency() {
     assert!(right >= 24, "{right} of 30");
 }
 
-/// A tone that is subtracted as hum leaves its second harmonic, whose frequency is a wrong answer.
+/// If a tone is subtracted as hum, its second harmonic remains, whose frequency would be wrong.
 #[test]
 fn a_tone_next_to_mains_is_not_good_at_twice_its_frequency() {
     for (tone_hz, is_hidden) in [
@@ -101,7 +101,7 @@ fn a_tone_next_to_mains_is_not_good_at_twice_its_frequency() {
     }
 }
 
-/// A coarse step that is declared costs nothing.
+/// Declaring a coarse quantization step does not change the error.
 #[test]
 fn a_declared_step_leaves_the_error_as_it_is() {
     const STEP: f64 = 0.33;
@@ -122,7 +122,7 @@ fn a_declared_step_leaves_the_error_as_it_is() {
     }
 }
 
-/// More frames than a transform has points.
+/// The window has more frames than the transform has points.
 #[test]
 fn long_windows_have_tones_up_to_half_the_frame_rate() {
     const FRAMES: usize = 57_142;
@@ -136,7 +136,7 @@ fn long_windows_have_tones_up_to_half_the_frame_rate() {
         }
         let fit = fit_scene(&as_f32(&values), 2, &Scene::with_harmonics(1), |span| span);
         let off = (f64::from(fit.frequency) - per_frame).abs();
-        // f32 writes a frequency to 6e-8 of itself.
+        // An f32 resolves a frequency to 6e-8 of its value.
         let sigma = f64::from(fit.sigma).max(3e-8);
         assert_eq!(fit.status, Status::Good, "{per_frame}: {fit:?}");
         assert!(off < 4.0 * sigma && sigma < 1e-6, "{per_frame}: {fit:?}");

@@ -1,15 +1,14 @@
-//! Two tones as strong as each other: the answer says that there are two, or that it is ambiguous.
+//! Two tones of equal strength: the fit reports both, or is ambiguous.
 
 mod common;
 
 use ridgetone_tone::{CHANNELS_MAX, Fit, Status};
 use std::f64::consts::TAU;
 
-/// Fraction of its frequency by which a tone that is named may be off.
+/// Maximum relative frequency error of a reported tone.
 const NEAR: f64 = 0.05;
 
-/// Fits two tones, cycles in the window, 20 dB above the noise, with phases of their own in each
-/// channel.
+/// Fits two tones, in cycles per window, 20 dB above the noise, with random phases in each channel.
 fn fit(frames: usize, cycles: [f64; 2], seed: u64) -> Fit {
     let mut normal = common::normal(seed);
     let phases: Vec<[f64; 2]> = (0..CHANNELS_MAX).map(|_| [normal(), normal()]).collect();
@@ -27,8 +26,8 @@ fn fit(frames: usize, cycles: [f64; 2], seed: u64) -> Fit {
     common::fit_harmonics(&values, CHANNELS_MAX, 4)
 }
 
-/// Less than two thirds of a cycle a window apart they are one line that beats, in each channel at
-/// another time. No window resolves them: one of seven is good, and its frequency is between theirs.
+/// Two tones this close form one line that beats, at different times in different channels. No
+/// window resolves them: at most one in seven is good, with a frequency between the two.
 #[test]
 fn two_tones_that_are_one_line_are_ambiguous_or_one_between_them() {
     let (mut good, mut outside) = (0, 0);
@@ -47,14 +46,14 @@ fn two_tones_that_are_one_line_are_ambiguous_or_one_between_them() {
     assert!(good <= 24 && outside <= 1, "{good} {outside}");
 }
 
-/// Further apart, an answer that is sure of its tone names both.
+/// Further apart, a fit that is not ambiguous names both.
 #[test]
 fn two_tones_are_both_named_or_the_answer_is_ambiguous() {
     let (mut named, mut unnamed) = (0, 0);
     for frames in [48, 96, 241, 940] {
         for n in 0..40u32 {
             let cycles = 4.0 + 0.29 * f64::from(n);
-            // Below an octave: a second tone there is an overtone.
+            // Below an octave, where the second tone would be an overtone.
             let tones = [cycles, cycles * (1.2 + 0.015 * f64::from(n))];
             let fit = fit(frames, tones, u64::from(n) + 1000);
             let is_near = |per_frame: f32, cycles: f64| {

@@ -12,7 +12,7 @@ mod eight_channels;
 
 const FREQUENCY_HZ: f32 = 23.4;
 
-/// Frames at 500 Hz: a tone, and a disturbance far above it for noise.
+/// Frames at 500 Hz: a tone, and a disturbance far above it that serves as noise.
 fn frames(channels: usize, count: usize, unit: f32) -> Vec<f32> {
     let sample = |i: usize| {
         let (t_s, channel) = ((i / channels) as f32 / 500.0, i % channels);
@@ -58,7 +58,7 @@ fn from_one_channel_to_sixteen() {
 
 #[test]
 fn another_unit_gives_the_same_frequency_to_the_last_bit() {
-    // A power of two scales exactly.
+    // Scaling by a power of two is exact.
     for unit in [2f32.powi(-30), 2f32.powi(10)] {
         let (of_unit, of_one) = (fit(&frames(8, 300, unit), 8), fit(&frames(8, 300, 1.0), 8));
         assert_eq!(
@@ -120,7 +120,7 @@ fn frames_that_are_gone_are_an_error() {
     );
 }
 
-/// Eight channels of a tone and noise, at 500 Hz, with a gain for what all of them share.
+/// Eight channels of a tone and noise, at 500 Hz; `shared` is the gain of a common disturbance.
 fn noisy(frequency_hz: f32, count: usize, seed: u64, shared: f32) -> Vec<f32> {
     let mut normal = common::normal(seed);
     let mut normal = || normal() as f32;
@@ -136,8 +136,8 @@ fn noisy(frequency_hz: f32, count: usize, seed: u64, shared: f32) -> Vec<f32> {
     out
 }
 
-/// Squares weigh an impulse of twenty standard deviations as four hundred values: with one in a
-/// hundred the error would be 2.2 times as large. Third differences of a tone of a third of the
+/// A square weighs an impulse of twenty standard deviations like four hundred values: with one in a
+/// hundred the error would be 2.2 times as large. Third differences of a tone at a third of the
 /// frame rate are as large as those of impulses of thirty standard deviations.
 #[test]
 fn impulses_change_little() {
@@ -175,7 +175,7 @@ fn impulses_change_little() {
     }
 }
 
-/// A step is not an impulse, however large it is.
+/// A step is not an impulse, however large.
 #[test]
 fn what_is_no_impulse_is_left() {
     let mut stepped = noisy(FREQUENCY_HZ, 400, 1, 0.0);
@@ -192,8 +192,8 @@ fn what_is_no_impulse_is_left() {
     assert!(is_left || !fit.status.has_tone(), "{fit:?}");
 }
 
-/// A disturbance that all channels have, three times as strong as their own noise: channels that
-/// are taken as independent have all of it in their error.
+/// A common disturbance three times as strong as the noise: treating channels as independent would
+/// leave all of it in the error.
 #[test]
 fn what_channels_share_is_taken_out() {
     let (mut alone, mut shared, mut sigma, mut good) = (0.0, 0.0, 0.0, 0);
@@ -210,11 +210,11 @@ fn what_channels_share_is_taken_out() {
         let (square, variance) = off(3.0);
         (shared, sigma) = (shared + square, sigma + variance);
     }
-    // The direction of eight that is taken out has an eighth of the information, and its estimate
-    // costs as much again.
+    // Projecting out one direction of eight costs an eighth of the information, and estimating it
+    // as much again.
     assert!(shared < 2.0 * alone, "{shared} {alone}");
-    // What is shared makes sigma up to twice the error.
+    // The common disturbance inflates sigma up to twice the error.
     assert!((0.2..1.5).contains(&(shared / sigma)), "{shared} {sigma}");
-    // Its noise is not white: a line of a hundredth of the tone's power stands out now and then.
+    // The noise is not white: a line at a hundredth of the tone's power stands out now and then.
     assert!(good >= 72, "{good} of 80");
 }

@@ -1,5 +1,5 @@
-//! Weak tones in the default scene: sixteen channels see what one does not, and noise that rises
-//! towards low frequencies, or that channels share, is still no tone.
+//! Weak tones in the default scene: sixteen channels find tones that one misses, and noise that is
+//! red or common to channels is not taken for a tone.
 
 mod common;
 
@@ -13,14 +13,14 @@ const WINDOWS: u32 = 60;
 #[derive(Clone, Copy, Debug)]
 enum Noise {
     White,
-    /// Autoregressions of this coefficient, one a channel.
+    /// Autoregressions with this coefficient, one per channel.
     Red(f64),
-    /// Two such autoregressions, which reach each channel with gains of its own, next to a
-    /// hundredth of white noise.
+    /// Two such autoregressions, mixed with different gains in each channel, plus a hundredth of
+    /// white noise.
     Shared(f64),
 }
 
-/// Windows that are good, and those of them that are off by more than 5 %.
+/// Counts the good fits, and those of them that are off by more than 5 %.
 fn good_and_wrong(channels: usize, noise: Noise, snr_db: f64, seed: u64) -> (u32, u32) {
     let (mut good, mut wrong) = (0, 0);
     for number in 0..WINDOWS {
@@ -30,7 +30,7 @@ fn good_and_wrong(channels: usize, noise: Noise, snr_db: f64, seed: u64) -> (u32
             even();
         }
         let cycles = 4.0 * 7.0f64.powf(even());
-        // One tone and three overtones; the fundamental has the power of the ratio.
+        // A fundamental at `snr_db`, and three overtones.
         let amplitude = 2f64.sqrt() * 10f64.powf(snr_db / 20.0);
         let mut values = vec![0.0; FRAMES * channels];
         let mut red = |factor: f64| {
@@ -90,7 +90,7 @@ fn sixteen_channels_find_a_tone_that_one_does_not() {
     }
 }
 
-/// Without a tone: one of sixty may be good.
+/// Without a tone at most one window of sixty is good.
 #[test]
 fn noise_is_no_weak_tone() {
     for noise in [

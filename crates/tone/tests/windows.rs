@@ -1,11 +1,11 @@
-//! The estimator as a whole, on windows that are made here.
+//! The estimator as a whole, on synthetic windows.
 
 use ridgetone_tone::{Band, Fit, Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
 
-/// Evenly distributed numbers from 0 to 1, the same on every platform.
+/// Uniform random numbers from 0 to 1, the same on every platform.
 struct Even(u64);
 
 impl Even {
@@ -17,14 +17,14 @@ impl Even {
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Nearly normal: a sum of twelve.
+    /// Nearly normal number: the sum of twelve uniform ones.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.next()).sum::<f64>() - 6.0
     }
 }
 
-/// Frames of a tone of `cycles` cycles with overtones, 20 dB above white noise, in `channels`
-/// channels; no tone without cycles.
+/// Frames of `channels` channels with a tone of `cycles` cycles and overtones, 20 dB above white
+/// noise; no tone if `cycles` is zero.
 fn window(frames: usize, channels: usize, cycles: f64, seed: u64) -> Vec<f32> {
     with_overtones(1.0, frames, channels, cycles, seed)
 }
@@ -64,7 +64,7 @@ fn fit(values: &[f32], channels: usize, scene: &Scene) -> Fit {
         .expect("its frames are there")
 }
 
-/// A static of it takes no flash only if it is zeros to the last byte.
+/// A `static` takes no flash only if all its bytes are zero.
 #[test]
 fn a_fresh_fitter_is_all_zeros() {
     let fitter = Box::new(Fitter::new());
@@ -142,7 +142,7 @@ fn few_frames_are_too_short_and_values_without_any_change_are_nothing() {
     assert_eq!(fit(&none, 4, &Scene::DEFAULT).status, Status::Nothing);
 }
 
-/// Frames that are missing here and there do not count, and do no harm.
+/// Scattered missing frames are left out and do no harm.
 #[test]
 fn gaps_widen_the_interval_and_do_no_more() {
     let mut even = Even(7);
@@ -166,7 +166,7 @@ fn gaps_widen_the_interval_and_do_no_more() {
     assert!(gaps.frames < 200 && gaps.sigma > whole.sigma, "{gaps:?}");
 }
 
-/// A path that goes at an uneven speed: cycles per unit of the path.
+/// Along a path at varying speed the frequency is in cycles per unit of path.
 #[test]
 fn along_a_path_the_frequency_is_in_cycles_per_its_unit() {
     let mut even = Even(3);
@@ -196,7 +196,7 @@ fn along_a_path_the_frequency_is_in_cycles_per_its_unit() {
     );
 }
 
-/// A common tone is one that channels share: where each has one of its own, none is good.
+/// A tone must be common to the channels: if each channel has a different one, none is good.
 #[test]
 fn channels_with_a_tone_of_their_own_share_none() {
     let mut even = Even(11);
@@ -215,7 +215,7 @@ fn channels_with_a_tone_of_their_own_share_none() {
     }
 }
 
-/// Mains hum half a hertz from where it is said to be, three times the tone's amplitude.
+/// Mains hum at half a hertz from the declared frequency, with three times the tone's amplitude.
 #[test]
 fn mains_hum_is_found_and_taken_out() {
     let mut even = Even(13);
@@ -243,7 +243,7 @@ fn mains_hum_is_found_and_taken_out() {
     assert!((hum - 49.5).abs() < 0.02, "{hum}");
 }
 
-/// One value of a hundred is off by twenty standard deviations.
+/// One value in a hundred is off by twenty standard deviations.
 #[test]
 fn impulses_are_replaced() {
     let mut even = Even(17);
@@ -264,7 +264,7 @@ fn impulses_are_replaced() {
     }
 }
 
-/// If a band is given, a line outside of it is not a fundamental.
+/// With a band declared, a line outside the band is not taken for a fundamental.
 #[test]
 fn a_tone_is_looked_for_in_the_band_alone() {
     let mut even = Even(11);
@@ -294,7 +294,7 @@ fn a_tone_is_looked_for_in_the_band_alone() {
     }
 }
 
-/// The unit does not matter, as far as f32 reaches.
+/// Any unit works within the range of f32.
 #[test]
 fn huge_and_tiny_values_are_fitted() {
     let whole = window(240, 8, 9.3, 5);
@@ -306,7 +306,7 @@ fn huge_and_tiny_values_are_fitted() {
     }
 }
 
-/// In white noise a scene that says so is as accurate, and says as much of its uncertainty.
+/// In white noise the lean scene is as accurate, and its intervals cover.
 #[test]
 fn a_lean_scene_finds_a_sine_in_white_noise() {
     let (mut held, mut squares) = (0, 0.0);

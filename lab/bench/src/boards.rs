@@ -1,4 +1,4 @@
-//! Measures an image that gets flashed on the emulator, for `lab/boards.py`: start, load, latency,
+//! Measures an image as flashed, on the emulator, for `lab/boards.py`: start, load, latency,
 //! interrupts and jitter. `boards feather-f405 IMAGE.elf` prints one JSON object.
 
 use hal_mock::{Constant, Options, Scene, Sliding, SlidingScene};
@@ -23,19 +23,19 @@ const TASKS: [(&str, [&[u16]; 2]); 6] = [
 /// 3.51, the release at 4.51.
 const PHASES: [(f64, f64); 3] = [(0.1, 0.4), (0.7, 1.4), (1.6, 3.4)];
 
-/// Clock of a simulated chip that makes 23,739 conversions a second of the default scan, hertz: as
-/// many as the real one does by any setting (SBAS297G: 16 MHz, DRATE 3, no delay). No real chip
-/// bears this clock.
+/// Clock of the simulated chip, hertz, that makes 23,739 conversions a second in the default scan:
+/// as many as the real chip's fastest setting (SBAS297G: 16 MHz, DRATE 3, no delay). The real chip
+/// cannot run at this clock.
 const FAST_CLOCK_HZ: u32 = 73_734_000;
 
-/// Requests while interrupts are measured, and how far apart they are, nanoseconds.
+/// Number of requests while interrupts are measured, and their interval, nanoseconds.
 const REQUESTS: u16 = 100;
 const REQUEST_NS: u64 = 50_000_000;
 
-/// Step of the time at which bytes are taken off the line, nanoseconds.
+/// Interval at which bytes are taken off the line, nanoseconds.
 const STEP_NS: u64 = 10_000;
 
-/// Bytes that arrive one behind the other while jitter is measured.
+/// Bytes sent back to back while jitter is measured.
 const BYTES: usize = 20_000;
 
 /// The processor's clock, cycles in a microsecond.
@@ -88,8 +88,8 @@ impl Bench {
         Ok(Emulator::new(self.board, &self.image, scene, start)?)
     }
 
-    /// Time from power-up to START, to the first conversion that is read and to the end of the
-    /// greeting on the line, and conversions that are lost meanwhile.
+    /// Returns the times from power-up to START, to the first conversion read and to the end of the
+    /// greeting on the line, and the number of conversions lost meanwhile.
     fn start_ms(&self) -> Outcome<[f64; 4]> {
         let mut emulator = self.emulator(Constant::default(), None)?;
         let mut decoder = Decoder::new();
@@ -110,7 +110,8 @@ impl Bench {
         Ok([ms(started_ns), ms(first_ns), ms(greeted_ns), lost as f64])
     }
 
-    /// Fraction of time that the processor is awake in each phase of the demo's touch.
+    /// Returns the percentage of time that the processor is awake in each phase of the demo's
+    /// touch.
     fn load_percent(&self, clock_hz: Option<u32>) -> Outcome<Vec<f64>> {
         let mut emulator = self.emulator(SlidingScene::new(Sliding::default())?, clock_hz)?;
         while emulator.started_ns().is_none() {
@@ -129,8 +130,8 @@ impl Bench {
         Ok(loads)
     }
 
-    /// Time from the last frame of a window of the demo's slide to the last byte of its estimate on
-    /// the line: mean and longest; and the number of windows.
+    /// Returns mean and maximum time from the last frame of a window of the demo's slide to the
+    /// last byte of its estimate on the line, and the number of windows.
     fn latency_ms(&self) -> Outcome<[f64; 3]> {
         let mut emulator = self.emulator(SlidingScene::new(Sliding::default())?, None)?;
         let (mut decoder, mut late_ms, mut first_ns) = (Decoder::new(), Vec::new(), None);
@@ -153,8 +154,8 @@ impl Bench {
         Ok([mean, longest, late_ms.len() as f64])
     }
 
-    /// How the interrupts of the tasks are served over the demo's touch while requests arrive:
-    /// runs, mean and longest run, mean and longest wait in microseconds, by name.
+    /// Measures the tasks' interrupts over the demo's touch while requests arrive. Returns JSON by
+    /// task: number of runs, mean and maximum run and wait, microseconds.
     fn tasks(&self) -> Outcome<String> {
         let mut emulator = self.emulator(SlidingScene::new(Sliding::default())?, None)?;
         emulator.run_ns(400_000_000)?;
@@ -184,7 +185,8 @@ impl Bench {
         Ok(format!("{{{}}}", TASKS.map(|task| row(&task)).join(", ")))
     }
 
-    /// Jitter of the time stamps against the edges of DRDY while bytes arrive.
+    /// Returns the jitter of the time stamps relative to the edges of DRDY while `bytes` bytes
+    /// arrive.
     fn jitter_us(&self, bytes: usize) -> Outcome<f64> {
         let mut emulator = self.emulator(Constant::default(), None)?;
         emulator.run_ns(500_000_000)?;

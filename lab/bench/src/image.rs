@@ -1,5 +1,5 @@
-//! The bench image: fits the windows that it holds, and leaves the results in memory. It counts
-//! nothing itself: the emulator counts the instructions between two calls of [`mark`].
+//! The bench image: fits its built-in windows and leaves the results in memory. The emulator counts
+//! the instructions between two calls of [`mark`].
 #![no_std]
 #![no_main]
 
@@ -26,7 +26,7 @@ static VALID: [u16; LONGEST] = [u16::MAX; LONGEST];
 /// Results, row by row.
 static RESULTS: [AtomicU32; ROWS * WORDS] = [const { AtomicU32::new(0) }; ROWS * WORDS];
 
-/// Rows that are done.
+/// Number of rows done.
 static DONE: AtomicU32 = AtomicU32::new(0);
 
 /// Called before and after each row.
@@ -56,14 +56,14 @@ fn main() -> ! {
     }
     roots(ridgetone_tone::sqrt);
     roots(libm::sqrtf);
-    // Whoever runs the image reads them.
+    // The host reads the results from memory.
     black_box(&RESULTS);
     loop {
         cortex_m::asm::wfi();
     }
 }
 
-/// A window without an expected frequency, and with the one that was found.
+/// Fits a window without an expected frequency, then with the frequency found.
 fn fits(fitter: &mut Fitter, differs: u8, frames: usize) {
     let (scene, overtones) = scene_of(differs);
     let window = &WINDOWS[usize::from(overtones)][..frames];
@@ -86,7 +86,7 @@ fn fits(fitter: &mut Fitter, differs: u8, frames: usize) {
     }
 }
 
-/// Square roots of numbers from zero to infinity; keeps a sum over the bits of all of them.
+/// Computes square roots from zero to infinity and keeps a hash of their bits.
 fn roots(root: fn(f32) -> f32) {
     const STEP: u32 = f32::INFINITY.to_bits() / (ROOTS - 1);
     let mut sum = 0u32;
@@ -115,7 +115,8 @@ fn fit(
     fitter.fit(&mut span, scene).ok()
 }
 
-/// A scene by the parts that differ from the default, and whether its tone has overtones.
+/// Returns the scene for the parts that differ from the default, and true if its tone has
+/// overtones.
 fn scene_of(differs: u8) -> (Scene, bool) {
     let default = Declared::DEFAULT;
     let has = |bit: u8, usual: bool| usual != (differs & bit != 0);

@@ -1,7 +1,7 @@
-//! The rows of the image and their order, as the image and its reader know them.
+//! Rows of the image in their order, for the image and its reader.
 
-/// Scenes that are fitted: the setting, and the parts that differ from the default: 1 the baseline,
-/// 2 the noise's colour, 4 its correlation, 8 impulses, 16 the moving speed, 32 the overtones.
+/// Scenes: name, and bits for the parts that differ from the default: 1 the baseline, 2 the noise's
+/// colour, 4 its correlation, 8 impulses, 16 the moving speed, 32 the overtones.
 pub const SCENES: [(&str, u8); 9] = [
     ("default: four harmonics", 0),
     ("harmonics = 1", 32),
@@ -17,14 +17,15 @@ pub const SCENES: [(&str, u8); 9] = [
 /// Frames of the windows: 0.2, 0.4, 1 and 3.9 s.
 pub const FRAMES: [usize; 4] = [48, 96, 241, 940];
 
-/// Rows of windows: each scene untracked and tracked, the Hann FFT, IEEE 1057; each in all windows.
+/// Number of window rows: each scene untracked and tracked, the Hann FFT and IEEE 1057, for each
+/// window length.
 pub const WINDOW_ROWS: usize = (2 * SCENES.len() + 2) * FRAMES.len();
 
-/// Rows: those of windows, then square roots by the instruction and by `libm`.
+/// Number of rows: the window rows, then square roots by the instruction and by `libm`.
 pub const ROWS: usize = WINDOW_ROWS + 2;
 
-/// Square roots of a row.
+/// Square roots per row.
 pub const ROOTS: u32 = 4096;
 
-/// Words of a row: status, bits of the frequency in cycles per frame, bits of its sigma.
+/// Words per row: status, bits of the frequency in cycles per frame, bits of its sigma.
 pub const WORDS: usize = 3;

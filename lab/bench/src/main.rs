@@ -1,6 +1,6 @@
-//! Runs the bench image on the emulator and prints its table: `ridgetone-bench bench-image.elf`. With
-//! the Feather's image behind it, it compares the default scene with what is flashed, over the demo's
-//! touch, and measures load and latency of the scan plans; `--json FILE` keeps all of it for
+//! Runs the bench image on the emulator and prints its table: `ridgetone-bench bench-image.elf`. If
+//! the Feather's image follows, compares the default scene with the flashed one over the demo's
+//! touch, and measures load and latency of the scan plans; `--json FILE` saves all of it for
 //! `lab/trade.py`. With `--words` it prints the bits of the results instead, for `qemu.py`.
 
 mod layout;
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use std::error::Error;
 use std::path::Path;
 
-/// Board time without the next row after which the image hangs.
+/// Board time without a new row after which the image counts as hung.
 const ROW_NS: u64 = 60_000_000_000;
 
 /// The interrupts of the tasks `detect` and `fit`: OTG_HS_EP1_OUT and OTG_HS_WKUP.
@@ -107,7 +107,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Instructions by scene or method and window, and the plans, a row a line.
+/// Returns the instructions by scene or method and window, and the plans, as JSON with a line per
+/// row.
 fn json(rows: &[Row], plans: Vec<Value>) -> serde_json::Result<String> {
     let mut lines = Vec::new();
     let fits = rows.chunks(2 * FRAMES.len());
@@ -140,7 +141,7 @@ fn json(rows: &[Row], plans: Vec<Value>) -> serde_json::Result<String> {
     ))
 }
 
-/// All rows of the image.
+/// Runs the image and returns its rows.
 fn run(path: &Path) -> Result<Vec<Row>, Box<dyn Error>> {
     let image = Image::read(path)?;
     let place = |name: &str| {
@@ -184,11 +185,11 @@ fn run(path: &Path) -> Result<Vec<Row>, Box<dyn Error>> {
     Ok(counts.into_iter().map(&mut row).collect())
 }
 
-/// Instructions of the image that gets flashed over the demo's touch.
+/// Instructions that the flashed image takes over the demo's touch.
 struct Flashed {
-    /// Runs of the task `fit`, thousands.
+    /// Runs of the task `fit`, in thousands of instructions.
     fits: Vec<u64>,
-    /// Runs of the task `detect`, one a frame.
+    /// Runs of the task `detect`, one per frame.
     frames: Vec<u64>,
 }
 

@@ -1,5 +1,4 @@
-//! Load and latency of the scan plans: the Feather's image on the emulator, while the finger
-//! slides.
+//! Load and latency of the scan plans: the Feather's image on the emulator during a slide.
 
 use hal_mock::{Sliding, SlidingScene};
 use ridgetone_emulator::{Board, Emulator, Image, Start};
@@ -11,16 +10,16 @@ use ridgetone_proto::telemetry::{Decoder, Event, Span};
 use serde_json::{Value, json};
 use std::error::Error;
 
-/// Lengths of windows, seconds: a plan has those that it allows, and its longest up to the last.
+/// Window lengths, seconds: each plan uses those it allows, up to the last, and its longest one.
 const WINDOWS_S: [f64; 5] = [0.032, 0.064, 0.128, 0.4, 1.0];
-/// The tone, Hz: every plan follows it.
+/// Frequency of the tone, Hz, within the band of every plan.
 const TONE_HZ: f64 = 100.0;
-/// Time that is watched: some windows of each stride.
+/// Measuring time, seconds: a few windows of each stride.
 const WATCHED_S: f64 = 1.5;
 /// Time from the slide's report to the first window that counts, in addition to the window's
-/// length, as the scan and its strides may begin late.
+/// length, since the scan and its strides may start late.
 const SETTLED_S: f64 = 0.4;
-/// Steps in which bytes are taken off the line.
+/// Interval at which bytes are taken off the line, nanoseconds.
 const STEP_NS: u64 = 10_000;
 /// Clock of the STM32F405.
 const CLOCK_HZ: f64 = 168e6;
@@ -31,7 +30,7 @@ struct Run {
 }
 
 impl Run {
-    /// Runs for some seconds; gives the events with the time of their last byte, nanoseconds since
+    /// Runs for `seconds`; returns the events with the time of their last byte, nanoseconds since
     /// power-up.
     fn run_s(&mut self, seconds: f64) -> Result<Vec<(u64, Event)>, Box<dyn Error>> {
         let end_ns = self.emulator.now_ns() + (seconds * 1e9) as u64;
@@ -62,7 +61,7 @@ impl Run {
     }
 }
 
-/// Load and latency of each named plan and window.
+/// Measures load and latency of each named plan and window.
 pub fn measure(image: &Image, fit_irq: u16) -> Result<Vec<Value>, Box<dyn Error>> {
     let mut rows = Vec::new();
     for (name, plan) in Plan::usual(Converters::ADS1258) {
@@ -84,8 +83,8 @@ pub fn measure(image: &Image, fit_irq: u16) -> Result<Vec<Value>, Box<dyn Error>
     Ok(rows)
 }
 
-/// Fraction of time in which the processor is awake, and the longest time from a window's end to
-/// the last byte of its estimate, seconds.
+/// Returns the fraction of time that the processor is awake, and the maximum time from a window's
+/// end to the last byte of its estimate, seconds.
 fn watch(
     image: &Image,
     fit_irq: u16,
@@ -119,7 +118,7 @@ fn watch(
         decoder: Decoder::new(),
     };
     run.run_to("greeting", 1.0, |event| matches!(event, Event::Hello(_)))?;
-    // The first reading is zero of the device's time, which goes on with another plan.
+    // Device time starts at the first reading, and continues when the plan changes.
     let first = run.emulator.readings().first().map(|one| one.edge_ns);
     let zero_ns = first.ok_or("no conversion is read")?;
     let command = Command::Set {
@@ -148,7 +147,7 @@ fn watch(
         _ => None,
     });
     let late_s: Vec<f64> = late_s.collect();
-    // One stride may be cut by either end.
+    // A stride at either end may be incomplete.
     let strides = (WATCHED_S / f64::from(settings.stride_s)) as usize;
     if late_s.len() + 1 < strides {
         return Err(format!("{} estimates in {strides} strides", late_s.len()).into());

@@ -1,27 +1,27 @@
-//! The two usual estimators, for comparison. Both give cycles per frame.
+//! The two usual estimators, for comparison. Both return cycles per frame.
 
 use core::f32::consts::TAU;
 use libm::{cosf, logf, sinf};
 use ridgetone_tone::Values;
 
-/// Points of the longest transform: eight times 1024.
+/// Number of points of the longest transform: eight times 1024.
 const POINTS: usize = 8192;
 
-/// Lowest frequency that is looked at, cycles per frame: 1 Hz.
+/// Lowest frequency searched, cycles per frame: 1 Hz.
 const LOWEST: f32 = 1.0 / 241.14;
 
-/// A correction below this, cycles per window, ends the repetitions of IEEE 1057: a hundredth of the
+/// Correction, cycles per window, below which the iterations of IEEE 1057 stop: a hundredth of the
 /// CRB of one channel at 40 dB and 241 frames.
 const ENOUGH: f32 = 3e-6;
 
-/// Cosine and sine of an angle that grows evenly: a rotation a step instead of two functions.
+/// Cosine and sine of a linearly growing angle: one rotation per step instead of two functions.
 struct Rotation {
     now: (f32, f32),
     step: (f32, f32),
 }
 
 impl Rotation {
-    /// From `from` cycles on, by `step` cycles.
+    /// Starts at `from` cycles and advances by `step` cycles.
     fn new(from: f32, step: f32) -> Self {
         let unit = |cycles: f32| (cosf(TAU * cycles), sinf(TAU * cycles));
         Self {
@@ -50,7 +50,7 @@ impl Scratch {
     };
 }
 
-/// One channel without its line, in the first points; the others are zero.
+/// Returns one channel without its linear trend, padded with zeros.
 fn detrended<'s>(frames: &[Values], channel: usize, points: &'s mut [f32]) -> &'s mut [f32] {
     let (n, middle) = (frames.len() as f32, 0.5 * (frames.len() as f32 - 1.0));
     let (mut sum, mut moment) = (0.0, 0.0);
@@ -96,8 +96,8 @@ pub fn hann(frames: &[Values], scratch: &mut Scratch) -> Option<f32> {
     Some((peak as f32 + 0.5 * (a - c) / (a - 2.0 * b + c)) / points as f32)
 }
 
-/// The four-parameter sine fit of IEEE Std 1057, channel by channel from the Hann FFT's peak on; the
-/// mean over channels, weighted by their power.
+/// Four-parameter sine fit of IEEE Std 1057 in each channel, starting at the Hann FFT's peak;
+/// returns the mean over channels, weighted by their power.
 pub fn ieee1057(frames: &[Values], scratch: &mut Scratch) -> Option<f32> {
     let guess = hann(frames, scratch)?;
     let (mut sum, mut weights) = (0.0, 0.0);
@@ -111,8 +111,8 @@ pub fn ieee1057(frames: &[Values], scratch: &mut Scratch) -> Option<f32> {
     (weights > 0.0).then(|| sum / weights)
 }
 
-/// One channel: its frequency, and the square of its amplitude. `None` if it leads away from the
-/// guess.
+/// Fits one channel and returns its frequency and squared amplitude. `None` if the iterations leave
+/// the guess.
 fn fit(points: &[f32], guess: f32) -> Option<(f32, f32)> {
     let middle = 0.5 * (points.len() as f32 - 1.0);
     let (mut frequency, mut cosine, mut sine) = (guess, 0.0, 0.0);
@@ -122,8 +122,8 @@ fn fit(points: &[f32], guess: f32) -> Option<(f32, f32)> {
         for (k, point) in points.iter().enumerate() {
             let t = k as f32 - middle;
             let (c, s) = angle.next();
-            // The fourth column is the derivative by the frequency; unknown amplitudes in the first
-            // pass leave it out.
+            // The fourth column is the derivative by the frequency; the first pass omits it because
+            // the amplitudes are unknown.
             let along = (t / middle) * (sine * c - cosine * s);
             let row = [c, s, 1.0, if pass == 0 { 0.0 } else { along }, *point];
             for (i, sums) in normal.iter_mut().enumerate() {

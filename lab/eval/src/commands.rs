@@ -1,4 +1,4 @@
-//! The command: arguments in, output out.
+//! Command-line arguments and the commands they run.
 
 use crate::faults::{self, FaultsArgs};
 use clap::{Parser, Subcommand};
@@ -19,7 +19,7 @@ enum Command {
     Faults(FaultsArgs),
 }
 
-/// Runs the command that the arguments name.
+/// Runs the command from the arguments.
 pub fn main() -> ExitCode {
     let Command::Faults(args) = Cli::parse().command;
     match faults::run(&args) {

@@ -2,16 +2,16 @@
 //!
 //! | what | where |
 //! |---|---|
-//! | a family of faults, and the kinds of report that it must cause | [`family`] |
+//! | a family of faults, and the reports that it must cause | [`family`] |
 //! | one run: a touch and its injections | [`plan`] |
 //! | the firmware's tasks, simulated on this PC | [`task_sim`] |
 //! | the image on the emulated chip | [`emulated`] |
-//! | the judgement of a run, fault for fault | [`judge`] |
-//! | the line, both ways | [`bit_errors`], [`line_noise`], [`lines`] |
+//! | the judgement of each fault of a run | [`judge`] |
+//! | the line in both directions | [`bit_errors`], [`line_noise`], [`lines`] |
 //! | power lost while settings are stored | [`power_cuts`] |
 //! | many runs of each family | [`campaign`] |
 //!
-//! The judgement compares telemetry with what the simulated chip knows.
+//! The judgement compares telemetry with the state of the simulated chip.
 
 pub mod bit_errors;
 pub mod campaign;
@@ -41,7 +41,7 @@ use std::time::Instant;
 
 #[derive(Debug, clap::Args)]
 pub struct FaultsArgs {
-    /// Injections on this PC, at least.
+    /// Minimum number of injections on this PC.
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..))]
     injections: u64,
     /// Runs of each family on the emulated chip.
@@ -49,14 +49,13 @@ pub struct FaultsArgs {
     emulated: u64,
     #[command(flatten)]
     firmware: FirmwareOptions,
-    /// Seed of the first run; every run has one of its own.
+    /// Seed of the first run; each run has a different seed.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Only this family.
+    /// Run this family only.
     #[arg(long, value_enum, value_name = "NAME")]
     only: Option<Family>,
-    /// Runs on the PC with these scan plans, and nothing else: paper, hand, texture, vibration or
-    /// single.
+    /// Make runs on the PC only, with these scan plans: paper, hand, texture, vibration or single.
     #[arg(
         long,
         value_name = "NAMES",
@@ -64,11 +63,11 @@ pub struct FaultsArgs {
         conflicts_with = "emulated"
     )]
     plan: Vec<String>,
-    /// Write faults.json into a folder, and fill in faults.md there: of all families, hence not
-    /// with --only. With --plan only the tables of these plans.
+    /// Write faults.json into a folder, and fill in faults.md there: needs all families, so not
+    /// with --only. With --plan, write the tables of these plans only.
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs/results", conflicts_with = "only")]
     write: Option<PathBuf>,
-    /// One JSON object instead of the table.
+    /// Print one JSON object instead of the table.
     #[arg(long)]
     json: bool,
 }
@@ -113,7 +112,7 @@ fn on_pc(args: &FaultsArgs, scan: Plan) -> Result<Campaign> {
     Ok(campaign)
 }
 
-/// Writes the figures and prints the table. Whether everything is zero that must be.
+/// Writes the figures and prints the table. Returns true if every count that must be zero is zero.
 fn conclude(args: &FaultsArgs, campaign: &Campaign, plan: Option<&str>) -> Result<bool> {
     if let Some(folder) = &args.write {
         let before = page::load(folder, "faults")?;

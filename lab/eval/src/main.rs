@@ -1,5 +1,5 @@
-//! `ridgetone-eval`: evaluation campaigns of Ridgetone, as commands. `cargo xtask` builds their
-//! images and runs them.
+//! `ridgetone-eval`: Ridgetone's evaluation campaigns as commands. `cargo xtask` builds the images
+//! and runs them.
 
 fn main() -> std::process::ExitCode {
     ridgetone_eval::main()

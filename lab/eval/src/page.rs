@@ -1,4 +1,4 @@
-//! Tables of figures, as JSON and on the terminal.
+//! Tables of figures, as JSON and in the terminal.
 
 use anyhow::{Context, Result};
 use ridgetone_host::output;
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// A table of figures; each cell is a number, a text or nothing.
+/// Table of figures; each cell is a number, a text or empty.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     pub columns: Vec<String>,
@@ -20,7 +20,7 @@ pub struct Table {
 pub type Tables = BTreeMap<String, Table>;
 
 impl Table {
-    /// A table with headings that `|` separates.
+    /// Creates a table with headings separated by `|`.
     pub fn new(headings: &str) -> Self {
         let columns = headings.split('|').map(str::to_owned).collect();
         Self {
@@ -33,7 +33,7 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// The table in Markdown; figures stand to the right.
+    /// Formats the table in Markdown, with numbers right-aligned.
     fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
         let is_text = |column: usize| {
@@ -62,7 +62,7 @@ fn shown(cell: &Value) -> String {
     }
 }
 
-/// A cell with so many decimals.
+/// Cell with `decimals` decimals.
 pub fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> Value {
     let value = value.into().filter(|value| value.is_finite());
     value
@@ -70,7 +70,7 @@ pub fn fixed(value: impl Into<Option<f64>>, decimals: usize) -> Value {
         .map_or(Value::Null, number)
 }
 
-/// A whole number is written as one.
+/// Writes a whole number as an integer.
 fn number(value: f64) -> Value {
     if value.fract() == 0.0 && value.abs() < 1e15 {
         Value::from(value as i64)
@@ -79,7 +79,7 @@ fn number(value: f64) -> Value {
     }
 }
 
-/// 1234567 as 1,234,567.
+/// Formats 1234567 as 1,234,567.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -92,7 +92,7 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// Something that must hold, and whether it does.
+/// A requirement, and whether it is met.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Requirement {
     pub requirement: String,
@@ -102,7 +102,7 @@ pub struct Requirement {
 }
 
 impl Requirement {
-    /// A number that must not be greater than `limit`.
+    /// Requires that a number is at most `limit`.
     pub fn at_most(requirement: &str, limit: u64, measured: u64) -> Self {
         Self {
             requirement: requirement.into(),
@@ -128,7 +128,7 @@ pub fn requirements<'a>(requirements: impl IntoIterator<Item = &'a Requirement>)
     table
 }
 
-/// The figures of a topic: the tables of its page, and what they were made of.
+/// Figures of a topic: the tables of its page, and details for reproducing them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures<T> {
     pub tables: Tables,
@@ -136,11 +136,11 @@ pub struct Figures<T> {
     pub detail: T,
 }
 
-/// Nothing next to the tables.
+/// No details in addition to the tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct None {}
 
-/// Reads the figures of a topic; none where nothing was measured.
+/// Reads the figures of a topic; empty if nothing was measured.
 pub fn load<T: DeserializeOwned + Default>(folder: &Path, topic: &str) -> Result<Figures<T>> {
     let path = folder.join(format!("{topic}.json"));
     if !path.is_file() {
@@ -150,10 +150,10 @@ pub fn load<T: DeserializeOwned + Default>(folder: &Path, topic: &str) -> Result
     serde_json::from_str(&text).with_context(|| path.display().to_string())
 }
 
-/// Writes the figures of a topic; `lab/pages.py` fills its page from them.
+/// Writes the figures of a topic, from which `lab/pages.py` fills its page.
 pub fn write<T: Serialize>(folder: &Path, topic: &str, figures: &Figures<T>) -> Result<()> {
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    // A line for each row and each object, so that a diff shows what changed.
+    // A line for each row and object, for readable diffs.
     let json = serde_json::to_string(figures)?;
     let json = json.replace("],[", "],\n[").replace("},{", "},\n{");
     let path = folder.join(format!("{topic}.json"));

@@ -1,12 +1,12 @@
-//! Work on all cores, results in order.
+//! Parallel work on all cores, with results in order.
 
 use anyhow::Result;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use ridgetone_host::output::Progress;
 use std::sync::Mutex;
 
-/// Does `work` on every item and shows how many are done. The results do not depend on the number
-/// of cores.
+/// Applies `work` to every item and shows the progress. The results do not depend on the number of
+/// cores.
 pub fn map<T: Sync, R: Send>(
     what: &str,
     items: &[T],

@@ -1,5 +1,5 @@
-//! Bytes choose how frames are damaged on a line. The decoder reads those that come through, and
-//! nothing else.
+//! The fuzzer's bytes determine how frames are damaged on a line. The decoder must read the frames
+//! that arrive whole, and nothing else.
 #![no_main]
 
 #[path = "../../../tests/support/damage.rs"]

@@ -1,4 +1,4 @@
-//! Bytes that are read as a file or as a request: the first byte chooses which.
+//! The fuzzer's bytes as a file or a request; the first byte chooses which.
 #![no_main]
 
 #[path = "../../../host/tests/hostile/readers.rs"]

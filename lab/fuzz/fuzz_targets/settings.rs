@@ -1,4 +1,4 @@
-//! Bytes as settings: refused, or the pipeline runs with them.
+//! The fuzzer's bytes as settings: they are refused, or the pipeline runs with them.
 #![no_main]
 
 #[path = "../../../tests/support/any_settings.rs"]

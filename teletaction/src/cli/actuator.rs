@@ -1,4 +1,4 @@
-//! The actuator that makes a vibration, and how a texture drives it.
+//! The actuator that makes the vibration, and how a texture drives it.
 
 use crate::link::Hand;
 use crate::stimulus::{Actuator, Delay};
@@ -12,8 +12,8 @@ use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
 pub struct ActuatorOptions {
-    /// A finger's own law of power over period: `coefficients` of 1 to p^4, `period_mm`, `power_max`;
-    /// with it a texture's power counts [default: the paper's law].
+    /// A measured law of a finger's power over the period: `coefficients` of 1 to p^4, `period_mm`,
+    /// `power_max`; uses the texture's power [default: the paper's law].
     #[arg(long, value_name = "FILE.toml")]
     law: Option<PathBuf>,
     /// Maximum voltage of the actuator, V.
@@ -43,16 +43,16 @@ impl ActuatorOptions {
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct DelayOptions {
-    /// Delay, ms: the paper has 120.
+    /// Mean delay, ms; 120 in the paper.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     pub delay_ms: f64,
-    /// Standard deviation of the delay, ms; the delay is drawn anew every 200 ms. The paper has 40.
+    /// Standard deviation of the delay, which is redrawn every 200 ms, ms; 40 in the paper.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     pub jitter_ms: f64,
 }
 
 impl DelayOptions {
-    /// Refuses a delay outside of the bounds.
+    /// Refuses a delay out of range.
     pub fn check(&self) -> Result<()> {
         let Self {
             delay_ms,
@@ -70,16 +70,16 @@ impl DelayOptions {
 
 #[derive(Args, Clone, Copy, Debug)]
 pub struct HandOptions {
-    /// Mean speed of a hand that nobody moves, mm/s.
+    /// Mean speed of the simulated hand, mm/s.
     #[arg(long, value_name = "MM_S", value_parser = positive)]
     pub speed_mm_s: Option<f64>,
-    /// Ways to and fro a second, Hz; 0: the hand never turns.
+    /// Frequency of the hand's motion to and fro, Hz; at 0 the hand never turns.
     #[arg(long, value_name = "HZ", value_parser = number, allow_negative_numbers = true)]
     turns_hz: Option<f64>,
 }
 
 impl HandOptions {
-    /// The hand that the options describe; missing ones are `default`'s.
+    /// Returns the hand that the options describe, with `default` for missing ones.
     pub fn hand(&self, default: Hand) -> Result<Hand> {
         let hand = Hand {
             speed_mm_s: self.speed_mm_s.unwrap_or(default.speed_mm_s),

@@ -1,4 +1,4 @@
-//! `link`: a finger and a stylus, with a network between them.
+//! `link`: a finger and a stylus, connected by a network.
 
 use super::actuator::{ActuatorOptions, DelayOptions, HandOptions};
 use crate::link::board::{BoardEnd, Line};
@@ -41,7 +41,7 @@ Examples:
   ridgetone link --finger udp:robot.local:7450 --stylus simulated")]
 pub struct LinkArgs {
     /// The finger: a serial port; `emulated`, or `emulated:SCENE.toml`; a recording of telemetry;
-    /// or udp:HOST:PORT, a finger's end elsewhere.
+    /// or udp:HOST:PORT for a finger on a different computer.
     #[arg(
         long,
         value_name = "SOURCE",
@@ -49,47 +49,47 @@ pub struct LinkArgs {
         conflicts_with = "emulated"
     )]
     finger: Option<String>,
-    /// The stylus: `simulated`, a hand that nobody moves; the serial port of a stylus' board; or
-    /// udp:ADDRESS:PORT, where a stylus' end elsewhere finds this one.
+    /// The stylus: `simulated`, with a simulated hand; the serial port of a stylus' board; or
+    /// udp:ADDRESS:PORT, to wait there for a stylus on a different computer.
     #[arg(long, value_name = "STYLUS", default_value = "simulated")]
     stylus: String,
     /// The emulated finger.
     #[arg(long)]
     emulated: bool,
-    /// A robot moves the finger as the hand moves: take the period of the surface from the path of
-    /// the hand, in windows in which it does not turn [default: from the finger's own report].
+    /// A robot moves the finger as the hand moves: take the period of the surface from the hand's
+    /// path, in windows in which the hand does not turn [default: from the finger's report].
     #[arg(long)]
     follows: bool,
     #[command(flatten)]
     delay: DelayOptions,
-    /// Fraction of the messages that are lost, percent.
+    /// Messages lost, percent.
     #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
     loss: f64,
-    /// Seed of the network.
+    /// Seed of the simulated network.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(..1 << 60))]
     seed: u64,
     #[command(flatten)]
     hand: HandOptions,
     #[command(flatten)]
     actuator: ActuatorOptions,
-    /// Distance of one count of the stylus' encoder, all four edges counted, mm [default: the
-    /// paper's 0.005].
+    /// Length of one count of the stylus' encoder, all four edges counted, mm [default: the paper's
+    /// 0.005].
     #[arg(long, value_name = "MM", value_parser = positive)]
     count_mm: Option<f64>,
-    /// Latency after the stylus' converter, such as that of a filter, ms.
+    /// Latency after the stylus' converter, such as a filter's, ms.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     latency_ms: f64,
     /// End after this time, s [default: never].
     #[arg(long = "for", value_name = "S", value_parser = positive)]
     seconds: Option<f64>,
-    /// One JSON object a second instead of text.
+    /// Print one JSON object per second instead of text.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     firmware: FirmwareOptions,
 }
 
-/// A fraction, 0 to 1.
+/// Parses a percentage as a fraction, 0 to 1.
 fn percent(text: &str) -> Result<f64, String> {
     let percent = number(text.trim_end_matches('%').trim_end())?;
     if (0.0..=100.0).contains(&percent) {

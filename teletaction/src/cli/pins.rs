@@ -1,4 +1,4 @@
-//! `pins`: strains in the sensor on a display of pins.
+//! `pins`: shows a sensor's strains on a display of pins.
 
 use crate::pins::{Grid, Limits, PINS_MAX, Player, Quantity, SILENCE_S, Setup, volts_per_strain};
 use anyhow::Result;
@@ -12,7 +12,7 @@ use ridgetone_host::usage::UsageError;
 use ridgetone_host::{output, stop};
 use std::time::{Duration, Instant};
 
-/// Time between two looks at silence.
+/// Interval at which a silent feed is checked.
 const LOOK: Duration = Duration::from_millis(50);
 
 #[derive(Debug, Args)]
@@ -30,7 +30,7 @@ pub struct PinsArgs {
     source: SourceOptions,
     #[command(flatten)]
     display: DisplayOptions,
-    /// One JSON object a line instead of text.
+    /// Print one JSON object per line instead of text.
     #[arg(long)]
     json: bool,
 }
@@ -40,19 +40,19 @@ struct DisplayOptions {
     /// Columns and rows of pins, at most 100 in all.
     #[arg(long, value_name = "COLUMNSxROWS", default_value = "4x4", value_parser = columns_and_rows)]
     pins: (usize, usize),
-    /// Distance of the pins, mm.
+    /// Spacing of the pins, mm.
     #[arg(long, value_name = "MM", default_value_t = 2.0, value_parser = positive)]
     spacing_mm: f64,
-    /// Rubber, and skin, between the pins and the finger's receptors, mm.
+    /// Thickness of rubber and skin between the pins and the finger's receptors, mm.
     #[arg(long, value_name = "MM", default_value_t = 2.0, value_parser = positive)]
     depth_mm: f64,
     /// Quantity that sensor and finger should share.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = Match::Strain)]
     by: Match,
-    /// Strain in the finger over that in the sensor.
+    /// Ratio of strain in the finger to strain in the sensor.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     gain: f64,
-    /// Regularisation: more of it makes the forces more even, and noise smaller.
+    /// Regularisation: a larger value makes the forces more even and less noisy.
     #[arg(long, value_name = "FRACTION", default_value_t = 0.01, value_parser = positive)]
     regularisation: f64,
     /// Maximum force of a pin, N.
@@ -61,10 +61,10 @@ struct DisplayOptions {
     /// Maximum travel of a pin, mm; the finger opposes 0.5 N/mm.
     #[arg(long, value_name = "MM", default_value_t = f64::from(Limits::IDEAL.stroke_mm), value_parser = positive)]
     stroke_mm: f64,
-    /// Updates of the display a second.
+    /// Update rate of the display, Hz.
     #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = positive)]
     update_hz: f64,
-    /// Levels of a pin; 1 is up or down.
+    /// Number of levels of a pin; with 1 a pin is up or down.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u16).range(1..))]
     levels: u16,
     /// Maximum change of a force, N/s.
@@ -144,8 +144,8 @@ impl PinsArgs {
     }
 }
 
-/// Follows a feed to its end, or until this process is to stop, and prints each update: as JSON or
-/// for people. Gives the feed back, for its counts.
+/// Follows a feed until it ends or this process is asked to stop, and prints each update, as JSON
+/// or text. Returns the feed for its counts.
 fn run(feed: Feed, player: &mut Player, is_json: bool) -> (Feed, Result<()>) {
     let mut requester = Requester::default();
     requester.want_raw_if(feed.has_board());

@@ -41,12 +41,11 @@ pub struct TouchArgs {
     actuator: ActuatorOptions,
     #[command(flatten)]
     delay: DelayOptions,
-    /// Sound a tone of 150 to 250 Hz whose amplitude is the texture, so that a headphone makes it
-    /// audible, Hz [default: the texture itself].
+    /// Frequency of a tone, 150 to 250 Hz, whose amplitude follows the texture, so that headphones
+    /// can play the texture [default: no tone, the texture itself].
     #[arg(long, value_name = "HZ", value_parser = carrier)]
     carrier_hz: Option<f64>,
-    /// Address of the page. Browsers play sound like this only from this computer's own
-    /// addresses.
+    /// Address of the page. Browsers play its sound only from an address of this computer.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8322", value_parser = address)]
     listen: SocketAddr,
     /// Open the page in the browser.
@@ -54,7 +53,7 @@ pub struct TouchArgs {
     open: bool,
 }
 
-/// The frequency of a carrier, where skin feels a vibration best.
+/// Parses a carrier frequency, within the range where skin is most sensitive.
 fn carrier(text: &str) -> Result<f64, String> {
     let hz = positive(text)?;
     if (150.0..=250.0).contains(&hz) {

@@ -1,5 +1,5 @@
-//! The stylus' end: a board of its own (the image `stylus-f405`), or a simulated one. Positions of
-//! its encoder come from it, textures and parameters go to it, and the vibration is made there.
+//! The stylus' end: a board (image `stylus-f405`), or a simulated one. The board sends its
+//! encoder's positions, receives textures and parameters, and makes the vibration.
 
 use super::message::{Body, Message, Receiver};
 use super::requests::StylusRequests;
@@ -19,8 +19,8 @@ use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Time without a message after which the link is dead, and the vibration fades, seconds: four of
-/// them are missing.
+/// Time without a message after which the link counts as dead and the vibration fades, seconds:
+/// four messages are missing.
 const SILENT_S: f64 = 1.0;
 
 pub enum Line {
@@ -28,18 +28,18 @@ pub enum Line {
     Simulated(Box<Simulated>),
 }
 
-/// State and counts of the board, in a report.
+/// State and counts of the board in a report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Doing {
-    /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; `None` while nothing
-    /// is heard of it.
+    /// `disabled`, `line_silent`, `no_texture`, `hand_still` or `vibrating`; `None` while the board
+    /// is silent.
     pub state: Option<State>,
-    /// Samples that were late, since the board's start.
+    /// Late samples since the board's start.
     pub deadlines_missed: u32,
-    /// Packets of it that were lost or damaged.
+    /// Packets from the board that were lost or damaged.
     pub packets_lost: u32,
     pub packets_damaged: u32,
-    /// Times that it fell silent.
+    /// Number of times that the board fell silent.
     pub silences: u32,
 }
 
@@ -53,10 +53,11 @@ pub struct BoardEnd {
     run: u32,
     number: u32,
     due: VecDeque<Message>,
-    /// Latest position in counts; `travelled` is the total since the first one and does not wrap.
+    /// Latest position in counts; `travelled` is the total since the first position and does not
+    /// wrap.
     counts: Option<i32>,
     travelled: i64,
-    /// When the finger's end was heard, and the board; none: it is silent.
+    /// Times when the finger's end and the board were last heard; `None` if silent.
     link_heard_s: Option<f64>,
     heard_s: Option<f64>,
     starts: Starts,
@@ -64,8 +65,8 @@ pub struct BoardEnd {
 }
 
 impl BoardEnd {
-    /// A board on a line. `parameters` come from the caller but for the actuator and the law, which
-    /// are `output`'s.
+    /// Connects a board on a line. Actuator and law come from `output`, all other `parameters` from
+    /// the caller.
     pub fn new(line: Line, output: Output, parameters: Parameters, run: u32) -> Result<Self> {
         let parameters = Parameters {
             actuator: output.actuator,
@@ -102,7 +103,7 @@ impl BoardEnd {
         }
     }
 
-    /// The texture that the board has been given, if it is felt as soon as the hand moves.
+    /// Returns the texture that is felt as soon as the hand moves, if the board has it.
     pub fn texture(&self) -> Option<Texture> {
         self.requests.texture.filter(|_| self.requests.is_done())
     }
@@ -111,17 +112,17 @@ impl BoardEnd {
         self.doing.state == Some(State::Vibrating)
     }
 
-    /// Latest position of the hand, millimetres from where it was first; `None` before.
+    /// Latest position of the hand relative to the first, millimetres; `None` before the first.
     pub fn position_mm(&self) -> Option<f64> {
         self.counts.map(|_| self.travelled as f64 * self.count_mm)
     }
 
-    /// The next position that was not sent yet.
+    /// Returns the next position to send.
     pub fn due(&mut self) -> Option<Message> {
         self.due.pop_front()
     }
 
-    /// Takes what has arrived of the finger's end.
+    /// Takes bytes from the finger's end.
     pub fn take(&mut self, t_s: f64, bytes: &[u8]) {
         if let Some(Message {
             body: Body::Texture(texture),
@@ -133,7 +134,7 @@ impl BoardEnd {
         }
     }
 
-    /// The simulated stylus, if it is one.
+    /// Returns the simulated stylus, if this is one.
     pub fn simulated(&mut self) -> Option<&mut Simulated> {
         match &mut self.line {
             Line::Simulated(stylus) => Some(stylus),
@@ -148,8 +149,8 @@ impl BoardEnd {
         }
     }
 
-    /// Takes what the board has sent by now, and sends what is due. Times must not decrease.
-    /// `found` is the texture under the finger, if it is known here.
+    /// Reads what the board has sent, and sends what is due. Times must not decrease. `found` is
+    /// the texture under the finger, if known here.
     pub fn step(&mut self, t_s: f64, found: Option<Texture>) -> Result<()> {
         if let Line::Simulated(stylus) = &mut self.line {
             let bytes = stylus.run(t_s, found);
@@ -185,7 +186,7 @@ impl BoardEnd {
         Ok(())
     }
 
-    /// Lets the output go down softly: gives whether it is at rest, or nobody can know.
+    /// Lowers the output softly; returns true if the output is at rest, or the board silent.
     pub fn stop_softly(&mut self) -> bool {
         (self.link_heard_s, self.requests.texture) = (None, None);
         self.requests.is_at_rest() || self.heard_s.is_none()
@@ -212,7 +213,7 @@ impl BoardEnd {
 
     fn take_packet(&mut self, t_s: f64, Packet { event, .. }: Packet) -> Result<()> {
         if self.starts.take(&event) {
-            // After the restart the encoder counts from 0, and the hand is where it was.
+            // After the restart the encoder counts from 0, but the hand has not moved.
             self.requests.forget();
             (self.counts, self.doing.state) = (self.counts.map(|_| 0), None);
         }
@@ -260,8 +261,8 @@ impl BoardEnd {
         self.requests.is_now(state);
     }
 
-    /// Nothing is heard of the board any more. It is disabled, if it still hears, and gets no sign
-    /// of life.
+    /// Handles a board that has fallen silent: disables it, in case it still hears, and sends no
+    /// more signs of life.
     fn lose(&mut self, why: &str) {
         if self.heard_s.take().is_some() {
             note!("{why}");
@@ -273,8 +274,7 @@ impl BoardEnd {
 
     fn send(&mut self, number: u16, command: Command) {
         let mut wire = [0; REQUEST_WIRE_MAX];
-        // The longest request fits, and a request that a disconnected line does not take is sent
-        // again.
+        // The longest request fits, and a request that a disconnected line refuses is sent again.
         if let Ok(used) = framing::encode(
             &Request {
                 number,

@@ -1,4 +1,4 @@
-//! The finger's end: sends the texture under the finger, and takes the position of the hand.
+//! The finger's end: sends the texture under the finger, and receives the position of the hand.
 
 use super::message::{Body, Message, Receiver};
 use super::wavelength::{HandPath, Length};
@@ -6,21 +6,21 @@ use crate::stimulus::Texture;
 use ridgetone_proto::telemetry::Estimate;
 use serde::Serialize;
 
-/// Time between two messages if nothing changes, seconds: a loss is soon made up for, and a dead
-/// link is noticed.
+/// Interval of messages while nothing changes, seconds: it soon repairs a loss and reveals a dead
+/// link.
 pub const REPEAT_S: f64 = 0.25;
 
-/// A new window replaces the period of an earlier one if its standard deviation is smaller by this
-/// factor, even if the periods agree.
+/// A new window replaces an earlier period that it agrees with if its standard deviation is smaller
+/// by this factor.
 const MORE_PRECISE: f64 = 0.7;
 
 /// Origin of the period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PeriodBy {
-    /// The finger's own report: a known speed, or the lags between its channels.
+    /// The finger's report: a known speed, or the lags between its channels.
     Finger,
-    /// Path of the hand.
+    /// The path of the hand.
     Path,
 }
 
@@ -30,12 +30,12 @@ pub struct FingerEnd {
     run: u32,
     /// A robot moves the finger as the hand moves.
     follows: bool,
-    /// Run of the stylus' end whose positions the path has.
+    /// Run of the stylus' end that the path's positions belong to.
     hand_run: u32,
     path: HandPath,
-    /// Latest texture that the finger has reported.
+    /// Latest texture reported by the finger.
     reported: Option<Texture>,
-    /// Period by the path of the hand, and the power of that window.
+    /// Period from the path of the hand, and the power in that window.
     by_path: Option<(Length, f32)>,
     number: u32,
     sent_s: Option<f64>,
@@ -44,8 +44,8 @@ pub struct FingerEnd {
 }
 
 impl FingerEnd {
-    /// `run`: a number that the messages of an earlier run do not have. `follows`: the finger moves
-    /// as the hand does, so that [`Self::window`] gives periods.
+    /// `run`: a number that no earlier run used in its messages. `follows`: the finger moves as the
+    /// hand does, so [`Self::window`] returns periods.
     pub fn new(run: u32, follows: bool) -> Self {
         Self {
             run,
@@ -54,7 +54,7 @@ impl FingerEnd {
         }
     }
 
-    /// The texture under the finger.
+    /// Returns the texture under the finger.
     pub fn texture(&self) -> Option<Texture> {
         let Some((period, power)) = self.by_path else {
             return self.reported;
@@ -79,7 +79,7 @@ impl FingerEnd {
         }
     }
 
-    /// The finger has found a texture, or is silent.
+    /// Takes a texture found by the finger; `None` if the finger is silent.
     pub fn found(&mut self, texture: Option<Texture>) {
         (self.reported, self.sent_s) = (texture, None);
         let reported = texture.map(|texture| Length {
@@ -91,7 +91,8 @@ impl FingerEnd {
             .filter(|(period, _)| reported.is_some_and(|reported| !period.differs(&reported)));
     }
 
-    /// A window has ended at `end_s`. Gives the period by the path of the hand, if it has one.
+    /// Takes the estimate of a window that ended at `end_s`. Returns the period from the path of
+    /// the hand, if the path yields one.
     pub fn window(&mut self, end_s: f64, estimate: &Estimate) -> Option<Length> {
         let found = self
             .path
@@ -111,7 +112,7 @@ impl FingerEnd {
         Some(found)
     }
 
-    /// The message that is due.
+    /// Returns the message that is due.
     pub fn due(&mut self, t_s: f64) -> Option<Message> {
         if self.sent_s.is_some_and(|sent_s| t_s - sent_s < REPEAT_S) {
             return None;
@@ -127,7 +128,7 @@ impl FingerEnd {
         })
     }
 
-    /// Takes bytes that have arrived; gives whether they were used.
+    /// Takes received bytes; returns true if they were used.
     pub fn take(&mut self, t_s: f64, bytes: &[u8]) -> bool {
         match self.receiver.take(bytes) {
             Some(Message {
@@ -136,7 +137,7 @@ impl FingerEnd {
                 ..
             }) => {
                 if run != self.hand_run {
-                    // Positions count from elsewhere.
+                    // A new run counts positions from a different origin.
                     (self.hand_run, self.path) = (run, HandPath::default());
                 }
                 self.position_mm = Some(position_mm);
@@ -153,7 +154,7 @@ mod tests {
     use super::*;
     use ridgetone_proto::telemetry::{Event, Status, longest_packet};
 
-    /// A window of a second and ten cycles that ends at 2 s.
+    /// Estimate of a window with ten cycles in a second, which ends at 2 s.
     fn ten_cycles() -> Estimate {
         let Event::Estimate(mut estimate) = longest_packet().event else {
             panic!("an estimate")
@@ -163,7 +164,7 @@ mod tests {
         estimate
     }
 
-    /// Positions of a hand at 36 mm/s from a time on.
+    /// Sends positions of a hand at 36 mm/s, starting at `from_s`.
     fn move_hand(end: &mut FingerEnd, run: u32, from_s: f64) {
         for number in 0..500 {
             let t_s = from_s + 0.004 * f64::from(number);
@@ -193,7 +194,7 @@ mod tests {
         let texture = end.texture().expect("a texture");
         assert!((texture.period_mm - 3.6).abs() < 1e-5, "{texture:?}");
         assert_eq!(end.period_by(), Some(PeriodBy::Path));
-        // Another texture, which contradicts the period; then silence.
+        // A different texture, which contradicts the period; then silence.
         end.found(Some(reported(2.0)));
         assert_eq!(end.texture().map(|texture| texture.period_mm), Some(2.0));
         end.window(2.0, &ten_cycles());
@@ -207,7 +208,7 @@ mod tests {
         move_hand(&mut alone, 7, 0.5);
         let mut end = FingerEnd::new(1, true);
         move_hand(&mut end, 7, -0.5);
-        // The stylus' end starts again in the middle of the window, and counts from 0.
+        // The stylus' end restarts in the middle of the window, and counts from 0.
         move_hand(&mut end, 8, 1.5);
         for mut end in [alone, end] {
             assert_eq!(end.window(2.0, &ten_cycles()), None);

@@ -5,13 +5,13 @@ use crate::stimulus::Texture;
 use ridgetone_proto::framing::{WIRE_MAX, decode, encode};
 use serde::{Deserialize, Serialize};
 
-/// A message. Each way has numbers of its own, from 0.
+/// A message. Each direction is numbered separately, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Message {
-    /// Run of the sender: a new run counts from 0 again.
+    /// Run of the sender; each run counts from 0.
     pub run: u32,
     pub number: u32,
-    /// Clock of the sender, seconds.
+    /// Time on the sender's clock, seconds.
     pub t_s: f64,
     pub body: Body,
 }
@@ -20,32 +20,32 @@ pub struct Message {
 pub enum Body {
     /// Position of the hand, millimetres.
     Position(f64),
-    /// Texture under the finger; `None` until the finger has found one, or if it is silent.
+    /// Texture under the finger; `None` if the finger has found none or is silent.
     Texture(Option<Texture>),
 }
 
 impl Message {
-    /// Encodes the message, with the zero at the end.
+    /// Encodes the message, with the terminating zero.
     pub fn bytes(&self) -> Vec<u8> {
         let mut wire = [0; WIRE_MAX];
-        // It is far shorter than the buffer.
+        // A message is far shorter than the buffer.
         encode(self, &mut wire).map_or_else(|_| Vec::new(), |used| wire[..used].to_vec())
     }
 }
 
-/// Counts of one way.
+/// Counts of one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     pub received: u64,
-    /// Numbers that have not come, or not yet.
+    /// Missing numbers, including messages still on the way.
     pub lost: u64,
-    /// After a later one: they are not used.
+    /// Messages after a later one, which are not used.
     pub late: u64,
     pub doubled: u64,
     pub damaged: u64,
 }
 
-/// Numbers that are remembered, to tell what is doubled from what is late.
+/// Recent numbers kept to tell duplicate messages from late ones.
 const REMEMBERED: usize = 1024;
 
 /// Receiving end of one direction.
@@ -53,9 +53,9 @@ const REMEMBERED: usize = 1024;
 pub struct Receiver {
     pub counts: Counts,
     run: u32,
-    /// The number that is expected; `None` before the first message of a run, whatever its number.
+    /// Next expected number; `None` before the first message of a run, which may have any number.
     next: Option<u32>,
-    /// Which of the latest numbers have come, by their remainder.
+    /// Recently received numbers, indexed by their remainder.
     seen: Vec<Option<u32>>,
 }
 
@@ -71,7 +71,7 @@ impl Default for Receiver {
 }
 
 impl Receiver {
-    /// Takes the bytes of a message; gives it if it is whole, and later than all before it.
+    /// Decodes a message; returns it if it is undamaged and newer than all before.
     pub fn take(&mut self, bytes: &[u8]) -> Option<Message> {
         let mut frame = bytes.strip_suffix(&[0]).unwrap_or(bytes).to_vec();
         let message = decode::<Message>(&mut frame).filter(|message| message.is_possible());
@@ -94,7 +94,7 @@ impl Receiver {
         self.seen[position] = Some(message.number);
         let next = self.next.unwrap_or(message.number);
         if message.number < next {
-            // It was counted as lost.
+            // This message was counted as lost.
             self.counts.lost = self.counts.lost.saturating_sub(1);
             self.counts.late += 1;
             return None;
@@ -107,8 +107,8 @@ impl Receiver {
 }
 
 impl Message {
-    /// Checks the numbers: a checksum of 32 bits lets one damaged message of four thousand millions
-    /// through.
+    /// Checks the numbers, because a 32-bit checksum passes one in four thousand million damaged
+    /// messages.
     fn is_possible(&self) -> bool {
         self.t_s.is_finite()
             && match &self.body {
@@ -167,7 +167,8 @@ mod tests {
             }
         );
         assert!(receiver.take(&good).is_some());
-        // The sender begins anew; then another one, which sent to others before: nothing is lost.
+        // The sender restarts; then a different one takes over, which sent to others before:
+        // nothing is lost.
         let lost = receiver.counts.lost;
         for (run, number) in [(8, 0), (9, 15_000)] {
             let message = Message {

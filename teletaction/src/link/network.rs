@@ -1,17 +1,17 @@
-//! A network that delays and loses, simulated: the same seed does the same.
+//! A simulated network with delay and loss; the same seed gives the same behaviour.
 
 use crate::stimulus::Delay;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::VecDeque;
 
-/// One way.
+/// One direction of the network.
 pub struct Network {
     delay: Delay,
-    /// Fraction of the messages that is lost, 0 to 1.
+    /// Fraction of messages lost, 0 to 1.
     pub loss: f64,
     random: ChaCha8Rng,
-    /// Time of arrival, and bytes: in the order of sending.
+    /// Arrival times and bytes, in the order of sending.
     under_way: VecDeque<(f64, Vec<u8>)>,
     pub sent: u64,
 }
@@ -27,18 +27,18 @@ impl Network {
         }
     }
 
-    /// Sends a message at a time, seconds.
+    /// Sends a message at time `t_s`, seconds.
     pub fn send(&mut self, t_s: f64, bytes: Vec<u8>) {
         self.sent += 1;
         let arrives_s = t_s + self.delay.at_s(t_s);
-        // 53 bits.
+        // Uniform from 0 to 1, with 53 bits.
         let even = (self.random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
         if even >= self.loss {
             self.under_way.push_back((arrives_s, bytes));
         }
     }
 
-    /// A message that has arrived by a time; a short delay overtakes a longer one.
+    /// Returns a message that has arrived by `t_s`; one with a short delay overtakes others.
     pub fn arrived(&mut self, t_s: f64) -> Option<Vec<u8>> {
         let (n, _) = (self.under_way.iter().enumerate())
             .filter(|(_, (arrives_s, _))| *arrives_s <= t_s)

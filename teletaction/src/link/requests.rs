@@ -1,5 +1,5 @@
-//! The next request to a stylus' board, until the board does what is wanted: one request at a time,
-//! each until it is answered.
+//! Requests to a stylus' board, one at a time and each repeated until answered, until the board is
+//! in the wanted state.
 
 use crate::stimulus::Texture;
 use crate::stylus::gate::State;
@@ -7,12 +7,11 @@ use crate::stylus::message::{Command, Outcome, Reply};
 use crate::stylus::parameters::Parameters;
 use ridgetone_proto::settings::SettingsError;
 
-/// Time after which a request that was not answered is sent again, and the minimum time between two
-/// signs of life, seconds: five in the half of a second after which a board that hears nothing
-/// stops.
+/// Time after which an unanswered request is repeated, and minimum time between signs of life,
+/// seconds: five fit into the half second after which a board without requests stops.
 const REPEAT_S: f64 = 0.1;
 
-/// Requests that the board is known to have carried out since it was first heard.
+/// Requests that the board is known to have executed since it was first heard.
 #[derive(Clone, Copy, Debug, Default)]
 struct Done {
     is_at_rest: bool,
@@ -32,18 +31,18 @@ struct Sent {
 #[derive(Clone, Debug)]
 pub struct StylusRequests {
     parameters: Parameters,
-    /// Texture to be felt now.
+    /// Texture that should be felt now.
     pub texture: Option<Texture>,
     done: Done,
-    /// A texture that the board has refused.
+    /// Texture refused by the board.
     refused: Option<Texture>,
     sent: Option<Sent>,
     number: u16,
 }
 
 impl StylusRequests {
-    /// `first`: the first request's number. A board repeats its reply to the number that it
-    /// answered last.
+    /// `first`: number of the first request. It must differ from the board's last request, whose
+    /// reply the board would repeat.
     pub fn new(parameters: Parameters, first: u16) -> Self {
         Self {
             parameters,
@@ -55,12 +54,12 @@ impl StylusRequests {
         }
     }
 
-    /// Nothing is known of the board: it has started, or nobody has heard it.
+    /// Forgets the board's state, after a start or before it is first heard.
     pub fn forget(&mut self) {
         (self.done, self.sent) = (Done::default(), None);
     }
 
-    /// True if the board has the wanted texture, and may vibrate.
+    /// True if the board has the wanted texture and is enabled.
     pub fn is_done(&self) -> bool {
         self.done.is_enabled && self.done.texture == self.texture
     }
@@ -70,7 +69,7 @@ impl StylusRequests {
         self.done.is_at_rest
     }
 
-    /// The request that is due.
+    /// Returns the request that is due.
     pub fn due(&mut self, t_s: f64) -> Option<(u16, Command)> {
         if let Some(sent) = &mut self.sent
             && !sent.is_answered
@@ -78,7 +77,7 @@ impl StylusRequests {
             if t_s - sent.t_s < REPEAT_S {
                 return None;
             }
-            // The texture is no longer wanted.
+            // The texture of a pending request is no longer wanted.
             let is_old =
                 matches!(sent.command, Command::Texture(texture) if Some(texture) != self.texture);
             if !is_old {
@@ -99,8 +98,8 @@ impl StylusRequests {
         Some((number, command))
     }
 
-    /// The next step towards the wanted state. Parameters change at rest alone, so a board is
-    /// disabled first.
+    /// Returns the next step towards the wanted state. Parameters change only at rest, so the board
+    /// is disabled first.
     fn next(&self) -> Option<Command> {
         let Done {
             is_at_rest,
@@ -121,8 +120,8 @@ impl StylusRequests {
         }
     }
 
-    /// Takes a reply. Gives what the board refuses: a texture is not sent again then; with
-    /// parameters the board cannot be used.
+    /// Takes a reply. Returns what the board refuses: a texture is then not sent again, and refused
+    /// parameters make the board unusable.
     pub fn answered(&mut self, t_s: f64, reply: &Reply) -> Option<(Command, SettingsError)> {
         let sent = self
             .sent
@@ -132,7 +131,7 @@ impl StylusRequests {
         let command = sent.command;
         match (&reply.outcome, command) {
             (Outcome::Done, Command::Configure(_)) => {
-                // The texture is forgotten.
+                // New parameters erase the texture.
                 self.done = Done {
                     is_at_rest: true,
                     is_configured: true,
@@ -147,7 +146,7 @@ impl StylusRequests {
                 (self.done.is_enabled, self.done.is_at_rest) = (false, true)
             }
             (Outcome::Done, Command::Alive) => {}
-            // The output still falls: try again soon.
+            // The output is still falling: retry soon.
             (Outcome::NotAtRest, _) => (sent.is_answered, sent.t_s) = (false, t_s),
             (Outcome::Refused(why), command) => {
                 if let Command::Texture(texture) = command {
@@ -159,12 +158,12 @@ impl StylusRequests {
         None
     }
 
-    /// The board says what it does. One that was silent for it must be enabled again, and one
-    /// without a texture has started since.
+    /// Takes the board's state. A board that stopped because of a silent line must be enabled
+    /// again, and one without a texture has restarted.
     pub fn is_now(&mut self, state: State) {
         if state == State::NoTexture && self.done.texture.is_some() {
-            // It has started again, and its greeting was lost: its parameters, and so its limits,
-            // are not known.
+            // The board has restarted and its greeting was lost, so its parameters and limits are
+            // unknown.
             self.forget();
         }
         if matches!(state, State::LineSilent | State::Disabled) && self.done.is_enabled {
@@ -172,8 +171,7 @@ impl StylusRequests {
         }
     }
 
-    /// The board says which parameters are in force: others than the wanted ones, if it has started
-    /// again.
+    /// Takes the parameters in force, which differ from the wanted ones after a restart.
     pub fn has(&mut self, parameters: &Parameters) {
         if self.done.is_configured && *parameters != self.parameters {
             self.forget();
@@ -185,7 +183,7 @@ impl StylusRequests {
 mod tests {
     use super::*;
 
-    /// Time after which any request may be due.
+    /// Time after which every request may be due.
     const LATER_S: f64 = 1.1 * REPEAT_S;
 
     const WANTED: Parameters = Parameters {
@@ -195,7 +193,7 @@ mod tests {
 
     const SET_UP: [Command; 2] = [Command::Disable, Command::Configure(WANTED)];
 
-    /// Requests that are answered in virtual time.
+    /// Answers requests in virtual time.
     struct Bench {
         requests: StylusRequests,
         t_s: f64,
@@ -225,7 +223,7 @@ mod tests {
             self.requests.answered(self.t_s, &reply)
         }
 
-        /// Answers requests until there is none but signs of life; gives them.
+        /// Answers requests until only signs of life are left, and returns them.
         fn commands_until_idle(&mut self) -> Vec<Command> {
             let mut commands = Vec::new();
             for _ in 0..20 {
@@ -251,7 +249,7 @@ mod tests {
         let started: Change = |requests| requests.has(&Parameters::DEFAULT);
         let the_same: Change = |requests| requests.has(&WANTED);
         let disabled: Change = |requests| requests.is_now(State::Disabled);
-        // It has started again, and its greeting was lost.
+        // The board has restarted, and its greeting was lost.
         let no_texture: Change = |requests| requests.is_now(State::NoTexture);
         let cases: [(Change, Option<Texture>, &[Command]); 9] = [
             (
@@ -261,7 +259,7 @@ mod tests {
             ),
             (nothing, Some(second), &[Command::Texture(second)]),
             (nothing, None, &[Command::Disable]),
-            // The board still has it.
+            // The board still has the texture.
             (nothing, Some(second), &[Command::Enable]),
             (line_silent, Some(second), &[Command::Enable]),
             (started, Some(second), &all),
@@ -315,7 +313,7 @@ mod tests {
         assert!(!bench.requests.is_done());
     }
 
-    /// While a texture waits for its answer another one comes.
+    /// A new texture arrives while the previous one waits for its reply.
     #[test]
     fn the_latest_texture_counts() {
         let mut bench = Bench::ready();

@@ -1,4 +1,4 @@
-//! Both ends of a link, with a report each second.
+//! Both ends of a link, with one report per second.
 
 use super::board::{BoardEnd, Doing};
 use super::finger::{FingerEnd, PeriodBy};
@@ -15,42 +15,42 @@ use ridgetone_host::{output, stop};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// Time between two steps.
+/// Time between steps.
 const STEP: Duration = Duration::from_millis(1);
 
-/// Time between two reports, seconds.
+/// Time between reports, seconds.
 const REPORT_S: f64 = 1.0;
 
-/// Longest wait for a stylus' board to rest at the end.
+/// Maximum time to wait for a stylus' board to rest at the end.
 const REST: Duration = Duration::from_millis(500);
 
-/// Location of the ends.
+/// Locations of the ends.
 pub enum Ends {
-    /// Both here, with the network between them.
+    /// Both ends here, with the simulated network between them.
     Here,
-    /// The stylus is elsewhere.
+    /// The stylus is on a different computer.
     Finger(Socket),
-    /// The finger is elsewhere.
+    /// The finger is on a different computer.
     Stylus(Socket),
 }
 
-/// The network, each way.
+/// Settings of the network, per direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// Mean delay, milliseconds.
     pub delay_ms: f64,
     /// Standard deviation of the delay, milliseconds.
     pub jitter_ms: f64,
-    /// Fraction of the messages that is lost, 0 to 1.
+    /// Fraction of messages lost, 0 to 1.
     pub loss: f64,
     pub seed: u64,
-    /// A number that the messages of an earlier run do not have.
+    /// A number that no earlier run used in its messages.
     pub run: u32,
     /// A robot moves the finger as the hand moves.
     pub follows: bool,
 }
 
-/// A finger's end, a stylus' end, and a network each way.
+/// A finger's end, a stylus' end, and a network in each direction.
 pub struct Link {
     pub finger: FingerEnd,
     /// `None` if the finger is on another computer.
@@ -62,39 +62,39 @@ pub struct Link {
     t_s: f64,
 }
 
-/// Report of a second: counts since the beginning, and errors in this second.
+/// Report on one second: counts since the start, and errors in this second.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "link")]
 pub struct Report {
-    /// Seconds since the beginning.
+    /// Seconds since the start.
     pub t_s: f64,
-    /// Messages of the hand's position: sent here, and received here.
+    /// Position messages sent here, and received here.
     pub positions_sent: u64,
     pub positions: Counts,
-    /// Messages of the texture: sent here, and received here.
+    /// Texture messages sent here, and received here.
     pub textures_sent: u64,
     pub textures: Counts,
     pub is_felt: bool,
     /// `None` if the finger is on another computer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stylus: Option<Doing>,
-    /// Period of the texture that is felt.
+    /// Period of the felt texture.
     pub period_mm: Option<f32>,
     pub period_sigma_mm: Option<f32>,
     /// Origin of the period; `None` if the finger is on another computer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period_by: Option<PeriodBy>,
-    /// Distance of the position that the finger knows from the hand.
+    /// Distance between the hand and the position known to the finger.
     pub behind_mm: Option<f64>,
-    /// Error of the stimulus against the texture under the finger at the position of the hand, rms
-    /// over the amplitude.
+    /// Error of the stimulus against the texture under the finger at the hand's position, RMS
+    /// relative to the amplitude.
     pub error_percent: Option<f64>,
-    /// Error of a vibration that would have travelled.
+    /// Error that a transmitted vibration would have.
     pub as_vibration_percent: Option<f64>,
 }
 
 impl Link {
-    /// `stylus` is the one that is here.
+    /// `stylus` is the local one.
     pub fn new(options: &Options, ends: Ends, stylus: Option<BoardEnd>) -> Result<Self> {
         let [mean_s, sigma_s] = [options.delay_ms, options.jitter_ms].map(|ms| (ms / 1e3) as f32);
         let delay = |seed: u64| Delay::new(mean_s, sigma_s, seed as u32);
@@ -109,7 +109,7 @@ impl Link {
         })
     }
 
-    /// Sends and takes all messages up to a time, seconds. Times must not decrease.
+    /// Sends and receives all messages up to `t_s`, seconds. Times must not decrease.
     pub fn step(&mut self, t_s: f64) -> Result<()> {
         self.t_s = t_s;
         let Self {
@@ -121,7 +121,7 @@ impl Link {
             ..
         } = self;
         if let Some(stylus) = stylus {
-            // The state of a remote finger is unknown here.
+            // The state of a remote finger is unknown.
             let found = match ends {
                 Ends::Here => finger.texture(),
                 _ => stylus.texture(),
@@ -171,7 +171,7 @@ impl Link {
         Ok(())
     }
 
-    /// A stylus' board must not go on until its line is silent for it.
+    /// Stops a local board softly, instead of leaving it to its silence timeout.
     pub fn stop_softly(&mut self) {
         let (begun, Some(stylus)) = (Instant::now(), &mut self.stylus) else {
             return;
@@ -185,7 +185,7 @@ impl Link {
         }
     }
 
-    /// The report of the time since the one before.
+    /// Reports on the time since the previous report.
     pub fn report(&mut self, t_s: f64) -> Report {
         let mut stylus = self.stylus.as_mut();
         let simulated = stylus.as_mut().and_then(|stylus| stylus.simulated());
@@ -215,7 +215,7 @@ impl Link {
 }
 
 impl Report {
-    /// A line for people.
+    /// Formats the report as a line of text.
     pub fn text(&self) -> String {
         let way = |way: &str, sent: u64, counts: &Counts| {
             format!(
@@ -262,7 +262,7 @@ impl Report {
     }
 }
 
-/// Waits a step for what the finger sends; gives whether it goes on.
+/// Waits up to a step for the finger; returns true if the finger goes on.
 fn take(finger: &mut Follower, end: &mut FingerEnd, begun: Instant) -> Result<bool> {
     match finger.next(STEP)? {
         Some(News::Texture(texture)) => end.found(Some(texture)),
@@ -281,8 +281,8 @@ fn take(finger: &mut Follower, end: &mut FingerEnd, begun: Instant) -> Result<bo
     Ok(true)
 }
 
-/// Runs the link in real time until the recording of the local finger ends, for `seconds`, or
-/// until the process is interrupted.
+/// Runs the link in real time for `seconds`, or until the local finger's recording ends or the
+/// process is interrupted.
 pub fn run(
     finger: &mut Option<Follower>,
     link: &mut Link,
@@ -295,7 +295,7 @@ pub fn run(
         match finger {
             None => std::thread::sleep(STEP),
             Some(finger) => match take(finger, &mut link.finger, begun) {
-                // Ctrl-C reaches an emulator too, which may end first.
+                // Ctrl-C also reaches the emulator, which may end first.
                 Err(_) if stop::is_requested() => break,
                 stepped => goes_on = stepped?,
             },

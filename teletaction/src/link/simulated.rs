@@ -1,5 +1,5 @@
-//! A simulated stylus: the tasks of its image in this process and in the link's time, under a hand
-//! that nobody moves; and the error of its stimulus against the texture under the finger.
+//! A simulated stylus: the tasks of its image in this process and in the link's time, under a
+//! simulated hand; and the error of its stimulus against the texture under the finger.
 
 use crate::stimulus::Texture;
 use crate::stylus::gate::State;
@@ -17,26 +17,27 @@ use ridgetone_proto::telemetry::WIRE_MAX;
 use rtic_core::Exclusive;
 use std::f64::consts::TAU;
 
-/// Fraction of the wanted amplitude below which a vibration is not compared: it comes, or goes.
+/// Fraction of the wanted amplitude below which a vibration is not compared, because it is fading
+/// in or out.
 const COMPARED_FROM: f32 = 0.98;
 
-/// A hand: steady, or to and fro as those of Okamoto et al., section IV-A.
+/// A hand: steady, or moving to and fro as in Okamoto et al., section IV-A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
     /// Mean speed, millimetres per second.
     pub speed_mm_s: f64,
-    /// Ways to and fro a second; 0: it never turns.
+    /// Cycles to and fro per second; at 0 the hand never turns.
     pub turns_hz: f64,
 }
 
 impl Hand {
-    /// The paper's mean hand.
+    /// The paper's hand at its mean speed.
     pub const OKAMOTO: Self = Self {
         speed_mm_s: 125.4,
         turns_hz: 1.07,
     };
 
-    /// Position at a time, millimetres: 0 at the beginning.
+    /// Position at `t_s`, millimetres, from 0 at the start.
     pub fn position_mm(&self, t_s: f64) -> f64 {
         if self.turns_hz <= 0.0 {
             return self.speed_mm_s * t_s;
@@ -48,7 +49,7 @@ impl Hand {
     }
 }
 
-/// Error of the stimulus against the texture under the finger: sums of squares.
+/// Error of the stimulus against the texture under the finger, as sums of squares.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Error {
     squares: f64,
@@ -57,15 +58,15 @@ pub struct Error {
 }
 
 impl Error {
-    /// Root mean squares over the amplitude, percent: of the stimulus, and of a vibration that
-    /// would have travelled, later by the mean delay. None if nothing was felt.
+    /// Returns RMS errors relative to the amplitude, percent: of the stimulus, and of a transmitted
+    /// vibration, which the mean delay would shift. `None` if nothing was felt.
     pub fn percent(&self) -> Option<(f64, f64)> {
         let rms = |squares: f64| 100.0 * (squares / self.count as f64).sqrt();
         (self.count > 0).then(|| (rms(self.squares), rms(self.late_squares)))
     }
 }
 
-/// Each task is called where an interrupt would start it.
+/// Platform on which tasks are called where an interrupt would start them.
 struct Called;
 
 impl Platform for Called {
@@ -76,7 +77,7 @@ impl Platform for Called {
     }
 }
 
-/// The tasks of the image.
+/// The image's tasks.
 pub struct Tasks {
     pub sampler: Sampler,
     reports: Reports,
@@ -98,7 +99,7 @@ impl Default for Tasks {
 }
 
 impl Tasks {
-    /// Takes bytes of requests. Gives what is sent then.
+    /// Takes bytes of requests. Returns the packets that are sent.
     pub fn receive(&mut self, bytes: &[u8]) -> Vec<Packet> {
         let mut packets = Vec::new();
         for byte in bytes {
@@ -125,9 +126,9 @@ impl Tasks {
 
 pub struct Simulated {
     pub error: Error,
-    /// The stylus sends nothing, but still receives.
+    /// True if the stylus sends nothing, but still receives.
     pub is_mute: bool,
-    /// Latest code of the converter, and the largest step between two.
+    /// Latest code of the converter, and the largest step between two codes.
     pub code: u16,
     pub steepest: u16,
     tasks: Tasks,
@@ -135,14 +136,14 @@ pub struct Simulated {
     output: Output,
     count_mm: f64,
     latency_s: f64,
-    /// Delay of a vibration that would have travelled, seconds.
+    /// Delay that a transmitted vibration would have, seconds.
     delay_s: f64,
     samples: u64,
     /// Counts of the hand at the latest sample, and at the latest start.
     counts: i64,
     zero: i64,
-    /// Period of the stimulus, and position at which it began, millimetres, with its phase there,
-    /// cycles.
+    /// Period of the stimulus, the position at which the period began, millimetres, and the phase
+    /// there, cycles.
     period_mm: f32,
     anchor: (f64, f64),
     sent: Vec<u8>,
@@ -170,7 +171,7 @@ impl Simulated {
         }
     }
 
-    /// Starts again, as after a loss of power: its encoder counts from 0.
+    /// Restarts as after a power loss: the encoder counts from 0.
     pub fn restart(&mut self) {
         (self.tasks, self.zero, self.code) = (Tasks::default(), self.counts, 0);
     }
@@ -185,8 +186,8 @@ impl Simulated {
         self.send(packets);
         let stimulus = self.tasks.sampler.stimulus();
         if stimulus.period_mm() != self.period_mm {
-            // The phase goes on where it is: no hand feels where a texture began. Half a count is
-            // of the new period.
+            // The phase is continuous: a hand cannot feel where a texture began. Half a count is
+            // measured in the new period.
             self.period_mm = stimulus.period_mm();
             let half = 0.5 * self.count_mm / f64::from(self.period_mm);
             self.anchor = (
@@ -196,8 +197,8 @@ impl Simulated {
         }
     }
 
-    /// Makes the samples up to a time; gives what was sent since the call before. `found` is what
-    /// the finger has under it now, for the error; none if nobody here knows.
+    /// Makes the samples up to `t_s`; returns the bytes sent since the last call. `found` is the
+    /// texture under the finger, for the error; `None` if unknown here.
     pub fn run(&mut self, t_s: f64, found: Option<Texture>) -> Vec<u8> {
         while self.samples as f64 / f64::from(SAMPLE_HZ) < t_s {
             let now_s = self.samples as f64 / f64::from(SAMPLE_HZ);
@@ -229,14 +230,14 @@ impl Simulated {
         }
     }
 
-    /// Compares a sample with the texture under the finger at the true position of the hand, in f64.
+    /// Compares a sample with the texture under the finger at the hand's true position, in f64.
     fn compare(&mut self, now_s: f64, found: Option<Texture>) {
         let look = self.tasks.sampler.look();
         let Some(found) = found.filter(|_| look.state == State::Vibrating) else {
             return;
         };
         let bias_v = self.output.actuator.bias_v();
-        // With overtones the peak is at most the actuator's.
+        // With overtones the peak is limited to the actuator's.
         let overtones = found.overtones.iter().map(|overtone| overtone.amplitude);
         let wanted_v = bias_v * self.output.fraction(&found) / (1.0 + overtones.sum::<f32>());
         if look.amplitude_v < COMPARED_FROM * wanted_v || wanted_v <= 0.0 {
@@ -259,7 +260,8 @@ impl Simulated {
     }
 }
 
-/// A texture over its fundamental's amplitude, at a phase of that, radians.
+/// Returns a texture's waveform relative to the fundamental's amplitude, at the phase `phase` of
+/// the fundamental, radians.
 fn wave(texture: &Texture, phase: f64) -> f64 {
     let overtones = (2..).zip(&texture.overtones).map(|(n, of)| {
         let phase = f64::from(n) * phase + TAU * f64::from(of.phase_cycles);

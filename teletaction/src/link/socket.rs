@@ -4,8 +4,8 @@ use anyhow::{Context, Result};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 
-/// Errors that count as loss: nobody listens there, which Windows reports as a reset, or nothing
-/// has arrived.
+/// Errors that count as loss: nobody listens at the peer, which Windows reports as a reset, or
+/// nothing has arrived.
 const NOTHING: [ErrorKind; 4] = [
     ErrorKind::WouldBlock,
     ErrorKind::ConnectionRefused,
@@ -13,18 +13,18 @@ const NOTHING: [ErrorKind; 4] = [
     ErrorKind::Interrupted,
 ];
 
-/// Longest datagram that there can be, bytes: one that does not fit is an error on Windows, and
-/// anybody may send it.
+/// Maximum length of a datagram, bytes. A longer one than the buffer is an error on Windows, and
+/// anybody may send one.
 const LONGEST: usize = 65_536;
 
 pub struct Socket {
     socket: UdpSocket,
-    /// Destination of the messages; the stylus' end is found by its first message.
+    /// Destination of messages; the stylus' end becomes known with its first message.
     peer: Option<SocketAddr>,
 }
 
 impl Socket {
-    /// To the finger's end, at HOST:PORT.
+    /// Connects to the finger's end at HOST:PORT.
     pub fn to(address: &str) -> Result<Self> {
         let named = || format!("{address}: write HOST:PORT, such as robot.local:7450");
         let peer = address
@@ -56,15 +56,14 @@ impl Socket {
         Ok(self.socket.local_addr()?)
     }
 
-    /// Sends to the peer, if there is one. Data that the system cannot send are lost, as on the
-    /// way.
+    /// Sends to the peer, if known. Data that the system cannot send count as lost.
     pub fn send(&self, bytes: &[u8]) {
         if let Some(peer) = self.peer {
             let _ = self.socket.send_to(bytes, peer);
         }
     }
 
-    /// The next datagram, and where it came from.
+    /// Returns the next datagram and its origin.
     pub fn receive(&self) -> Result<Option<(Vec<u8>, SocketAddr)>> {
         let mut bytes = vec![0; LONGEST];
         match self.socket.recv_from(&mut bytes) {
@@ -74,7 +73,7 @@ impl Socket {
         }
     }
 
-    /// From now on messages go there: a whole message came from it.
+    /// Sends future messages to `from`, which has sent a valid message.
     pub fn answer(&mut self, from: SocketAddr) {
         self.peer = Some(from);
     }

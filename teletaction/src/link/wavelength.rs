@@ -1,32 +1,33 @@
-//! The spatial period by the path of the hand: where a robot moves the finger as the hand moves,
-//! the length of the path in a window over the window's cycles.
+//! The spatial period from the path of the hand, if a robot moves the finger as the hand moves: the
+//! length of the path in a window over the window's cycles.
 
 use ridgetone_proto::telemetry::{Estimate, Status};
 use std::collections::VecDeque;
 
-/// Longest stretch of path that is kept, seconds and positions.
+/// Maximum path kept, in seconds and in positions.
 const KEPT_S: f64 = 30.0;
 const KEPT: usize = 16_384;
 
-/// Movement backwards that counts as a turn, millimetres: more than an encoder does that rests on
-/// an edge.
+/// Backward movement that counts as a turn, millimetres: more than the jitter of an encoder that
+/// rests on an edge.
 const TURN_MM: f64 = 0.02;
 
-/// Longest time between two positions: after a longer one a robot jumps, and nobody knows how.
+/// Maximum time between positions, seconds: after a longer gap the robot jumps along an unknown
+/// path.
 const GAP_S: f64 = 0.25;
 
-/// Standard deviation of the time at which a window ended on this computer's clock, seconds: bytes
-/// wait for USB and for the system.
+/// Standard deviation of a window's end on this computer's clock, seconds: USB and the system delay
+/// bytes.
 const TIME_SIGMA_S: f64 = 0.01;
 
-/// Time over which the speed at a window's end is taken, seconds.
+/// Time over which the speed at a window's end is measured, seconds.
 const SPEED_S: f64 = 0.05;
 
-/// Positions of the hand as they arrive, which a robot follows.
+/// Received positions of the hand, which a robot follows.
 #[derive(Clone, Debug, Default)]
 pub struct HandPath(VecDeque<(f64, f64)>);
 
-/// Position on the path, and the step between two arrivals that contains it.
+/// Position on the path, and the step between the positions around it.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     mm: f64,
@@ -41,7 +42,7 @@ pub struct Length {
 }
 
 impl HandPath {
-    /// Takes a position, millimetres, at its arrival, seconds. Times must not decrease.
+    /// Adds a position, millimetres, with its arrival time, seconds. Times must not decrease.
     pub fn push(&mut self, t_s: f64, mm: f64) {
         while self.0.len() >= KEPT || self.0.front().is_some_and(|(at_s, _)| t_s - at_s > KEPT_S) {
             self.0.pop_front();
@@ -49,7 +50,7 @@ impl HandPath {
         self.0.push_back((t_s, mm));
     }
 
-    /// Position at a time, on a straight line between two arrivals; none outside of what is known.
+    /// Interpolates the position at `t_s`; `None` outside the known path.
     fn at(&self, t_s: f64) -> Option<Point> {
         let after = self.0.partition_point(|(at_s, _)| *at_s < t_s);
         let (after_s, after_mm) = *self.0.get(after)?;
@@ -71,8 +72,8 @@ impl HandPath {
         Some((self.at(from_s + SPEED_S)?.mm - self.at(from_s)?.mm) / SPEED_S)
     }
 
-    /// Length of the path between two times; `None` if part of it is not known, or if the hand
-    /// turns in between: frequency and length would then belong to different motions.
+    /// Length of the path between two times; `None` if part of it is unknown, or if the hand turns
+    /// in between: frequency and length would then belong to different motions.
     pub fn length(&self, from_s: f64, to_s: f64) -> Option<Length> {
         let (from, to) = (self.at(from_s)?, self.at(to_s)?);
         let way = (to.mm - from.mm).signum();
@@ -85,7 +86,7 @@ impl HandPath {
             }
             (latest_s, farthest_mm) = (t_s, farthest_mm.max(way * mm));
         }
-        // A shift in time adds at one end what it takes at the other, unless the speeds differ.
+        // A time shift adds at one end what it removes at the other, unless the speeds differ.
         let change_mm_s = self.speed_mm_s(to_s - SPEED_S)? - self.speed_mm_s(from_s)?;
         let variance = (from.step_mm.powi(2) + to.step_mm.powi(2)) / 12.0
             + (change_mm_s * TIME_SIGMA_S).powi(2);
@@ -95,8 +96,8 @@ impl HandPath {
         })
     }
 
-    /// Period of the surface under a window that ended at `end_s`: the path's length over the
-    /// window's cycles. None if the estimate is not `good`, or if [`Self::length`] has none.
+    /// Period of the surface from a window that ended at `end_s`: the path's length over the
+    /// window's cycles. `None` if the estimate is not `good`, or [`Self::length`] returns `None`.
     pub fn wavelength(&self, end_s: f64, estimate: &Estimate) -> Option<Length> {
         let (window_s, hz) = (f64::from(estimate.window_s), f64::from(estimate.frequency));
         if estimate.status != Status::Good || hz <= 0.0 {
@@ -113,7 +114,7 @@ impl HandPath {
 }
 
 impl Length {
-    /// True if the difference of two lengths is more than three standard deviations.
+    /// True if two lengths differ by more than three standard deviations.
     pub fn differs(&self, other: &Self) -> bool {
         (self.mm - other.mm).abs() > 3.0 * self.sigma_mm.hypot(other.sigma_mm)
     }
@@ -123,7 +124,7 @@ impl Length {
 mod tests {
     use super::*;
 
-    /// Positions 250 times a second.
+    /// Positions at 250 per second.
     fn path(position_mm: impl Fn(f64) -> f64) -> HandPath {
         let mut path = HandPath::default();
         for n in 0..1000 {
@@ -135,8 +136,8 @@ mod tests {
 
     #[test]
     fn a_path_without_a_turn_has_a_length() {
-        // Steps of 0.16 mm at both ends, and no change of the speed; 40 mm/s more at the end: 10 ms
-        // are 0.4 mm.
+        // Steps of 0.16 mm at both ends at a constant speed; or a speed that increases by 40 mm/s,
+        // so that 10 ms make 0.4 mm.
         let steady = path(|t_s| -40.0 * t_s).length(1.001, 2.003);
         let faster = path(|t_s| 20.0 * t_s * t_s).length(1.0, 2.0);
         for (length, mm, sigma_mm, max) in [
@@ -152,13 +153,13 @@ mod tests {
     #[test]
     fn turns_and_unknown_parts_give_none() {
         let turning = path(|t_s| 10.0 * (2.0 * t_s).sin());
-        // It turns at 0.785 s and at 2.356 s.
+        // The hand turns at 0.785 s and at 2.356 s.
         assert!(turning.length(0.9, 2.3).is_some());
         assert_eq!(turning.length(0.7, 0.9), None);
         assert_eq!(turning.length(2.0, 2.5), None);
-        // A turn whose ends are far apart: there and back, and there again.
+        // Turns between ends that are far apart: forward, back and forward.
         assert_eq!(path(|t_s| t_s + (3.0 * t_s).sin()).length(0.0, 3.9), None);
-        // An encoder on an edge does not turn.
+        // The jitter of an encoder on an edge is not a turn.
         let resting = path(|t_s| 0.005 * ((250.0 * t_s).round() % 2.0));
         assert!(resting.length(1.0, 2.0).is_some());
         // The link was dead for a second.

@@ -1,9 +1,9 @@
-//! Positions of pins or of sensors on a regular grid, and the strain at a sensor under a force of
-//! a pin.
+//! Positions of pins or sensors on a regular grid, and the strain at a sensor under the force of a
+//! pin.
 //!
-//! A pin is a force at a point of a half space: Boussinesq's solution (Johnson, *Contact
-//! Mechanics*, section 3.2, equation 3.18). Compression is positive. Strains are times Young's
-//! modulus and per newton, so that strains and stresses are per square millimetre.
+//! A pin is a point force on a half space: Boussinesq's solution (Johnson, *Contact Mechanics*,
+//! section 3.2, equation 3.18). Compression is positive. Strains are multiplied by Young's modulus
+//! and are per newton, so strains and stresses are both per square millimetre.
 
 use super::Error;
 use crate::stimulus::within;
@@ -18,7 +18,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// 1 to 1000 columns and rows, 0.01 to 100 mm apart.
+    /// Creates a grid of 1 to 1000 columns and rows, 0.01 to 100 mm apart.
     pub fn new(columns: usize, rows: usize, spacing_mm: f64) -> Result<Self, Error> {
         within("columns", columns as f32, 1.0, 1000.0)?;
         within("rows", rows as f32, 1.0, 1000.0)?;
@@ -58,10 +58,10 @@ impl Grid {
 pub enum Quantity {
     /// Normal strain in the paper's thin slices (plane stress).
     Strain,
-    /// Normal strain in a half space. Its sum over the plane is 1 - poisson - 2 poisson^2 times
-    /// the force, zero for rubber: a wide even pressure hardly strains it.
+    /// Normal strain in a half space. Its integral over the plane is 1 - poisson - 2 poisson^2
+    /// times the force, which is zero for rubber: a wide, even pressure hardly strains it.
     HalfSpaceStrain,
-    /// Normal stress. Shear stress is left out, as no display of pins can make it.
+    /// Normal stress. Shear stress is left out because no pin display can produce it.
     Stress,
 }
 
@@ -80,7 +80,7 @@ impl Layer {
         Ok(())
     }
 
-    /// Response `r_mm` next to a force of 1 N.
+    /// Response at a distance of `r_mm` from a force of 1 N.
     pub fn response(&self, r_mm: f64) -> f64 {
         match self.quantity {
             Quantity::Strain => self.slice_strain(r_mm),
@@ -94,8 +94,8 @@ impl Layer {
 
     fn strain(&self, r_mm: f64, poisson: f64) -> f64 {
         let depth = self.depth_mm * self.depth_mm;
-        // The stress along z less Poisson's fraction of the radial and the circumferential stress;
-        // with r^2 = R^2 - z^2 their sum has two terms.
+        // The stress along z less Poisson's ratio times the sum of the radial and the
+        // circumferential stress; with r^2 = R^2 - z^2 the sum has two terms.
         let inverse = 1.0 / (r_mm * r_mm + depth);
         0.5 / PI
             * (1.0 + poisson)
@@ -105,8 +105,9 @@ impl Layer {
             * (3.0 * depth * inverse - 2.0 * poisson)
     }
 
-    /// Along a line load a half space is in plane strain, and plane strain with Poisson's ratio
-    /// v / (1 + v) is plane stress with v if Young's modulus is (1 + 2 v) / (1 + v)^2 as large.
+    /// Strain in a thin slice. Under a line load a half space is in plane strain, and plane strain
+    /// with Poisson's ratio v / (1 + v) equals plane stress with v if Young's modulus is multiplied
+    /// by (1 + 2 v) / (1 + v)^2.
     fn slice_strain(&self, r_mm: f64) -> f64 {
         let one_more = 1.0 + self.poisson;
         let modulus = (one_more + self.poisson) / (one_more * one_more);

@@ -3,17 +3,17 @@
 use super::Error;
 use crate::stimulus::within;
 
-/// Limits of a display whose pins are all alike.
+/// Limits of a display of identical pins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Maximum force of a pin, newtons, 0.001 to 100.
     pub force_n: f32,
     /// Maximum travel of a pin, millimetres, 0.001 to 100.
     pub stroke_mm: f32,
-    /// Stiffness of the finger under a pin, newtons per millimetre, 0.001 to 1000: with it the
-    /// stroke bounds the force.
+    /// Stiffness of the finger under a pin, newtons per millimetre, 0.001 to 1000; together with
+    /// the stroke it limits the force.
     pub stiffness_n_mm: f32,
-    /// Updates a second, 0.1 to 10,000; the paper's displays have 8 to 50.
+    /// Updates per second, 0.1 to 10,000; 8 to 50 in the paper's displays.
     pub update_hz: f32,
     /// Levels between no force and the maximum, 1 to 65,535; 1 is a pin that is up or down.
     pub levels: u16,
@@ -22,10 +22,9 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Limits that an ideal display needs for a finger (paper, section 1): 50 N/cm^2, 4 mm and 50
-    /// Hz; here at pins 2 mm apart, in a hundred levels, over the whole range in 0.1 s. The
-    /// stiffness of a pin's part of the finger is 0.5 N/mm: the finger's 3000 N/m at 2 N (section
-    /// 3.1) over about six pins.
+    /// Limits of an ideal display for a finger (paper, section 1): 50 N/cm^2, 4 mm and 50 Hz; here
+    /// with pins 2 mm apart, a hundred levels, and the whole range in 0.1 s. The finger's stiffness
+    /// per pin is 0.5 N/mm: 3000 N/m at 2 N (section 3.1) over about six pins.
     pub const IDEAL: Self = Self {
         force_n: 2.0,
         stroke_mm: 4.0,
@@ -35,7 +34,7 @@ impl Limits {
         slew_n_s: 20.0,
     };
 
-    /// Maximum force that both force and stroke allow, newtons.
+    /// Maximum force that the force and stroke limits allow, newtons.
     pub fn max_n(&self) -> f32 {
         self.force_n.min(self.stroke_mm * self.stiffness_n_mm)
     }
@@ -61,17 +60,17 @@ impl Limits {
         self.max_n() / f32::from(self.levels)
     }
 
-    /// Whole levels by which an update may change a force.
+    /// Maximum change of a force in an update, in whole levels.
     fn steps(&self) -> u16 {
-        // A millionth more: a slew of just one level an update is meant to be possible.
+        // A millionth more, to allow a slew of exactly one level per update.
         ((self.slew_n_s / self.update_hz / self.level_n() * 1.000_001) as u16).min(self.levels)
     }
 }
 
-/// The pins of a display, within its limits whatever the target is.
+/// Pins of a display, kept within its limits for any target.
 ///
-/// After every call each force is a whole number of levels from 0 to the maximum, and no more than
-/// the slew away from the last.
+/// After every call each force is a whole number of levels from 0 to the maximum, and within the
+/// slew limit of the previous force.
 #[derive(Clone, Debug)]
 pub struct Pins {
     limits: Limits,
@@ -81,7 +80,7 @@ pub struct Pins {
 }
 
 impl Pins {
-    /// Pins that do not press.
+    /// Creates `count` pins that do not press.
     pub fn new(limits: Limits, count: usize) -> Result<Self, Error> {
         limits.check()?;
         Ok(Self {
@@ -95,9 +94,9 @@ impl Pins {
         &self.forces_n
     }
 
-    /// Lets `dt_s` seconds pass, 0 to 1000, then moves towards the target forces if an update is
-    /// due. Gives the number of pins whose target force is beyond the limits; none if no update
-    /// was due. On an error the pins stay as they are.
+    /// Advances time by `dt_s` seconds, 0 to 1000, and moves towards the target forces if an update
+    /// is due. Returns the number of pins whose target exceeds the limits, or `None` if no update
+    /// was due. On an error the pins do not move.
     pub fn advance(&mut self, dt_s: f32, target_n: &[f64]) -> Result<Option<usize>, Error> {
         assert_eq!(target_n.len(), self.forces_n.len());
         if let Some(index) = target_n.iter().position(|n| !n.is_finite()) {
@@ -119,7 +118,7 @@ impl Pins {
         ))
     }
 
-    /// Releases all pins, for a silent line. They go down as fast as the slew allows.
+    /// Releases all pins, as for a silent line, as fast as the slew allows.
     pub fn release(&mut self, dt_s: f32) -> Result<(), Error> {
         if self.is_due(dt_s)? {
             let limits = self.limits;
@@ -133,7 +132,7 @@ impl Pins {
     fn is_due(&mut self, dt_s: f32) -> Result<bool, Error> {
         within("dt_s", dt_s, 0.0, 1e3)?;
         self.since_s += dt_s;
-        // A thousandth less: steps of time that add up to an update are an update.
+        // A thousandth less, so that time steps that add up to an update make one.
         let is_due = self.since_s >= 0.999 / self.limits.update_hz;
         if is_due {
             self.since_s = 0.0;
@@ -142,11 +141,12 @@ impl Pins {
     }
 }
 
-/// Force after an update towards the target one, newtons: in whole levels, within the slew limit.
+/// Returns the force after an update towards a target, newtons: in whole levels, within the slew
+/// limit.
 fn moved(limits: &Limits, from_n: f32, target_n: f32) -> f32 {
     let (level_n, steps) = (limits.level_n(), limits.steps());
     let from = (from_n / level_n).round() as u16;
-    // To the nearest level; `as` saturates beyond the range.
+    // Round to the nearest level; `as` saturates out of range.
     let target = (target_n / level_n + 0.5) as u16;
     let max = from.saturating_add(steps).min(limits.levels);
     level_n * f32::from(target.max(from.saturating_sub(steps)).min(max))

@@ -1,9 +1,8 @@
-//! Strain matching: the forces of pins whose strains in the finger are nearest to those in the
-//! sensor.
+//! Strain matching: finds the pin forces whose strains in the finger are nearest to the sensor's.
 //!
 //! Equations 9 to 11 of Moy et al., *Human Psychophysics for Teletaction System Design*, with
-//! forces that only press and with Tikhonov's regularisation: minimise |A'x - w|^2 + c |x|^2 with x
-//! >= 0, where row i of A holds the strains under pin i.
+//! forces that can only press and Tikhonov regularisation: minimise |A'x - w|^2 + c |x|^2 with x >=
+//! 0, where row i of A holds the strains under pin i.
 //!
 //! The method is block principal pivoting (Kim and Park, *Fast Nonnegative Matrix Factorization: An
 //! Active-Set-Like Method and Comparisons*, SIAM J. Sci. Comput. 33 (2011), section 4). For the set
@@ -18,20 +17,20 @@ use crate::stimulus::within;
 /// Maximum number of pins: a display of 10 x 10.
 pub const PINS_MAX: usize = 100;
 
-/// Maximum number of pivots, which bounds the time of a frame. None of 1,600 random frames took
-/// more than 12.
+/// Maximum number of pivots, which bounds the time per frame. None of 1,600 random frames took more
+/// than 12.
 const PIVOTS_MAX: u32 = 20;
 
-/// Tries of exchanging all pins at once before one is exchanged alone (Kim and Park, section 4.2).
+/// Attempts to exchange all pins at once before exchanging single pins (Kim and Park, section 4.2).
 const TRIES: u32 = 3;
 
 /// Forces below this fraction of the largest count as zero.
 const ZERO: f64 = 1e-10;
 
-/// Pins and sensors with everything that is computed once.
+/// Pins and sensors, with everything that is computed only once.
 #[derive(Clone, Debug)]
 pub struct Matching {
-    /// Strains at the sensors under 1 N, a row for each pin.
+    /// Strains at the sensors under 1 N, one row per pin.
     map: Vec<Vec<f64>>,
     sensors: usize,
     /// Regularisation, c.
@@ -47,13 +46,13 @@ pub struct Solution<'a> {
     pub forces: &'a [f64],
     /// Systems solved.
     pub pivots: u32,
-    /// False if the pivots were used up: the forces press, and are not the best.
+    /// False if the pivots were used up: the forces are then feasible but not optimal.
     pub is_optimal: bool,
 }
 
 impl Matching {
-    /// `regularisation`: 1e-9 to 10, relative to the mean square of a pin's strains. It keeps
-    /// noise out of the forces: they become smaller and more even.
+    /// `regularisation`: 1e-9 to 10, relative to the mean square of a pin's strains. It suppresses
+    /// noise: forces become smaller and more even.
     pub fn new(
         sensors: &Grid,
         pins: &Grid,
@@ -84,8 +83,8 @@ impl Matching {
         })
     }
 
-    /// Forces whose strains are nearest to `target`, a value for each sensor. The search begins
-    /// from the last frame's solution.
+    /// Finds the forces whose strains are nearest to `target`, with one value per sensor. The
+    /// search starts from the last frame's solution.
     pub fn forces(&mut self, target: &[f64]) -> Result<Solution<'_>, Error> {
         assert_eq!(target.len(), self.sensors);
         if let Some(index) = target.iter().position(|value| !value.is_finite()) {
@@ -107,7 +106,7 @@ impl Matching {
             if tries > 0 {
                 tries -= 1;
             } else {
-                // Murty's rule, to exchange the first one alone, is certain to end.
+                // Murty's rule, exchanging the first pin only, is certain to terminate.
                 wrong.truncate(1);
             }
             for pin in wrong {
@@ -124,7 +123,7 @@ impl Matching {
         })
     }
 
-    /// Strains that forces make in the finger (equation 10).
+    /// Strains that `forces` cause in the finger (equation 10).
     pub fn felt(&self, forces: &[f32]) -> Vec<f64> {
         let mut strains = vec![0.0; self.sensors];
         for (force, row) in forces.iter().zip(&self.map) {
@@ -135,7 +134,7 @@ impl Matching {
         strains
     }
 
-    /// Solves for the pins that press now. Gives the pins that are in the wrong set.
+    /// Solves for the pins that press now. Returns the pins that are in the wrong set.
     fn pivot(&mut self, target: &[f64]) -> Vec<usize> {
         let n = self.sensors;
         let mut matrix = vec![vec![0.0; n]; n];
@@ -168,7 +167,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Solves a positive definite system, of which the lower triangle is given, by Cholesky's method.
+/// Solves a positive definite system by Cholesky's method; only the lower triangle is used.
 fn solve(mut matrix: Vec<Vec<f64>>, right: &[f64]) -> Vec<f64> {
     let n = right.len();
     let mut x = right.to_vec();

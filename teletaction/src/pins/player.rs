@@ -1,4 +1,4 @@
-//! A board's packets to the forces of a display, update by update.
+//! Turns a board's packets into display forces, update by update.
 
 use super::Error;
 use super::grid::{Grid, Layer, Quantity};
@@ -12,25 +12,25 @@ use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Packet, Starts};
 use serde::Serialize;
 
-/// Sensors: the points of the static map.
+/// Number of sensors: the points of the pressure map.
 const SENSORS: usize = SIDE * SIDE;
 
-/// Longest time between two frames in which the pins stay where they are, seconds.
+/// Maximum time between frames before the pins are released, seconds.
 pub const SILENCE_S: f64 = 0.5;
 
-/// The display, the finger on it, and how strains become forces.
+/// The display, the finger on it, and the conversion of strains to forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
     pub pins: Grid,
-    /// Thickness of the layer over the receptors of the finger, millimetres.
+    /// Thickness of the layer over the finger's receptors, millimetres.
     pub depth_mm: f64,
     pub quantity: Quantity,
     pub regularisation: f64,
     pub limits: Limits,
-    /// Strain in the finger over that in the sensor.
+    /// Ratio of strain in the finger to strain in the sensor.
     pub gain: f64,
     pub volts_per_strain: f64,
-    /// Young's modulus of sensor and finger, MPa; the same for both, as in the paper.
+    /// Young's modulus of both sensor and finger, MPa, as in the paper.
     pub modulus_mpa: f64,
 }
 
@@ -53,8 +53,8 @@ impl Setup {
     }
 }
 
-/// One update of the display. Strains have no unit; where stresses are matched, they are stresses
-/// over Young's modulus.
+/// One update of the display. Strains have no unit; if stresses are matched, they are stresses
+/// divided by Young's modulus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "pins")]
 pub struct Update {
@@ -62,14 +62,14 @@ pub struct Update {
     pub t_s: f64,
     pub rows: usize,
     pub columns: usize,
-    /// Row by row, newtons.
+    /// Forces row by row, newtons.
     pub forces_n: Vec<f32>,
     /// Force of a level, newtons.
     pub level_n: f32,
-    /// Pins whose target force is beyond the display's limits.
+    /// Number of pins whose target force exceeds the display's limits.
     pub limited: usize,
     pub is_optimal: bool,
-    /// Bit k: taxel k counts.
+    /// Bit k: taxel k is used.
     pub taxels: u16,
     /// Strain in the sensor, 4 x 4 row by row.
     pub sensor_strain: Vec<f32>,
@@ -78,7 +78,7 @@ pub struct Update {
 }
 
 impl Update {
-    /// Root mean square of the difference between what is felt and what is in the sensor.
+    /// RMS difference between the felt strain and the sensor's.
     pub fn error(&self, gain: f64) -> f64 {
         let off =
             |(felt, sensor): (&f32, &f32)| (f64::from(*felt) - gain * f64::from(*sensor)).powi(2);
@@ -91,7 +91,7 @@ impl Update {
         (sum / self.felt_strain.len() as f64).sqrt()
     }
 
-    /// A line for people.
+    /// Formats the update as a line of text.
     pub fn text(&self, gain: f64) -> String {
         let max = |values: &[f32]| f64::from(values.iter().copied().fold(f32::MIN, f32::max));
         let limited = match self.limited {
@@ -110,7 +110,7 @@ impl Update {
     }
 }
 
-/// A number without the sign of a zero.
+/// Formats a number, without a minus sign for zero.
 fn number(value: f64) -> String {
     let shown = format!("{value:.2}");
     match shown.strip_prefix('-') {
@@ -119,26 +119,26 @@ fn number(value: f64) -> String {
     }
 }
 
-/// Takes packets and gives updates.
+/// Converts packets to updates.
 pub struct Player {
     setup: Setup,
     matching: Matching,
     display: Pins,
     skin: Skin,
     vref_v: f32,
-    /// Volts of the frames since the last update, and how many of each.
+    /// Sum and number of each taxel's volts since the last update.
     sums: [(f64, u32); TAXELS],
     updated_s: Option<f64>,
     starts: Starts,
 }
 
 impl Player {
-    /// Fails if the setup is impossible.
+    /// Creates a player; fails if the setup is impossible.
     pub fn new(setup: Setup) -> Result<Self, Error> {
         let sensors = Grid::new(SIDE, SIDE, 0.5 * UNIT_PITCH_MM)?;
         let layer = Layer {
             depth_mm: setup.depth_mm,
-            // As in the simulated finger: rubber.
+            // Rubber, as in the simulated finger.
             poisson: Finger::default().poisson,
             quantity: setup.quantity,
         };
@@ -158,10 +158,10 @@ impl Player {
         &self.setup
     }
 
-    /// Takes a packet; gives an update if one is due.
+    /// Takes a packet; returns an update if one is due.
     pub fn take(&mut self, packet: &Packet) -> Result<Option<Update>, Error> {
         if self.starts.take(&packet.event) {
-            // The board's clock and levels have started again.
+            // The board has restarted, and with it its clock and levels.
             (self.skin, self.updated_s, self.sums) = (Skin::default(), None, Default::default());
         }
         match &packet.event {
@@ -190,8 +190,8 @@ impl Player {
             self.updated_s = Some(frame.t_s);
             return Ok(None);
         }
-        // The frames between two updates are averaged: the display shows nothing faster. Updates
-        // are whole frames apart, so that they are never too many.
+        // Frames between updates are averaged, as the display shows nothing faster. Updates are
+        // whole frames apart, so their rate never exceeds the limit.
         if since_s < 0.999 / f64::from(self.setup.limits.update_hz) {
             return Ok(None);
         }
@@ -199,7 +199,7 @@ impl Player {
         let volts = sums.map(|(sum, count)| (count > 0).then(|| (sum / f64::from(count)) as f32));
         self.updated_s = Some(frame.t_s);
         let sensor = strains(&volts, self.setup.volts_per_strain);
-        // Matching has the unit of stress: newtons per square millimetre.
+        // Matching uses units of stress: newtons per square millimetre.
         let per_strain = self.setup.gain * self.setup.modulus_mpa;
         let target = sensor.map(|strain| per_strain * f64::from(strain));
         let solution = self.matching.forces(&target)?;
@@ -217,8 +217,7 @@ impl Player {
         }))
     }
 
-    /// The line has been silent for `dt_s` seconds: the pins go down. Gives an update while they
-    /// do.
+    /// Lowers the pins after `dt_s` seconds without packets. Returns updates until they are down.
     pub fn silent(&mut self, dt_s: f64) -> Result<Option<Update>, Error> {
         if self.display.forces_n().iter().all(|n| *n == 0.0) {
             return Ok(None);
@@ -228,7 +227,7 @@ impl Player {
         Ok(Some(self.now(t_s, [0.0; SENSORS])))
     }
 
-    /// Forces of the pins as they are, and the strain under them.
+    /// Current forces of the pins, and the strain under them.
     fn now(&self, t_s: f64, sensor: [f32; SENSORS]) -> Update {
         let Setup { pins, limits, .. } = &self.setup;
         let felt = self.matching.felt(self.display.forces_n()).into_iter();

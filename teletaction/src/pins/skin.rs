@@ -1,8 +1,9 @@
-//! Raw frames to strains under the sensor's skin.
+//! Converts raw frames to strains under the sensor's skin.
 //!
-//! Pressure strains all four piezoresistors of a unit alike. Shear tilts its mesa, which stretches
-//! piezoresistor 1 as much as it compresses 3 (Oddo et al. 2009, section 2.1): their mean is free
-//! of it. So a unit has three values: that mean for both, and those of 2 and 4.
+//! Pressure strains all four piezoresistors of a unit alike. Shear tilts the mesa, which stretches
+//! piezoresistor 1 as much as it compresses 3 (Oddo et al. 2009, section 2.1), so their mean is
+//! free of shear. A unit therefore has three values: the mean for both 1 and 3, and the values of 2
+//! and 4.
 
 use hal_mock::Finger;
 use ridgetone_host::frame::Frame;
@@ -10,12 +11,12 @@ use ridgetone_host::static_image::{PLACES, SIDE};
 use ridgetone_proto::settings::TAXELS;
 use std::collections::VecDeque;
 
-/// Frames of the level without touch, and those before a contact that may belong to it already: 0.4
-/// s and 0.1 s at 241 frames a second.
+/// Number of frames for the idle level, and of frames before a reported contact that may already
+/// belong to it: 0.4 s and 0.1 s at 241 frames a second.
 const LEVEL_FRAMES: usize = 96;
 const LATE_FRAMES: usize = 24;
 
-/// Volts of a channel per unit of normal strain, of the simulated finger: a quarter bridge.
+/// Volts per unit of normal strain in a channel of the simulated finger, a quarter bridge.
 pub fn volts_per_strain() -> f64 {
     let finger = Finger::default();
     0.25 * finger.supply_v * finger.sensitivity * finger.normal_share
@@ -23,7 +24,7 @@ pub fn volts_per_strain() -> f64 {
 
 type Volts = [Option<f32>; TAXELS];
 
-/// The sensor's skin: knows the level of each channel without touch.
+/// The sensor's skin, with the idle level of each channel.
 #[derive(Clone, Debug, Default)]
 pub struct Skin {
     latest: VecDeque<Volts>,
@@ -32,20 +33,20 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// A contact was reported, or a release.
+    /// Takes a report of a contact or a release.
     pub fn touched(&mut self, is_touched: bool) {
         self.is_touched = is_touched;
         self.latest.clear();
     }
 
-    /// Takes a frame; gives volts above the level without touch, once that is known.
+    /// Takes a frame; returns volts above the idle level, once known.
     pub fn push(&mut self, frame: &Frame) -> Option<Volts> {
         if !self.is_touched {
             if self.latest.len() == LEVEL_FRAMES + LATE_FRAMES {
                 self.latest.pop_front();
             }
             self.latest.push_back(frame.volts);
-            // The fewest that are a level: as many as may come late.
+            // Minimum number of frames for a level: as many as may already belong to the contact.
             if self.latest.len() >= 2 * LATE_FRAMES {
                 let frames = || self.latest.iter().take(self.latest.len() - LATE_FRAMES);
                 self.level = Some(std::array::from_fn(|taxel| {
@@ -60,7 +61,7 @@ impl Skin {
     }
 }
 
-/// Strains as a map, row by row, from volts above the level. A dead taxel takes the mean of its
+/// Map of strains, row by row, from volts above the idle level. A dead taxel takes the mean of its
 /// unit, and a dead unit has no strain.
 pub fn strains(volts: &Volts, volts_per_strain: f64) -> [f32; SIDE * SIDE] {
     let mut pressed = [0.0; TAXELS];
@@ -77,7 +78,7 @@ pub fn strains(volts: &Volts, volts_per_strain: f64) -> [f32; SIDE * SIDE] {
     })
 }
 
-/// Volts of the four piezoresistors of a unit that are due to pressure alone.
+/// Volts of a unit's four piezoresistors caused by pressure alone.
 fn pressed_unit(&[first, second, third, fourth]: &[Option<f32>; 4]) -> [f32; 4] {
     let pair = first.zip(third).map(|(first, third)| 0.5 * (first + third));
     let mean = mean([pair, second, fourth].into_iter().flatten()).unwrap_or(0.0);
@@ -85,7 +86,7 @@ fn pressed_unit(&[first, second, third, fourth]: &[Option<f32>; 4]) -> [f32; 4] 
     [pair, second, pair, fourth]
 }
 
-/// Mean of some values; `None` of none.
+/// Mean of the values; `None` if there are none.
 fn mean(values: impl Iterator<Item = f32>) -> Option<f32> {
     let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| {
         (sum + f64::from(value), count + 1)
@@ -99,7 +100,7 @@ mod tests {
 
     #[test]
     fn shear_is_cancelled_and_the_dead_are_replaced() {
-        // Pressure of 0.01 and a shear that tilts each unit.
+        // A pressure that strains by 0.01, and a shear that tilts each unit.
         let mut volts: Volts =
             std::array::from_fn(|taxel| Some(0.00125 + [0.007, 0.0, -0.007, 0.0][taxel % 4]));
         let is_even = |volts: &Volts| {
@@ -108,7 +109,7 @@ mod tests {
                 .all(|s| (s - 0.01).abs() < 1e-6)
         };
         assert!(is_even(&volts));
-        // Without its pair piezoresistor 1 says nothing.
+        // Without its pair, piezoresistor 1 is not usable.
         (volts[2], volts[5]) = (None, None);
         assert!(is_even(&volts));
         volts[8..12].fill(None);
@@ -126,7 +127,7 @@ mod tests {
         };
         assert!((0..47).all(|_| skin.push(&frame(2.5)).is_none()));
         assert_eq!(skin.push(&frame(2.5)), Some([Some(0.0); TAXELS]));
-        // The contact is reported 20 frames late, and then lasts.
+        // The contact is reported 20 frames late, and lasts.
         for n in 0..1000 {
             if n == 20 {
                 skin.touched(true);

@@ -5,14 +5,14 @@ use ridgetone_host::static_image::PLACES;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Contact, Event, Packet, Raw};
 
-/// From frame to frame, microseconds.
+/// Time between frames, microseconds.
 const FRAME_US: u64 = 4147;
 
 fn packet(event: Event) -> Packet {
     Packet { sequence: 1, event }
 }
 
-/// A frame with `volts` volts above 0.5 V in each taxel.
+/// A frame with each taxel `volts` volts above 0.5 V.
 fn raw(number: u32, volts: [f64; TAXELS]) -> Packet {
     // Full scale of 24 bits is 1.066 times the reference (SBAS297G, data format).
     let code =
@@ -27,7 +27,8 @@ fn raw(number: u32, volts: [f64; TAXELS]) -> Packet {
     }))
 }
 
-/// A second of air, then two of a strain of 2 % in the left half of the map, with shear.
+/// One second without contact, then two with a strain of 2 % in the left half of the map, and
+/// shear.
 fn touched(player: &mut Player) -> Vec<Update> {
     let mut updates = Vec::new();
     for number in 0..723u32 {
@@ -66,7 +67,7 @@ fn a_pressed_half_is_felt_as_a_half() {
     let setup = Setup::new().expect("a setup");
     let mut player = Player::new(setup).expect("a player");
     let updates = touched(&mut player);
-    // At most 20 Hz: every 13 frames, from the level's 48 on.
+    // At most 20 Hz: an update every 13 frames, after the 48 frames of the level.
     assert_eq!(updates.len(), (723 - 48) / 13);
     let last = updates.last().expect("an update");
     for (n, strain) in last.sensor_strain.iter().enumerate() {
@@ -86,13 +87,13 @@ fn a_pressed_half_is_felt_as_a_half() {
         "{last:?}"
     );
     assert!(last.is_optimal && last.limited == 0 && last.forces_n.iter().all(|n| *n >= 0.0));
-    // An edge cannot be sharper than the layer lets it be.
+    // The layer limits the sharpness of an edge.
     assert!(
         last.error(1.0) < 0.3 * 0.02,
         "{}: {last:?}",
         last.error(1.0)
     );
-    // A silent line lets the pins go, by the slew.
+    // A silent line releases the pins, within the slew limit.
     let before = last.forces_n.clone();
     let released = player.silent(SILENCE_S).expect("time").expect("they press");
     assert!(

@@ -3,23 +3,24 @@
 use super::error::{Error, between, within};
 use serde::{Deserialize, Serialize};
 
-/// Limits of an actuator and of what drives it.
+/// Limits of an actuator and its driver.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
     /// Maximum voltage, volts, 0.01 to 1000; the minimum is 0, and the bias is in the middle.
     pub voltage_v: f32,
-    /// Cut-off: frequency at which the actuator moves 3 dB less than at 0 Hz, hertz, 1 to 20,000. Vibrations above it
-    /// fade, and are gone at twice the cut-off.
+    /// Cut-off frequency, at which the actuator moves 3 dB less than at 0 Hz, hertz, 1 to 20,000.
+    /// Vibrations above it fade, and are gone at twice the cut-off.
     pub cutoff_hz: f32,
     /// Maximum change of the voltage, volts per second, 1 to 1e9.
     pub slew_v_s: f32,
-    /// Time in which a vibration fades in and out, seconds, 0.001 to 10.
+    /// Time over which a vibration fades in and out, seconds, 0.001 to 10.
     pub fade_s: f32,
 }
 
 impl Actuator {
-    /// The piezo stack of Okamoto et al., section III-A: 150 V and 310 Hz. The paper gives no slew;
-    /// this one is a full amplitude of 75 V at 310 Hz and a half. 20 ms to fade in and out.
+    /// The piezo stack of Okamoto et al., section III-A: 150 V and 310 Hz. The paper states no
+    /// slew; ours allows one and a half times the full amplitude of 75 V at 310 Hz. It fades in and
+    /// out in 20 ms.
     pub const PIEZO: Self = Self {
         voltage_v: 150.0,
         cutoff_hz: 310.0,
@@ -40,8 +41,7 @@ impl Actuator {
         0.5 * self.voltage_v
     }
 
-    /// Fraction of the amplitude that is allowed at a frequency, 0 to 1: none from twice the cut-off
-    /// on.
+    /// Allowed fraction of the amplitude at a frequency, 0 to 1: zero from twice the cut-off.
     pub fn fraction(&self, frequency_hz: f32) -> f32 {
         between(2.0 - libm::fabsf(frequency_hz) / self.cutoff_hz, 0.0, 1.0)
     }

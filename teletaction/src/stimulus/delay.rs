@@ -1,11 +1,11 @@
-//! Simulates a network's delay, to feel its effect.
+//! A simulated network delay, to let a person feel its effect.
 
 use super::error::{Error, within};
 
-/// Time between two draws of a delay that is not constant, seconds (Okamoto et al., section V-B).
+/// Time between draws of a varying delay, seconds (Okamoto et al., section V-B).
 const REDRAWN_S: f64 = 0.2;
 
-/// A delay: constant, or drawn anew every 200 ms from a normal distribution, cut at 0 and at six
+/// A delay: constant, or redrawn every 200 ms from a normal distribution truncated at 0 and at six
 /// standard deviations.
 #[derive(Clone, Copy, Debug)]
 pub struct Delay {
@@ -17,8 +17,8 @@ pub struct Delay {
 }
 
 impl Delay {
-    /// Mean 0 to 1 s, standard deviation 0 to 0.5 s; the paper has 0.12 s, and 0.12 +- 0.04 s. The
-    /// same seed gives the same delays.
+    /// Creates a delay with a mean of 0 to 1 s and a standard deviation of 0 to 0.5 s; the paper
+    /// uses 0.12 s, and 0.12 +- 0.04 s. The same seed gives the same delays.
     pub fn new(mean_s: f32, sigma_s: f32, seed: u32) -> Result<Self, Error> {
         within("delay mean_s", mean_s, 0.0, 1.0)?;
         within("delay sigma_s", sigma_s, 0.0, 0.5)?;
@@ -32,7 +32,7 @@ impl Delay {
         })
     }
 
-    /// The delay at a time, seconds. Times must not decrease.
+    /// Delay at `t_s`, seconds. Times must not decrease.
     pub fn at_s(&mut self, t_s: f64) -> f64 {
         if self.sigma_s > 0.0
             && !self
@@ -45,13 +45,13 @@ impl Delay {
         self.now_s
     }
 
-    /// A normal number: the sum of twelve even ones (variance 1/12 each).
+    /// Normal number: the sum of twelve uniform ones (variance 1/12 each).
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.even()).sum::<f64>() - 6.0
     }
 
-    /// From 0 to 1: xorshift64* (Vigna, *An experimental exploration of Marsaglia's xorshift
-    /// generators, scrambled*, 2016).
+    /// Uniform number from 0 to 1: xorshift64* (Vigna, *An experimental exploration of Marsaglia's
+    /// xorshift generators, scrambled*, 2016).
     fn even(&mut self) -> f64 {
         self.state ^= self.state >> 12;
         self.state ^= self.state << 25;
@@ -73,7 +73,7 @@ mod tests {
             core::array::from_fn(|n| delay.at_s(0.2 * n as f64 + 1e-6 * n as f64));
         let mean = drawn.iter().sum::<f64>() / 4000.0;
         let variance = drawn.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / 4000.0;
-        // Standard errors are 0.6 ms of the mean and 1.1 % of the spread.
+        // The standard errors are 0.6 ms for the mean and 1.1 % for the spread.
         assert!(
             (mean - 0.12).abs() < 0.003 && (variance / 0.0016 - 1.0).abs() < 0.1,
             "{mean} {variance}"

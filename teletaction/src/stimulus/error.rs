@@ -1,6 +1,6 @@
 //! Values and their ranges.
 
-/// A value outside of its range; nothing was changed.
+/// A value out of range; nothing was changed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{name} = {value}: choose a value from {min} to {max}")]
 pub struct Error {
@@ -28,8 +28,8 @@ pub(crate) fn within(name: &'static str, value: f32, min: f32, max: f32) -> Resu
     }
 }
 
-/// A value, or the nearer bound; a NaN becomes the lower bound. `clamp` may panic, and a board's image
-/// must not hold that; `max` and `min` are calls on a Cortex-M4F.
+/// Clamps a value; a NaN becomes the lower bound. `clamp` may panic, which a board's image must not
+/// contain; `max` and `min` are calls on a Cortex-M4F.
 pub(crate) fn between(value: f32, min: f32, max: f32) -> f32 {
     if !(value >= min) {
         min

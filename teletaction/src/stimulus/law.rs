@@ -1,17 +1,17 @@
-//! Amplitude of a texture by its spatial period.
+//! Amplitude of a texture from its spatial period.
 
 use super::error::{Error, between, within};
 use serde::{Deserialize, Serialize};
 
-/// Signal power of a sensor over the spatial period, a polynomial, and the power that drives the
-/// actuator to its end.
+/// Signal power of a sensor as a polynomial of the spatial period, and the power that corresponds
+/// to the actuator's maximum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudeLaw {
-    /// Coefficients, the constant first, over the period in millimetres.
+    /// Coefficients for the period in millimetres, the constant first.
     pub coefficients: [f32; 5],
-    /// Periods in which it was measured, millimetres. Others count as the nearer end.
+    /// Range of measured periods, millimetres. Others are clamped.
     pub period_mm: (f32, f32),
-    /// Power of the actuator's maximum amplitude.
+    /// Power that corresponds to the actuator's maximum amplitude.
     pub power_max: f32,
 }
 
@@ -34,7 +34,7 @@ impl AmplitudeLaw {
         within("power_max", self.power_max, 1e-12, 1e12)
     }
 
-    /// Power at a period (equation 2), not below 0.
+    /// Power at a period (equation 2), at least 0.
     pub fn power(&self, period_mm: f32) -> f32 {
         let (min, max) = self.period_mm;
         let x = between(period_mm, min, max);
@@ -45,8 +45,8 @@ impl AmplitudeLaw {
             .max(0.0)
     }
 
-    /// Amplitude as a fraction of the actuator's maximum (equation 3), 0 to 1, at a power, or at the
-    /// law's own if that is 0.
+    /// Amplitude as a fraction of the actuator's maximum (equation 3), 0 to 1, for a power, or for
+    /// the law's own power if `power` is 0.
     pub fn fraction(&self, period_mm: f32, power: f32) -> f32 {
         let power = if power > 0.0 {
             power

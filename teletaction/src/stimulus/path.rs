@@ -1,18 +1,18 @@
-//! Positions of a hand that arrive one by one, at uneven times: where the hand was at any time since.
+//! Interpolates hand positions that arrive one by one, at uneven times.
 
-/// Time without a position after which the hand counts as resting, seconds: pointers report at least
-/// 60 times a second while they move.
+/// Time without a position after which the hand counts as resting, seconds: pointers report at
+/// least 60 times a second while they move.
 const REST_S: f64 = 0.03;
 
-/// Time before a new position at which a hand that rested set out, seconds: a report of a pointer at
-/// 125 Hz.
+/// Time before a new position at which a resting hand starts to move, seconds: the report interval
+/// of a pointer at 125 Hz.
 const SET_OUT_S: f64 = 0.008;
 
-/// The latest `N` positions of a hand. Between two of them it is on a straight line; a hand that
-/// rested sets out only then.
+/// The latest `N` positions of a hand. Between two positions the hand moves in a straight line; a
+/// resting hand starts only shortly before the next position.
 #[derive(Clone, Copy, Debug)]
 pub struct Path<const N: usize> {
-    /// Seconds and millimetres, in the order of time from `first` on.
+    /// Times and positions, seconds and millimetres, in order of time from `first` on.
     points: [(f64, f64); N],
     first: usize,
     count: usize,
@@ -29,8 +29,8 @@ impl<const N: usize> Default for Path<N> {
 }
 
 impl<const N: usize> Path<N> {
-    /// Takes a position in millimetres at a time in seconds. Gives whether it was taken: not a position
-    /// that is not a number, nor one that is not later than the one before.
+    /// Adds a position, millimetres, at a time, seconds. Returns false if either is not finite, or
+    /// if the time is not later than the last one.
     pub fn push(&mut self, t_s: f64, position_mm: f64) -> bool {
         let last = self.last();
         if !(t_s.is_finite()
@@ -48,7 +48,7 @@ impl<const N: usize> Path<N> {
         true
     }
 
-    /// The hand is put down elsewhere: earlier positions no longer count.
+    /// Forgets all positions, as the hand is put down elsewhere.
     pub fn clear(&mut self) {
         self.count = 0;
     }
@@ -58,8 +58,8 @@ impl<const N: usize> Path<N> {
         self.count.checked_sub(1).map(|n| self.point(n))
     }
 
-    /// Position at a time, millimetres: the first one before all reports, and the last one after them.
-    /// `None` without a report.
+    /// Position at `t_s`, millimetres: before all reports the first one, and after them the last
+    /// one. `None` without a report.
     pub fn position_mm(&self, t_s: f64) -> Option<f64> {
         let (mut below, mut above) = (0, self.count.checked_sub(1)?);
         let (first, last) = (self.point(below), self.point(above));
@@ -119,7 +119,7 @@ mod tests {
             [-1.0, 0.0, 0.005, 0.01, 9.0].map(|t_s| path.position_mm(t_s)),
             [1.0, 1.0, 1.5, 2.0, 2.0].map(Some)
         );
-        // It rests for a second, and then moves.
+        // The hand rests for a second, and then moves.
         assert!(path.push(1.0, 3.0));
         assert_eq!(
             [0.5, 0.992, 1.0].map(|t_s| path.position_mm(t_s)),

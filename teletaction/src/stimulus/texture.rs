@@ -1,9 +1,9 @@
-//! A texture as a small message, instead of the vibration that it makes.
+//! A texture as a short message that replaces its vibration.
 
 use super::error::{Error, within};
 use serde::{Deserialize, Serialize};
 
-/// Harmonics at most, the fundamental included.
+/// Maximum number of harmonics, including the fundamental.
 pub const HARMONICS_MAX: usize = 4;
 
 /// A harmonic of a texture.
@@ -11,11 +11,11 @@ pub const HARMONICS_MAX: usize = 4;
 pub struct Harmonic {
     /// Amplitude relative to the fundamental's, 0 to 1.
     pub amplitude: f32,
-    /// Phase against as many turns of the fundamental, cycles, -1 to 1.
+    /// Phase relative to the fundamental's phase times the order, cycles, -1 to 1.
     pub phase_cycles: f32,
 }
 
-/// A texture. Fields that nobody knows are 0, but for the period.
+/// A texture. Unknown fields are 0, except for the period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Texture {
     /// Spatial period, millimetres, 0.05 to 100.
@@ -24,16 +24,16 @@ pub struct Texture {
     #[serde(default)]
     pub period_sigma_mm: f32,
     /// Signal power of the sensor at the period, in the unit of the
-    /// [`AmplitudeLaw`](super::AmplitudeLaw), 0 to 1e12; 0: by the law.
+    /// [`AmplitudeLaw`](super::AmplitudeLaw), 0 to 1e12; 0 for the law's power.
     #[serde(default)]
     pub power: f32,
-    /// The second harmonic and those above it.
+    /// Harmonics from the second on.
     #[serde(default)]
     pub overtones: [Harmonic; HARMONICS_MAX - 1],
 }
 
 impl Texture {
-    /// A plain one: a sine.
+    /// Creates a plain texture, a sine.
     pub const fn new(period_mm: f32) -> Self {
         let none = Harmonic {
             amplitude: 0.0,

@@ -9,34 +9,32 @@ use super::path::Path;
 use super::texture::Texture;
 use super::voltage::{Stimulus, TURN, sine};
 
-/// A step of a position in samples of sound, millimetres: a twentieth of the paper's encoder, for
-/// which a position is a number of these.
+/// Resolution of a position, millimetres, in which it is passed to the stimulus as encoder counts:
+/// a twentieth of the paper's encoder.
 const COUNT_MM: f32 = 2.5e-4;
 
-/// Time without a change of position after which a hand rests, seconds: a carrier is silent under
-/// it.
+/// Time without a change of position after which the hand rests and the carrier is silent, seconds.
 const RESTS_S: f32 = 0.03;
 
-/// A tone whose amplitude is the texture.
+/// A tone whose amplitude follows the texture.
 #[derive(Clone, Copy, Debug, Default)]
 struct Carrier {
     frequency_hz: f32,
-    /// Latest position of the hand, and samples since it arrived there.
+    /// Latest position of the hand, and samples since its last change.
     counts: i32,
     still: u32,
-    /// Level of the fade: 1 under a hand that moves, 0 under one that rests.
+    /// Level of the fade: 1 for a moving hand, 0 for a resting one.
     level: f32,
     /// The latest sample.
     output: f32,
 }
 
-/// A texture under a hand whose positions arrive one by one, as samples from -1 to 1: what a
-/// pointer on a screen feels, or a hand on the other side of a network. `N` is the number of
-/// positions that are kept.
+/// A texture under a hand whose positions arrive one by one, as samples from -1 to 1: for a pointer
+/// on a screen, or a hand across a network. `N` is the number of positions kept.
 #[derive(Clone, Copy, Debug)]
 pub struct Vibration<const N: usize> {
     stimulus: Stimulus,
-    /// Samples a second.
+    /// Samples per second.
     rate_hz: f32,
     bias_v: f32,
     carrier: Option<Carrier>,
@@ -48,7 +46,7 @@ pub struct Vibration<const N: usize> {
 }
 
 impl<const N: usize> Vibration<N> {
-    /// For samples at a rate, hertz; without a texture it is silent.
+    /// Creates a silent vibration without a texture, for a sample rate in hertz.
     pub fn new(actuator: Actuator, law: AmplitudeLaw, rate_hz: f32) -> Result<Self, Error> {
         // Zero-order hold delays a signal by half a sample.
         let encoder = Encoder {
@@ -69,22 +67,22 @@ impl<const N: usize> Vibration<N> {
         })
     }
 
-    /// Takes a texture; an impossible one changes nothing.
+    /// Sets the texture; an impossible one is refused without effect.
     pub fn set_texture(&mut self, texture: &Texture) -> Result<(), Error> {
         self.stimulus.set_texture(texture)
     }
 
-    /// Adds a delay, and waits for each position, 0 to 0.2 s: longer than the time from one
-    /// position to the next, so that the hand is known on both sides of every sample.
+    /// Sets the delay, and the time to wait for each position, 0 to 0.2 s. It should exceed the
+    /// interval of positions, so that every sample lies between two known positions.
     pub fn set_delay(&mut self, delay: Delay, wait_s: f32) -> Result<(), Error> {
         within("wait_s", wait_s, 0.0, 0.2)?;
         (self.delay, self.wait_s) = (delay, wait_s.into());
         Ok(())
     }
 
-    /// Sounds a tone of a frequency, 150 to 250 Hz, whose amplitude is the texture: no headphone
-    /// plays the 5 to 60 Hz of a ridge under a slow hand, and skin is most sensitive there. None:
-    /// the texture itself.
+    /// Sets a tone of 150 to 250 Hz whose amplitude follows the texture: headphones cannot play the
+    /// 5 to 60 Hz of ridges under a slow hand, and skin is most sensitive in this range. `None`
+    /// plays the texture itself.
     pub fn set_carrier(&mut self, carrier_hz: Option<f32>) -> Result<(), Error> {
         if let Some(frequency_hz) = carrier_hz {
             within("carrier_hz", frequency_hz, 150.0, 250.0)?;
@@ -96,8 +94,8 @@ impl<const N: usize> Vibration<N> {
         Ok(())
     }
 
-    /// The hand is down on a position, in millimetres, at a time in seconds: also if it was
-    /// somewhere else before.
+    /// Puts the hand down at a position, millimetres, and a time, seconds, even if it was elsewhere
+    /// before.
     pub fn down(&mut self, t_s: f64, position_mm: f64) {
         if !self.is_down {
             self.path.clear();
@@ -107,19 +105,19 @@ impl<const N: usize> Vibration<N> {
         self.stimulus.down();
     }
 
-    /// The hand has moved. What comes too late, or is not a number, is left out.
+    /// Moves the hand. Late or non-finite positions are dropped.
     pub fn moved(&mut self, t_s: f64, position_mm: f64) -> bool {
         self.path.push(t_s, position_mm)
     }
 
-    /// The hand is off, or unknown: the vibration fades.
+    /// Lifts the hand, or marks it as unknown: the vibration fades.
     pub fn lift(&mut self) {
         self.is_down = false;
         self.stimulus.lift();
     }
 
-    /// The next sample, at a time that is a sample later: volts over half of the actuator's, from
-    /// -1 to 1.
+    /// Returns the next sample, for a time one sample after the last: volts relative to half of the
+    /// actuator's, from -1 to 1.
     pub fn next(&mut self, t_s: f64) -> f32 {
         let at_s = t_s - self.wait_s;
         let is_late = self.is_down && self.path.last().is_some_and(|(last_s, _)| at_s > last_s);
@@ -128,15 +126,14 @@ impl<const N: usize> Vibration<N> {
             .path
             .position_mm(at_s - self.delay.at_s(t_s))
             .unwrap_or(0.0);
-        // Beyond 32 bits they wrap, as an encoder does.
+        // Positions wrap at 32 bits, as an encoder's do.
         let counts = libm::floor(position_mm / f64::from(COUNT_MM)) as i64 as i32;
         let felt = ((self.stimulus.next(counts) - self.bias_v) / self.bias_v).clamp(-1.0, 1.0);
         self.carried(felt, counts, t_s)
     }
 
-    /// A sample of the carrier under a sample of the texture, or that sample without a carrier.
-    /// The amplitude goes from none in the texture's grooves to the texture's own on its ridges,
-    /// and it keeps the actuator's slew.
+    /// Applies a sample of the texture to the carrier, if there is one. The amplitude goes from
+    /// zero in the texture's grooves to its maximum on the ridges, within the actuator's slew.
     fn carried(&mut self, felt: f32, counts: i32, t_s: f64) -> f32 {
         let amplitude = self.amplitude();
         let Some(carrier) = &mut self.carrier else {
@@ -163,13 +160,13 @@ impl<const N: usize> Vibration<N> {
         carrier.output
     }
 
-    /// Samples for which the hand's next position was not known yet: it rested, or its report was
-    /// late. It wraps.
+    /// Number of samples for which the hand's next position was not known yet, because it rested or
+    /// its report was late. It wraps.
     pub fn late(&self) -> u32 {
         self.late
     }
 
-    /// Amplitude now, as a fraction of the maximum.
+    /// Current amplitude as a fraction of the maximum.
     pub fn amplitude(&self) -> f32 {
         self.stimulus.amplitude_v() / self.bias_v
     }

@@ -1,4 +1,4 @@
-//! The voltage, sample by sample.
+//! Computes the voltage, sample by sample.
 
 use super::actuator::Actuator;
 use super::error::{Error, between};
@@ -7,35 +7,35 @@ use super::law::AmplitudeLaw;
 use super::texture::{HARMONICS_MAX, Texture};
 use core::f32::consts::FRAC_PI_2;
 
-/// Turns as 32 bits: phases are exact for any position, and wrap by themselves.
+/// One turn of a 32-bit phase: exact for any position, and wraps by itself.
 pub(crate) const TURN: f32 = 4_294_967_296.0;
 
-/// A texture, checked and turned into steps of phase for an encoder: [`Stimulus::prepare`] makes
-/// it, [`Stimulus::take`] takes it.
+/// A texture that is checked and converted to phase steps for an encoder: made by
+/// [`Stimulus::prepare`], used by [`Stimulus::take`].
 #[derive(Clone, Copy, Debug)]
 pub struct Prepared {
     step: u32,
     step_cycles: f32,
     wanted_v: f32,
-    /// Amplitude with which the peak is the actuator's, volts.
+    /// Amplitude at which the peak is the actuator's, volts.
     max_v: f32,
     overtones: [(f32, u32); HARMONICS_MAX - 1],
 }
 
-/// A texture under a hand: y = A(period) sin(2 pi x / period) + B, by the position x of the hand
-/// (Okamoto et al., equations 1 to 5, with the position instead of speed times time: a hand that
-/// stops or turns stays on the same surface).
+/// A texture under a hand: y = A(period) sin(2 pi x / period) + B, with the position x of the hand
+/// (Okamoto et al., equations 1 to 5, with position instead of speed times time: a hand that stops
+/// or turns stays on the same surface).
 #[derive(Clone, Copy, Debug)]
 pub struct Stimulus {
     actuator: Actuator,
     encoder: Encoder,
     law: AmplitudeLaw,
     hand: Hand,
-    /// Phase at count 0, and of one count: 2^32 are a cycle.
+    /// Phase at count 0, and phase per count, in units of 2^-32 cycles.
     offset: u32,
     step: u32,
     step_cycles: f32,
-    /// Amplitude that the texture wants, volts, and the one that has come so far.
+    /// Amplitude of the texture, and amplitude reached so far, volts.
     wanted_v: f32,
     amplitude_v: f32,
     overtones: [(f32, u32); HARMONICS_MAX - 1],
@@ -46,7 +46,7 @@ pub struct Stimulus {
     output_v: f32,
 }
 
-/// The paper's actuator, encoder and law.
+/// Uses the paper's actuator, encoder and law.
 impl Default for Stimulus {
     fn default() -> Self {
         Self::of(Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO)
@@ -54,7 +54,7 @@ impl Default for Stimulus {
 }
 
 impl Stimulus {
-    /// With no texture: the output is at its bias.
+    /// Creates a stimulus without a texture: the output is at its bias.
     pub fn new(actuator: Actuator, encoder: Encoder, law: AmplitudeLaw) -> Result<Self, Error> {
         actuator.check()?;
         encoder.check()?;
@@ -81,7 +81,7 @@ impl Stimulus {
         }
     }
 
-    /// Takes a texture. The phase goes on where it is, and the amplitude changes within
+    /// Sets the texture. The phase is continuous, and the amplitude changes within
     /// [`Actuator::fade_s`].
     pub fn set_texture(&mut self, texture: &Texture) -> Result<(), Error> {
         let prepared = self.prepare(texture)?;
@@ -89,8 +89,8 @@ impl Stimulus {
         Ok(())
     }
 
-    /// Checks a texture and computes what takes long, so that [`Self::take`] can be short: on a
-    /// board it keeps an interrupt waiting.
+    /// Checks a texture and does the slow computations, so that [`Self::take`], which may block an
+    /// interrupt on a board, is short.
     pub fn prepare(&self, texture: &Texture) -> Result<Prepared, Error> {
         texture.check()?;
         let cycles = f64::from(self.encoder.count_mm) / f64::from(texture.period_mm);
@@ -109,18 +109,17 @@ impl Stimulus {
                 .sum::<f32>();
         let fraction = self.law.fraction(texture.period_mm, texture.power);
         Ok(Prepared {
-            // A count of more than half of a cycle would be an alias; the phase is right all the
-            // same.
+            // A count of more than half a cycle would be an alias; the phase is right even so.
             step: (cycles * f64::from(TURN)) as u64 as u32,
             step_cycles: cycles as f32,
-            // With overtones the peak is at most the actuator's.
+            // With overtones the peak is limited to the actuator's.
             wanted_v: self.actuator.bias_v() * fraction / peak,
             max_v: self.actuator.bias_v() / peak,
             overtones,
         })
     }
 
-    /// Takes a texture that [`Self::prepare`] has made: as [`Self::set_texture`], in some ten
+    /// Sets a texture that [`Self::prepare`] has made, like [`Self::set_texture`], in some ten
     /// instructions.
     pub fn take(&mut self, prepared: &Prepared) {
         let Prepared {
@@ -130,8 +129,8 @@ impl Stimulus {
             max_v,
             overtones,
         } = *prepared;
-        // It goes on where the output is, which is ahead of the count: from there on the period is
-        // another. A first texture begins at the count.
+        // The phase continues at the output, which is ahead of the count; the period changes there.
+        // A first texture starts at the count.
         let ahead = if self.step_cycles > 0.0 {
             self.ahead
         } else {
@@ -146,26 +145,26 @@ impl Stimulus {
         self.offset = phase.wrapping_sub(behind);
         (self.step, self.step_cycles) = (step, step_cycles);
         (self.wanted_v, self.overtones) = (wanted_v, overtones);
-        // Overtones come at once: where there are more of them the amplitude has to make room. The
-        // slew softens that.
+        // Overtones start at once, so the amplitude may have to make room for them. The slew
+        // softens the change.
         self.amplitude_v = between(self.amplitude_v, 0.0, max_v);
     }
 
-    /// The hand is off the surface, or the line is silent: the vibration fades within
-    /// [`Actuator::fade_s`]. [`Self::down`] ends it.
+    /// Lifts the hand, or handles a silent line: the vibration fades within [`Actuator::fade_s`],
+    /// until [`Self::down`].
     pub fn lift(&mut self) {
         self.is_down = false;
     }
 
-    /// The hand is on the surface.
+    /// Puts the hand on the surface.
     pub fn down(&mut self) {
         self.is_down = true;
     }
 
-    /// The next sample, volts, from the encoder's counts; it may wrap. Call it at the encoder's
-    /// rate.
+    /// Returns the next sample, volts, for the encoder's counts, which may wrap. Call it at the
+    /// encoder's rate.
     ///
-    /// Always from 0 to the actuator's voltage, and no farther from the last sample than its slew.
+    /// The result is from 0 to the actuator's voltage, and within the slew of the last sample.
     pub fn next(&mut self, counts: i32) -> f32 {
         let (counts, ahead, speed) = self.hand.advance(&self.encoder, counts);
         (self.counts, self.ahead) = (counts, ahead);
@@ -183,7 +182,7 @@ impl Stimulus {
         let mut sum = sine(phase);
         for (n, (amplitude, offset)) in (2..).zip(self.overtones) {
             if amplitude > 0.0 {
-                // Each harmonic has the reach of its own frequency.
+                // Each harmonic is limited at its own frequency.
                 let fraction = self.actuator.fraction(n as f32 * frequency_hz);
                 sum += amplitude * fraction * sine(phase.wrapping_mul(n).wrapping_add(offset));
             }
@@ -199,7 +198,7 @@ impl Stimulus {
         self.output_v
     }
 
-    /// Phase of the texture under the middle of the latest count, cycles, 0 to 1.
+    /// Phase of the texture at the middle of the latest count, cycles, 0 to 1.
     pub fn phase_cycles(&self) -> f32 {
         self.phase_at(self.counts) as f32 / TURN
     }
@@ -209,12 +208,12 @@ impl Stimulus {
         self.encoder.count_mm / self.step_cycles
     }
 
-    /// Amplitude of the fundamental now, volts.
+    /// Current amplitude of the fundamental, volts.
     pub fn amplitude_v(&self) -> f32 {
         self.amplitude_v
     }
 
-    /// Speed of the hand, millimetres per second, signed: what the prediction uses.
+    /// Speed of the hand used for the prediction, millimetres per second, signed.
     pub fn speed_mm_s(&self) -> f32 {
         self.hand.speed() * self.encoder.count_mm * self.encoder.rate_hz
     }
@@ -230,18 +229,18 @@ impl Stimulus {
     }
 }
 
-/// Phase of a number of cycles. Whole cycles drop out. They may be many if the hand is fast and the
-/// latency is long.
+/// Phase of a number of cycles, without the whole ones, which may be many if the hand is fast and
+/// the latency long.
 fn turns(cycles: f32) -> u32 {
     let part = cycles - (cycles as i32) as f32;
-    // `part` is below one in size, so half a turn of it fits an i32; doubling it afterwards loses
+    // `part` is below one in magnitude, so half a turn of it fits an i32; doubling the result loses
     // no bit of the f32.
     ((part * (0.5 * TURN)) as i32 as u32) << 1
 }
 
-/// Coefficients of sin(pi x / 2) from -1 to 1 by odd powers of x, within 6e-9 (Hastings,
+/// Coefficients of sin(pi x / 2) from -1 to 1 in odd powers of x, within 6e-9 (Hastings,
 /// *Approximations for Digital Computers*, sheet 16). `libm::sinf` computes in f64, which takes a
-/// thousand cycles on a processor that has f32 alone.
+/// thousand cycles on a processor with only an f32 FPU.
 const SINE: [f32; 5] = [
     FRAC_PI_2,
     -0.645_963_7,
@@ -253,7 +252,7 @@ const SINE: [f32; 5] = [
 /// Sine of a phase, within 3e-7.
 pub(crate) fn sine(phase: u32) -> f32 {
     const QUARTER: u32 = 1 << 30;
-    // From a quarter to three quarters of a turn it is mirrored: sin(pi - x) = sin(x).
+    // From a quarter to three quarters of a turn, mirror: sin(pi - x) = sin(x).
     let is_behind = phase.wrapping_add(QUARTER) >= 2 * QUARTER;
     let phase = if is_behind {
         (2 * QUARTER).wrapping_sub(phase)

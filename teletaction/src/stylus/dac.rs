@@ -1,5 +1,4 @@
-//! From volts to codes of the 12-bit converter. A code is never farther from the last one than the
-//! slew allows.
+//! Converts volts to codes of the 12-bit converter, within the slew limit.
 
 use super::SAMPLE_HZ;
 use crate::stimulus::Actuator;
@@ -7,29 +6,29 @@ use crate::stimulus::Actuator;
 /// Maximum code (RM0090, 14.3.5: 12 bits).
 pub const CODE_MAX: u16 = 4095;
 
-/// Makes the converter's code for each sample. The code starts at 0, as the converter's does, stays
-/// there until [`Self::rise`], and then rises no faster than a vibration fades in.
+/// Computes the converter's code for each sample. The code starts at 0, as the converter does,
+/// stays there until [`Self::rise`], and then rises no faster than a vibration fades in.
 #[derive(Clone, Copy, Debug)]
 pub struct Dac {
     code: u16,
     codes_a_volt: f32,
-    /// Maximum step from one sample to the next, codes, by the actuator's slew rate.
+    /// Maximum step between samples, codes, from the actuator's slew rate.
     slew: u16,
     /// Maximum step, codes, after [`Dac::rise`] until the wanted voltage is reached.
     soft: u16,
-    /// The code stays at 0.
+    /// True while the code stays at 0.
     is_down: bool,
-    /// The code has reached the wanted voltage since [`Dac::rise`].
+    /// True once the code has reached the wanted voltage after [`Dac::rise`].
     has_risen: bool,
 }
 
 impl Dac {
-    /// Output at code 0.
+    /// Starts at code 0.
     pub fn new(actuator: &Actuator) -> Self {
         let codes_a_volt = f32::from(CODE_MAX) / actuator.voltage_v;
-        // At least one code: a slower actuator would never move.
+        // At least one code, as a slower actuator would never move.
         let step = |v_s: f32| ((v_s / SAMPLE_HZ as f32 * codes_a_volt) as u16).clamp(1, CODE_MAX);
-        // It reaches the middle of the actuator's range in the time in which a vibration fades in.
+        // Reaches the middle of the actuator's range in the fade-in time of a vibration.
         let soft = step(actuator.slew_v_s.min(actuator.bias_v() / actuator.fade_s));
         Self {
             code: 0,
@@ -41,7 +40,7 @@ impl Dac {
         }
     }
 
-    /// This code and state with the limits of `actuator`.
+    /// Returns the same code and state with the limits of `actuator`.
     pub fn with(self, actuator: &Actuator) -> Self {
         Self {
             code: self.code,
@@ -51,14 +50,15 @@ impl Dac {
         }
     }
 
-    /// From now on the code follows the wanted voltage.
+    /// Lets the code follow the wanted voltage from now on.
     pub fn rise(&mut self) {
         self.is_down = false;
     }
 
-    /// The code of the next sample. `volts`: the wanted voltage, from 0 to the actuator's maximum.
+    /// Returns the code of the next sample. `volts`: the wanted voltage, from 0 to the actuator's
+    /// maximum.
     pub fn next(&mut self, volts: f32) -> u16 {
-        // A NaN would become 0; the stimulus has none.
+        // A NaN would become 0, but the stimulus makes none.
         let wanted = if self.is_down {
             0
         } else {
@@ -91,7 +91,7 @@ mod tests {
             let settled = (0..1000).map(|_| dac.next(volts)).last();
             assert_eq!(settled, Some(code), "{volts}");
         }
-        // A code at least, however slow.
+        // At least one code, however slow.
         let mut slow = Dac::new(&Actuator {
             slew_v_s: 1.0,
             ..Actuator::PIEZO

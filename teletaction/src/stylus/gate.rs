@@ -1,13 +1,12 @@
-//! When the stylus may vibrate: a texture is there, it is enabled, the line is alive, and the hand
-//! moves.
+//! Decides when the stylus may vibrate: it has a texture, it is enabled, the line is alive, and the
+//! hand moves.
 
 use serde::{Deserialize, Serialize};
 
-/// Counts by which the hand must move to count as moving: an encoder at rest on an edge goes to and
-/// fro by one.
+/// Minimum movement of the hand, counts: an encoder that rests on an edge jitters by one.
 const MOVED_COUNTS: u32 = 2;
 
-/// State of the stylus, with its reason.
+/// State of the stylus, including the reason why it is idle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
@@ -18,19 +17,19 @@ pub enum State {
     LineSilent,
     /// Enabled, but idle: there is no texture.
     NoTexture,
-    /// Enabled, but idle: the hand has left, or does not move.
+    /// Enabled, but idle: the hand has left or does not move.
     HandStill,
     /// Vibrating.
     Vibrating,
 }
 
-/// The decision, sample by sample.
+/// Decides sample by sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Gate {
-    /// Samples without movement, and without a request, after which it stops.
+    /// Samples without movement, and without a request, until it stops.
     still: u32,
     silence: u32,
-    /// Samples left of both.
+    /// Samples left until each of these.
     still_left: u32,
     silence_left: u32,
     /// Counts at the last movement; `None` before the first sample.
@@ -41,8 +40,8 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// Disabled, and without a texture. Samples until it stops: without a movement, and without a
-    /// request.
+    /// Starts disabled, without a texture. `still` and `silence`: samples without a movement and
+    /// without a request until it stops.
     pub const fn new(still: u32, silence: u32) -> Self {
         Self {
             still,
@@ -56,17 +55,17 @@ impl Gate {
         }
     }
 
-    /// A whole request has come.
+    /// Takes note of a complete request.
     pub fn heard(&mut self) {
         self.silence_left = self.silence;
     }
 
-    /// A texture is in force.
+    /// Takes note of a texture.
     pub fn textured(&mut self) {
         self.has_texture = true;
     }
 
-    /// It may vibrate, or may not. A request says so, so the line is alive.
+    /// Enables or disables vibration. A request demands it, so the line is alive.
     pub fn enable(&mut self, is_enabled: bool) {
         (self.is_enabled, self.was_silenced) = (is_enabled, false);
         self.heard();
@@ -102,8 +101,8 @@ impl Gate {
 mod tests {
     use super::*;
 
-    /// It opens only when all is there; a hand that stays stops it, and a silent line stops it for
-    /// good.
+    /// It opens only when all conditions are met; a still hand stops it, and a silent line stops it
+    /// until it is enabled again.
     #[test]
     fn it_vibrates_only_when_all_is_there() {
         // 100 samples without movement, 300 without a request.
@@ -118,7 +117,7 @@ mod tests {
         assert_eq!(gate.state(), State::Disabled);
         gate.enable(true);
         gate.step(10);
-        // Counts to and fro on an edge are not a movement.
+        // Jitter on an edge is not a movement.
         for n in 0..100 {
             assert_eq!(gate.state(), State::Vibrating, "{n}");
             gate.step(10 + n % 2);

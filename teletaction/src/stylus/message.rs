@@ -2,8 +2,7 @@
 //! packet.
 //!
 //! Framing, checksum and packets are the finger's ([`ridgetone_proto`]). Every message carries a
-//! [`Mark`], so that neither takes the other's: what a stylus sends is damaged for a finger's
-//! reader, and the other way round.
+//! [`Mark`], so a finger's reader treats a stylus's messages as damaged, and vice versa.
 
 use super::gate::State;
 use super::parameters::Parameters;
@@ -14,13 +13,14 @@ use ridgetone_proto::settings::SettingsError;
 use ridgetone_proto::telemetry::{self, Events, PacketDecoder, WIRE_MAX};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
-/// Version of the stylus's wire contract; a reader refuses another one.
+/// Version of the stylus's wire contract; a reader refuses any other.
 pub const PROTOCOL: u8 = 3;
 
-/// The byte before every command and every event. The finger's enumerations are shorter than this.
+/// The byte before every command and event, larger than any variant number of the finger's
+/// enumerations.
 const MARK: u8 = b'S';
 
-/// A command or an event of a stylus.
+/// A command or an event, marked as a stylus's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark<T>(pub T);
 
@@ -54,7 +54,7 @@ impl From<Nothing> for Mark<Event> {
 /// A packet of a stylus.
 pub type Packet = telemetry::Packet<Mark<Event>>;
 
-/// From bytes back to packets.
+/// Decodes bytes to packets.
 pub type Decoder = PacketDecoder<Mark<Event>>;
 
 impl Events for Mark<Event> {
@@ -68,7 +68,7 @@ impl Events for Mark<Event> {
         }
     }
 
-    /// No bulk events: all are few and short.
+    /// Events are few and short, so there are no bulk events.
     type Bulk = Nothing;
 
     fn bulk(&self) -> Option<Nothing> {
@@ -101,25 +101,25 @@ impl Events for Mark<Event> {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Command {
-    /// Use this texture, from the next sample on.
+    /// Use this texture from the next sample on.
     Texture(Texture),
-    /// Use these parameters. Only at rest: see [`Outcome::NotAtRest`]. The texture is forgotten,
-    /// and it must be enabled again.
+    /// Use these parameters, only at rest (see [`Outcome::NotAtRest`]). The texture is erased, and
+    /// the stylus must be enabled again.
     Configure(Parameters),
     /// Vibrate when the hand moves.
     Enable,
-    /// Stop, softly.
+    /// Stop softly.
     Disable,
-    /// Keeps the line alive, as any whole request does. Without one for [`Parameters::silence_s`]
-    /// the stylus stops.
+    /// Keep the line alive, as any complete request does. After [`Parameters::silence_s`] without a
+    /// request the stylus stops.
     Alive,
 }
 
 /// A command with its number, which the reply repeats.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
-    /// Chosen by the PC. A repeated number is a repeated request: the stylus replies, but does not
-    /// carry it out twice.
+    /// Chosen by the PC. A repeated number means a repeated request: the stylus replies again, but
+    /// executes it only once.
     pub number: u16,
     pub command: Mark<Command>,
 }
@@ -135,7 +135,7 @@ pub struct Reply {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Outcome {
     Done,
-    /// A value of a texture or a parameter is impossible, a NaN among them; nothing has changed.
+    /// A value of a texture or a parameter is impossible, such as a NaN; nothing has changed.
     Refused(SettingsError),
     /// Parameters change only while the output rests: send `Disable` first, and wait for
     /// [`Parameters`]' `fade_s`.
@@ -150,13 +150,13 @@ pub enum Event {
     Hello(Hello),
     /// The answer to a request.
     Reply(Reply),
-    /// It begins or stops to vibrate.
+    /// The stylus starts or stops vibrating.
     State(Change),
     Position(Position),
     Health(Health),
 }
 
-/// First event after start-up, and again about every ten seconds.
+/// First event after start-up, repeated about every ten seconds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello {
     pub protocol: u8,
@@ -169,7 +169,7 @@ pub struct Hello {
     pub t_us: u64,
 }
 
-/// It begins or stops to vibrate.
+/// The stylus starts or stops vibrating.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Change {
     pub t_us: u64,
@@ -191,26 +191,24 @@ pub struct Position {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Health {
     pub t_us: u64,
-    /// Samples since start-up, wrapping; those that were missed count.
+    /// Samples since start-up, missed ones included, wrapping.
     pub samples: u32,
-    /// Samples that were not there in time: the converter held the one before.
+    /// Samples that were not ready in time: the converter held the previous one.
     pub deadlines_missed: u32,
-    /// Longest time from a sample's trigger to the reading of the encoder, microseconds, whole
-    /// ones.
+    /// Maximum time from a sample's trigger to the reading of the encoder, whole microseconds.
     pub latest_reading_us: u32,
     pub state: State,
-    /// Amplitude of the fundamental now, volts.
+    /// Current amplitude of the fundamental, volts.
     pub amplitude_v: f32,
     /// Requests that arrived damaged.
     pub requests_damaged: u32,
-    /// Bytes of requests that the USART lost because the one before was not yet read.
+    /// Bytes of requests lost in the USART because the previous byte was not read in time.
     pub bytes_overrun: u32,
-    /// Events that were dropped because the line was slow.
+    /// Events dropped because the line was slow.
     pub messages_dropped: u32,
-    /// Maximum number of bytes of the stack in use since start-up; zero where nothing measures it,
-    /// as on a PC.
+    /// Maximum number of stack bytes used since start-up; zero if not measured, as on a PC.
     pub stack_used_bytes: u32,
     pub stack_bytes: u32,
-    /// Fraction of time that the processor was busy, 0 to 1; zero where nothing measures it.
+    /// Fraction of time that the processor was busy, 0 to 1; zero if not measured.
     pub load: f32,
 }

@@ -1,5 +1,5 @@
-//! Parameters of a stylus. None is kept over a reset: a stylus that has started is silent until a PC sends a
-//! texture and enables it.
+//! Parameters of a stylus. None is kept over a reset: after a start the stylus is silent until a PC
+//! sends a texture and enables it.
 
 use super::SAMPLE_HZ;
 use crate::stimulus::{Actuator, AmplitudeLaw, Encoder, Error, Stimulus, within};
@@ -7,11 +7,11 @@ use heapless::String;
 use ridgetone_proto::settings::SettingsError;
 use serde::{Deserialize, Serialize};
 
-/// From the reading of the encoder to the middle of what the converter holds, samples: one until
-/// the trigger that follows, and half of the one that it is held for.
+/// Samples from reading the encoder to the middle of the held output: one until the next trigger,
+/// and half of the holding time.
 const CONVERTER_SAMPLES: f32 = 1.5;
 
-/// Everything that a user can set.
+/// All values that a user can set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
     /// Limits of the actuator. Its voltage is the amplifier's output at the converter's maximum
@@ -19,23 +19,23 @@ pub struct Parameters {
     pub actuator: Actuator,
     /// One count of the encoder, all four edges counted, millimetres, 0.0001 to 1.
     pub count_mm: f32,
-    /// Latency of what follows the converter, such as a filter, seconds, 0 to 0.0198. The
-    /// converter's own 1.5 samples are added.
+    /// Latency after the converter, such as a filter's, seconds, 0 to 0.0198. The converter's own
+    /// 1.5 samples are added.
     pub latency_s: f32,
-    /// Amplitude of a texture that has no power of its own.
+    /// Amplitude of a texture without a power.
     pub law: AmplitudeLaw,
-    /// Without a movement of two counts for this time the vibration stops, until the hand moves;
+    /// Time without a movement of two counts after which the vibration stops until the hand moves;
     /// seconds, 0.01 to 60.
     pub still_s: f32,
-    /// Without a whole request for this time the vibration stops, until it is enabled again;
+    /// Time without a complete request after which the vibration stops until it is enabled again;
     /// seconds, 0.01 to 60.
     pub silence_s: f32,
 }
 
 impl Parameters {
-    /// The paper's actuator, encoder and law (Okamoto et al., section III-A, equation 2). Half a
-    /// second to stop: people keep a finger still for longer when they do not explore, and a link
-    /// that loses each third request at 10 Hz is silent for so long once an hour.
+    /// The paper's actuator, encoder and law (Okamoto et al., section III-A, equation 2), and half
+    /// a second to stop: people who explore do not keep a finger still for longer, and a link that
+    /// loses every third request at 10 Hz is silent for that long once an hour.
     pub const DEFAULT: Self = Self {
         actuator: Actuator::PIEZO,
         count_mm: Encoder::OKAMOTO.count_mm,
@@ -45,7 +45,7 @@ impl Parameters {
         silence_s: 0.5,
     };
 
-    /// A stimulus with these parameters, or the parameter that is impossible.
+    /// Creates a stimulus with these parameters, or names the impossible one.
     pub fn stimulus(&self) -> Result<Stimulus, SettingsError> {
         self.check().map_err(refusal)?;
         let encoder = Encoder {
@@ -64,12 +64,12 @@ impl Parameters {
     fn check(&self) -> Result<(), Error> {
         within("still_s", self.still_s, 0.01, 60.0)?;
         within("silence_s", self.silence_s, 0.01, 60.0)?;
-        // Without the latency of the converter, so that the bounds are those of the field.
+        // Without the converter's latency, so the bounds are the field's.
         within("latency_s", self.latency_s, 0.0, 0.0198)
     }
 }
 
-/// A refusal as it travels.
+/// Converts an error to the form that is transmitted.
 pub(crate) fn refusal(error: Error) -> SettingsError {
     let Error {
         name,
@@ -85,7 +85,7 @@ pub(crate) fn refusal(error: Error) -> SettingsError {
     }
 }
 
-/// Samples in a time, seconds.
+/// Number of samples in `s` seconds.
 pub(crate) fn samples(s: f32) -> u32 {
     (s * SAMPLE_HZ as f32) as u32
 }

@@ -1,5 +1,5 @@
-//! The task `requests`. Each request is decided, carried out within a short lock, and answered; a
-//! damaged one is refused without its number. And it reports: positions, changes, health.
+//! The task `requests`. It executes each request within a short lock and answers it; a damaged
+//! request is refused without its number. It also reports positions, state changes and health.
 
 use super::gate::State;
 use super::message::{
@@ -14,7 +14,7 @@ use ridgetone_proto::boot::Boot;
 use ridgetone_proto::framing::decode;
 use rtic_core::Mutex;
 
-/// Seconds from one `health` to the next, and from one `hello` to the next.
+/// Intervals of `health` and of `hello`, seconds.
 const HEALTH_S: u32 = 1;
 const HELLO_S: u32 = 10;
 
@@ -25,17 +25,17 @@ pub struct Reports {
     parameters: Parameters,
     latest: Option<Reply>,
     boot: Boot,
-    /// Samples at the latest position, health and greeting.
+    /// Sample numbers of the latest position, health and greeting.
     placed: u32,
     healthy: u32,
     greeted: Option<u32>,
     state: State,
-    /// Samples at the latest run.
+    /// Sample number at the latest run.
     seen: u32,
 }
 
 impl Reports {
-    /// Nothing reported yet. `boot`: how this run began.
+    /// Creates the task. `boot`: why this run began.
     pub const fn new(boot: Boot) -> Self {
         Self {
             parameters: Parameters::DEFAULT,
@@ -84,7 +84,7 @@ impl Reports {
                 state: look.state,
             }));
         }
-        // Half an interval of slack, so that jitter of one timer run does not skip a report.
+        // Half an interval of slack, so that timer jitter does not skip a report.
         if since(self.placed) >= REPORT_SAMPLES / 2 {
             self.placed = look.samples;
             emit(Event::Position(look.position));
@@ -93,8 +93,8 @@ impl Reports {
             self.healthy = look.samples;
             emit(Event::Health(health(&look, shared)));
         }
-        // The finger's policy feeds the watchdog; here samples stand for conversions, and a run of
-        // this for a run of `detect`.
+        // The finger's policy feeds the watchdog; here samples count as conversions, and a run of
+        // this task as a run of `detect`.
         if look.samples != self.seen {
             self.seen = look.samples;
             shared.liveness.acquired.bump();
@@ -102,8 +102,8 @@ impl Reports {
         shared.liveness.detected.bump();
     }
 
-    /// Carries out the request in the inbox, if there is one, and posts its reply. Gives whether
-    /// `hello` is due, as new parameters demand.
+    /// Executes the request in the inbox, if there is one, and posts its reply. Returns true if
+    /// `hello` is due because of new parameters.
     fn request<P: Platform>(
         &mut self,
         sampler: &mut impl Mutex<T = Sampler>,
@@ -114,7 +114,7 @@ impl Reports {
         let Some(mut frame) = inbox.lock(|inbox| inbox.take()) else {
             return false;
         };
-        // It may take the next one.
+        // `report` may take the next request.
         P::pend(shared, Task::Report);
         let Some(Request {
             number,
@@ -142,7 +142,7 @@ impl Reports {
         match command {
             Command::Alive => {}
             Command::Texture(texture) => {
-                // Doubles a value, without delaying a sample.
+                // Computes in f64 without the lock, so no sample is delayed.
                 match sampler.lock(|sampler| sampler.stimulus()).prepare(texture) {
                     Ok(prepared) => sampler.lock(|sampler| sampler.texture(&prepared)),
                     Err(error) => return Outcome::Refused(refusal(error)),

@@ -1,7 +1,7 @@
-//! The interrupt of a sample: the encoder's counter in, the converter's next code out.
+//! The sample interrupt: the encoder's counter in, the converter's next code out.
 //!
-//! A timer triggers the converter and requests the interrupt at once. So the code of a run leaves
-//! with the trigger after it, on time whenever the run was; it must only be there by then.
+//! A timer triggers the converter and requests the interrupt at the same time. The code of a run is
+//! output at the next trigger, exactly on time; it only has to be ready by then.
 
 use super::dac::Dac;
 use super::gate::{Gate, State};
@@ -21,7 +21,7 @@ pub struct Look {
     pub samples: u32,
     /// Samples since start-up that were not ready in time.
     pub deadlines_missed: u32,
-    /// Longest time from a trigger to the reading of the encoder, microseconds.
+    /// Maximum time from a trigger to the reading of the encoder, microseconds.
     pub latest_reading_us: u32,
 }
 
@@ -31,12 +31,12 @@ pub struct Sampler {
     stimulus: Stimulus,
     gate: Gate,
     dac: Dac,
-    /// Latest reading of the encoder's counter, 16 bits of a timer (RM0090, 18.3.12), continued to
-    /// 32: less than 32,768 counts from one to the next, at 5 um a hand of 1.6 km/s.
+    /// Latest reading of the encoder's 16-bit counter (RM0090, 18.3.12), and its extension to 32
+    /// bits: less than 32,768 counts between samples, a hand at 1.6 km/s with 5 um.
     counter: u16,
     counts: i32,
     /// Device time of the latest reading, microseconds, and board time of the trigger before it;
-    /// none before the first run.
+    /// `None` before the first run.
     t_us: u64,
     trigger_us: Option<u32>,
     late_us: u32,
@@ -53,10 +53,10 @@ impl Default for Sampler {
 }
 
 impl Sampler {
-    /// With the default parameters: at rest, and without a texture.
+    /// Starts with the default parameters, at rest and without a texture.
     pub fn new() -> Self {
         let parameters = Parameters::DEFAULT;
-        // A test has it that they are possible.
+        // A test ensures that the defaults are possible.
         let stimulus = parameters.stimulus().unwrap_or_default();
         Self {
             stimulus,
@@ -74,8 +74,8 @@ impl Sampler {
         }
     }
 
-    /// Takes a reading of the encoder's counter at a board time, which wraps, so long after the
-    /// latest trigger, both in microseconds. Gives the code for the next trigger.
+    /// Takes a reading of the encoder's counter. `now_us`: board time, which wraps; `late_us`: time
+    /// since the latest trigger. Returns the code for the next trigger.
     #[inline]
     pub fn next(&mut self, now_us: u32, late_us: u32, counter: u16) -> u16 {
         let trigger_us = now_us.wrapping_sub(late_us);
@@ -83,8 +83,8 @@ impl Sampler {
             self.trigger_us
                 .unwrap_or(trigger_us.wrapping_sub(SAMPLE_US)),
         );
-        // The two counters step at different moments, so it is a multiple of the period but for 1
-        // us. Usually one trigger has been since the run before; those in between had none.
+        // The two counters step at different moments, so the time is a multiple of the period to
+        // within 1 us. Usually there was one trigger since the last run; others had no run.
         let triggers = (passed_us.saturating_add(SAMPLE_US / 2) / SAMPLE_US).max(1);
         self.t_us = self
             .t_us
@@ -107,8 +107,8 @@ impl Sampler {
         self.dac.next(self.stimulus.next(self.counts))
     }
 
-    /// The code was written. `is_late`: the trigger that it was for has been before it. Gives
-    /// whether `requests` is due.
+    /// Takes note that the code was written, after its trigger if `is_late`. Returns true if
+    /// `requests` is due.
     #[inline]
     pub fn written(&mut self, is_late: bool) -> bool {
         if is_late {
@@ -122,7 +122,7 @@ impl Sampler {
         is_due
     }
 
-    /// Snapshot after the latest `next`.
+    /// Returns a snapshot after the latest `next`.
     pub fn look(&self) -> Look {
         Look {
             position: Position {
@@ -138,7 +138,7 @@ impl Sampler {
         }
     }
 
-    /// The vibration, to prepare a texture for it.
+    /// Returns the stimulus, to prepare a texture.
     pub fn stimulus(&self) -> Stimulus {
         self.stimulus
     }
@@ -152,16 +152,16 @@ impl Sampler {
         self.gate.textured();
     }
 
-    /// It may vibrate, or may not.
+    /// Enables or disables vibration.
     pub fn enable(&mut self, is_enabled: bool) {
         self.gate.enable(is_enabled);
-        // Not before: a PC that knows the actuator has set its slew by now.
+        // Rise only now, when a PC that knows the actuator has set its slew.
         if is_enabled {
             self.dac.rise();
         }
     }
 
-    /// Takes parameters and their stimulus, if the output rests.
+    /// Sets parameters and their stimulus if the output rests.
     pub fn configure(&mut self, parameters: &Parameters, stimulus: &Stimulus) -> bool {
         let rests = self.gate.state() != State::Vibrating && self.stimulus.amplitude_v() == 0.0;
         if rests {

@@ -9,24 +9,24 @@ use ridgetone_proto::command::Command;
 use ridgetone_proto::telemetry::{Estimate, Event, Events, Starts};
 use std::time::{Duration, Instant};
 
-/// News of a finger.
+/// News from a finger.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
-    /// It has another texture under it; if it was silent it no longer is.
+    /// A new texture is under the finger; a silence is over.
     Texture(Texture),
     /// An estimate, and the time since its window ended.
     Window(Box<Estimate>, Duration),
-    /// The finger was silent, and no longer is. A texture follows as soon as it finds one.
+    /// A silence is over. A texture follows as soon as the finger finds one.
     Back,
-    /// The finger was silent for [`SILENT`].
+    /// The finger has been silent for [`SILENT`].
     Silent,
-    /// The board at this name is disconnected, for this reason, and is waited for.
+    /// The named board is disconnected, for the given reason, and is waited for.
     Disconnected(String, String),
     /// The recording is over.
     Over,
 }
 
-/// A finger's feed that is followed.
+/// Follows a finger's feed.
 pub struct Follower {
     listener: Listener,
     heard_at: Instant,
@@ -35,15 +35,16 @@ pub struct Follower {
     clock: Clock,
 }
 
-/// Time over which the smallest delay of the packets counts, seconds: crystals drift apart by less
-/// than 1 ms meanwhile.
+/// Period over which the smallest packet delay counts, seconds: crystals drift apart by less than 1
+/// ms in this time.
 const BLOCK_S: f64 = 10.0;
 
-/// The board's clock against this computer's, by the packets that arrived soonest.
+/// The board's clock against this computer's, from the packets with the smallest delay.
 struct Clock {
     starts: Starts,
     begun: Instant,
-    /// Smallest time of arrival less device time in this block and in the block before, seconds.
+    /// Smallest difference of arrival and device time in this block and in the previous one,
+    /// seconds.
     offsets_s: [f64; 2],
     block_ends_s: f64,
 }
@@ -58,7 +59,7 @@ impl Clock {
         }
     }
 
-    /// Takes an event that arrives now. Gives the time since its device time.
+    /// Takes an event that arrives now. Returns the time since its device time.
     fn age(&mut self, event: &Event) -> Duration {
         if self.starts.take(event) {
             self.offsets_s = [f64::INFINITY; 2];
@@ -90,8 +91,8 @@ impl Follower {
         }
     }
 
-    /// Greets the board, which then reports its texture even if that has not changed. It need not
-    /// answer: a finger may be wired to send only, and then reports a texture when it has changed.
+    /// Greets the board, which then reports its texture even if unchanged. The board need not
+    /// answer: a finger wired to send only reports a texture when it changes.
     fn greet(&mut self) {
         let (feed, mut requests) = (&mut self.listener.feed, new_requests());
         requests.push(Command::Greet);
@@ -102,20 +103,20 @@ impl Follower {
         }
     }
 
-    /// Gives the feed back, for its counts.
+    /// Returns the feed, for its counts.
     pub fn into_feed(self) -> Feed {
         self.listener.feed
     }
 
-    /// Pauses the source while nobody watches, or resumes it; an emulated board that waits counts
-    /// as heard.
+    /// Pauses the source while nobody watches, or resumes it; a paused emulated board counts as
+    /// heard.
     pub fn idle(&mut self, idle: bool) {
         if self.listener.feed.idle(idle) || idle {
             self.heard_at = Instant::now();
         }
     }
 
-    /// Waits for news, at most for `max`.
+    /// Waits for news, for at most `max`.
     pub fn next(&mut self, max: Duration) -> Result<Option<News>> {
         match self.listener.next(max)? {
             Some(Heard::Packet(packet, _)) => {
@@ -123,7 +124,7 @@ impl Follower {
                 let age = self.clock.age(&packet.event);
                 let is_back = std::mem::take(&mut self.is_silent);
                 if is_back {
-                    // The surface may have changed; if it has not, the board would not report it
+                    // The surface may have changed; if not, the board would not report the texture
                     // again.
                     self.greet();
                 }
@@ -135,7 +136,7 @@ impl Follower {
                     _ => is_back.then_some(News::Back),
                 })
             }
-            // The listener greets it.
+            // The listener greets the board.
             Some(Heard::Connected(_)) => Ok(None),
             Some(Heard::Over) => {
                 self.is_over = true;
@@ -169,7 +170,7 @@ mod tests {
     use std::collections::VecDeque;
     use std::sync::{Arc, Mutex};
 
-    /// Gives events, and keeps what it is sent.
+    /// Returns scripted events, and keeps the bytes that it is sent.
     struct Script(VecDeque<FeedEvent<Vec<u8>>>, Arc<Mutex<Vec<u8>>>);
 
     impl Source for Script {
@@ -193,7 +194,7 @@ mod tests {
         FeedEvent::Data(wire[..used].to_vec())
     }
 
-    /// The commands among the bytes that were sent.
+    /// The commands in the bytes sent.
     fn commands(sent: &Mutex<Vec<u8>>) -> Vec<Command> {
         let sent = std::mem::take(&mut *sent.lock().expect("alone"));
         let frames = sent
@@ -254,7 +255,7 @@ mod tests {
             news => panic!("{news:?}"),
         };
         assert_eq!((next(), commands(&sent)), (None, vec![]));
-        // Its messages wait for its greeting.
+        // The board sends nothing until it is greeted.
         assert_eq!((next(), commands(&sent)), (None, vec![Command::Greet]));
         assert_eq!(period_mm(next()), 3.6);
         assert_eq!((next(), next()), (None, None));

@@ -1,4 +1,4 @@
-//! Serves the page. Its texture is that of a file, or the latest one that a finger has found.
+//! Serves the page with the texture of a file, or the latest one reported by a finger.
 
 use super::output::Output;
 use super::page::{Page, Shown};
@@ -12,12 +12,12 @@ use ridgetone_host::view::server::Server;
 use std::net::SocketAddr;
 use std::time::Duration;
 
-/// Longest wait between two looks at [`stop`].
+/// Maximum time between checks of [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Source of the textures.
 pub enum Textures {
-    /// One, of a file of this name.
+    /// One texture, from the named file.
     Fixed(String, Texture),
     Finger(Box<Feed>),
 }
@@ -31,7 +31,7 @@ pub struct Options {
     pub carrier_hz: Option<f32>,
 }
 
-/// Serves the page until this process is to stop. Gives the feed back, if there was one, for its
+/// Serves the page until this process is asked to stop. Returns the feed, if there was one, for its
 /// counts.
 pub fn serve(textures: Textures, output: Output, options: Options) -> (Option<Feed>, Result<()>) {
     let (source, texture, mut finger) = match textures {
@@ -75,9 +75,9 @@ fn with_page(
     Ok(())
 }
 
-/// Waits for what the finger sends next, and shows it.
+/// Waits for news from the finger, and shows it.
 fn step(finger: &mut Follower, page: &Page) -> Result<()> {
-    // An emulated board waits while nobody looks.
+    // An emulated board pauses while nobody watches.
     finger.idle(!page.is_watched());
     let news = match finger.next(LOOK) {
         Err(_) if stop::is_requested() => return Ok(()),

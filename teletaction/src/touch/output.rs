@@ -1,4 +1,4 @@
-//! An actuator with its limits, and the law of the amplitude.
+//! An actuator with its limits, and the amplitude law.
 
 use crate::stimulus::{Actuator, AmplitudeLaw, Encoder, Error, Stimulus, Texture};
 
@@ -7,13 +7,14 @@ use crate::stimulus::{Actuator, AmplitudeLaw, Encoder, Error, Stimulus, Texture}
 pub struct Output {
     pub actuator: Actuator,
     law: AmplitudeLaw,
-    /// True if the law is in the unit of the textures' power.
+    /// True if the law uses the unit of the textures' power.
     uses_power: bool,
 }
 
 impl Output {
-    /// With a law of one's own finger a texture's power counts. Otherwise the amplitude follows the
-    /// paper's law over the period, whose power has the unit of the paper's sensor.
+    /// With a law measured on one's own finger, a texture's power determines the amplitude.
+    /// Otherwise it follows the paper's law over the period, whose power is in the unit of the
+    /// paper's sensor.
     pub fn new(actuator: Actuator, own: Option<AmplitudeLaw>) -> Result<Self, Error> {
         let law = own.unwrap_or(AmplitudeLaw::OKAMOTO);
         Stimulus::new(actuator, Encoder::OKAMOTO, law)?;
@@ -24,7 +25,7 @@ impl Output {
         })
     }
 
-    /// A texture as the law counts it.
+    /// Returns a texture with its power only if the law uses it.
     pub fn counted(&self, texture: &Texture) -> Texture {
         Texture {
             power: if self.uses_power { texture.power } else { 0.0 },

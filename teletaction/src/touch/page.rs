@@ -25,7 +25,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// Time after which a page that has lost the server tries again.
+/// Time after which a page that has lost the server reconnects.
 const RETRY: Duration = Duration::from_secs(1);
 
 /// One of the page's own scripts.
@@ -64,15 +64,15 @@ const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; 
 pub struct Shown {
     pub source: String,
     pub status: String,
-    /// The finger is silent: its texture fades.
+    /// True if the finger is silent and its texture fades.
     pub is_silent: bool,
-    /// `None` before the finger has found one.
+    /// Latest texture; `None` before the finger has found one.
     pub texture: Option<Texture>,
-    /// Textures so far.
+    /// Number of textures so far.
     pub number: u64,
-    /// Delay at the beginning, milliseconds: mean and standard deviation.
+    /// Initial delay, milliseconds: mean and standard deviation.
     pub delay_ms: (f64, f64),
-    /// Frequency of the carrier at the beginning, hertz; none: the texture itself.
+    /// Initial frequency of the carrier, hertz; `None` for the texture itself.
     pub carrier_hz: Option<f32>,
 }
 
@@ -91,7 +91,7 @@ struct Json<'a> {
 pub struct Page {
     output: Output,
     shown: Arc<Mutex<Shown>>,
-    /// The state as JSON on one line. A slow page gets the latest one.
+    /// The state as JSON on one line. A slow page skips to the latest state.
     latest: watch::Sender<Arc<str>>,
 }
 
@@ -105,7 +105,7 @@ impl Page {
         })
     }
 
-    /// Changes what is shown, and sends it.
+    /// Changes the state and sends it.
     pub fn change(&self, change: impl FnOnce(&mut Shown)) -> Result<()> {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
         change(&mut shown);
@@ -113,7 +113,7 @@ impl Page {
         Ok(())
     }
 
-    /// Takes a texture that a page wants. Fails in words for people.
+    /// Sets a texture from a page. Errors are written for people.
     fn set(&self, text: &str) -> Result<String> {
         let texture: Texture = serde_json::from_str(text).context("no texture")?;
         texture.check()?;
@@ -139,7 +139,7 @@ impl Page {
             )
         };
         let script = || async {
-            // What is loaded by a worklet has the policy of its own file too.
+            // A script loaded by a worklet also needs the policy in its own headers.
             let headers = [
                 (header::CONTENT_SECURITY_POLICY, POLICY),
                 (header::CONTENT_TYPE, "application/wasm"),

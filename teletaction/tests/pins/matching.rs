@@ -1,4 +1,4 @@
-//! Matching against the conditions of an optimum, and against forces that are known.
+//! Matching against the conditions of an optimum, and against known forces.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -23,7 +23,7 @@ const STRAIN: Layer = Layer {
     quantity: Quantity::Strain,
 };
 
-/// Strains as an object makes them: a few pressed positions, and noise.
+/// Strains as from an object: a few pressed positions, and noise.
 fn pressed(draw: &mut Draw, grid: &Grid) -> Vec<f64> {
     let bumps: Vec<[f64; 4]> = (0..3)
         .map(|_| {
@@ -47,8 +47,8 @@ fn pressed(draw: &mut Draw, grid: &Grid) -> Vec<f64> {
         .collect()
 }
 
-/// Noise, and strains of objects, in frames that have nothing to do with the frames before: the forces
-/// meet the conditions of Karush, Kuhn and Tucker, after few pivots.
+/// Noise and strains of objects, in unrelated frames: the forces meet the Karush-Kuhn-Tucker
+/// conditions, after few pivots.
 #[test]
 fn forces_are_the_optimum() {
     let cases = [
@@ -97,7 +97,7 @@ fn forces_are_the_optimum() {
                 .iter()
                 .map(|row| dot(row, &wanted).abs())
                 .fold(0.0, f64::max);
-            // x >= 0, gradient >= 0, and one of them is 0.
+            // x >= 0, gradient >= 0, and one of the two is 0.
             for (pin, (x, row)) in solution.forces.iter().zip(&map).enumerate() {
                 let slope = dot(row, &off) + regularisation * mean * x;
                 let is_flat = if *x == 0.0 {
@@ -114,7 +114,7 @@ fn forces_are_the_optimum() {
     }
 }
 
-/// Without noise, and with forces that press, the forces come back (equations 9 to 11).
+/// Without noise, forces that press are recovered (equations 9 to 11).
 #[test]
 fn forces_that_made_the_strain_come_back() {
     let pins = Grid::new(5, 5, 2.0).expect("a grid");
@@ -134,13 +134,13 @@ fn forces_that_made_the_strain_come_back() {
     }
 }
 
-/// An even touch on two long columns of pins. By the paper's equations 1 and 3 two line loads that
-/// are alike, each under its own sensor, share the strain.
+/// An even touch on two long columns of pins. By the paper's equations 1 and 3 two equal line
+/// loads, each above a sensor, share the strain.
 #[test]
 fn an_even_touch_takes_the_papers_forces() {
     let (spacing_mm, depth_mm, poisson) = (1.25, 2.0, 0.5);
     let pins = Grid::new(2, 50, spacing_mm).expect("a grid");
-    // A pressure of 1 N on each pin, which strains a wide slice half as much.
+    // A pressure of 1 N per pin, which strains a wide slice half as much.
     let wanted = [0.5 / (spacing_mm * spacing_mm); 100];
     let middle_n = |quantity| {
         let layer = Layer {

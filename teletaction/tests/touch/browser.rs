@@ -1,4 +1,4 @@
-//! A headless browser: it starts one and controls it over the DevTools protocol
+//! Starts a headless browser and controls it over the DevTools protocol
 //! (<https://chromedevtools.github.io/devtools-protocol/>) on two pipes.
 
 use rustix::fs::{CWD, Mode, mkfifoat};
@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
-/// Longest that the browser may take for anything, wall time.
+/// Maximum time for any action of the browser, wall time.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Size and colours of the window.
@@ -23,16 +23,16 @@ pub struct Look {
     pub dark: bool,
 }
 
-/// The one that `cargo xtask test` has found, or else Debian's in PATH.
+/// The browser found by `cargo xtask test`, or else Debian's in PATH.
 fn browser() -> OsString {
     std::env::var_os("RIDGETONE_BROWSER").unwrap_or_else(|| "chromium".into())
 }
 
-/// The browser without a window, every host unknown to it but this computer.
+/// The browser without a window; it can resolve no host but this computer.
 fn command(profile: &Path, look: Look) -> Command {
     let mut command = Command::new(browser());
     command
-        // The sandbox needs a user who is not root; what is opened is our own page.
+        // The sandbox needs a user other than root; only our own page is opened.
         .args([
             "--headless=new",
             "--no-sandbox",
@@ -66,12 +66,12 @@ pub struct Browser {
     session: String,
     number: u64,
     events: Vec<Value>,
-    /// Removed with the browser.
+    /// Deleted with the browser.
     _folder: tempfile::TempDir,
 }
 
 impl Browser {
-    /// Starts it with an empty page.
+    /// Starts a browser with an empty page.
     pub fn start(look: Look) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let pipe = |name: &str| {
@@ -92,7 +92,7 @@ impl Browser {
             .stderr(log)
             .spawn()
             .expect("a shell");
-        // In the order in which the shell opens them.
+        // In the order in which the shell opens the pipes.
         let commands = File::options()
             .write(true)
             .open(commands)
@@ -141,7 +141,7 @@ impl Browser {
         browser
     }
 
-    /// Calls a method, and does not wait for its result.
+    /// Calls a method without waiting for its result.
     pub fn tell(&mut self, method: &str, parameters: Value) {
         self.number += 1;
         let mut command = json!({"id": self.number, "method": method, "params": parameters});
@@ -153,7 +153,7 @@ impl Browser {
             .expect("a browser: cargo xtask setup installs one");
     }
 
-    /// Calls a method and gives its result.
+    /// Calls a method and returns its result.
     pub fn call(&mut self, method: &str, parameters: Value) -> Value {
         self.tell(method, parameters);
         loop {
@@ -169,7 +169,7 @@ impl Browser {
         }
     }
 
-    /// From now on the page is looked at like this.
+    /// Sets size and colours of the page.
     pub fn look(&mut self, look: Look) {
         let Look {
             width,
@@ -189,7 +189,7 @@ impl Browser {
         assert!(loaded["errorText"].is_null(), "{url}: {loaded}");
     }
 
-    /// Value of an expression in the page, awaited.
+    /// Evaluates an expression in the page, and awaits its value.
     pub fn value(&mut self, expression: &str) -> Value {
         let parameters =
             json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
@@ -211,7 +211,7 @@ impl Browser {
         }
     }
 
-    /// Messages in the console, and exceptions of scripts.
+    /// Messages in the console, and exceptions in scripts.
     pub fn errors(&self) -> Vec<String> {
         let bad = [
             "Log.entryAdded",

@@ -1,4 +1,4 @@
-//! How late the page's sound is: the pointer moves, the page records its sound, and a latency is
+//! Latency of the page's sound: the pointer moves, the page records its sound, and a latency is
 //! fitted to both.
 
 use super::browser::Browser;
@@ -7,30 +7,29 @@ use std::f64::consts::TAU;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// A vibration as the page has made it, next to the pointer's events as a listener of the test's
-/// own has seen them.
+/// A vibration recorded by the page, and the pointer's events as seen by a separate listener.
 pub struct Measured {
-    /// Time on the page's clock in seconds and position in millimetres.
+    /// Time on the page's clock, seconds, and position, millimetres.
     pub pointer: Vec<(f64, f64)>,
-    /// Time on the page's clock at which a sample is heard, and the sample.
+    /// Time on the page's clock at which a sample is heard, seconds, and the sample.
     pub sound: Vec<(f64, f64)>,
     pub rate_hz: f64,
-    /// Longest time from a position of the pointer until the page knew the next one, if that is
-    /// somewhere else, seconds.
+    /// Maximum time from a position of the pointer until the page knew the next, different one,
+    /// seconds.
     unknown_s: f64,
-    /// Drift between the clocks of page and sound during the test, seconds: the larger of what the
-    /// test and the page have read.
+    /// Drift between the clocks of page and sound during the test, seconds: the larger of the
+    /// test's and the page's readings.
     slipped_s: f64,
-    /// How much later than after its wait a position is heard, by the clocks alone, seconds. The
-    /// page has read the difference of its clock and that of the sound it makes; the test, of the
-    /// sound that is heard.
+    /// Time in addition to the wait until a position is heard, from the clocks alone, seconds. The
+    /// page reads its clock against that of the sound it makes; the test, against that of the sound
+    /// that is heard.
     pub clocks_s: f64,
-    /// Latency of the output alone, as the browser reports it, seconds.
+    /// Latency of the output alone, as reported by the browser, seconds.
     pub output_s: f64,
 }
 
-/// Time on the page's clock less that of the sound which is heard, seconds: the middle of several
-/// readings, as the browser rounds each.
+/// Difference of the page's clock and the clock of the audible sound, seconds: the middle of
+/// several readings, as the browser rounds each.
 fn clocks(browser: &mut Browser) -> f64 {
     let mut offsets: Vec<f64> = serde_json::from_value(browser.value(
         "(async () => { const found = []; for (let n = 0; n < 20; n += 1) { \
@@ -51,7 +50,7 @@ fn measure(browser: &mut Browser) -> Measured {
          globalThis.seen.push([one.timeStamp / 1e3, performance.now() / 1e3, (one.clientX - surface.getBoundingClientRect().left) * 25.4 / 96]); }; \
          for (const kind of ['pointerdown', 'pointerrawupdate']) surface.addEventListener(kind, keep); })()",
     );
-    // 500 CSS pixels are 132 mm; at most 110 mm/s.
+    // 500 CSS pixels are 132 mm; the speed is at most 110 mm/s.
     let position = |t_s: f64| left + 0.1 * width + 500.0 * (0.5 - 0.5 * (TAU * 0.265 * t_s).cos());
     mouse(browser, "mouseMoved", position(0.0), y);
     let before = clocks(browser);
@@ -81,7 +80,7 @@ fn measure(browser: &mut Browser) -> Measured {
         serde_json::from_value(found["seen"].clone()).expect("positions");
     Measured {
         pointer: seen.iter().map(|(at_s, _, x_mm)| (*at_s, *x_mm)).collect(),
-        // A hand that turns reports nothing for a while.
+        // A hand that turns reports nothing for a moment.
         unknown_s: (seen
             .windows(2)
             .filter(|pair| (pair[1].2 - pair[0].2).abs() > 0.3))
@@ -97,15 +96,15 @@ fn measure(browser: &mut Browser) -> Measured {
     }
 }
 
-/// Measurements until one is not disturbed: where other programs hold up the browser for longer
-/// than the wait, or its sound, it is them that are measured.
+/// Measures until undisturbed: if other programs delay the browser by more than the wait, or its
+/// sound, the measurement would be of their effect.
 pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
     for _ in 0..10 {
         let measured = measure(browser);
-        // The first wait is a pointer's of 60 Hz: its rare late positions are part of the figures,
-        // and no bar is on them.
+        // The first wait suits a pointer at 60 Hz: its rare late positions belong to the figures,
+        // and no requirement is on them.
         let is_known = wait_s < 0.05 || measured.unknown_s < 0.8 * wait_s;
-        // The sound has at most 79 cycles a second. A latency in the middle of such a slip is off
+        // The sound has at most 79 cycles a second. A latency in the middle of such a drift is off
         // by 0.02 cycles at both ends.
         if is_known && measured.slipped_s < 0.000_5 {
             return measured;
@@ -119,7 +118,7 @@ pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
     panic!("this computer is too busy to measure on");
 }
 
-/// Position of the pointer at a time, on straight lines.
+/// Interpolates the pointer's position linearly.
 fn position_mm(pointer: &[(f64, f64)], t_s: f64) -> f64 {
     let n = pointer
         .partition_point(|(at_s, _)| *at_s <= t_s)
@@ -128,8 +127,8 @@ fn position_mm(pointer: &[(f64, f64)], t_s: f64) -> f64 {
     from_mm + (to_mm - from_mm) * ((t_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0)
 }
 
-/// Phase errors, cycles, of parts of 20 ms in which the hand is faster than 40 mm/s, for a given
-/// latency of the sound.
+/// Phase errors, cycles, of parts of 20 ms in which the hand is faster than 40 mm/s, for a sound
+/// latency of `latency_s`.
 fn phase_errors(measured: &Measured, period_mm: f64, latency_s: f64) -> Vec<f64> {
     let first_s = measured.pointer[0].0;
     let stretches = measured
@@ -140,7 +139,7 @@ fn phase_errors(measured: &Measured, period_mm: f64, latency_s: f64) -> Vec<f64>
                 stretch[0].0 - latency_s,
                 stretch[stretch.len() - 1].0 - latency_s,
             ];
-            // The vibration comes within 20 ms.
+            // The vibration fades in within 20 ms.
             if from_s < first_s + 0.1 || to_s > first_s + 1.95 {
                 return None;
             }
@@ -163,8 +162,8 @@ fn phase_errors(measured: &Measured, period_mm: f64, latency_s: f64) -> Vec<f64>
     stretches.collect()
 }
 
-/// The least mean squared phase error over latencies from 0 to 0.4 s: latency, and errors as rms
-/// and worst.
+/// Minimises the mean squared phase error over latencies from 0 to 0.4 s: returns the latency, and
+/// the RMS and maximum error.
 pub fn best(measured: &Measured, period_mm: f64) -> (f64, f64, f64) {
     let rms = |errors: &[f64]| {
         (errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64).sqrt()
@@ -183,7 +182,7 @@ pub fn best(measured: &Measured, period_mm: f64) -> (f64, f64, f64) {
             });
         tried.min_by(|a, b| a.1.total_cmp(&b.1)).expect("a latency")
     };
-    // A cycle takes at least 12 ms.
+    // A cycle lasts at least 12 ms.
     let (coarse_s, ..) = try_each(0.0, 0.002, 200);
     try_each((coarse_s - 0.003).max(0.0), 0.000_25, 24)
 }

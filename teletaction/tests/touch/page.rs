@@ -1,5 +1,5 @@
-//! The page in a browser: its WebAssembly against the crate, the way from the pointer to the sound,
-//! textures that arrive.
+//! The page in a browser: its WebAssembly against the crate, the path from the pointer to the
+//! sound, and arriving textures.
 
 mod browser;
 mod latency;
@@ -22,7 +22,7 @@ const LOOK: Look = Look {
     dark: false,
 };
 
-/// `ridgetone touch` at a free port.
+/// `ridgetone touch` on a free port.
 struct Touch {
     child: Child,
     url: String,
@@ -77,7 +77,7 @@ fn drag(browser: &mut Browser, x: f64, y: f64) {
     browser.tell("Input.dispatchMouseEvent", mouse);
 }
 
-/// A click as of a person: sound needs one.
+/// Clicks as a person does, which sound requires.
 fn click(browser: &mut Browser, id: &str) {
     let position = browser.value(&format!(
         "(({{ left, top, width, height }}) => [left + width / 2, top + height / 2])(document.getElementById('{id}').getBoundingClientRect())"
@@ -88,7 +88,7 @@ fn click(browser: &mut Browser, id: &str) {
     }
 }
 
-/// Sound, on: the browser plays to nobody.
+/// Turns the sound on; nobody hears it.
 fn sound_on(browser: &mut Browser) {
     click(browser, "sound");
     browser.wait("globalThis.ridgetone?.context.state === 'running' && globalThis.ridgetone.context.currentTime > 0.2");
@@ -103,8 +103,8 @@ fn surface(browser: &mut Browser) -> (f64, f64, f64) {
     (left, middle, width)
 }
 
-/// The browser's samples are those of the crate on this computer, to the last bit: also through
-/// jumps, delays and refusals.
+/// The browser's samples equal the crate's on this computer, to the last bit, also through jumps,
+/// delays and refusals.
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
 fn the_web_assembly_is_the_crate_bit_for_bit() {
@@ -154,7 +154,7 @@ fn the_web_assembly_is_the_crate_bit_for_bit() {
                 native.set_carrier(carrier_hz).expect("a carrier");
                 calls.push(json!(["carrier", [carrier_hz.unwrap_or(0.0)]]));
             }
-            // None of them changes anything.
+            // Refused calls change nothing.
             59 => calls.push(json!(["carrier", [20]])),
             60 => calls.push(json!(["texture", [-3, 1, 0, 0, 0, 0, 0, 0]])),
             61 => calls.push(json!(["texture", [null, 1, 0, 0, 0, 0, 0, 0]])),
@@ -192,8 +192,8 @@ fn the_web_assembly_is_the_crate_bit_for_bit() {
     assert_eq!(browser.errors(), Vec::<String>::new());
 }
 
-/// The sound is the texture at the position of the pointer, later by the wait, the output and what
-/// the browser takes; and by a delay more.
+/// The sound is the texture at the position of the pointer, later by the wait, the output and the
+/// browser's own time, and by an additional delay.
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
 fn from_the_pointer_to_the_sound() {
@@ -236,9 +236,9 @@ fn from_the_pointer_to_the_sound() {
             measured.clocks_s,
         ));
     }
-    // Where the next position is always known the sound is the texture under the pointer, as late
-    // as it is said. Other programs hold up the browser's output: its clocks move against each
-    // other from one measurement to the next.
+    // Where the next position is always known the sound is the texture under the pointer, with the
+    // stated latency. Other programs disturb the browser's output: its clocks shift against each
+    // other between measurements.
     for (rest_s, rms, clocks_s) in &latencies[1..] {
         assert!(*rms < 0.02 && (0.0..0.1).contains(rest_s), "{latencies:?}");
         assert!((rest_s - clocks_s).abs() < 0.005, "{latencies:?}");
@@ -262,8 +262,8 @@ fn text_of(browser: &mut Browser, id: &str) -> String {
         .to_owned()
 }
 
-/// A texture of one's own is felt at once; an impossible one is refused in words, and the one
-/// before stays.
+/// A user's texture is felt at once; an impossible one is refused with an explanation, and the
+/// previous one stays.
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
 fn textures_change_and_impossible_ones_do_not() {
@@ -294,14 +294,14 @@ fn textures_change_and_impossible_ones_do_not() {
     browser.value("document.getElementById('period_mm').value = '1.7'");
     browser.value("document.querySelector('#own button').click()");
     browser.wait("document.getElementById('period').textContent === '1.7000 mm'");
-    // The command's end is said, and the vibration fades.
+    // The page reports the command's end, and the vibration fades.
     drop(touch);
     browser.wait(
         "document.getElementById('status').textContent.startsWith('The command cannot be reached')",
     );
 }
 
-/// Holding an arrow key moves the hand at a steady speed, and the carrier is heard as long.
+/// Holding an arrow key moves the hand at a steady speed, and the carrier is heard meanwhile.
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
 fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
@@ -312,7 +312,7 @@ fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
     assert_eq!(chosen, "180");
     assert!(text_of(&mut browser, "hint").contains("Sound on"));
     sound_on(&mut browser);
-    // As on a busy computer.
+    // A wait that suits a busy computer.
     browser.value("(() => { const wait = document.getElementById('wait_ms'); wait.value = '100'; wait.dispatchEvent(new Event('change')); })()");
     browser.value("document.getElementById('surface').focus()");
     let key = |browser: &mut Browser, kind: &str, key: &str| {
@@ -329,8 +329,7 @@ fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
     let samples: Vec<f64> = serde_json::from_value(samples).expect("samples");
     let loudest = samples.iter().fold(0.0f64, |max, y| max.max(y.abs()));
     assert!(loudest > 0.2, "{loudest}");
-    // A browser that stalls sees the hand at rest and fades the tone, so the median cycle is
-    // taken.
+    // A stalled browser takes the hand for resting and fades the tone, so use the median cycle.
     let rate_hz = browser.value("globalThis.ridgetone.recorded.rate_hz");
     let rises: Vec<usize> = (1..samples.len())
         .filter(|n| samples[n - 1] < 0.0 && samples[*n] >= 0.0)
@@ -345,7 +344,7 @@ fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
     assert_eq!(browser.errors(), Vec::<String>::new());
 }
 
-/// A finger's texture arrives while it slides, from the emulated board.
+/// A finger's texture arrives during a slide of the emulated board.
 #[test]
 #[ignore = "needs the emulator and a browser; cargo xtask test installs one"]
 fn the_emulated_fingers_texture_is_on_the_page() {

@@ -1,13 +1,14 @@
-//! Circles of imports between the files of one crate: none of such files is understood without all
-//! of the others. Looks at `use` lines at the top level, not at tests. A name that a module only
-//! passes on counts for the file that declares it. Methods of a parent's type may import the type.
+//! Circular imports between the files of a crate: such files can only be understood together.
+//! Checks `use` lines at the top level, but not in tests. A re-exported name counts for the file
+//! that declares it. Methods of a parent's type may import the type.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Imports by file, such as `host/src/check/table`, each with true if it is only passed on.
+/// Imports by file, such as `host/src/check/table`; true if an import is only a re-export.
 type Imports = BTreeMap<String, Vec<(String, bool)>>;
 
-/// The circles of all crates, a line each. `sources` are the workspace's files: path and text.
+/// Finds the circles of all crates, one per line. `sources` are paths and texts of the workspace's
+/// files.
 pub fn find(sources: &[(&str, String)]) -> Vec<String> {
     let mut all = Imports::new();
     for (path, text) in sources.iter().filter(|(path, _)| !path.contains("tests")) {
@@ -37,7 +38,7 @@ pub fn find(sources: &[(&str, String)]) -> Vec<String> {
     circles.into_iter().collect()
 }
 
-/// Imports of a file, without those of its tests.
+/// Returns the imports of a file, without those of its tests.
 fn imports(text: &str) -> Vec<(String, bool)> {
     let code = text.split("\nmod tests {").next().unwrap_or_default();
     let code = format!("\n{code}").replace("\npub(crate) use ", "\npub use ");
@@ -53,7 +54,7 @@ fn imports(text: &str) -> Vec<(String, bool)> {
     imports
 }
 
-/// The paths of a tree such as `super::{a, b::{c, d}}`, with slashes.
+/// Expands a tree such as `super::{a, b::{c, d}}` to paths with slashes.
 fn expand(tree: &str) -> impl Iterator<Item = String> {
     let (mut stems, mut path, mut paths) = (Vec::<String>::new(), String::new(), Vec::new());
     let tree = tree.replace("::", "/").replace(" as ", "#") + ",";
@@ -71,7 +72,7 @@ fn expand(tree: &str) -> impl Iterator<Item = String> {
     paths.into_iter().filter(|path| !path.ends_with('/'))
 }
 
-/// The file from which a path imports: `from` itself if that is another crate.
+/// The file from which a path imports; `from` itself if the path is in a different crate.
 fn target<'a>(all: &'a Imports, from: &str, path: &str) -> Option<&'a String> {
     let (mut at, mut rest) = (from, path);
     while let Some((first @ ("crate" | "super" | "self"), behind)) = rest.split_once('/') {

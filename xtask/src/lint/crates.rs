@@ -1,23 +1,23 @@
-//! Third-party crates of the programs: their licences, and which are there in two versions. Crates
-//! of features that are off by default are checked for their licences only.
+//! Third-party crates of the programs: their licences, and duplicate versions. Crates of features
+//! that are off by default are checked for their licences only.
 
 use crate::tools::{cargo, output_of, root};
 use anyhow::{Context, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
-/// Licences that ask for no more than to be named.
+/// Licences that require only attribution.
 const LICENCES: &str = "MIT, Apache-2.0, Apache-2.0 WITH LLVM-exception, BSD-2-Clause, BSD-3-Clause, \
     0BSD, BSL-1.0, Unicode-3.0, Unlicense, Zlib";
 
-/// Licence of whole files: whoever passes a program on says where the files' source is, as `NOTICE`
+/// File-level copyleft licence: a distributor must say where the source is available, as `NOTICE`
 /// does.
 const OF_FILES: &str = "MPL-2.0";
 
-/// Crates in two versions, since crates of others ask for both.
+/// Crates allowed in two versions, because third-party crates require both.
 const TWICE: &str = "bitflags cobs darling darling_core darling_macro syn thiserror thiserror-impl";
 
-/// Findings about the crates, one a line.
+/// Findings about the crates, one per line.
 pub fn check() -> Result<Vec<String>> {
     let notice = fs::read_to_string(root().join("NOTICE")).context("cannot read NOTICE")?;
     let mut found = complaints(&tree(&[])?, &notice, Some(TWICE));
@@ -30,23 +30,24 @@ pub fn check() -> Result<Vec<String>> {
     Ok(found)
 }
 
-/// A line for each crate, such as `syn v2.0.1 (proc-macro)|MIT OR Apache-2.0`.
+/// One line per crate, such as `syn v2.0.1 (proc-macro)|MIT OR Apache-2.0`.
 fn tree(features: &[&str]) -> Result<String> {
     let tree = "tree --workspace --locked --edges normal --prefix none --format {p}|{l}";
     output_of(cargo(tree, []).args(features))
 }
 
-/// Looks at the lines of [`tree`]; crates of these names may be there `twice`: all, if none.
+/// Checks the lines of [`tree`]. `twice` names the crates that may have two versions; `None` allows
+/// any.
 fn complaints(tree: &str, notice: &str, twice: Option<&str>) -> Vec<String> {
     let mut complaints = BTreeSet::new();
     let mut versions: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for line in tree.lines().filter(|line| !line.is_empty()) {
         let (package, licence) = line.split_once('|').unwrap_or((line, ""));
-        // Cargo marks lines that repeat others.
+        // Cargo marks repeated lines.
         let licence = licence.trim_end_matches("(*)").trim_end();
         let mut words = package.split(' ');
         let (name, version) = (words.next().unwrap_or(""), words.next().unwrap_or(""));
-        // Crates with a path are the workspace's own.
+        // Crates with a path belong to the workspace.
         if words.any(|word| word.starts_with('(') && word != "(proc-macro)") {
             continue;
         }
@@ -71,14 +72,14 @@ fn complaints(tree: &str, notice: &str, twice: Option<&str>) -> Vec<String> {
     complaints.into_iter().collect()
 }
 
-/// True if an expression (SPDX 2.3, annex D; `/` is an old `OR`) can be met.
+/// True if an SPDX expression (SPDX 2.3, annex D; `/` is an old `OR`) can be satisfied.
 fn is_allowed(licence: &str, is_named: bool) -> bool {
     let plain = licence.replace(['(', ')'], "").replace('/', " OR ");
     let is_met = |one: &str| {
         let one = one.trim();
         LICENCES.split(", ").any(|allowed| allowed == one) || is_named && one == OF_FILES
     };
-    // `A OR B AND C`, as written here, is `(A OR B) AND C`: a part is met by one alternative.
+    // `A OR B AND C`, as written here, means `(A OR B) AND C`: one alternative satisfies each part.
     plain
         .split(" AND ")
         .all(|part| part.split(" OR ").any(is_met))

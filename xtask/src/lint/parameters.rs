@@ -1,6 +1,6 @@
-//! Tuples as parameters of Rust functions.
+//! Tuple parameters of Rust functions.
 
-/// Functions that take a tuple: the lines on which they begin, and their names.
+/// Finds functions with a tuple parameter: their first lines and names.
 pub fn tuples(text: &str) -> Vec<(usize, String)> {
     let code: Vec<&str> = text.lines().map(without_comment).collect();
     let code = code.join("\n");
@@ -20,7 +20,7 @@ pub fn tuples(text: &str) -> Vec<(usize, String)> {
     found
 }
 
-/// A line up to its comment. An address in a string is no comment.
+/// Strips a line's comment. A URL in a string is not a comment.
 fn without_comment(line: &str) -> &str {
     match line.find("//") {
         Some(at) if !line[..at].ends_with(':') => &line[..at],
@@ -28,14 +28,14 @@ fn without_comment(line: &str) -> &str {
     }
 }
 
-/// Change of nesting depth by a character: an opening or a closing one of these two lists.
+/// Change of nesting depth due to a character, by lists of opening and closing ones.
 fn step(character: char, open: &str, close: &str) -> i32 {
     i32::from(open.contains(character)) - i32::from(close.contains(character))
 }
 
-/// The list of parameters, without its parentheses, behind generics that may have some too.
+/// The parameter list without its parentheses, after any generics, which may have parentheses too.
 fn parameters(text: &str) -> Option<&str> {
-    // The arrow of a closure closes no list of generics.
+    // A closure's arrow does not close a list of generics.
     let text_without_arrows = text.replace("->", "  ");
     let mut depth = 0;
     let open = text_without_arrows.find(|character| {
@@ -51,7 +51,7 @@ fn parameters(text: &str) -> Option<&str> {
     Some(&list[..length])
 }
 
-/// The elements of a list, which commas between them separate.
+/// Splits a list at its top-level commas.
 fn split(list: &str) -> impl Iterator<Item = &str> {
     let mut depth = 0;
     list.split(move |character| {
@@ -60,7 +60,7 @@ fn split(list: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// True if the type of a parameter is a tuple, or a reference to one.
+/// True if a parameter's type is a tuple or a reference to one.
 fn is_tuple(parameter: &str) -> bool {
     let mut depth = 0;
     let colon = parameter.find(|character| {
@@ -101,7 +101,7 @@ fn tuples_and_references_to_tuples_are_found() {
             .lines()
             .flat_map(|case| [case.into(), case.replace(", ", ",\n")])
         {
-            // In two parts, so that the lint finds nothing in this file.
+            // In two parts, so that the lint finds no function in this file.
             let text = format!(
                 "/// {0} a(b: (u8, u8))\npub {0} name{1} {{\n}}\n",
                 "fn",

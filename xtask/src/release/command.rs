@@ -1,5 +1,5 @@
-//! The command `ridgetone` with firmware images in it, so that `ridgetone demo` needs neither a
-//! checkout nor a compiler: static for Linux, or for the system that builds it.
+//! The command `ridgetone` with embedded firmware images, so that `ridgetone demo` needs neither a
+//! checkout nor a compiler: static for Linux, or for this system.
 
 use super::empty_root::EmptyRoot;
 use crate::images::Board;
@@ -15,11 +15,11 @@ use std::path::{Path, PathBuf};
 /// Boards whose images `host/build.rs` embeds.
 pub const EMBEDDED: [Board; 2] = [Board::FeatherF405, Board::NucleoF446re];
 
-/// A package as it was made.
+/// Result of making a package.
 pub enum Made {
-    /// A file, and the name that it gets.
+    /// A file, and its name in the release.
     File { name: String, path: PathBuf },
-    /// Package that cannot be made here, and the reason.
+    /// The package cannot be made here, for this reason.
     Missing(String),
 }
 
@@ -38,7 +38,7 @@ impl Processor {
         }
     }
 
-    /// Number in an ELF file.
+    /// Machine number in an ELF file.
     const fn machine(self) -> u16 {
         match self {
             Self::X86_64 => EM_X86_64,
@@ -68,7 +68,7 @@ pub fn linux(processor: Processor) -> Result<Made> {
     Ok(named(&format!("linux-{}", processor.name()), path))
 }
 
-/// The command for a system.
+/// Names the command for a system.
 fn named(system: &str, path: PathBuf) -> Made {
     let name = format!("ridgetone-{}-{system}", env!("CARGO_PKG_VERSION"));
     Made::File { name, path }
@@ -79,7 +79,7 @@ pub fn images() -> PathBuf {
     target_dir().join("firmware")
 }
 
-/// Fails if one of the images is not in `file`.
+/// Fails if one of the images is missing in `file`.
 pub fn check_embedded(file: &[u8]) -> Result<()> {
     for board in EMBEDDED {
         let name = board.image().name;
@@ -99,7 +99,7 @@ fn build(target: Option<&str>) -> Result<PathBuf> {
     let mut build = cargo("build --quiet --release --package ridgetone-host", []);
     let mut path = target_dir();
     if let Some(target) = target {
-        // The toolchain's own linker links for every processor.
+        // The toolchain's own linker works for every processor.
         let linker = format!("target.{target}.linker='rust-lld'");
         build.args(["--target", target, "--config", &linker]);
         path.push(target);
@@ -111,7 +111,7 @@ fn build(target: Option<&str>) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// Fails unless `command` runs on `processor` without a loader and without a shared library.
+/// Fails unless `command` runs on `processor` without a dynamic loader or shared libraries.
 fn check_static(command: &[u8], processor: Processor) -> Result<()> {
     let file = FileHeader64::<Endianness>::parse(command).context("no ELF file of 64 bits")?;
     let endian = file.endian().context("an ELF file of unknown endianness")?;
@@ -134,7 +134,7 @@ fn check_static(command: &[u8], processor: Processor) -> Result<()> {
     Ok(())
 }
 
-/// Runs the demo with each image, with nothing else in the root directory.
+/// Runs the demo with each image in an otherwise empty root directory.
 fn run_alone(command: &Path) -> Result<()> {
     let Some(root) = EmptyRoot::create()? else {
         return Ok(());

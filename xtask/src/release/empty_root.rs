@@ -1,5 +1,4 @@
-//! A root directory with nothing in it, to run what a user gets as if on a computer without
-//! anything else.
+//! An empty root directory, to run what a user gets as if nothing else were installed.
 
 use crate::tools::{announce, clean, create, find, output_of, remove, target_dir};
 use anyhow::{Context, Result};
@@ -7,18 +6,17 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Changes the root directory; the second also for a user who is not root.
+/// Commands that change the root directory; the second also works for a user other than root.
 const WAYS: [&[&str]; 2] = [&["chroot"], &["unshare", "--map-root-user", "chroot"]];
 
-/// An empty directory, and the words that make it the root directory.
+/// An empty directory, and the command that makes it the root directory.
 pub struct EmptyRoot {
     folder: PathBuf,
     way: &'static [&'static str],
 }
 
 impl EmptyRoot {
-    /// Creates one; `None`, with a remark, if this system does not let this user change the root
-    /// directory.
+    /// Creates a directory; `None`, with a remark, if this user may not change the root directory.
     pub fn create() -> Result<Option<Self>> {
         let works = |way: &&[&str]| {
             find(way[0]).is_some() && output_of(start(way).args(["/", "/bin/true"])).is_ok()
@@ -33,7 +31,7 @@ impl EmptyRoot {
         Ok(Some(Self { folder, way }))
     }
 
-    /// The directory, as seen from outside.
+    /// Path of the directory outside.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -45,7 +43,7 @@ impl EmptyRoot {
         Ok(())
     }
 
-    /// A command with this root directory.
+    /// A command that runs in this root directory.
     pub fn command(&self, program: &str) -> Command {
         let mut command = start(self.way);
         command.arg(&self.folder).arg(program);

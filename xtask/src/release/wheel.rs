@@ -1,4 +1,4 @@
-//! The Python package as a wheel for any Linux with this processor, with firmware images in it.
+//! The Python package as a wheel for any Linux on this processor, with embedded firmware images.
 
 use super::command::{EMBEDDED, Made, check_embedded, images};
 use super::empty_root::EmptyRoot;
@@ -9,21 +9,21 @@ use std::env;
 use std::env::consts::OS;
 use std::path::{Path, PathBuf};
 
-/// Packages from PyPI that build and check a wheel.
+/// PyPI packages that build and check a wheel.
 const TOOLS: &str = "xtask/src/release/wheel-requirements.txt";
 
 /// Copies Python itself into the empty root directory.
 const COPY_PYTHON: &str = "xtask/src/release/bare_python.py";
 
-/// The oldest glibc that it runs with is 2.17; and what auditwheel calls that.
+/// Auditwheel's name for the oldest supported glibc, 2.17, and the tag in the file name.
 const OLDEST: &str = "manylinux2014";
 const TAG: &str = "manylinux_2_17_";
 
-/// The tone in Hz that the wheel is tried with.
+/// Frequency of the test tone, Hz.
 const TONE_HZ: f64 = 43.3;
 
-/// Builds the wheel, checks that it holds the images and runs with an old glibc, and tries it in an
-/// empty root directory if this computer can.
+/// Builds the wheel, checks that it contains the images and works with an old glibc, and tries it
+/// in an empty root directory if possible.
 pub fn make() -> Result<Made> {
     if OS != "linux" {
         return Ok(Made::Missing(format!(
@@ -54,7 +54,7 @@ pub fn make() -> Result<Made> {
     Ok(Made::File { name, path })
 }
 
-/// The one wheel that maturin makes. Zig links it for an old glibc.
+/// Builds the wheel with maturin. Zig links it for an old glibc.
 fn build(python: &Path) -> Result<PathBuf> {
     announce("building the Python wheel: a few minutes the first time");
     let folder = target_dir().join("wheel");
@@ -84,7 +84,7 @@ fn build(python: &Path) -> Result<PathBuf> {
     Ok(wheel)
 }
 
-/// Fits a known tone and emulates a board, with nothing in the root directory but Python, NumPy and
+/// Fits a known tone and emulates a board in a root directory that contains only Python, NumPy and
 /// the wheel.
 fn run_alone(python: &Path, wheel: &Path) -> Result<()> {
     let Some(root) = EmptyRoot::create()? else {

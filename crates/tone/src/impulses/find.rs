@@ -38,8 +38,8 @@ fn residuals(window: &mut WindowFrames, model: &Model, visit: &mut dyn FnMut(u32
     }
 }
 
-/// Channels and values of residuals beyond their channel's limit that stand out as far from the
-/// frames before and after.
+/// Returns channel and value of the residuals that exceed their channel's limit and differ by as
+/// much from the frames before and after.
 fn far_off<'v>(
     [before, values, after]: &'v [Values; 3],
     limits: &'v Values,

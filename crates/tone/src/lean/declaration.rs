@@ -1,9 +1,9 @@
 //! Tests of the scene's declaration: are the residuals of the blocks white and independent?
 //!
 //! All are F ratios. The levels of the blocks reveal drift and low-frequency noise; cosine and sine
-//! in each block reveal a tone that changes, and another one next to the line; correlations between
-//! channels reveal shared noise. If the line may be a harmonic, lines of lower fundamentals are
-//! looked for.
+//! in each block reveal a tone that changes, or a second tone next to the line; correlations
+//! between channels reveal shared noise. If the line may be a harmonic, lines of lower fundamentals
+//! are tested too.
 
 use super::blocks::{BLOCKS, BLOCKS_FEWER, Block, Blocks, LINES};
 use super::reference::Reference;

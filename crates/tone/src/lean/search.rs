@@ -112,7 +112,7 @@ impl Comb {
     }
 }
 
-/// Another tone of the window.
+/// A second tone in the window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Second {
     /// Cycles per window.
@@ -367,7 +367,8 @@ impl<'m> Search<'m> {
         self.at(bin).max(self.at(bin + 1))
     }
 
-    /// True if a line of a comb may stand out that does not belong to a peak.
+    /// True if a line of `comb` that is no multiple of `part` may stand out, apart from the lines
+    /// of `peak`.
     #[inline(never)]
     pub fn may_have(&self, comb: &Comb, peak: &Comb, part: usize) -> bool {
         let noise = self.noise(peak);

@@ -34,7 +34,7 @@ pub struct Verdict<'v> {
     /// Spurious information on the turn, from noise in all lines.
     pub noise: f32,
     pub declared: &'v Declared,
-    /// Another tone, elsewhere in the spectrum.
+    /// A second tone, elsewhere in the spectrum.
     pub second: Option<Second>,
 }
 

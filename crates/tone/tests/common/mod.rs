@@ -1,13 +1,13 @@
-//! Windows, and numbers that are the same in every run.
-// Not every program of tests uses all of it.
+//! Synthetic windows, and random numbers that are the same in every run.
+// Each test program uses a part of this module.
 #![allow(dead_code)]
 
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Scene};
 
-/// Frames a second of the scan.
+/// Frame rate of the scan, hertz.
 pub const RATE_HZ: f64 = 241.14;
 
-/// Evenly from 0 to 1: a linear congruential generator (D. E. Knuth, MMIX).
+/// Uniform numbers from 0 to 1: a linear congruential generator (D. E. Knuth, MMIX).
 pub fn even(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
@@ -18,14 +18,13 @@ pub fn even(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// With mean 0 and variance 1: a sum of twelve even numbers is nearly normal.
+/// Nearly normal numbers with mean 0 and variance 1: sums of twelve uniform numbers.
 pub fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut even = even(seed);
     move || (0..12).map(|_| even()).sum::<f64>() - 6.0
 }
 
-/// The fit of frames of some channels with this many harmonics, whose frequency is in cycles a
-/// frame.
+/// Fits frames with at most `harmonics` harmonics; the frequency is in cycles per frame.
 pub fn fit_harmonics(values: &[f32], channels: usize, harmonics: u8) -> Fit {
     fit_scene(
         values,
@@ -35,7 +34,8 @@ pub fn fit_harmonics(values: &[f32], channels: usize, harmonics: u8) -> Fit {
     )
 }
 
-/// The fit of a scene, whose frequency is in cycles a frame, with what else is known of the frames.
+/// Fits frames in a scene, with the options that `known` sets; the frequency is in cycles per
+/// frame.
 pub fn fit_scene(
     values: &[f32],
     channels: usize,
@@ -50,8 +50,7 @@ pub fn fit_scene(
         .expect("its frames are there")
 }
 
-/// The fit of frames of some channels, whose frequency is in cycles per window, with what else is
-/// known of them.
+/// Fits frames with the options that `known` sets; the frequency is in cycles per window.
 pub fn fit_with(
     values: &[f32],
     channels: usize,
@@ -63,12 +62,12 @@ pub fn fit_with(
     })
 }
 
-/// The fit of frames of some channels, whose frequency is in cycles per window.
+/// Fits frames; the frequency is in cycles per window.
 pub fn fit(values: &[f32], channels: usize) -> Fit {
     fit_with(values, channels, |span| span)
 }
 
-/// The fit of a converter's codes.
+/// Fits a converter's codes; the frequency is in cycles per window.
 pub fn fit_codes(values: &[f32], channels: usize) -> Fit {
     fit_with(values, channels, |span| span.with_quantization(1.0))
 }

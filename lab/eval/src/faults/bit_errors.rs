@@ -1,20 +1,19 @@
-//! Frames of telemetry with bit errors: how many the decoder refuses, and whether it reads the next
+//! Telemetry frames with bit errors: how many the decoder rejects, and whether it reads the next
 //! frame.
 //!
-//! What a CRC-32 guarantees holds for the message that it is taken of, which is at most 504 bytes
-//! here: any burst of up to 32 bits is noticed, any 3 bit errors, and in messages of up to 371
-//! bytes any 4 (Koopman, *32-bit cyclic redundancy codes for Internet applications*, DSN 2002,
-//! table 1: for 0x04C11DB7 the Hamming distance is 5 up to 2,974 bits and 4 up to 91,607). On the
-//! line that message is stuffed by COBS: where a bit error makes a zero, the frame becomes two;
-//! where it hits one of the stuffing's lengths, bytes change elsewhere too, and the guarantee is
-//! lost. Of such frames, and of those with more errors, one in 2^32 passes the checksum, so of ten
-//! million 0.002; the stuffing refuses a part of them before, and the content's encoding behind it:
-//! what is left over, unknown, or out of range.
+//! The guarantees of a CRC-32 hold for the message that it covers, here at most 504 bytes: it
+//! detects any burst of up to 32 bits, any 3 bit errors, and in messages of up to 371 bytes any 4
+//! (Koopman, *32-bit cyclic redundancy codes for Internet applications*, DSN 2002, table 1: for
+//! 0x04C11DB7 the Hamming distance is 5 up to 2,974 bits and 4 up to 91,607). On the line the
+//! message is stuffed by COBS: a bit error that makes a zero splits the frame in two, and an error
+//! in one of the stuffing's lengths also changes bytes elsewhere, which voids the guarantees. Of
+//! such frames, and of frames with more errors, one in 2^32 passes the checksum, or 0.002 of ten
+//! million; the stuffing rejects some of them first, and the content's decoder others: leftover
+//! bytes, unknown variants, values out of range.
 //!
-//! One message passes by itself: the empty one, whose checksum is 0. Zeros in a row, as in
-//! `health`, are stuffed as ones, and five ones that two bit errors cut out of their frame are the
-//! empty message. The decoder refuses it since no packet is empty; the count `empty` has their
-//! number.
+//! One damaged message always passes: the empty one, whose checksum is 0. Zeros in a row, as in
+//! `health`, are stuffed as ones, and five ones that two bit errors cut out of a frame are the
+//! empty message. The decoder rejects it because no packet is empty; `empty` counts such frames.
 
 use super::counts::add_fields;
 use crate::parallel;
@@ -27,15 +26,15 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, Release, WIRE_MAX, encode};
 use serde::Serialize;
 
-/// Maximum number of single bit errors of a frame.
+/// Maximum number of single bit errors in a frame.
 const SINGLE_MAX: u32 = 16;
 /// Longest burst, bits.
 const BURST_MAX: u32 = 64;
-/// Frames that one seed makes: enough to keep a thread busy, and few enough to keep all threads
-/// busy.
+/// Frames per batch, which has its own random stream: large enough to keep a thread busy, and small
+/// enough to share among all threads.
 const BATCH: u64 = 50_000;
 
-/// The checksum by a table: another implementation than the decoder's.
+/// Table-driven checksum, independent of the decoder's.
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -44,23 +43,23 @@ pub struct BitErrors {
     pub sent: u64,
     /// Frames for which the decoder returned nothing.
     pub refused: u64,
-    /// Frames of which it returned a packet. Must be zero.
+    /// Frames for which the decoder returned a packet. Must be zero.
     pub accepted_damaged: u64,
     /// Frames with a non-empty part whose checksum is right; the decoder may still refuse the
     /// content.
     pub checksum_passed: u64,
-    /// Frames with the empty message as a part.
+    /// Frames of which a part is the empty message.
     pub empty: u64,
-    /// Undamaged frames after them, with a delimiter between, that were not read. Must be zero.
+    /// Undamaged frames sent after damaged ones, with a delimiter in between, that were not read.
+    /// Must be zero.
     pub next_lost: u64,
 }
 
 add_fields!(BitErrors: sent refused accepted_damaged checksum_passed empty next_lost);
 
-/// Sends `frames` frames of telemetry, each with bit errors: 1 to 16 anywhere in it, its delimiter
-/// included, or a burst of 2 to 64. Frames are those of `touch`, one after the other. The same
-/// `seed` gives the same errors, on any number of threads. Ten million take half a minute on two
-/// cores.
+/// Sends `frames` telemetry frames from `touch`, each with bit errors: 1 to 16 anywhere, delimiter
+/// included, or a burst of 2 to 64. The same `seed` gives the same errors on any number of threads.
+/// Ten million frames take half a minute on two cores.
 pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
     let serial = replay::run(touch, Settings::DEFAULT, &mut |_| Ok(()), &mut |_, _| {})?.serial;
     let telemetry: Vec<&[u8]> = serial.split_inclusive(|byte| *byte == 0).collect();
@@ -105,7 +104,7 @@ fn count_batch(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErr
             bit_errors.empty + u64::from(empty),
             bit_errors.checksum_passed + u64::from(filled),
         );
-        // After a frame whose delimiter is damaged comes that of an idle line.
+        // If the frame's delimiter is damaged, an idle line's delimiter follows.
         let delimiter: &[u8] = if frame.last() == Some(&0) { &[] } else { &[0] };
         let given = frame
             .iter()
@@ -157,7 +156,7 @@ mod tests {
         let touch = Input::default().open().unwrap();
         let bit_errors = count(touch, 300_000, 1).unwrap();
         println!("{bit_errors:?}");
-        // One frame in 2^32 passes: with this seed none does.
+        // One frame in 2^32 passes, and none with this seed.
         let expected = BitErrors {
             sent: 300_000,
             refused: 300_000,
@@ -198,8 +197,8 @@ mod tests {
         assert_eq!(decoder.damaged, 1);
     }
 
-    /// Every single bit and every burst of up to 32 of the message itself is noticed, as the
-    /// checksum guarantees.
+    /// Any single bit error and any burst of up to 32 bits in the message itself is detected, as
+    /// the checksum guarantees.
     #[test]
     fn what_the_checksum_guarantees_holds_for_the_content() {
         let touch = Input::default().open().unwrap();

@@ -1,4 +1,4 @@
-//! A number of runs of each family, on this PC and on the emulated chip.
+//! Runs of each family, on this PC and on the emulated chip.
 
 use super::bit_errors::BitErrors;
 use super::family::Family;
@@ -13,31 +13,31 @@ use ridgetone_host::emulator;
 use ridgetone_proto::plan::Plan as Scan;
 use serde::Serialize;
 
-/// Slide of a run on the PC, seconds.
+/// Duration of the slide in a run on the PC, seconds.
 const SLIDE_S: f64 = 1.5;
-/// Slide of a run on the emulated chip, whose windows last a second, seconds.
+/// Duration of the slide in a run on the emulated chip, whose windows last a second, seconds.
 const EMULATED_SLIDE_S: f64 = 2.5;
 
-/// All rows, and how they were made.
+/// Rows of a campaign, and the seed that reproduces them.
 #[derive(Clone, Debug, Serialize)]
 pub struct Campaign {
     /// Seed of the first run of each family.
     pub seed: u64,
     pub rows: Vec<Row>,
-    /// Frames of telemetry with bit errors, if they were counted.
+    /// Counts of telemetry frames with bit errors, if measured.
     pub bit_errors: Option<BitErrors>,
 }
 
 impl Campaign {
-    /// Runs at least `injections` injections that act on this PC, an equal number of each family;
-    /// only of one family if it is named.
+    /// Makes runs on this PC until at least `injections` injections have acted, equally many per
+    /// family, or of the family `only`.
     pub fn on_pc(injections: u64, seed: u64, only: Option<Family>, scan: Scan) -> Result<Self> {
         let place = match scan {
             Scan::PAPER => Place::Pc,
             _ => Place::Plan(scan.name().unwrap_or("of one's own")),
         };
         let families: Vec<_> = families(only).collect();
-        // Runs without injections come on top.
+        // Runs without injections are additional.
         let injecting = families
             .iter()
             .filter(|family| **family != Family::None)
@@ -74,7 +74,7 @@ impl Campaign {
         })
     }
 
-    /// Adds `runs` runs of each family on the emulated chip; only of one family if it is named.
+    /// Adds `runs` runs of each family, or of the family `only`, on the emulated chip.
     pub fn on_emulator(
         &mut self,
         runs: u64,
@@ -97,8 +97,8 @@ impl Campaign {
         Ok(())
     }
 
-    /// Adds the rows of damage on the line and of lost power that belong to `injections` injections
-    /// into the chip.
+    /// Adds the rows of line damage and power loss, in proportion to `injections` injections into
+    /// the chip.
     pub fn on_lines(&mut self, injections: u64) -> Result<()> {
         let (rows, bit_errors) = lines::rows(injections, self.seed)?;
         self.rows.extend(rows);
@@ -112,7 +112,7 @@ impl Campaign {
     }
 }
 
-/// Runs of the seeds from `seed` on, with at least `injections` injections.
+/// Plans runs with consecutive seeds from `seed` until they have at least `injections` injections.
 fn plans(family: Family, mut seed: u64, injections: usize, scan: Scan) -> Vec<Plan> {
     let mut plans = Vec::new();
     let mut planned = 0;
@@ -125,7 +125,8 @@ fn plans(family: Family, mut seed: u64, injections: usize, scan: Scan) -> Vec<Pl
     plans
 }
 
-/// Number of injections that a run counts for; a run without any counts as many as one with them.
+/// Number of injections that a run counts for; a control run counts as many as a typical run with
+/// injections.
 fn standing_for(family: Family, injections: usize) -> usize {
     if family == Family::None {
         2

@@ -1,4 +1,4 @@
-//! Numbers of estimates and conversions, of a run or of many.
+//! Counts of estimates and conversions, over one or more runs.
 
 use serde::Serialize;
 
@@ -6,52 +6,52 @@ use serde::Serialize;
 pub struct Counts {
     /// Estimates with status `good` and no faults.
     pub good: u64,
-    /// Estimates with status `good` that name faults.
+    /// Estimates with status `good` that report faults.
     pub good_with_faults: u64,
     pub doubtful: u64,
-    /// Estimates with status `good` that are off by more than five of their standard deviations,
-    /// but by less than 0.5 %.
+    /// Estimates with status `good` that are off by more than five standard deviations, but by less
+    /// than 0.5 %.
     pub off: u64,
-    /// Wrong ones among those in `good`. Must be zero.
+    /// Wrong estimates among `good`. Must be zero.
     pub wrong: u64,
-    /// Wrong ones among those in `good_with_faults`. Must be zero.
+    /// Wrong estimates among `good_with_faults`. Must be zero.
     pub wrong_with_faults: u64,
     /// Conversions, frames or requests lost without a report. Must be zero.
     pub silent: u64,
-    /// Conversions reported as lost beyond those that were.
+    /// Conversions reported as lost that were not lost.
     pub excess: u64,
-    /// Conversions that arrived altered; packets, requests or settings that nobody sent. Must be
-    /// zero.
+    /// Conversions that arrived altered, and packets, requests or settings that were never sent.
+    /// Must be zero.
     pub altered: u64,
     /// Fault episodes in runs without injections. Must be zero.
     pub false_alarms: u64,
-    /// Faults without a whole scan and right registers within five seconds of their end. Must be
-    /// zero.
+    /// Faults after whose end no complete scan with correct registers follows within five seconds.
+    /// Must be zero.
     pub not_recovered: u64,
-    /// Runs that ended with wrong registers. Must be zero.
+    /// Runs that ended with wrong register values. Must be zero.
     pub wrong_registers: u64,
-    /// Estimates of runs without injections that are doubtful or name faults, and such runs without
-    /// an estimate. Must be zero.
+    /// Estimates of runs without injections that are doubtful or report faults, and such runs
+    /// without any estimate. Must be zero.
     pub not_good: u64,
-    /// Estimates of runs without injections that have another status by the estimator's own tests.
-    /// Must be no more than these tests' false alarms.
+    /// Estimates of runs without injections that the estimator's own tests give a status other than
+    /// `good`. Must not exceed the false alarms of these tests.
     pub not_plain: u64,
-    /// Packets of telemetry that were lost or damaged without the board reporting it. Must be zero.
+    /// Telemetry packets lost or damaged without a report by the board. Must be zero.
     pub packets_unreported: u64,
 }
 
 impl Counts {
-    /// Other statuses than `good` without a fault, if there are more than the estimator's tests have
-    /// false alarms: three standard deviations above the expected number.
+    /// Returns the number of control estimates with a status other than `good`, if it exceeds the
+    /// expected false alarms by three standard deviations.
     fn beyond_false_alarms(&self, rate: f64) -> u64 {
         let expected = rate * (self.good + self.not_good + self.not_plain) as f64;
         let is_chance = self.not_plain as f64 <= expected + 3.0 * expected.sqrt();
         if is_chance { 0 } else { self.not_plain }
     }
 
-    /// Names and values of what is not zero and must be. `excess` must be where the number of lost
-    /// conversions is known. `false_alarm_rate` is the fraction of windows of a steady tone to
-    /// which the estimator may give another status than `good`.
+    /// Returns names and values of the counts that must be zero and are not; `excess` is among them
+    /// if `loss_is_known`. `false_alarm_rate` is the fraction of windows of a steady tone to which
+    /// the estimator may give a status other than `good`.
     pub fn failures(&self, loss_is_known: bool, false_alarm_rate: f64) -> Vec<String> {
         let excess = if loss_is_known { self.excess } else { 0 };
         let must_be_zero = [

@@ -1,4 +1,4 @@
-//! Runs of the campaign on the firmware image, on the emulated chip.
+//! Runs of the campaign with the firmware image on the emulated chip.
 
 use super::family::Family;
 use super::judge::{Judgement, judge};
@@ -11,11 +11,11 @@ use ridgetone_finger::converter::SCAN;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_proto::telemetry::Packet;
 
-/// Error of a board's internal oscillator. The converter's clock differs from it by slightly more
-/// or less, within the 0.5 % that the rate check allows.
+/// Frequency error of a board's internal oscillator. The converter's clock then seems off by about
+/// as much, within the 0.5 % that the rate check allows.
 const INTERNAL_PPM: i32 = 4_000;
 
-/// Makes one run, with the settings of the image.
+/// Makes one run with the image's settings.
 pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     let (input, truth) = plan.open()?;
     let mut packets = Vec::new();
@@ -32,12 +32,11 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     Ok(judge(plan, &truth, &ran(packets, &outcome)?))
 }
 
-/// The results of a run of the image in the form of one on the PC. Which reads the firmware took is
-/// not known: a conversion that it read twice and that arrived right at least once counts as
-/// delivered.
+/// Converts the results of an image run into the form of a PC run. It is unknown which of two reads
+/// the firmware took: a conversion counts as delivered if at least one read was right.
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
-    // The firmware's counter starts some time after power-up.
+    // The firmware's counter starts only after power-up.
     let first_us = outcome.conversions.first().map_or(0, |first| first.t_us);
     let since_ns = |t_us: u32| u64::from(t_us.wrapping_sub(first_us)) * 1000;
     let mut order = ScanOrder::new(&SCAN);
@@ -45,7 +44,7 @@ fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
         .conversions
         .iter()
         .filter(|timed| order.take(&timed.conversion()));
-    // GPIOD shows the pins.
+    // GPIOD reads back the pins' levels.
     let writable = Register::Gpiod as usize;
     Ok(Ran {
         packets,
@@ -54,10 +53,10 @@ fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
         injected: outcome.injected.clone(),
         delivered: outcome.arrived,
         altered: 0,
-        // Its plan reads twice and has the readings in every scan.
+        // The image's plan reads twice, and takes the readings in every scan.
         unseen_ns: Vec::new(),
         readings_ns: Vec::new(),
-        // Runs are much shorter than the 71 minutes after which the board's counter wraps.
+        // Runs are much shorter than the counter's wrap of 71 minutes.
         whole_ns: whole
             .map(|timed| outcome.first_edge_us * 1000 + since_ns(timed.t_us))
             .collect(),

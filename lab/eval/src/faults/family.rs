@@ -1,23 +1,23 @@
-//! Families of faults: their random parameters, and the kinds of report that they must cause.
+//! Families of faults: their random parameters, and the reports that they must cause.
 
 use crate::draw::Draw;
 use clap::ValueEnum;
 use hal_mock::Fault;
 use ridgetone_proto::fault::FaultKind;
 
-/// Injected faults, in the order of the table.
+/// Families of injected faults, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub enum Family {
-    /// Nothing: any report is a false alarm.
+    /// No fault: any report is a false alarm.
     None,
     /// Edges of DRDY do not arrive.
     EdgesLost,
-    /// An edge of DRDY too many.
+    /// An extra edge of DRDY.
     EdgeRepeated,
     /// DRDY is stuck.
     DrdyStuck,
-    /// Edges of DRDY without end.
+    /// Continuous edges of DRDY.
     Storm,
     /// A bit error from the chip.
     DoutFlip,
@@ -25,9 +25,9 @@ pub enum Family {
     DinFlip,
     /// DOUT is stuck at ones or zeros.
     DoutStuck,
-    /// The bus is cut: reads give all ones or zeros, and writes do not reach the chip.
+    /// The bus is cut: reads return all ones or zeros, and writes do not reach the chip.
     BusCut,
-    /// The converter stands still.
+    /// The converter stops converting.
     Stall,
     /// The chip resets itself.
     Reset,
@@ -41,14 +41,14 @@ pub enum Family {
     Clock,
     /// An input is held at a rail.
     Input,
-    /// Several of these, one shortly after the other.
+    /// Several faults, shortly after one another.
     Mixed,
-    /// The board runs on its internal oscillator, and the chip's clock is off against it.
+    /// The board runs on its internal oscillator, and the chip's clock deviates from it.
     Oscillator,
 }
 
 impl Family {
-    /// The families of a single fault that begins in a run: all but the first and the last two.
+    /// Families of a single fault that starts during a run: all but the first and the last two.
     fn single() -> &'static [Self] {
         let [_, single @ .., _, _] = Self::value_variants() else {
             return &[];
@@ -62,15 +62,15 @@ impl Family {
             .map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// What it is, for people; the kinds of report of which one must follow; and whether the exact
-    /// number of lost conversions is known: then the firmware must not report one more.
+    /// Title; kinds of report, one of which must follow; and true if the exact number of lost
+    /// conversions is known, so that the firmware must not report more.
     const fn facts(self) -> (&'static str, &'static [FaultKind], bool) {
         use FaultKind::*;
         match self {
             Self::None => ("nothing (control)", &[], true),
             Self::EdgesLost => ("1 to 40 edges of DRDY lost", &[Lost], true),
             Self::EdgeRepeated => ("edge of DRDY repeated", &[Repeated], true),
-            // If it is shorter than the watch's half second, it is a gap.
+            // Shorter than the watch's half second, it is a gap.
             Self::DrdyStuck => (
                 "DRDY stuck high or low, 1 to 600 ms",
                 &[Silent, Lost],
@@ -78,7 +78,7 @@ impl Family {
             ),
             Self::Storm => ("storm on DRDY, 5 to 300 ms", &[Storm, Repeated], false),
             Self::DoutFlip => ("bit error from the chip", &[Bus], true),
-            // The bit decides what the chip does: it reads registers, writes them, or does nothing.
+            // Depending on the bit, the chip reads registers, writes them, or does nothing.
             Self::DinFlip => (
                 "bit error in a read's command",
                 &[Bus, BusDead, Repeated, Registers, Channel, Lost],
@@ -118,8 +118,8 @@ impl Family {
         self.facts().0
     }
 
-    /// True if this kind of report may follow, of which one must. Where a conversion is read once,
-    /// a bit error in its status is what the bit says.
+    /// True if this kind of report is among those of which one must follow. If conversions are read
+    /// once, a bit error in the status counts as the flag that it sets.
     pub fn expects(self, kind: FaultKind, is_read_twice: bool) -> bool {
         let flips_flags = !is_read_twice && matches!(self, Self::DoutFlip | Self::DinFlip);
         self.facts().1.contains(&kind)
@@ -130,7 +130,7 @@ impl Family {
         self.facts().2
     }
 
-    /// True if it changes bits of what is read: of the record itself, or where in it the code is.
+    /// True if the fault changes bits that are read, in the record or by changing the format.
     pub const fn alters(self) -> bool {
         matches!(
             self,
@@ -138,7 +138,7 @@ impl Family {
         )
     }
 
-    /// A fault of this family, and how long it lasts, seconds.
+    /// Draws a fault of this family, and its duration, seconds.
     pub fn draw(self, draw: &mut Draw) -> (Fault, f64) {
         let bit = |draw: &mut Draw, from: u64| 1u8 << draw.whole(from, 7);
         match self {
@@ -147,7 +147,7 @@ impl Family {
                 single[draw.whole(0, single.len() as u64 - 1) as usize].draw(draw)
             }
             Self::RegisterFlip => {
-                // CONFIG0 to GPIOC: GPIOD shows the pins, ID is read-only.
+                // CONFIG0 to GPIOC: GPIOD reads back the pins, ID is read-only.
                 let address = draw.whole(0, 7) as u8;
                 (
                     Fault::RegisterFlip {
@@ -159,7 +159,7 @@ impl Family {
             }
             Self::Reset => (Fault::Reset, 0.0),
             Self::Stall => (Fault::Stall, draw.log(0.001, 0.6)),
-            // One of the four bytes that carry the result, of the first read.
+            // In one of the four bytes of the result, in the first read.
             Self::DoutFlip => (
                 Fault::DoutFlip {
                     bytes_ahead: draw.whole(1, 4),
@@ -167,7 +167,7 @@ impl Family {
                 },
                 0.0,
             ),
-            // The chip ignores the lower four bits, and what comes behind the command.
+            // The chip ignores the lower four bits, and bytes after the command.
             Self::DinFlip => (
                 Fault::DinFlip {
                     bytes_ahead: 5 * draw.whole(0, 1),
@@ -181,7 +181,7 @@ impl Family {
             ),
             Self::BusCut => (Fault::BusCut { high: draw.coin() }, draw.log(0.0002, 0.3)),
             Self::DrdyStuck => (Fault::DrdyStuck { high: draw.coin() }, draw.log(0.001, 0.6)),
-            // Faster than the chip's fastest scan of 23,739 a second.
+            // Faster than the chip's fastest scan of 23,739 conversions a second.
             Self::Storm => (
                 Fault::Storm {
                     period_ns: draw.whole(5_000, 40_000),
@@ -217,7 +217,7 @@ impl Family {
                 let error_ppm = if draw.coin() { 10_000.0 } else { -10_000.0 };
                 (Fault::Clock { error_ppm }, draw.even(0.6, 1.2))
             }
-            // Steps of the error, as a change of temperature makes them.
+            // The error changes in steps, as after a change of temperature.
             Self::Oscillator => {
                 let off_ppm = draw.even(2_000.0, 10_000.0);
                 let error_ppm = if draw.coin() { off_ppm } else { -off_ppm };

@@ -1,4 +1,4 @@
-//! The judgement of a run: telemetry against what the simulated chip knows, fault for fault.
+//! Judgement of a run: telemetry against the state of the simulated chip, for each fault.
 
 use super::counts::Counts;
 use super::family::Family;
@@ -14,25 +14,25 @@ use ridgetone_proto::telemetry::{Estimate, Event, Health, Status};
 const SIGMAS: f64 = 5.0;
 const TOLERANCE: f64 = 0.005;
 
-/// Beginning of the complaint that a fault was not reported.
+/// Start of the complaint that a fault was not reported.
 pub const NOT_REPORTED: &str = "not reported";
 
-/// End of the message about conversions that arrived altered.
+/// End of the complaint about conversions that arrived altered.
 pub const ALTERED: &str = "differ from the chip's";
 
-/// An episode may start this much before the injection, nanoseconds: two conversions, the tolerance
-/// of device time.
+/// Maximum time by which an episode may start before the injection, nanoseconds: two conversions,
+/// the tolerance of device time.
 const SLACK_NS: u64 = 400_000;
 
-/// A register that does not show in what is read is found by the check twice a second, which may
-/// wait for a conversion, nanoseconds.
+/// Time within which the check, twice a second, finds a changed register that conversions do not
+/// reveal, including the wait for a conversion, nanoseconds.
 const CHECK_NS: u64 = 510_000_000;
 
-/// A bit error of one of the next two reads has arrived within this time, nanoseconds.
+/// Time within which a bit error in one of the next two reads arrives, nanoseconds.
 const BIT_ERROR_NS: u64 = 1_000_000;
-/// From the begin of the conversion of a reading to its arrival, nanoseconds, at the most.
+/// Maximum time from the start of a reading's conversion to its arrival, nanoseconds.
 const READING_NS: u64 = 200_000;
-/// Below it the chip sets SUPPLY in the status of every conversion, volts (SBAS297G: 4.3 V).
+/// Supply voltage below which the chip sets SUPPLY in every status, volts (SBAS297G: 4.3 V).
 const SUPPLY_BIT_V: f64 = 4.3;
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -40,22 +40,22 @@ pub struct Fate {
     /// Time from the start of the fault to the report, seconds of device time; `None` if there was
     /// no report.
     pub detected_s: Option<f64>,
-    /// There was no report, and the fault changed nothing that the firmware reads except codes.
+    /// True if there was no report, and the fault changed only codes among what the firmware reads.
     pub is_unseen: bool,
-    /// Time from the end of the fault to the end of the next flawless scan with right registers,
-    /// seconds, if there was one.
+    /// Time from the end of the fault to the end of the next complete scan with correct registers,
+    /// seconds; `None` if there was none.
     pub recovered_s: Option<f64>,
 }
 
 #[derive(Clone, Debug, Default)]
 pub struct Judgement {
-    /// Fate of each injection that acted.
+    /// Fate of each injection that took effect.
     pub fates: Vec<Fate>,
     pub counts: Counts,
     pub complaints: Vec<String>,
 }
 
-/// A reported episode of a kind of fault, nanoseconds of the simulation.
+/// Reported episode of a kind of fault; times in nanoseconds of the simulation.
 struct Episode {
     kind: FaultKind,
     from_ns: u64,
@@ -122,7 +122,7 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
     judgement
 }
 
-/// Without a fault there are estimates, and they are good.
+/// Without a fault there must be estimates, and they must be good.
 fn judge_control(ran: &Ran, judgement: &mut Judgement) {
     let mut estimates = 0;
     for packet in &ran.packets {
@@ -152,8 +152,8 @@ fn judge_control(ran: &Ran, judgement: &mut Judgement) {
     }
 }
 
-/// Packets that the board dropped are counted in its reports of its health; the line of these runs
-/// loses none.
+/// The line of these runs is lossless, so lost packets must equal those that the board reports as
+/// dropped.
 fn judge_telemetry(ran: &Ran, health: &Health, judgement: &mut Judgement) {
     let (lost, damaged) = ran.line;
     let unreported = lost.abs_diff(health.messages_dropped) + damaged;
@@ -193,7 +193,7 @@ fn episodes(ran: &Ran) -> Vec<Episode> {
     episodes
 }
 
-/// The fate of an injection; `None` if it did not act.
+/// Returns the fate of an injection, or `None` if it did not take effect.
 fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<Fate> {
     let Injected {
         begun_ns: Some(begun_ns),
@@ -208,13 +208,13 @@ fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<F
         .and_then(|next| next.begun_ns)
         .unwrap_or(ran.end_ns);
     let over_ns = over_ns.unwrap_or(begun_ns).max(begun_ns);
-    // In a mixed run the next injection may act before the check.
+    // In a mixed run the next injection may take effect before the check.
     let is_flip = plan
         .injections
         .get(number)
         .is_some_and(|one| matches!(one.fault, Fault::RegisterFlip { .. }));
     let reported = episodes.iter().filter(|episode| {
-        // In a mixed run the episode of the injection before may still last.
+        // In a mixed run the previous injection's episode may still last.
         let seen_since = episode
             .until_ns
             .is_none_or(|until_ns| until_ns + SLACK_NS >= begun_ns);
@@ -237,12 +237,11 @@ fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<F
     })
 }
 
-/// True if a fault left no sign in ids, statuses and times: it changed nothing but a code that was
-/// read once; or the supply, above the chip's own bound, or the reference between two readings of
-/// them.
+/// True if ids, statuses and times show no sign of the fault: it changed only a code that was read
+/// once, or the supply (above the chip's own limit) or the reference between two of their readings.
 fn leaves_no_sign(fault: Fault, begun_ns: u64, over_ns: u64, ran: &Ran) -> bool {
     let has_no_reading = |reading| {
-        // A reading of which only a part fell into it may be right.
+        // A reading that overlaps the fault only in part may be right.
         let within = begun_ns + READING_NS..=over_ns;
         !ran.readings_ns
             .iter()
@@ -282,15 +281,15 @@ fn judge_conversions(plan: &Plan, ran: &Ran, health: &Health, judgement: &mut Ju
 }
 
 fn judge_estimate(plan: &Plan, estimate: &Estimate, truth: &Truth, judgement: &mut Judgement) {
-    // A window that holds the slide's end has the mean over it, the standstill included, or the
-    // frequency of what moves, or one between them: a phase that stops is followed roughly.
+    // If a window includes the slide's end, its frequency may be the mean including the standstill,
+    // the tone's, or any value between: the fit tracks a phase that stops only roughly.
     let until_s = estimate.t_us as f64 * 1e-6;
     let still_s = (until_s - truth.slide_end_s).clamp(0.0, f64::from(estimate.window_s));
     let min_hz = truth.frequency_hz * (1.0 - still_s / f64::from(estimate.window_s));
     let frequency_hz = f64::from(estimate.frequency);
     let off_hz = (frequency_hz - frequency_hz.clamp(min_hz, truth.frequency_hz)).abs();
     let is_off = off_hz > SIGMAS * f64::from(estimate.sigma);
-    // On an oscillator that is off by more than any sigma nothing is good.
+    // If the oscillator is off by more than any sigma, no estimate may be good.
     let is_never_good = plan.family == Family::Oscillator;
     let is_wrong = is_never_good || is_off && off_hz > TOLERANCE * truth.frequency_hz;
     let counts = &mut judgement.counts;
@@ -327,7 +326,7 @@ mod tests {
     use super::*;
     use ridgetone_proto::plan::Plan as Scan;
 
-    /// The failures of a run in which something else happened than did.
+    /// Returns the failures of a run whose results are modified by `change`.
     fn failures(plan: &Plan, ran: &Ran, change: fn(&mut Ran)) -> Vec<String> {
         let (_, truth) = plan.open().expect("a scene");
         let mut ran = ran.clone();

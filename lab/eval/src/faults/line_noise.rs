@@ -1,4 +1,4 @@
-//! Random bytes and damaged requests on the board's line: they must change nothing.
+//! Random bytes and damaged requests on the board's line: they must have no effect.
 
 use super::power_cuts::settings;
 use anyhow::Result;
@@ -10,24 +10,23 @@ use ridgetone_host::requests::receiver::Receiver;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Reply, Request};
 
-/// Bytes of a page of the flash here.
+/// Page size of the flash, bytes.
 const PAGE_BYTES: u32 = 1024;
 
-/// Numbers of the settings in force, and of those in the requests that the board must refuse.
+/// Number of the settings in force, and of those in requests that the board must refuse.
 const STORED: u64 = 7;
 const OTHER: u64 = 1000;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Heard {
     pub bytes: u64,
-    /// Non-empty parts that end with a zero.
+    /// Non-empty sequences that end with a zero.
     pub frames: u64,
     /// Frames that the board counted as damaged.
     pub damaged: u64,
     /// Requests that the board answered. Must be zero.
     pub answered: u64,
-    /// True if the settings in force or anything in the flash has changed. Must
-    /// be false.
+    /// True if the settings in force or the flash has changed. Must be false.
     pub changed: bool,
     /// True if the board obeys the next request. Must be true.
     pub obeys: bool,
@@ -78,7 +77,7 @@ impl Subject {
         };
         heard.changed = self.board.in_force() != (settings(STORED), SettingsSource::Stored)
             || self.board.is_restarting();
-        // A zero ends whatever is on the line.
+        // A zero ends any partial frame on the line.
         self.board.push(0);
         self.board.obey();
         let greet = request(60_000, Command::Greet)?;
@@ -93,7 +92,7 @@ fn request(number: u16, command: Command) -> Result<Vec<u8>> {
     encode(&Request { number, command })
 }
 
-/// The requests that would change most.
+/// The requests with the largest effects.
 fn requests() -> Result<Vec<Vec<u8>>> {
     let set = Command::Set {
         settings: settings(OTHER),
@@ -123,8 +122,8 @@ pub fn random_bytes(bytes: u64, seed: u64) -> Result<Heard> {
     subject.conclude()
 }
 
-/// Sends `frames` damaged requests: with bit errors, without their end, without a part, or two in
-/// one.
+/// Sends `frames` damaged requests: with bit errors, without their end, with a gap, or two merged
+/// into one.
 pub fn damaged_requests(frames: u64, seed: u64) -> Result<Heard> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut subject = Subject::new()?;
@@ -132,7 +131,7 @@ pub fn damaged_requests(frames: u64, seed: u64) -> Result<Heard> {
     let mut below = |n: usize| random.next_u32() as usize % n.max(1);
     for _ in 0..frames {
         let mut frame = whole[below(whole.len())].clone();
-        // The zero at the end stays: without it two are one.
+        // The zero at the end stays; without it, two requests merge.
         let length = frame.len() - 1;
         match below(4) {
             0 => (0..=below(3)).for_each(|_| frame[below(length)] ^= 1 << below(8)),
@@ -146,7 +145,7 @@ pub fn damaged_requests(frames: u64, seed: u64) -> Result<Heard> {
                 frame.extend(&whole[below(whole.len())]);
             }
         }
-        // Two errors of one bit cancel, and the end of a request can be a whole request.
+        // Two errors in one bit cancel, and the end of a request can be a complete request.
         if whole.contains(&frame) {
             continue;
         }
@@ -214,7 +213,7 @@ mod tests {
         }
         assert_eq!(board.in_force(), (settings(3), SettingsSource::Sent));
         let pages = board.into_pages();
-        // One record's words.
+        // Number of words in a record.
         let words = ridgetone_proto::store::RECORD_BYTES as u64 / 4;
         assert_eq!((pages.done, pages.erased, pages.wrong), (words, 0, 0));
     }

@@ -1,5 +1,5 @@
-//! Rows of damage on the line, both ways, and of power that is lost while settings are stored.
-//! These run no touch: they test the line's receiver, the decoder and the store of settings alone.
+//! Rows of line damage in both directions, and of power loss while settings are stored. They
+//! involve no touch, only the line's receiver, the decoder and the store of settings.
 
 use super::bit_errors::{self, BitErrors};
 use super::counts::Counts;
@@ -11,16 +11,16 @@ use anyhow::Result;
 use ridgetone_host::input::Input;
 use ridgetone_proto::store::RECORD_BYTES;
 
-/// Frames of telemetry for each injection into the chip.
+/// Telemetry frames per injection into the chip.
 const TELEMETRY_FRAMES: u64 = 100;
 const RANDOM_BYTES: u64 = 1000;
 const REQUESTS: u64 = 10;
-/// Random bytes, and requests, that one board gets.
+/// Number of random bytes, and of requests, per board.
 const BYTES_A_BOARD: u64 = 1_000_000;
 const REQUESTS_A_BOARD: u64 = 10_000;
-/// Injections into the chip for each time that power is cut everywhere, some 1,300 times.
+/// Injections into the chip per sweep over all power cuts, some 1,300.
 const INJECTIONS_A_CUT: u64 = 2500;
-/// Records of settings in a sector of the STM32F405.
+/// Records of settings per sector of the STM32F405.
 const RECORDS: u64 = 128 * 1024 / RECORD_BYTES as u64;
 
 /// Names and titles of the rows.
@@ -41,12 +41,12 @@ const CUTS: Title<'static> = Title {
     fault: "power lost while settings are stored",
 };
 
-/// Starts of the titles of the rows, in their order.
+/// Beginnings of the rows' titles, in order.
 #[cfg(test)]
 pub const TITLES: [&str; 4] = [BIT_ERRORS.fault, RANDOM.fault, DAMAGED.fault, CUTS.fault];
 
-/// Rows and counts of frames for `injections` injections into the chip: for 100,000 ten million
-/// frames and 100 MB.
+/// Returns rows and frame counts for `injections` injections into the chip: for 100,000, ten
+/// million frames and 100 MB.
 pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
     let errors = bit_errors::count(
         Input::default().open()?,
@@ -96,7 +96,7 @@ pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
     Ok((rows, errors))
 }
 
-/// At least one batch, each with a seed of its own.
+/// Runs `count` batches, at least one, with consecutive seeds.
 fn batches<T: Send>(
     what: &str,
     count: u64,
@@ -132,7 +132,7 @@ fn of_requests(title: Title<'_>, boards: &[Heard]) -> Row {
         altered,
         ..Counts::default()
     };
-    // Which frame makes a board deaf is not known.
+    // It is unknown which frame made a board deaf.
     Row::without_touch(
         title,
         frames,
@@ -147,7 +147,7 @@ fn of_cuts(cuts: &Cuts) -> Row {
         altered: cuts.wrong,
         ..Counts::default()
     };
-    // Settings that are whole, or were not begun, need no report.
+    // Settings that are complete, or that were not begun, need no report.
     Row::without_touch(
         CUTS,
         cuts.injected,

@@ -1,4 +1,4 @@
-//! One run: a touch, and the faults injected into it.
+//! One run: a touch and the faults injected into it.
 
 use super::family::Family;
 use crate::draw::Draw;
@@ -9,40 +9,39 @@ use ridgetone_proto::boot::{Boot, Oscillator};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{Settings, TRACK_STRIDE_S};
 
-/// Scene time of the first injection, seconds, at the least: the chip runs and the idle level is
-/// known.
+/// Minimum scene time of the first injection, seconds: the chip runs and the idle level is known.
 const FIRST_S: f64 = 0.35;
-/// Minimum time from the last injection to the scene's end, seconds: its episode is over and
+/// Minimum time from the last injection to the end of injections, seconds: its episode ends and is
 /// reported.
 const LAST_S: f64 = 0.5;
-/// A chip is set up again within this time of a fault's end, seconds; each run lasts so long after
-/// the last one.
+/// Time after a fault's end within which the chip must be set up again, seconds; each run lasts
+/// this long after its last fault.
 pub const RECOVERY_S: f64 = 5.0;
-/// From the end of one to the next, seconds: an episode is over when its kind has not been seen for
-/// a second.
+/// Range of the time from the end of an injection to the next, seconds: an episode ends when its
+/// kind has not occurred for a second.
 const APART_S: (f64, f64) = (1.25, 1.6);
-/// Seconds between the injections of a mixed run.
+/// Range of the time between the injections of a mixed run, seconds.
 const MIXED_APART_S: (f64, f64) = (0.03, 0.3);
 /// Time after the touch in which faults are still injected, seconds.
 const RELEASE_IDLE_S: f64 = 0.8;
-/// Injections of a mixed run.
+/// Number of injections in a mixed run.
 const MIXED: usize = 6;
 
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub family: Family,
-    /// The run's seed: of the scene, the noise and the injections.
+    /// Seed of the scene, the noise and the injections.
     pub seed: u64,
     pub sliding: Sliding,
-    /// The injections, by scene time.
+    /// Injections in the order of scene time.
     pub injections: Vec<Injection>,
     /// Inputs that the chip converts.
     pub scan: Scan,
 }
 
 impl Plan {
-    /// The run of this seed. `slide_s` is the length of its slide, seconds. A window holds as many
-    /// periods with any scan.
+    /// Plans a run with a slide of `slide_s` seconds. The number of periods per window does not
+    /// depend on the scan.
     pub fn new(family: Family, seed: u64, slide_s: f64, scan: Scan) -> Self {
         let mut draw = Draw::new(seed);
         let (speed_mm_s, period_mm) = (
@@ -61,7 +60,7 @@ impl Plan {
             seed,
             ..Sliding::default()
         };
-        // The last injection is over by then; the time to recover follows.
+        // All injections have ended by then; the time to recover follows.
         let end_s = sliding.idle_s
             + sliding.hold_before_s
             + slide_s
@@ -116,7 +115,7 @@ impl Plan {
         }
     }
 
-    /// Settings of the run on the PC: windows so short that the slide of a second holds several.
+    /// Settings of the run on the PC: windows so short that a slide has several.
     pub fn settings(&self) -> Settings {
         let share = window_share(&self.scan) as f32;
         let (window_s, stride_s) = (WINDOW_S * share, (STRIDE_S * share).max(TRACK_STRIDE_S));
@@ -129,7 +128,7 @@ impl Plan {
     }
 }
 
-/// The fault, at an input that the scan converts.
+/// Moves an input fault to an input that the scan converts.
 fn converted(fault: Fault, scan: &Scan) -> Fault {
     let Fault::Input { input, volts } = fault else {
         return fault;
@@ -143,11 +142,11 @@ fn converted(fault: Fault, scan: &Scan) -> Fault {
     }
 }
 
-/// The scan's window as a fraction of [`WINDOW_S`].
+/// Ratio of the scan's window to [`WINDOW_S`].
 fn window_share(scan: &Scan) -> f64 {
     f64::from(scan.window_max_s().min(WINDOW_S) / WINDOW_S)
 }
 
-/// Windows of the runs on the PC where the scan allows them, and their stride, seconds.
+/// Window length in runs on the PC, where the scan allows it, and stride, seconds.
 const WINDOW_S: f32 = 0.3;
 const STRIDE_S: f32 = 0.1;

@@ -1,4 +1,4 @@
-//! Loss of power at every word that the store of settings writes.
+//! Power loss at every word that the store of settings writes.
 
 use super::counts::add_fields;
 use hal_mock::CutFlash;
@@ -8,27 +8,27 @@ use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
 
-/// Counts of the settings found after losses of power.
+/// Counts of the settings found after power losses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cuts {
     pub injected: u64,
-    /// The settings stored before.
+    /// The settings stored before the cut.
     pub old: u64,
-    /// Older settings with a report that the latest ones cannot be read.
+    /// Older settings, with a report that the latest cannot be read.
     pub reported: u64,
     /// The settings that were being stored.
     pub new: u64,
-    /// The defaults, where nothing had been stored before.
+    /// The defaults, if nothing had been stored before.
     pub defaults: u64,
-    /// Anything else: other settings; the old ones without the report although new ones were begun;
-    /// a store that refused when power was back; an operation that a flash does not allow. Must be
+    /// Anything else: other settings; old settings without the report although a save had begun; a
+    /// store that failed after power was back; an operation that flash does not allow. Must be
     /// zero.
     pub wrong: u64,
 }
 
 add_fields!(Cuts: injected old reported new defaults wrong);
 
-/// Settings that differ from those of every other number.
+/// Settings that are different for each number.
 pub fn settings(number: u64) -> Settings {
     Settings {
         window_s: 0.1 + (number % 3800) as f32 * 1e-3,
@@ -36,9 +36,9 @@ pub fn settings(number: u64) -> Settings {
     }
 }
 
-/// Stores `saves` settings into pages that hold `prefilled` others, and loses power in the middle
-/// of every word and erasure of that; then once more in the middle of the next save. `seed` chooses
-/// the bits that are done.
+/// Stores `saves` settings after `prefilled` others, and cuts power in the middle of every word and
+/// erasure; then once more in the middle of the next save. `seed` determines which bits are
+/// written.
 pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u64) -> Cuts {
     let mut cuts = Cuts::default();
     let mut store = FlashStore::new(CutFlash::<PAGE_BYTES>::new(seed));
@@ -66,7 +66,7 @@ pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u
             } else {
                 old
             };
-            // Power is back and lost again while the next are stored.
+            // Power returns, and is lost again during the next save.
             let again = second.next_u64() % 26;
             let mut store = FlashStore::new(left.power(Some(again)));
             let saved = store.save(Some(&settings(number + 1)), true);
@@ -76,7 +76,7 @@ pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u
             } else {
                 cuts.wrong += u64::from(saved.is_err());
             }
-            // Restored for good.
+            // Power is back for good.
             let mut store = FlashStore::new(left.power(None));
             let stored = store.save(Some(&settings(number + 2)), true).is_ok();
             let is_there = store.load() == (settings(number + 2), SettingsSource::Stored);
@@ -88,7 +88,7 @@ pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u
     cuts
 }
 
-/// Reads the settings after a loss of power, twice.
+/// Reads the settings twice after a power loss, and counts the outcome.
 fn look<const PAGE_BYTES: u32>(
     flash: &CutFlash<PAGE_BYTES>,
     old: Option<Settings>,

@@ -1,4 +1,4 @@
-//! A row of the table: the results of all injections of one kind.
+//! Row of the table: the results of all injections of one kind.
 
 use super::counts::Counts;
 use super::family::Family;
@@ -12,7 +12,7 @@ use serde::Serialize;
 pub enum Place {
     /// The firmware's tasks, simulated on the PC.
     Pc,
-    /// The firmware's tasks on the PC, with the scan plan of this name.
+    /// The firmware's tasks on the PC, with the named scan plan.
     Plan(&'static str),
     /// The firmware's image on the emulated chip.
     Emulator,
@@ -27,9 +27,9 @@ impl Place {
         }
     }
 
-    /// Fraction of windows of a steady tone to which the estimator may give another status than
+    /// Fraction of windows of a steady tone to which the estimator may give a status other than
     /// `good`. Measured: four of 4,202 with the default plan were unsteady or ambiguous, a third of
-    /// what is allowed; four of 140 with `hand`.
+    /// the allowed number; four of 140 with `hand`.
     fn false_alarm_rate(self) -> f64 {
         match self {
             Self::Plan(_) => 0.03,
@@ -37,7 +37,7 @@ impl Place {
         }
     }
 
-    /// True if the firmware reads each conversion twice, so that a bit error in a code shows.
+    /// True if the firmware reads each conversion twice, which reveals a bit error in a code.
     pub fn is_read_twice(self) -> bool {
         match self {
             Self::Plan(name) => Plan::named(name).is_none_or(|plan| plan.is_read_twice()),
@@ -46,17 +46,17 @@ impl Place {
     }
 }
 
-/// A number of delays, and the delays in seconds.
+/// Number of events, with median and maximum of their delays.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Delays {
     pub count: usize,
-    /// NaN where no time is measured, as the next.
+    /// NaN if no time is measured, as for `longest_s`.
     pub median_s: f64,
     pub longest_s: f64,
 }
 
 impl Delays {
-    /// A number without times.
+    /// A count without times.
     pub const fn untimed(count: u64) -> Self {
         Self {
             count: count as usize,
@@ -79,30 +79,30 @@ impl Delays {
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// Name for programs; for a family, the value of `--only`.
+    /// Name in the JSON; for a family, the value of `--only`.
     pub name: String,
     pub fault: String,
     pub place: Place,
-    /// Touches; `None` where the line or the store is tested alone.
+    /// Number of touches; zero if the line or the store is tested alone.
     pub runs: usize,
     pub injected: usize,
     /// Injections followed by a report of the right kind; `None` if there is nothing to report.
     pub detected: Option<Delays>,
-    /// Unreported injections that changed nothing but codes.
+    /// Unreported injections that left no sign.
     pub unseen: usize,
     /// Injections after which everything worked again; `None` if there is nothing to recover.
     pub recovered: Option<Delays>,
-    /// The number of lost conversions is known.
+    /// True if the number of lost conversions is known.
     pub loss_is_known: bool,
     #[serde(flatten)]
     pub counts: Counts,
     pub complaints: Vec<String>,
 }
 
-/// Maximum number of complaints of a row.
+/// Maximum number of complaints per row.
 const COMPLAINTS: usize = 5;
 
-/// A fault that changes bits of what is read does so where that is read once.
+/// True if the fault changes bits that are read only once.
 fn may_alter(family: Family, place: Place) -> bool {
     family.alters() && !place.is_read_twice()
 }
@@ -115,7 +115,7 @@ pub struct Title<'a> {
 }
 
 impl Row {
-    /// Row for the runs of one family, each with its seed.
+    /// Row for the runs of one family; each judgement comes with its seed.
     pub fn of_family(family: Family, place: Place, judgements: &[(u64, Judgement)]) -> Self {
         let mut counts = Counts::default();
         judgements
@@ -136,8 +136,8 @@ impl Row {
                 .collect::<Vec<_>>()
         };
         let mut complaints: Vec<_> = judgements.iter().flat_map(of_run).collect();
-        // What is allowed comes last: faults without a report in mixed runs, and what arrives
-        // altered where it is read once.
+        // Allowed complaints come last: unreported faults in mixed runs, and altered conversions
+        // where these are read once.
         complaints.sort_by_key(|(_, complaint)| match complaint {
             complaint if complaint.ends_with(ALTERED) && may_alter(family, place) => 2,
             complaint => u8::from(complaint.starts_with(NOT_REPORTED)),
@@ -160,8 +160,8 @@ impl Row {
         }
     }
 
-    /// Row for injections on the line or into the store, without a touch: those detected and those
-    /// recovered.
+    /// Row for injections on the line or into the store, without a touch, with the numbers detected
+    /// and recovered.
     pub fn without_touch(
         title: Title<'_>,
         injected: u64,
@@ -184,12 +184,12 @@ impl Row {
         }
     }
 
-    /// True if everything is zero that must be.
+    /// True if every count that must be zero is zero.
     pub fn is_clean(&self) -> bool {
         self.failures().is_empty()
     }
 
-    /// Names and values of what must be zero and is not.
+    /// Names and values of the counts that must be zero and are not.
     pub fn failures(&self) -> Vec<String> {
         let mut counts = self.counts;
         if self.may_alter() {
@@ -203,8 +203,8 @@ impl Row {
         failures
     }
 
-    /// Faults of touches that were not reported and should have been. In a mixed run one may hide
-    /// another.
+    /// Number of faults in touches that should have been reported and were not. Mixed runs do not
+    /// count, as one fault may hide another.
     fn missed(&self) -> usize {
         if self.runs == 0 || self.name == Family::Mixed.name() {
             return 0;

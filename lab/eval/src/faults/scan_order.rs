@@ -1,11 +1,11 @@
-//! Whole scans without a flaw.
+//! Detection of complete scans.
 
 use ads1258::{Config, Conversion};
 
-/// Conversions without a flaw in the order of a scan, since its first slot.
+/// Correct conversions in scan order since the first slot.
 #[derive(Clone, Copy, Debug)]
 pub struct ScanOrder {
-    /// The channels of the scan, by their ids.
+    /// Channels of the scan: bit n for id n.
     channels: u32,
     taken: usize,
 }
@@ -18,13 +18,13 @@ impl ScanOrder {
         }
     }
 
-    /// Place of a channel in the scan.
+    /// Position of a channel in the scan.
     fn slot_of(&self, id: u8) -> Option<usize> {
         (self.channels >> id & 1 != 0)
             .then(|| (self.channels & ((1 << id) - 1)).count_ones() as usize)
     }
 
-    /// Takes a new conversion; true if it ends a scan without a flaw.
+    /// Takes a new conversion; returns true if it completes a scan.
     pub fn take(&mut self, conversion: &Conversion) -> bool {
         let status = conversion.status;
         let clean = !status.is_overflow() && !status.is_supply_low();
@@ -49,7 +49,7 @@ mod tests {
 
     #[test]
     fn a_scan_is_whole_once_all_slots_came_in_order() {
-        // The datasheet's ids of AIN0 to AIN15, OFFSET, VCC, TEMP, GAIN, REF.
+        // Ids of AIN0 to AIN15, OFFSET, VCC, TEMP, GAIN, REF in the datasheet.
         let ids: Vec<u8> = (0x08..=0x18).chain(0x1A..=0x1D).collect();
         let scan = |order: &mut ScanOrder, ids: &[u8]| {
             let ends = ids.iter().map(|id| {

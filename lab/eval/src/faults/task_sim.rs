@@ -1,4 +1,4 @@
-//! The firmware's tasks on this PC as the campaign observes them, behind the simulated chip and its
+//! The firmware's tasks on this PC, observed by the campaign, with the simulated chip and its
 //! faults.
 
 use super::scan_order::ScanOrder;
@@ -14,7 +14,7 @@ use ridgetone_proto::boot::Boot;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Packet};
 
-/// Registers that stay as they were set: GPIOD shows the pins, ID is read-only.
+/// Registers that keep their written values: GPIOD reads back the pins, ID is read-only.
 fn writable(registers: &[u8]) -> &[u8] {
     &registers[..Register::Gpiod as usize]
 }
@@ -22,27 +22,26 @@ fn writable(registers: &[u8]) -> &[u8] {
 #[derive(Clone, Debug, Default)]
 pub struct Ran {
     pub packets: Vec<Packet>,
-    /// Packets that were lost, and damaged ones.
+    /// Numbers of packets lost and of packets damaged.
     pub line: (u32, u32),
     pub chip: Counters,
-    /// When each injection acted, nanoseconds of the simulated board.
+    /// Times when each injection took effect, nanoseconds of the simulated board.
     pub injected: Vec<Injected>,
     /// Conversions from the queue with NEW set.
     pub delivered: u64,
-    /// Conversions that differ from what the chip converted.
+    /// Conversions that differ from the chip's results.
     pub altered: u64,
-    /// When one arrived, nanoseconds of the simulated board, whose code is not the chip's although
-    /// its status is: nothing shows that.
+    /// Arrival times of conversions with an altered code and the right status, which nothing
+    /// reveals, nanoseconds of the simulated board.
     pub unseen_ns: Vec<u64>,
-    /// When the chip's readings of supply and reference arrived, nanoseconds of the simulated
+    /// Arrival times of the chip's supply and reference readings, nanoseconds of the simulated
     /// board.
     pub readings_ns: Vec<(Channel, u64)>,
-    /// Times of the simulated board, nanoseconds, at which a scan was complete without a flaw while
-    /// the registers were right.
+    /// Times when a scan was complete with correct registers, nanoseconds of the simulated board.
     pub whole_ns: Vec<u64>,
-    /// Zero of the device time, nanoseconds of the simulated board.
+    /// Simulated time at device time zero, nanoseconds.
     pub zero_ns: u64,
-    /// End of the run, nanoseconds of the simulated board.
+    /// Simulated time at the end of the run, nanoseconds.
     pub end_ns: u64,
     pub registers_right: bool,
 }
@@ -68,7 +67,7 @@ pub fn run(input: Opened, settings: Settings, boot: Boot) -> Result<Ran> {
 struct Observer {
     decoder: Decoder,
     ran: Ran,
-    /// The registers while the chip scans, and while it converts its own readings between touches.
+    /// Registers during the scan, and during the health readings between touches.
     registers: [[u8; Register::WRITABLE]; 2],
     order: ScanOrder,
     begun: bool,
@@ -80,7 +79,7 @@ impl Surroundings for Observer {
         Ok(())
     }
 
-    /// Compares a conversion with what the chip knows of it.
+    /// Compares a conversion with the chip's result.
     fn read(&mut self, timed: &TimedConversion, board: &SimulatedBoard) {
         let status = timed.status();
         if !status.is_new() {

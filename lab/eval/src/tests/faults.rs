@@ -14,7 +14,7 @@ use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_proto::plan::{Converters, HealthReadings, Plan as Scan};
 use std::path::Path;
 
-/// More than a thousand injections: nothing wrong is reported as right, nothing is lost silently.
+/// More than a thousand injections: no wrong estimate is good, and nothing is lost silently.
 #[test]
 fn a_thousand_faults_and_nothing_wrong_is_reported_as_right() {
     let campaign = Campaign::on_pc(1100, 1, None, Scan::PAPER).expect("a campaign");
@@ -30,7 +30,7 @@ fn a_thousand_faults_and_nothing_wrong_is_reported_as_right() {
             counts.false_alarms,
         ];
         assert!(must_be_zero == [0; 5] && row.is_clean(), "{row:?}");
-        // Every single one is reported; in a mixed run one fault may hide another.
+        // Every fault is reported; in a mixed run one may hide another.
         let mixed = row.fault == Family::Mixed.title();
         let reported = row.detected.map_or(0, |delays: Delays| delays.count);
         assert!(
@@ -41,8 +41,7 @@ fn a_thousand_faults_and_nothing_wrong_is_reported_as_right() {
             },
             "{row:?}"
         );
-        // Recovered before the next one; the firmware tries a chip that does not answer after
-        // growing pauses.
+        // Recovered before the next fault; the firmware retries a silent chip with growing pauses.
         assert!(
             row.recovered
                 .is_none_or(|delays| 5 * delays.count >= 4 * row.injected),
@@ -54,8 +53,8 @@ fn a_thousand_faults_and_nothing_wrong_is_reported_as_right() {
     }
 }
 
-/// Runs that once reported something wrong as right, lost conversions silently, or did not report a
-/// fault.
+/// Seeds that once gave a wrong estimate as good, lost conversions silently, or left a fault
+/// unreported.
 #[test]
 fn what_once_went_wrong_does_not() {
     for (family, seeds) in [
@@ -87,11 +86,11 @@ fn what_once_went_wrong_does_not() {
     }
 }
 
-/// Faults under a plan whose conversions are read once: a register that changed shortly before the
-/// health readings, whose set-up hid it; a fixed channel, whose conversions during the check were
-/// not counted; and conversions that ended while an unexpected edge was served, shortly before the
-/// health readings. Conversions that were overwritten during a check, or lost among the health
-/// readings; a window with a long gap; and a lift with a step of the reference soon after it.
+/// Seeds that once failed under plans that read conversions once: a register that changed shortly
+/// before the health readings, whose set-up hid the change; a fixed channel, where conversions
+/// during the check were not counted; conversions that ended while an unexpected edge was served,
+/// shortly before the health readings; conversions overwritten during a check, or lost among the
+/// health readings; a window with a long gap; and a lift with a step of the reference soon after.
 #[test]
 fn what_once_went_wrong_with_a_fast_plan_does_not() {
     for (family, scan, seeds) in [
@@ -124,7 +123,7 @@ fn what_once_went_wrong_with_a_fast_plan_does_not() {
             assert!(row.is_clean(), "{row:?}");
         }
     }
-    // A reference that is off between two health readings goes unnoticed.
+    // A reference that is off only between two health readings goes unnoticed.
     for seed in [778_610, 20_429] {
         let row = &Campaign::on_pc(1, seed, Some(Family::Reference), Scan::HAND)
             .expect("a campaign")
@@ -133,8 +132,8 @@ fn what_once_went_wrong_with_a_fast_plan_does_not() {
     }
 }
 
-/// Every fast plan has estimates; what leaves a sign is reported, and only some families leave
-/// none.
+/// Every fast plan has estimates. Faults that leave a sign are reported, and only some families
+/// leave none.
 #[test]
 fn every_fast_plan_reports_what_leaves_a_sign() {
     let signless = [
@@ -147,7 +146,7 @@ fn every_fast_plan_reports_what_leaves_a_sign() {
     for (name, scan) in Scan::usual(Converters::ADS1258).filter(|(_, scan)| *scan != Scan::PAPER) {
         let campaign = Campaign::on_pc(100, 9_300_101, None, scan).expect("a campaign");
         for row in &campaign.rows {
-            // Two mixed runs, of six faults each, leave hardly a window without one.
+            // In two mixed runs of six faults each, hardly any window is free of faults.
             let may_lack_good = [Family::Mixed, Family::Oscillator]
                 .iter()
                 .any(|family| family.name() == row.name);
@@ -161,8 +160,8 @@ fn every_fast_plan_reports_what_leaves_a_sign() {
     }
 }
 
-/// The plan `hand` with the health readings in every scan: what its own, between touches, do not
-/// see.
+/// The plan `hand` with the health readings in every scan detects what readings between touches
+/// miss.
 #[test]
 fn a_fast_plan_with_health_in_every_scan_reports_supply_and_reference() {
     let scan = Ads1258Plan {
@@ -186,7 +185,7 @@ fn a_fast_plan_with_health_in_every_scan_reports_supply_and_reference() {
     }
 }
 
-/// Without injections there are estimates and no faults.
+/// Without injections there must be estimates and no faults.
 #[test]
 fn without_injections_there_is_no_fault() {
     let campaign = Campaign::on_pc(60, 7, Some(Family::None), Scan::PAPER).expect("a campaign");
@@ -208,7 +207,7 @@ fn without_injections_there_is_no_fault() {
     );
 }
 
-/// The figures are of a full run with every family: `cargo xtask faults --full`.
+/// The committed figures must be from a full run with every family: `cargo xtask faults --full`.
 #[test]
 fn the_figures_are_whole() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/results");
@@ -239,7 +238,7 @@ fn the_figures_are_whole() {
     }
 }
 
-/// Losses reported beyond the real ones, and wrong estimates with faults, are not clean.
+/// Excess losses, and wrong estimates with faults, make a row not clean.
 #[test]
 fn a_row_is_clean_only_if_everything_is_zero_that_must_be() {
     let of = |family, counts: Counts| {
@@ -296,8 +295,8 @@ fn a_row_is_clean_only_if_everything_is_zero_that_must_be() {
         )
         .is_clean()
     );
-    // One that was not reported; one that left no sign; and one in a mixed run, which another may
-    // hide.
+    // An unreported fault, one that left no sign, and one in a mixed run, which a different fault
+    // may hide.
     let of = |family, is_unseen| {
         let fates = vec![Fate {
             is_unseen,
