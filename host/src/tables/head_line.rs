@@ -80,8 +80,8 @@ impl LineEnds {
         }
     }
 
-    /// Returns the line of the last record read. The reader's own count includes blank lines before
-    /// the record and lags by one of two line ends; lines that end with CR are not counted.
+    /// Returns the line of the last record read. The reader's line before the record ignores blank
+    /// lines; its line after the record is one too high after LF, and right after the CR of CR LF.
     pub fn line<R: std::io::Read>(
         self,
         reader: &csv::Reader<R>,
