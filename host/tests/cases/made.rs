@@ -64,7 +64,7 @@ fn lacking(mark: &str) -> String {
     })
 }
 
-/// Formats a time as `2025-03-30 01:59:58.004000`; the clock is near a change to summer time.
+/// Formats a time of day, counted from 01:59:58.
 fn clock(t_s: f64) -> String {
     let (hour, second) = if t_s < 2.0 {
         ("01:59", 58.0)

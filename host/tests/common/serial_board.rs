@@ -178,7 +178,7 @@ impl BoardEnd {
         wants
     }
 
-    /// Sends a packet when it is due, and waits for the time of its last byte.
+    /// Sends a packet after the time that its bytes take on the line, and notes its delay.
     fn send(&mut self, event: Event, due: Instant) {
         let mut wire = [0; WIRE_MAX];
         let used = encode(
