@@ -111,7 +111,6 @@ impl Monitor {
         true
     }
 
-    /// Takes all events that arrive within `most`.
     fn take(&mut self, most: Duration) -> Result<()> {
         let begun = Instant::now();
         loop {

@@ -29,11 +29,9 @@ pub struct Recorded {
 #[derive(Debug, Serialize)]
 pub struct Overview<'a> {
     names: &'a [String],
-    /// Units, where the file states them.
     units: &'a [Option<String>],
     /// True if times are seconds since 1970.
     is_dated: bool,
-    /// Number of rows in the whole recording.
     rows: usize,
     /// Mean rate of the rows, hertz.
     rate_hz: f64,

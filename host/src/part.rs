@@ -313,7 +313,6 @@ pub fn named_in(file: &str, names: &[String], name: &str) -> Result<usize> {
     }
 }
 
-/// Returns the indices of all columns with a name.
 fn all_named(names: &[String], name: &str) -> Vec<usize> {
     (0..names.len()).filter(|at| names[*at] == name).collect()
 }

@@ -22,7 +22,6 @@ use unchanged::{State, UnchangedRows};
 #[derive(Clone)]
 pub struct Samples {
     name: String,
-    /// File that has the rows, if any.
     path: Option<PathBuf>,
     open: OpenRows,
 }

@@ -52,7 +52,6 @@ fn rows(table: Option<&str>) -> impl Iterator<Item = &'static Setting> {
         .filter(move |setting| split(setting.name).0 == table)
 }
 
-/// Returns the names of the tables.
 fn tables() -> Vec<&'static str> {
     let mut tables: Vec<_> = TABLE.iter().filter_map(|row| split(row.name).0).collect();
     tables.dedup();
@@ -180,7 +179,6 @@ pub fn with_json(settings: &Settings, given: &str) -> Result<Settings> {
     over(settings, given).map_err(|error| refuse(format!("{error:#}")))
 }
 
-/// Replaces settings by those of a table.
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
     let mut settings = *settings;
     let mut given = read::leaves(given).map_err(|why| anyhow!(why))?;

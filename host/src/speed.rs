@@ -93,7 +93,6 @@ impl Quantity {
         Some(in_table(&LENGTHS, length)? / in_table(&TIMES, time)?)
     }
 
-    /// Lists the accepted units.
     fn units(self) -> &'static str {
         match self {
             Self::Position => "mm, cm, m, um or in",
@@ -260,7 +259,6 @@ impl Column {
         }
     }
 
-    /// Explains why a unit is refused, and what to do.
     fn refusal(&self, unit: &str) -> String {
         let (name, option) = (&self.name, self.option());
         let what = match self.quantity {

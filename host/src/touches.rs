@@ -32,7 +32,6 @@ impl<S: Scene> Scene for Again<S> {
 /// Touches of one finger, each over a new grating.
 struct Gratings {
     scenes: Vec<SlidingScene>,
-    /// Number of the current touch.
     touch: usize,
     every_s: f64,
 }

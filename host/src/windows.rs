@@ -108,7 +108,6 @@ struct Cutter<'a> {
     rows: &'a mut dyn RowReader,
     selection: &'a Selection,
     steps: Steps,
-    /// Number of rows read.
     read: u64,
     /// Values of the row that was read last.
     row: Vec<f64>,
@@ -177,7 +176,6 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// Returns the duration of a row, seconds.
     fn row_s(&self) -> f64 {
         let (Some(first_s), Some(last_s)) = (self.times_s.first(), self.times_s.last()) else {
             return 0.0;

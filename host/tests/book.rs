@@ -62,7 +62,6 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Returns the README and the chapters of the guide.
 fn pages() -> Vec<PathBuf> {
     let book = fs::read_dir(root().join("docs/guide")).expect("the book");
     let mut pages: Vec<PathBuf> = book.map(|entry| entry.expect("an entry").path()).collect();
@@ -95,7 +94,6 @@ fn documents() -> Vec<PathBuf> {
         .collect()
 }
 
-/// Returns the code blocks of a page in one language.
 fn blocks(page: &str, language: &str) -> Vec<String> {
     let (mut blocks, mut inside) = (Vec::new(), false);
     for mark in Parser::new(page) {
@@ -112,7 +110,6 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
     blocks
 }
 
-/// Returns the commands in a page's text.
 fn mentioned(page: &str) -> Vec<String> {
     let ours = |text: &str| {
         ["ridgetone ", "cargo "]

@@ -169,7 +169,6 @@ enum Answer {
     NotGood,
 }
 
-/// Returns the folder of users' files.
 fn shared() -> PathBuf {
     match std::env::var_os("RIDGETONE_CASES") {
         Some(folder) => folder.into(),

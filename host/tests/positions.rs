@@ -380,7 +380,6 @@ fn hello(plan: Plan) -> Event {
     Pipeline::new(Settings::DEFAULT.with_plan(plan)).hello()
 }
 
-/// Copies a recording with changed events or receipts.
 fn copied(from: &Path, name: &str, change: &dyn Fn(&mut Event, &mut Option<Receipt>)) -> PathBuf {
     let path = from.with_file_name(name);
     let mut out = recording::create(&path, "a test", BYTE_S).expect("a recording");

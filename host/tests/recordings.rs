@@ -17,7 +17,6 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 use terminal::Terminal;
 
-/// Returns the telemetry of the default scene.
 fn telemetry() -> Vec<u8> {
     let input = Input::default().open().expect("a scene");
     replay::run(input, Default::default(), &mut |_| Ok(()), &mut |_, _| {})

@@ -42,7 +42,6 @@ fn statuses(all: &[Received]) -> Vec<&Value> {
         .collect()
 }
 
-/// Waits until the condition is true.
 fn wait_until(is_so: impl Fn() -> bool) {
     let begun = Instant::now();
     while !is_so() {

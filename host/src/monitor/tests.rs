@@ -19,7 +19,6 @@ use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Movement, OtherTone, Packet, Raw, Status};
 
-/// Returns the default settings with a calibrated finger.
 fn calibrated() -> Settings {
     let mut settings = Settings::DEFAULT;
     settings.array.edge_phase_sigma_rad = 0.01;

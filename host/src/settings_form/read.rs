@@ -70,7 +70,6 @@ fn unknown(name: &str) -> String {
     format!("no setting `{name}`: {}", members(split(name).0))
 }
 
-/// Lists the names to choose from.
 fn members(table: Option<&str>) -> String {
     let mut names: Vec<_> = rows(table).map(|setting| setting.name).collect();
     let others: Vec<_> = tables().iter().map(|name| format!("{name}.*")).collect();

@@ -49,7 +49,6 @@ pub fn bridged(known: &[Option<f64>]) -> Vec<(usize, f64)> {
     bridged
 }
 
-/// Evaluates the polynomial through all points at `x`.
 fn lagrange(points: &[(f64, f64)], x: f64) -> f64 {
     let weight = |of: f64| -> f64 {
         points

@@ -222,7 +222,6 @@ fn estimate_long(
 }
 
 impl Channels<'_> {
-    /// Returns the means of the channels.
     fn levels(&self) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); self.units.len()];
         self.each(0..self.slots(), &mut |_, values, valid| {

@@ -69,7 +69,6 @@ struct Sum {
     weight: f64,
 }
 
-/// Returns the filter's weight at a distance in slots.
 fn weight(off: f64, slots: usize) -> f64 {
     let off = off / slots as f64;
     if off == 0.0 {

@@ -11,7 +11,6 @@ pub struct FlatRows<'a> {
     names: Vec<String>,
     /// Values of the current row that have not been returned yet.
     left: VecDeque<f64>,
-    /// Row after the current one.
     next: Option<StampedRow>,
     from_s: Option<f64>,
     spacing_s: f64,

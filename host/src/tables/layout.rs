@@ -561,7 +561,6 @@ fn first_row(lines: &[HeadLine], width: usize) -> Option<usize> {
     (begin..lines.len()).find(|at| may_be(&&lines[*at]) && is_row(&lines[*at]))
 }
 
-/// Returns the rows among the first lines.
 fn rows(lines: &[HeadLine], first: usize) -> impl Iterator<Item = &HeadLine> {
     let width = lines[first].cells.len();
     lines[first..]

@@ -101,7 +101,6 @@ impl Form {
         }
     }
 
-    /// Returns the header of the plain table.
     fn plain_header(&self) -> Option<String> {
         let names: Vec<String> = match (&self.names, self.has_stamp) {
             (None, false) => return None,

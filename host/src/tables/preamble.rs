@@ -100,7 +100,6 @@ pub fn stated(text: &str) -> Option<Stated> {
     found
 }
 
-/// Returns the rates stated in a line, hertz.
 fn rates(line: &str) -> Vec<f64> {
     let line = line.to_lowercase();
     let tokens = tokens(&line);

@@ -125,7 +125,6 @@ pub fn per_second(unit: &str) -> Option<f64> {
     Some(whole / count(number.trim())?)
 }
 
-/// Like [`per_second`], for a unit without a number.
 fn per_second_of(name: &str) -> Option<f64> {
     let known = TIMES.iter().find(|(_, names)| names.contains(&name))?;
     // The inverse of 1e-3 is not exact, so it is rounded to 1e3.

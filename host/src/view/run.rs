@@ -293,7 +293,6 @@ impl Run {
         Ok(())
     }
 
-    /// Returns the first and the last time, seconds.
     fn ends_s(&self) -> Option<(f64, f64)> {
         if self.form == Form::Table {
             return self.recorded().ok().map(Recorded::ends_s);

@@ -250,7 +250,6 @@ async fn record_latest(State(app): State<App>) -> Response {
     answer(on_a_thread(open).await)
 }
 
-/// Opens a finished recording as a run.
 fn opened(app: &App, recorder: Recorder) -> Result<String> {
     ensure!(
         !recorder.is_empty(),

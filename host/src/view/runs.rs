@@ -28,7 +28,6 @@ struct List {
 struct Kept {
     id: u64,
     run: Arc<Run>,
-    /// Options with which the run was opened.
     how: How,
     note: String,
     is_unsaved: bool,

@@ -69,7 +69,6 @@ fn rows(bytes: &[u8]) -> bool {
     first.is_ok()
 }
 
-/// Returns the bits of all values and times.
 fn all_rows(samples: &Samples, most: usize) -> Result<Vec<u64>, FileError> {
     let name = samples.name().to_owned();
     let refuse = |error: anyhow::Error| FileError::new(&name, None, format!("{error:#}"));
