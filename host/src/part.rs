@@ -257,7 +257,6 @@ impl Part {
         Ok(part)
     }
 
-    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.times_s.len()
     }
@@ -270,7 +269,6 @@ impl Part {
         }
     }
 
-    /// Returns all values of a column.
     pub fn column(&self, column: usize) -> Cow<'_, [f64]> {
         match &self.values {
             Values::Read(columns) => Cow::Borrowed(&columns[column]),
@@ -291,7 +289,6 @@ pub fn given_rate_hz(rows: &dyn RowReader, selection: &Selection) -> Result<f64>
     }
 }
 
-/// Returns the index of a column.
 pub fn named(rows: &dyn RowReader, name: &str) -> Result<usize> {
     named_in(rows.file(), rows.names(), name)
 }

@@ -21,7 +21,6 @@ pub struct RawRows {
     pub left_out: u64,
 }
 
-/// Returns the names of the taxels' columns.
 pub fn names() -> Vec<String> {
     (0..TAXELS).map(|taxel| format!("ain{taxel}")).collect()
 }

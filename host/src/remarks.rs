@@ -51,7 +51,6 @@ pub fn remarks(status: Status, domain: Domain, tone: &Tone) -> Vec<(&'static str
     remarks
 }
 
-/// Returns the remarks on an estimate as phrases.
 pub fn phrases(estimate: &Estimate) -> Vec<String> {
     remarks(estimate.status, Domain::Time, &Tone::from(estimate))
         .into_iter()

@@ -121,12 +121,10 @@ impl Samples {
         }
     }
 
-    /// Returns the name used in error messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Returns the file that has the rows, if any.
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }

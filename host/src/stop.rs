@@ -34,7 +34,6 @@ pub fn request() {
     REQUESTED.store(true, Ordering::Relaxed);
 }
 
-/// True if the process has been asked to stop.
 pub fn is_requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

@@ -180,7 +180,6 @@ impl TableHead {
         }
     }
 
-    /// Returns the name of the file for errors.
     pub fn file(&self) -> &str {
         &self.file
     }

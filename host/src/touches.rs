@@ -70,7 +70,6 @@ impl Opened {
     }
 }
 
-/// Opens a scene as a board's input.
 pub fn of_scene(scene: Sliding) -> Result<Opened> {
     Input::of(scene).open()
 }

@@ -174,7 +174,6 @@ impl Track {
         out
     }
 
-    /// Returns a table with a row for each window.
     pub fn csv(&self) -> String {
         let mut out = String::from("from_s,to_s,frequency_hz,sigma_hz,status\n");
         let cell = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());

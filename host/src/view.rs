@@ -55,7 +55,6 @@ const ADDRESSES: [SocketAddr; 2] = [
 /// Options of the page.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// True to open the page in the browser.
     pub open: bool,
     /// A file that pages can look back at from the beginning.
     pub run: Option<RunFile>,

@@ -46,7 +46,6 @@ impl Recording {
         recording.level()
     }
 
-    /// Creates the data from packets with raw frames.
     pub fn of_frames(packets: &[Packet], vref_v: f32) -> Self {
         let mut recording = Self::default();
         for packet in packets {

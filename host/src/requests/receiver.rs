@@ -45,7 +45,6 @@ pub struct Receiver<F: NorFlash> {
 }
 
 impl<F: NorFlash> Receiver<F> {
-    /// Creates a board that starts with the given flash.
     pub fn new(flash: F) -> Self {
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
@@ -116,7 +115,6 @@ impl<F: NorFlash> Receiver<F> {
         self.shared.diagnostics.requests_damaged.get().into()
     }
 
-    /// Returns the settings in force and their source.
     pub fn in_force(&self) -> (Settings, SettingsSource) {
         match self.detector.hello() {
             Event::Hello(hello) => (hello.settings, hello.source),

@@ -91,7 +91,6 @@ pub fn lost(finger: usize, sink: &str, lost: Lost) -> Message {
     }
 }
 
-/// Returns a note of this command as JSON, with its time.
 pub fn noted(note: Note, at: Receipt) -> String {
     #[derive(Serialize)]
     struct Noted {

@@ -7,7 +7,6 @@ use super::topic::Topic;
 use crate::events::schema;
 use serde_json::{Map, Value, json};
 
-/// Returns the schema of a topic.
 pub fn json(topic: Topic) -> Value {
     let kinds: Vec<_> = schema::messages()
         .filter(|(kind, _)| Topic::of(kind) == topic)

@@ -33,7 +33,6 @@ impl Topic {
         Self::Health,
     ];
 
-    /// Returns the topic of messages with this `type`.
     pub fn of(kind: &str) -> Self {
         match kind {
             "raw" => Self::Frames,

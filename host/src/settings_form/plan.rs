@@ -67,7 +67,6 @@ impl Fields {
         }
     }
 
-    /// Returns the names of the fields.
     pub fn names(&self) -> &'static str {
         match self {
             Self::Ads1258(_) => "inputs, data_rate, delay, chop, health, adc_clock_hz",
@@ -118,12 +117,10 @@ pub fn serialize<S: Serializer>(plan: &Plan, to: S) -> Result<S::Ok, S::Error> {
     }
 }
 
-/// Returns the names of all named plans.
 pub fn names() -> String {
     Plan::NAMED.map(|(name, _)| name).join(", ")
 }
 
-/// Returns the meaning of a field.
 pub fn meaning(field: &str) -> &'static str {
     match field {
         "inputs" => "Inputs that are converted: bit k is AINk.",

@@ -129,7 +129,6 @@ fn is_missing(cell: &str) -> bool {
     cell.is_empty() || MISSING.iter().any(|mark| mark.eq_ignore_ascii_case(cell))
 }
 
-/// Returns the kind of a cell.
 pub fn kind(cell: &str, is_comma_separator: bool) -> Kind {
     match Numbers::new(is_comma_separator).number(cell) {
         Some(value) if value.is_nan() => Kind::Missing,

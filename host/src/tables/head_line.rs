@@ -38,7 +38,6 @@ pub fn is_comment(cell: &str) -> bool {
     cell.starts_with(['#', '%'])
 }
 
-/// Returns a reader of records with the given separator.
 pub fn records<R: std::io::Read>(input: R, separator: u8) -> csv::Reader<R> {
     csv::ReaderBuilder::new()
         .has_headers(false)

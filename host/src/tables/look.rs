@@ -72,7 +72,6 @@ impl Look {
         self.rows > 0 && (self.grows > 0.0 || self.falls || self.rows < 3)
     }
 
-    /// True if the column counts the rows.
     pub fn counts_rows(&self) -> bool {
         self.is_whole && self.is_steady && self.step == 1.0
     }

@@ -119,7 +119,6 @@ impl Form {
         self.count
     }
 
-    /// Returns the number of lines that the header adds.
     pub fn added_lines(&self) -> u64 {
         u64::from(self.plain_header().is_some())
     }

@@ -45,7 +45,6 @@ impl Table {
         })
     }
 
-    /// Returns the name of the file for errors.
     pub fn file(&self) -> &str {
         &self.file
     }

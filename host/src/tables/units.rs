@@ -251,7 +251,6 @@ fn is_factor(word: &str) -> bool {
             .starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// True if a unit is a count and not a time.
 pub fn is_count(unit: &str) -> bool {
     unit.split(|c: char| !c.is_alphanumeric())
         .any(|word| NO_TIMES.contains(&word))

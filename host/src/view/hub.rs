@@ -249,7 +249,6 @@ impl Hub {
         ended
     }
 
-    /// Returns a recording of the latest minute.
     pub fn record_latest(&self, path: PathBuf) -> Result<Recorder> {
         let inner = self.lock();
         inner

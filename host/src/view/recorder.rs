@@ -44,7 +44,6 @@ impl Latest {
             .push_back((Instant::now(), packet.clone(), receipt));
     }
 
-    /// Returns a recording of these packets.
     pub fn recorder(&self, path: PathBuf, source: &str, hello: Option<&Hello>) -> Result<Recorder> {
         let mut recorder = Recorder::new(path, source);
         for (_, packet, receipt) in &self.packets {
@@ -80,7 +79,6 @@ impl Recorder {
         self.begun.elapsed().as_secs_f64()
     }
 
-    /// Returns a name for the file.
     pub fn name(&self) -> String {
         let source = self
             .source
@@ -92,7 +90,6 @@ impl Recorder {
         format!("{source}-{from_s:.1}s-{until_s:.1}s.rec")
     }
 
-    /// True if nothing has been recorded.
     pub fn is_empty(&self) -> bool {
         self.file.is_none()
     }

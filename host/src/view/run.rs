@@ -364,7 +364,6 @@ impl Run {
         seen.why_no_estimate(self.settings().window_s, BY_HAND)
     }
 
-    /// Returns the settings of the board.
     pub fn settings(&self) -> Settings {
         self.hello()
             .map_or(Settings::DEFAULT, |hello| hello.settings)
@@ -380,7 +379,6 @@ impl Run {
             })
     }
 
-    /// Returns the board's state at a time.
     pub fn at(&self, t_s: f64) -> Live {
         let mut live = Live::new(self.name.clone());
         let is_past = |packet: &&Packet| time_s(&packet.event).is_none_or(|then_s| then_s <= t_s);

@@ -70,7 +70,6 @@ impl Runs {
         }
     }
 
-    /// Returns the path of a new file in the folder.
     pub fn new_path(&self) -> PathBuf {
         let mut list = self.lock();
         list.next += 1;

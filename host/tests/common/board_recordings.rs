@@ -14,7 +14,6 @@ pub fn packets(until_s: f64) -> Vec<Packet> {
     packets_of(Input::default(), until_s)
 }
 
-/// Returns the packets of a slide at a given speed.
 pub fn packets_at(speed_mm_s: f64) -> Vec<Packet> {
     let mut input = Input::default();
     input.scene.speed_mm_s = speed_mm_s;

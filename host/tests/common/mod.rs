@@ -57,7 +57,6 @@ pub fn assert_one_line(output: &Output, status: i32, parts: &[&str]) {
     }
 }
 
-/// Creates a temporary directory for a test.
 pub fn directory() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary directory")
 }

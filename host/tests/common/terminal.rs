@@ -60,7 +60,6 @@ impl Terminal {
         .into()
     }
 
-    /// Returns the test's end as a file.
     pub fn into_file(self) -> File {
         self.end
     }
@@ -83,7 +82,6 @@ impl Terminal {
         }
     }
 
-    /// True if the screen shows `part`.
     pub fn shows(&self, part: &str) -> bool {
         self.screen.screen().contents().contains(part)
     }

@@ -9,7 +9,6 @@ use std::sync::{Arc, Mutex};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Returns a free port.
 pub fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0")
         .and_then(|free| free.local_addr())
@@ -240,7 +239,6 @@ impl Relay {
         }
     }
 
-    /// True if there is a connection.
     pub fn is_used(&self) -> bool {
         self.ends
             .lock()
