@@ -1,4 +1,4 @@
-//! The command `ridgetone`; its work is in the library of this crate.
+//! The command `ridgetone`; the library of this crate does the work.
 #![forbid(unsafe_code)]
 
 use ridgetone_host::cli::Cli;

@@ -19,12 +19,11 @@ pub enum McapError {
 pub struct JsonMessages {
     /// Topics and texts, in the file's order.
     pub messages: Vec<(String, Vec<u8>)>,
-    /// Byte at which a record begins that is not whole: a file that was cut off, whose messages are
-    /// those before it.
+    /// Offset of the first incomplete record, bytes, if the file was cut off; `messages` end there.
     pub cut_at: Option<usize>,
 }
 
-/// Returns the JSON messages of an MCAP file. Fails where it is cut off before the first of them.
+/// Returns the JSON messages of an MCAP file. Fails if the file is cut off before the first one.
 pub fn json_messages(file: &[u8]) -> Result<JsonMessages, McapError> {
     let records = file.strip_prefix(MAGIC);
     let records = records.ok_or(mcap::McapError::BadMagic)?;
@@ -47,20 +46,20 @@ const RECORD_HEAD: usize = 9;
 /// checksum, an empty name, a length.
 const CHUNK_HEAD: usize = 40;
 
-/// Where the length of the compression's name is in a chunk.
+/// Bytes of a chunk that hold the length of the compression's name.
 const COMPRESSION: core::ops::Range<usize> = 28..32;
 
 #[derive(Default)]
 struct Reader {
-    /// Topics of the channels of JSON.
+    /// Topics of the JSON channels, by channel id.
     topics: HashMap<u16, String>,
     messages: Vec<(String, Vec<u8>)>,
-    /// The end of the data was read: the summary after it is not needed.
+    /// True once the end of the data has been read. The summary after the data is not needed.
     is_over: bool,
 }
 
 impl Reader {
-    /// Reads records as far as they are whole. Returns the number of bytes that are left.
+    /// Reads all complete records. Returns the number of bytes that are left over.
     ///
     /// The library's own reader of chunks would panic at a record that is longer than its chunk.
     fn read(&mut self, mut bytes: &[u8], is_chunk: bool) -> Result<usize, McapError> {
@@ -71,7 +70,7 @@ impl Reader {
                 return Err(mcap::McapError::UnexpectedEoc.into());
             }
             let Some((data, rest)) = rest.split_at_checked(length) else {
-                // Of a chunk the records that are whole.
+                // Reads the complete records of a chunk that is cut off.
                 let is_plain = rest.get(COMPRESSION) == Some(&[0; 4]);
                 if opcode == op::CHUNK && is_plain {
                     self.read(rest.get(CHUNK_HEAD..).unwrap_or_default(), true)?;
@@ -110,7 +109,7 @@ impl Reader {
                 let mut crc = flate2::Crc::new();
                 crc.update(&data);
                 let (saved, calculated) = (header.uncompressed_crc, crc.sum());
-                // 0 stands for no checksum.
+                // 0 means that there is no checksum.
                 if saved != 0 && saved != calculated {
                     return Err(mcap::McapError::BadChunkCrc { saved, calculated }.into());
                 }
@@ -179,7 +178,7 @@ mod tests {
                 .filter(|end| file[..*end].ends_with(br#"{"text":"xxxx"}"#))
                 .collect();
             for length in 0..file.len() {
-                // The first ten are those of JSON.
+                // Only the first ten messages are JSON.
                 let whole = ends.iter().filter(|end| **end <= length).count().min(10);
                 match json_messages(&file[..length]) {
                     Ok(read) => {
@@ -207,7 +206,7 @@ mod tests {
         let at = file.windows(4).position(|four| four == b"xxxx").unwrap();
         flipped[at] ^= 1;
         assert!(json_messages(&flipped).is_err());
-        // Any other damage gives an error or messages, and no panic, even where no checksum finds it.
+        // Any other damage returns an error or messages, without a panic, even with no checksum.
         let unchecked = written(10, WriteOptions::new().calculate_chunk_crcs(false));
         for file in [file, unchecked] {
             for at in 0..file.len() {

@@ -1,5 +1,5 @@
-//! The messages of a recording: packets of telemetry, or the objects that `export` or `--json` have
-//! made of them.
+//! The messages of a recording: telemetry packets, or the JSON objects that `export` or `--json`
+//! wrote.
 
 use crate::events::JsonLines;
 use crate::feed::{Feed, FeedEvent};
@@ -21,7 +21,7 @@ use std::time::Duration;
 /// First bytes of an MCAP file (mcap.dev, "Magic").
 const MCAP_MAGIC: [u8; 5] = *b"\x89MCAP";
 
-/// Bytes in which JSON lines begin.
+/// Bytes read from the beginning of a file to detect its form.
 const LOOK_BYTES: u64 = 4096;
 
 /// Kind of a file, by its content.
@@ -45,7 +45,7 @@ impl Form {
         File::open(path)?.take(LOOK_BYTES).read_to_end(&mut start)?;
         Ok(match start.trim_ascii_start() {
             start if start.starts_with(&MCAP_MAGIC) => Self::Mcap,
-            // Objects of other programs have no type, and are read as a table.
+            // JSON of other programs has no `type`: read it as a table.
             start if start.starts_with(b"{") && names_a_type(start) => Self::JsonLines,
             _ if recording::is_telemetry(path).unwrap_or(false) => Self::Telemetry,
             _ => Self::Table,
@@ -53,7 +53,7 @@ impl Form {
     }
 }
 
-/// True if the first of the lines is an object with a type.
+/// True if the first line has a field `type`.
 fn names_a_type(start: &[u8]) -> bool {
     let line = start
         .split(|byte| *byte == b'\n')
@@ -64,13 +64,13 @@ fn names_a_type(start: &[u8]) -> bool {
 
 #[derive(Clone, Debug)]
 pub enum Message {
-    /// With the time of its receipt, if that is known.
+    /// Packet, and the time when it was received, if known.
     Packet(Box<Packet>, Option<Receipt>),
     /// One object on one line, as with `--json`.
     Json(String),
 }
 
-/// Fields of `hello` and `raw` that frames need.
+/// Fields of `hello` and `raw` that are needed to decode frames.
 #[derive(Deserialize)]
 struct JsonFrame {
     r#type: String,
@@ -88,7 +88,7 @@ struct JsonSettings {
 }
 
 impl Message {
-    /// As one object on one line.
+    /// Returns the message as a JSON object on one line.
     pub fn json(&self, lines: &mut JsonLines) -> Result<String> {
         match self {
             Self::Packet(packet, receipt) => Ok(lines.line(packet, *receipt)?),
@@ -96,7 +96,7 @@ impl Message {
         }
     }
 
-    /// Raw frame of the message, if it holds one. A greeting updates `vref_v`.
+    /// Returns the raw frame of the message, if it has one. A greeting updates `vref_v`.
     pub fn frame(&self, vref_v: &mut f32) -> Result<Option<Raw>> {
         match self {
             Self::Packet(packet, _) => Ok(match &packet.event {
@@ -107,7 +107,7 @@ impl Message {
                 }
                 _ => None,
             }),
-            // Only these two are worth reading.
+            // Parse only `raw` and `hello`: no other message has a frame or the reference voltage.
             Self::Json(text)
                 if !text.contains(r#""type":"raw""#) && !text.contains(r#""type":"hello""#) =>
             {
@@ -144,7 +144,7 @@ impl Message {
 
 pub type Messages = Box<dyn Iterator<Item = Result<Message>> + Send>;
 
-/// All messages of a file in this form.
+/// Reads all messages of a file of the given form.
 pub fn messages(path: &Path, form: Form) -> Result<Messages> {
     let named = || path.display().to_string();
     match form {
@@ -192,7 +192,7 @@ pub fn messages(path: &Path, form: Form) -> Result<Messages> {
     }
 }
 
-/// Writes a remark on a file to standard error, however often the file is read.
+/// Writes a remark on a file to standard error, only once however often the file is read.
 fn note_once(text: String) {
     static NOTED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     let mut noted = NOTED.lock().unwrap_or_else(PoisonError::into_inner);
@@ -202,5 +202,5 @@ fn note_once(text: String) {
     }
 }
 
-/// Voltage of the reference before a greeting says it.
+/// Reference voltage assumed until a greeting reports it.
 pub const VREF_V: f32 = Settings::DEFAULT.vref_v;

@@ -1,5 +1,5 @@
-//! `monitor`: a board live on the terminal. The screen is drawn from [`crate::live`]; this file has
-//! the terminal, the keys and the refresh.
+//! `monitor`: shows a board live on the terminal. The screen is drawn from [`crate::live`]; this
+//! file handles the terminal, the keys and the refresh.
 
 mod chart;
 mod health;
@@ -21,10 +21,10 @@ use ridgetone_proto::settings::Settings;
 use std::time::{Duration, Instant};
 use view::{Action, View};
 
-/// Time between two pictures.
+/// Time between two redraws.
 const REFRESH: Duration = Duration::from_millis(50);
 
-/// True if alarms may be red: <https://no-color.org>.
+/// True if alarms may be red, see <https://no-color.org>.
 pub fn has_colour() -> bool {
     std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
@@ -38,7 +38,7 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// A screen for a feed; `settings` are put into force on the board first, but not stored.
+    /// Creates a screen for a feed. `settings` are first applied to the board, but not stored.
     pub fn new(feed: Feed, settings: Option<Settings>) -> Self {
         let following = Following::new(feed, settings);
         let (live, view) = (
@@ -53,8 +53,8 @@ impl Monitor {
         }
     }
 
-    /// Shows the screen until the user leaves or this process is to stop. Gives the feed back, for
-    /// its counts.
+    /// Shows the screen until the user quits or the process is asked to stop. Returns the feed, so
+    /// that its counts can be read.
     pub fn run(mut self) -> (Feed, Result<()>) {
         let shown = ratatui::try_init()
             .context("the terminal")
@@ -92,7 +92,7 @@ impl Monitor {
         Ok(())
     }
 
-    /// Carries out an action. False: leave.
+    /// Carries out an action. Returns false if the user quits.
     fn act(&mut self, action: Action) -> bool {
         match action {
             Action::Quit => return false,
@@ -111,7 +111,6 @@ impl Monitor {
         true
     }
 
-    /// Takes all events that arrive within a time.
     fn take(&mut self, most: Duration) -> Result<()> {
         let begun = Instant::now();
         loop {

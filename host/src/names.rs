@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Name of a variant without fields, as `serde` writes it.
+/// Returns the name of a variant without fields, as `serde` writes it.
 pub fn name(variant: impl Serialize) -> &'static str {
     serde_variant::to_variant_name(&variant).unwrap_or("?")
 }

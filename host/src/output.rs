@@ -20,10 +20,10 @@ pub fn line(text: &str) -> Result<()> {
     Ok(())
 }
 
-/// Writes one line to standard error. It may quote files, boards and peers: control characters are
-/// escaped, and a long text is cut.
+/// Writes one line to standard error. The text may quote files, boards and peers, so control
+/// characters are escaped and a long text is cut.
 pub fn error_line(text: Arguments<'_>) {
-    // Standard error is closed: this cannot be reported.
+    // If standard error is closed, the failure cannot be reported anywhere.
     let _ = writeln!(std::io::stderr().lock(), "{}", printable(&text.to_string()));
 }
 
@@ -35,7 +35,7 @@ macro_rules! note {
     };
 }
 
-/// True if there is no progress to show: whoever calls this library has a screen of their own.
+/// True if no progress is shown, because the program that uses this library has its own screen.
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 
 /// Shows no progress from now on.
@@ -75,7 +75,7 @@ pub fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(f64, f64)) -> Result<T>)
 }
 
 impl Progress {
-    /// Items done, and their number.
+    /// Shows the number of items done and their total.
     pub fn show_count(&mut self, what: &str, done: u64, total: u64) {
         self.show(format_args!("{what}: {done} of {total}"));
     }

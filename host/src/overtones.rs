@@ -1,10 +1,10 @@
-//! A texture's overtones as sines.
+//! Overtones of a texture, with their phases as sines.
 
 pub use crate::events::view::Overtone;
 use ridgetone_proto::telemetry::Overtones;
 use std::f64::consts::TAU;
 
-/// Overtones of a reported texture: amplitudes not above 1, and phases as sines.
+/// Returns the overtones of a reported texture: amplitudes up to 1, and phases as sines.
 pub fn overtones(reported: &Overtones) -> [Overtone; 3] {
     let mut turn = 1;
     reported.map(|[re, im]| {
@@ -18,7 +18,7 @@ pub fn overtones(reported: &Overtones) -> [Overtone; 3] {
         };
         turn += 1;
         let (re, im) = (f64::from(sine_re), f64::from(sine_im));
-        // NaN and infinity stay what they are, so that a reader can refuse them.
+        // Keep NaN and infinity, so that a reader can reject them.
         let amplitude = re.hypot(im);
         let amplitude = if amplitude.is_finite() {
             amplitude.min(1.0)
@@ -59,7 +59,7 @@ mod tests {
                 assert!((off - off.round()).abs() < 1e-6, "{k} {eighth}: {found:?}");
             }
         }
-        // Noise may make an overtone of a faint fundamental too large.
+        // Noise can make an overtone larger than a weak fundamental; its amplitude is limited to 1.
         assert_eq!(
             overtones(&[[3.0, 4.0]; 3]).map(|overtone| overtone.amplitude),
             [1.0; 3]

@@ -1,5 +1,5 @@
-//! A recording at one glance: every channel over all of its length, thinned to the columns of a
-//! screen, with its touches.
+//! Overview of a recording: its touches, and every channel over the whole length, thinned to the
+//! columns of a screen.
 
 use crate::harmonics::{Frequencies, Reading, powers};
 use crate::part::{Part, Selection, columns};
@@ -17,27 +17,25 @@ pub struct Recorded {
     units: Vec<Option<String>>,
     is_dated: bool,
     times_s: Vec<f64>,
-    /// Values column by column; NaN is a missing reading.
+    /// Values by column; NaN stands for a missing reading.
     columns: Vec<Vec<f64>>,
-    /// Level of each column, its middle value.
+    /// Median of each column.
     levels: Vec<f64>,
     touches: Touches,
 }
 
-/// Rows of a part, thinned: each column has its smallest and its largest value in each step, in
-/// their order.
+/// Thinned rows of a part. For each step, each column has its minimum and maximum, in the order in
+/// which they occurred.
 #[derive(Debug, Serialize)]
 pub struct Overview<'a> {
     names: &'a [String],
-    /// Units as far as the file states them.
     units: &'a [Option<String>],
-    /// Times are seconds since 1970.
+    /// True if times are seconds since 1970.
     is_dated: bool,
-    /// Rows of the whole recording.
     rows: usize,
     /// Mean rate of the rows, hertz.
     rate_hz: f64,
-    /// Time of the recording's first row and of its last one.
+    /// Times of the first and last row of the recording, seconds.
     from_s: f64,
     until_s: f64,
     touches: &'a Touches,
@@ -47,14 +45,14 @@ pub struct Overview<'a> {
     values: Vec<Vec<Option<f32>>>,
 }
 
-/// Columns and frequencies of a spectrogram.
+/// Numbers of columns and frequencies in a spectrogram.
 const COLUMNS: usize = 240;
 const BINS: usize = 96;
 
-/// Channels that a spectrogram is made of, at most.
+/// Maximum number of channels that a spectrogram averages.
 const CHANNELS: usize = 16;
 
-/// Shades of a spectrogram, and the range that they cover, decibels.
+/// Number of the darkest shade in a spectrogram, and the range of all shades, decibels.
 const SHADES: u8 = 7;
 pub const RANGE_DB: f64 = 35.0;
 
@@ -64,14 +62,14 @@ pub struct Spectrogram {
     pub from_s: f64,
     pub until_s: f64,
     pub max_hz: f64,
-    /// Length of its windows.
+    /// Length of the windows, seconds.
     pub window_s: f64,
-    /// Columns of equal width from `from_s` to `until_s`, each with shades from 0 to 7 (the most
-    /// power) at equal steps of frequency from 0 to `max_hz`.
+    /// Columns of equal width from `from_s` to `until_s`. Each has shades from 0 to 7 (most power)
+    /// at equal steps of frequency from 0 to `max_hz`.
     pub levels: Vec<Vec<u8>>,
 }
 
-/// Shades of powers: the highest one has the most of all but a few powers.
+/// Converts powers to shades. The highest shade starts near the 99.5th percentile of all powers.
 fn levels(decibels: &[Vec<f64>]) -> Vec<Vec<u8>> {
     let mut all: Vec<f64> = decibels.iter().flatten().copied().collect();
     all.retain(|db| db.is_finite());
@@ -108,14 +106,14 @@ impl Recorded {
             units: chosen.iter().map(|at| units[*at].clone()).collect(),
             is_dated: rows.is_dated() && date(part.times_s[0]).is_some(),
             levels: columns.iter().map(|values| middle(values)).collect(),
-            // Files of other instruments, and files without a rate, have no touch.
+            // Files of other instruments, and files without a rate, show no touches.
             touches: touch_part::touches(samples, selection).unwrap_or_default(),
             times_s: part.times_s,
             columns,
         })
     }
 
-    /// Time of the first row and of the last one, seconds.
+    /// Returns the times of the first and last row, seconds.
     pub fn ends_s(&self) -> (f64, f64) {
         (self.times_s[0], self.times_s[self.times_s.len() - 1])
     }
@@ -126,11 +124,12 @@ impl Recorded {
         (self.times_s.len() - 1) as f64 / (until_s - from_s)
     }
 
-    /// The mean power of the channels over time and frequency, from windows of this length at most.
+    /// Computes the mean power of the channels over time and frequency, from windows of at most
+    /// `window_s`.
     pub fn spectrogram(&self, window_s: f64, max_hz: f64) -> Spectrogram {
         let (from_s, until_s) = self.ends_s();
         let step_hz = max_hz / BINS as f64;
-        // No longer than a line between two frequencies can be seen.
+        // A longer window would make a line too narrow to be seen between two frequencies.
         let window_s = window_s.min(1.0 / step_hz).min(until_s - from_s);
         let apart_s = (until_s - from_s) / COLUMNS as f64;
         let frequencies = Frequencies {
@@ -147,7 +146,7 @@ impl Recorded {
             let end = self
                 .times_s
                 .partition_point(|t_s| *t_s <= middle_s + 0.5 * window_s);
-            // Where rows are missing there is nothing to draw.
+            // Draw nothing where half of the rows or more are missing.
             let is_full = (end - begin) as f64 > 0.5 * window_s * self.rate_hz();
             let mut power = vec![0.0; BINS];
             for values in self.columns.iter().take(if is_full { CHANNELS } else { 0 }) {
@@ -179,18 +178,18 @@ impl Recorded {
         }
     }
 
-    /// Number of contacts that were found.
+    /// Returns the number of contacts found.
     pub fn contacts(&self) -> usize {
         self.touches.contacts_s.len()
     }
 
-    /// The rows between two times, and the row next to either end, in at most `steps` steps.
+    /// Thins the rows between two times, plus one row at either end, to at most `steps` steps.
     pub fn overview(&self, from_s: f64, until_s: f64, steps: usize) -> Overview<'_> {
         let begin = self.times_s.partition_point(|t_s| *t_s < from_s);
         let end = self.times_s.partition_point(|t_s| *t_s <= until_s);
         let rows = begin.saturating_sub(1)..(end + 1).min(self.times_s.len());
         let length = rows.len().div_ceil(steps.max(1)).max(1);
-        // A step of one or two rows has them as they are.
+        // With one or two rows per step there is nothing to thin.
         let length = if length <= 2 { 1 } else { length };
         let starts: Vec<usize> = rows.clone().step_by(length).collect();
         let step_of = |start: &usize| *start..(*start + length).min(rows.end);
@@ -230,7 +229,7 @@ impl Recorded {
     }
 }
 
-/// The smallest and the largest value in the order in which they come; NaN without any.
+/// Returns the minimum and maximum in the order in which they occur; NaN if there is no value.
 fn extremes(values: &[f64]) -> [f64; 2] {
     let known = || {
         values
@@ -247,7 +246,7 @@ fn extremes(values: &[f64]) -> [f64; 2] {
     }
 }
 
-/// The middle one of the values; 0 without any.
+/// Returns the median; 0 if there is no value.
 fn middle(values: &[f64]) -> f64 {
     let mut known: Vec<f64> = values.iter().copied().filter(|v| !v.is_nan()).collect();
     if known.is_empty() {
@@ -262,7 +261,7 @@ mod tests {
     use super::*;
     use std::sync::Arc;
 
-    /// Thinning keeps every spike and adds no value, whatever the number of steps.
+    /// Asserts that thinning keeps every spike and adds no value, for any number of steps.
     #[test]
     fn thinned_rows_keep_the_extremes_of_every_step() {
         let value = |row: usize, column: usize| match (row, column) {

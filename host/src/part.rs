@@ -1,4 +1,4 @@
-//! The part of a table that is used: its rows are read up to the part's end, and only those of the
+//! The part of a table that is used. Rows are read up to the end of the part, and only rows in the
 //! part are kept.
 
 use crate::alignment::Alignment;
@@ -15,28 +15,28 @@ use std::ops::RangeInclusive;
 /// Which rows and columns to fit, and how.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
-    /// Rows per second; needed where the file has no `time_s`.
+    /// Rows per second; needed if the file has no `time_s`.
     pub rate_hz: Option<f64>,
-    /// First time to use, seconds as in `time_s`; without that column row / rate.
+    /// First time to use, seconds: `time_s`, or row / rate if the file has no `time_s`.
     pub from_s: Option<f64>,
     pub to_s: Option<f64>,
-    /// Columns to use, by their names, their numbers or ranges of these; all if empty.
+    /// Columns to use: names, numbers or ranges of numbers; all columns if empty.
     pub columns: Vec<String>,
-    /// Maximum number of harmonics, the fundamental included, 1 to 5; 5 if none.
+    /// Maximum number of harmonics including the fundamental, 1 to 5; `None` means 5.
     pub harmonics: Option<u8>,
-    /// Column to fit by position with, if not by time.
+    /// Column of positions or speeds, for a fit in the spatial domain.
     pub position: Option<Column>,
-    /// Skew and delay of the positions, if they come from another file.
+    /// Skew and delay of the positions, if they come from a separate file.
     pub alignment: Option<Alignment>,
     pub interferer_hz: Option<f64>,
-    /// Frequencies that the tone may have.
+    /// Frequencies to search for the tone.
     pub band: Band,
     /// Other signals in the rows, next to the tone.
     pub declared: Declared,
 }
 
 impl Selection {
-    /// Full name of the column of positions or speeds.
+    /// Returns the position or speed column with its full name.
     pub fn position_in(&self, names: &[String]) -> Option<Column> {
         let position = self.position.clone();
         position.map(|column| column.resolved(names))
@@ -61,7 +61,7 @@ pub enum Exclude {
 }
 
 impl Exclude {
-    /// Finds a part by its name, whose words may also be joined by `_`.
+    /// Finds a part by its name. Words may be joined by `-` or `_`.
     pub fn named(name: &str) -> Result<Self, UsageError> {
         Self::from_str(&name.replace('_', "-"), false).map_err(|_| {
             let all = Self::value_variants().iter();
@@ -75,7 +75,7 @@ impl Exclude {
         })
     }
 
-    /// Takes it out of a scene.
+    /// Excludes the part from the declared scene.
     pub fn leave_out(self, declared: &mut Declared) {
         let place = match self {
             Self::Overtones => &mut declared.overtones,
@@ -102,7 +102,7 @@ pub struct Band {
 }
 
 impl Band {
-    /// Bounds in their order.
+    /// Creates a band. Fails if the bounds are not in ascending order.
     pub fn new(min_hz: Option<f64>, max_hz: Option<f64>) -> Result<Self, UsageError> {
         match (min_hz, max_hz) {
             (Some(min_hz), Some(max_hz)) if min_hz >= max_hz => Err(UsageError(format!(
@@ -120,9 +120,9 @@ impl Band {
 
 #[derive(Default)]
 pub struct Part {
-    /// Rows of the file in front of it.
+    /// Number of rows of the file before this part.
     pub before: u64,
-    /// Times of the rows, seconds: their stamps, or by the given rate.
+    /// Times of the rows, seconds: from their stamps, or from the given rate.
     pub times_s: Vec<f64>,
     pub is_stamped: bool,
     values: Values,
@@ -130,9 +130,9 @@ pub struct Part {
 
 /// Values of the rows; NaN stands for a missing reading.
 enum Values {
-    /// Column by column.
+    /// Copied, by column.
     Read(Vec<Vec<f64>>),
-    /// They are where they were.
+    /// Not copied: the caller has them in memory.
     InMemory(ValueAt),
 }
 
@@ -150,7 +150,7 @@ pub fn push_row(columns: &mut [Vec<f64>], row: &[f64]) {
 }
 
 impl Part {
-    /// Rows that were read already, column by column.
+    /// Creates a part from rows that were already read; `columns` has the values by column.
     pub fn of_rows(before: u64, times_s: Vec<f64>, columns: Vec<Vec<f64>>) -> Self {
         Self {
             before,
@@ -160,7 +160,8 @@ impl Part {
         }
     }
 
-    /// Reads it, at most `most` rows, and of these the columns that the selection uses. `progress` takes the rows that have been read.
+    /// Reads the columns that the selection uses, at most `most` rows. `progress` is called with
+    /// the number of rows read so far.
     pub fn read(
         rows: &mut dyn RowReader,
         selection: &Selection,
@@ -186,7 +187,7 @@ impl Part {
             let at = named(rows, position.name()).ok();
             used.extend(at.filter(|at| !used.contains(at)));
         }
-        // The rows after the part may be another recording, and are not read.
+        // Rows after the part are not read: they may belong to a different recording.
         while (read == 0 || last_s < to_s) && rows.advance()? {
             let stamp_s = rows.time_s();
             part.is_stamped = stamp_s.is_some();
@@ -222,7 +223,7 @@ impl Part {
                 "{file}: {} rows or more in the window, at most {most} can be taken: choose a part with --from and --to",
                 most + 1
             );
-            // It refuses values that are not finite, those in memory too.
+            // Called even for values in memory, because it refuses values that are not finite.
             rows.values(&mut values)?;
             if in_memory.is_none() {
                 used.iter().for_each(|at| kept[*at].push(values[*at]));
@@ -230,7 +231,7 @@ impl Part {
             part.times_s.push(t_s);
         }
         is_whole &= last_s < to_s;
-        // A row lasts until the next one would come.
+        // A row lasts for one mean interval.
         let lasts_s = if read > 1 {
             1.001 * (last_s - begin_s) / (read - 1) as f64
         } else {
@@ -256,12 +257,11 @@ impl Part {
         Ok(part)
     }
 
-    /// Number of its rows.
     pub fn rows(&self) -> usize {
         self.times_s.len()
     }
 
-    /// A value by its row in the part and its column.
+    /// Returns a value by its row in the part and its column.
     pub fn value(&self, row: usize, column: usize) -> f64 {
         match &self.values {
             Values::Read(columns) => columns[column][row],
@@ -269,7 +269,6 @@ impl Part {
         }
     }
 
-    /// All values of a column.
     pub fn column(&self, column: usize) -> Cow<'_, [f64]> {
         match &self.values {
             Values::Read(columns) => Cow::Borrowed(&columns[column]),
@@ -281,7 +280,7 @@ impl Part {
     }
 }
 
-/// The rate of rows without stamps.
+/// Returns the rate of rows without time stamps. Fails if no rate was given.
 pub fn given_rate_hz(rows: &dyn RowReader, selection: &Selection) -> Result<f64> {
     match (selection.rate_hz, rows.timing()) {
         (Some(rate_hz), _) => Ok(rate_hz),
@@ -290,12 +289,11 @@ pub fn given_rate_hz(rows: &dyn RowReader, selection: &Selection) -> Result<f64>
     }
 }
 
-/// The place of a column.
 pub fn named(rows: &dyn RowReader, name: &str) -> Result<usize> {
     named_in(rows.file(), rows.names(), name)
 }
 
-/// The place of a column among the names that a file has.
+/// Returns the index of a column among the names in a file.
 pub fn named_in(file: &str, names: &[String], name: &str) -> Result<usize> {
     let without_unit = || {
         let is_it = |at: &usize| bracketed(&names[*at]).is_some_and(|(before, _)| before == name);
@@ -312,13 +310,12 @@ pub fn named_in(file: &str, names: &[String], name: &str) -> Result<usize> {
     }
 }
 
-/// The places of all columns with a name.
 fn all_named(names: &[String], name: &str) -> Vec<usize> {
     (0..names.len()).filter(|at| names[*at] == name).collect()
 }
 
-/// The places of the columns to use: of a name that several have, all of these. Names may be given
-/// as the numbers of columns in the file, from 1, or as a range of these: `3-8`.
+/// Returns the indices of the columns to use. A name selects all columns that have it. Columns may
+/// also be given by number, from 1, or as a range of numbers: `3-8`.
 pub fn columns(rows: &dyn RowReader, selection: &Selection) -> Result<Vec<usize>> {
     let file = rows.file();
     let mut columns = Vec::new();
@@ -346,14 +343,14 @@ pub fn columns(rows: &dyn RowReader, selection: &Selection) -> Result<Vec<usize>
     Ok(columns)
 }
 
-/// Numbers of columns: `5` or `3-8`.
+/// Parses column numbers: `5` or `3-8`.
 fn range(text: &str) -> Option<RangeInclusive<usize>> {
     let (from, to) = text.split_once('-').unwrap_or((text, text));
     Some(from.trim().parse().ok()?..=to.trim().parse().ok()?)
 }
 
-/// Indices of the columns with these numbers in the file. A range leaves out columns that are not
-/// channels.
+/// Returns the indices of the columns with these numbers in the file. A range skips columns that
+/// are not channels.
 fn numbered(rows: &dyn RowReader, text: &str, range: RangeInclusive<usize>) -> Result<Vec<usize>> {
     let numbers = rows.numbers();
     let is_in = |at: &usize| range.contains(&numbers[*at]);

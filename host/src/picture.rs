@@ -1,4 +1,4 @@
-//! The picture of a run on the chip: sixteen strips, the results, and the fitted tone close up.
+//! Picture of a run on the chip: sixteen strips, the results, and a close-up of the fitted tone.
 
 mod recording;
 
@@ -12,11 +12,11 @@ use crate::remarks::phrases;
 use ridgetone_proto::telemetry::{Estimate, Status};
 use std::ops::RangeInclusive;
 
-/// Periods of the tone in the close-up, and points of the fitted curve there.
+/// Numbers of periods and of points on the fitted curve in the close-up.
 const CLOSE_PERIODS: f64 = 4.0;
 const CURVE_POINTS: u32 = 100;
 
-/// Draws a recording. `nominal_hz` is the true frequency where it is known.
+/// Draws a recording. `nominal_hz` is the true frequency, if known.
 pub fn draw(recording: &Recording, nominal_hz: Option<f64>) -> String {
     let fit = recording.slide_fit.as_ref();
     let (title, subtitle) = headline(fit, nominal_hz);
@@ -107,14 +107,14 @@ fn window(fit: &Estimate) -> RangeInclusive<f64> {
     end_s - f64::from(fit.window_s)..=end_s
 }
 
-/// The fit to a channel's readings in the window, all harmonics included, over the close-up's
-/// range.
+/// Evaluates the fit to a channel's readings in the window, with all harmonics, over the range of
+/// the close-up.
 fn curve(fit: &Estimate, readings: &[(f64, f64)], range: &RangeInclusive<f64>) -> Vec<(f64, f64)> {
     let window = window(fit);
     let centre_s = 0.5 * (window.start() + window.end());
     let step_s = (range.end() - range.start()) / f64::from(CURVE_POINTS);
     let points_s = (0..=CURVE_POINTS).map(|step| range.start() + step_s * f64::from(step));
-    // The points of the curve have no reading, and do not count in the fit.
+    // The points of the curve have no reading, so they do not affect the fit.
     let known = readings.iter().filter(|(t_s, _)| window.contains(t_s));
     let known = known.map(|(t_s, v)| (*t_s, Some(*v as f32)));
     let points = points_s.clone().map(|t_s| (t_s, None));

@@ -1,5 +1,5 @@
-//! A board on a serial line that may be unplugged: opened by name or by its USB serial number, and
-//! opened again under any name at which it comes back.
+//! A board on a serial line that may be unplugged. It is opened by port name or USB serial number,
+//! and reopened when it is plugged in again, even under a different name.
 
 mod link;
 mod list;

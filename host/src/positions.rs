@@ -1,8 +1,8 @@
-//! Positions that a robot has logged, joined to the raw frames of a recording: `fit --positions`.
+//! Joins positions logged by a robot to the raw frames of a recording: `fit --positions`.
 //!
-//! The robot's times are UTC, or device time. The board's clock in UTC follows from the times at
-//! which its packets were received ([`crate::utc`]). Between the robot's rows the position is a
-//! cubic whose slope at each row is that of the polynomial through the five rows around it.
+//! The robot's times are UTC or device time. Device time is converted to UTC with the times at
+//! which packets were received ([`crate::utc`]). Between the robot's rows the position is a cubic;
+//! its slope at a row is that of the polynomial through the five nearest rows.
 
 use crate::alignment::Alignment;
 use crate::messages::{Form, Message, messages};
@@ -19,48 +19,48 @@ use ridgetone_proto::telemetry::{Event, Starts};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Name of the column that the frames get.
+/// Name of the column added to the frames.
 const JOINED: &str = "position_mm";
 
 /// Times from here on are UTC, seconds since 1970; earlier ones are device time.
 const UTC_FROM_S: f64 = 1e9;
 
-/// Longest time without a row, seconds: a hand that goes to and fro at 1.07 Hz is by then 7 mm from
-/// where its speed would lead. Slow logs may have four times their usual spacing.
+/// Longest time without a row, seconds. In this time a hand that moves to and fro at 1.07 Hz can
+/// deviate 7 mm from constant speed. Slow logs may have gaps of four times their usual spacing.
 const GAP_S: f64 = 0.1;
 const GAP_SPACINGS: f64 = 4.0;
 
-/// Rows on each side of a row whose polynomial gives its slope.
+/// Rows on each side of a row that the polynomial for its slope uses.
 const SIDE: usize = 2;
 
-/// Delay of the bridges' low-pass, 820 ohm next to 820 ohm and 1 uF, as all boards have it,
-/// seconds.
+/// Delay of the low-pass of the bridges on all boards, seconds: 820 ohm parallel to 820 ohm, with
+/// 1 uF.
 const LOW_PASS_S: f64 = 0.41e-3;
 
-/// Standard deviation of a delay that no clock shows, seconds: the least one of a USB adapter, up
-/// to 1 ms, and the tolerance of the low-pass.
+/// Standard deviation of delays that the clocks cannot reveal, seconds: the minimum delay of a USB
+/// adapter, up to 1 ms, and the tolerance of the low-pass.
 const DELAY_SIGMA_S: f64 = 0.5e-3;
 
-/// Device time from one relation of the clocks to the next, seconds.
+/// Device time between two points at which the clocks are compared, seconds.
 const RELATION_S: f64 = 10.0;
 
-/// Maximum number of relations of the clocks: four months of a recording.
+/// Maximum number of points at which the clocks are compared: a recording of four months.
 const RELATIONS_MAX: f64 = 1e6;
 
 /// A file of positions, and how to read it.
 #[derive(Clone, Debug)]
 pub struct PositionFile {
     pub path: PathBuf,
-    /// Column of the positions or of the speeds; none: the one whose name begins with `position` or
+    /// Column of the positions or speeds; `None` means the one whose name begins with `position` or
     /// `speed`.
     pub column: Option<Column>,
-    /// Column of the times, if its name does not say it.
+    /// Column of the times, if it cannot be recognised by its name.
     pub time: Option<TimeColumn>,
 }
 
 impl PositionFile {
-    /// Joins the positions to a recording's frames: gives the frames for which there are positions,
-    /// with a column of these, and the selection that fits by it.
+    /// Joins the positions to a recording's frames. Returns the frames for which there are
+    /// positions, with a position column, and a selection that fits in the spatial domain.
     pub fn join(&self, samples: &Samples, selection: &Selection) -> Result<(Samples, Selection)> {
         let track = Track::load(self)?;
         let board = Board::read(samples)?;
@@ -92,7 +92,7 @@ impl PositionFile {
     }
 }
 
-/// A row of a robot's log: time, position, and the speed there.
+/// A row of a robot's log: time, position and speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Knot {
     t_s: f64,
@@ -129,7 +129,7 @@ impl Track {
                 bail!("{file}: time {t_s} after {before_s}: times must increase");
             }
             rows.values(&mut row)?;
-            // A reading that is missing is a row that is missing.
+            // Treat a missing reading as a missing row.
             if !row[at].is_nan() {
                 times_s.push(t_s);
                 values.push(row[at]);
@@ -157,7 +157,7 @@ impl Track {
                 Quantity::Position => (*value, slopes[row]),
                 Quantity::Speed => {
                     if row > 0 {
-                        // The integral of the cubic.
+                        // Add the integral of the cubic between the two rows.
                         let step_s = t_s - times_s[row - 1];
                         let bend = (slopes[row - 1] - slopes[row]) * step_s / 12.0;
                         mm += step_s * (0.5 * (values[row - 1] + value) + bend);
@@ -177,7 +177,7 @@ impl Track {
         Self { file, knots, gap_s }
     }
 
-    /// Times of its first and its last row.
+    /// Returns the times of the first and last row, seconds.
     fn range_s(&self) -> (f64, f64) {
         (self.knots[0].t_s, self.knots[self.knots.len() - 1].t_s)
     }
@@ -186,7 +186,7 @@ impl Track {
         self.knots[0].t_s >= UTC_FROM_S
     }
 
-    /// Position at a time; NaN before the first row, after the last one, and in a gap.
+    /// Returns the position at a time; NaN before the first row, after the last row and in a gap.
     fn mm(&self, t_s: f64) -> f64 {
         let next = self.knots.partition_point(|knot| knot.t_s <= t_s);
         let from = match next.checked_sub(1) {
@@ -207,12 +207,12 @@ impl Track {
     }
 }
 
-/// Slope at a row of the polynomial through it and its nearest neighbours.
+/// Returns the slope at a row, from the polynomial through the row and its nearest neighbours.
 fn slope(times_s: &[f64], values: &[f64], row: usize) -> f64 {
     let last = times_s.len() - 1;
     let from = row.saturating_sub(SIDE).min(last.saturating_sub(2 * SIDE));
     let near = || (from..=last.min(from + 2 * SIDE)).filter(|other| *other != row);
-    // The derivative of Lagrange's polynomial: a weighted sum of the chords to the neighbours.
+    // Derivative of the Lagrange polynomial: a weighted sum of the chords to the neighbours.
     near()
         .map(|at| {
             let chord = (values[at] - values[row]) / (times_s[at] - times_s[row]);
@@ -235,7 +235,7 @@ struct Board {
 }
 
 impl Board {
-    /// Reads a recording up to its end, or to the board's next start.
+    /// Reads a recording up to its end, or up to a restart of the board.
     fn read(samples: &Samples) -> Result<Self> {
         let name = samples.name().to_owned();
         let path = samples.path().map(|path| (path, Form::of(path)));
@@ -283,7 +283,7 @@ impl Board {
         })
     }
 
-    /// The board's clock in that of a track, and its standard deviation, seconds.
+    /// Returns the relation of the board's clock to a track's, and its standard deviation, seconds.
     fn clock(&self, track: &Track) -> Result<(Clock, f64)> {
         if !track.is_utc() {
             return Ok((Clock::default(), 0.0));
@@ -294,7 +294,7 @@ impl Board {
             "{name}: has no times of receipt, so that positions in UTC cannot be aligned: give them in device time, time_s"
         );
         let (first_s, last_s) = self.frames_s;
-        // A damaged time could ask for any number of steps.
+        // Limit the steps: a damaged time could require any number of them.
         let steps = ((last_s - first_s) / RELATION_S)
             .ceil()
             .clamp(1.0, RELATIONS_MAX);
@@ -312,8 +312,8 @@ impl Board {
         Ok((Clock { relations }, most_s))
     }
 
-    /// Time from a frame's stamp to the middle of its conversions, seconds, where its position is
-    /// taken.
+    /// Returns the time from a frame's stamp to the middle of its conversions, seconds. The
+    /// position of the frame is evaluated there.
     fn middle_s(&self) -> f64 {
         match self.plan.sampling {
             Sampling::InTurn => {
@@ -341,7 +341,7 @@ impl Board {
     }
 }
 
-/// Differences of two clocks at device times, seconds, with straight lines in between; without any
+/// Differences of two clocks at device times, seconds, interpolated linearly. If there are none,
 /// the clocks are the same.
 #[derive(Debug, Default)]
 struct Clock {
@@ -366,17 +366,17 @@ impl Clock {
     }
 }
 
-/// A track, and where frames are on it.
+/// A track, and the relation of the frames' times to it.
 #[derive(Debug)]
 struct Joined {
     track: Track,
     clock: Clock,
-    /// Added to a frame's time, seconds.
+    /// Time added to a frame's stamp, seconds.
     after_s: f64,
 }
 
 impl Joined {
-    /// The track's time of a frame.
+    /// Converts a frame's time to the track's time.
     fn time_s(&self, t_s: f64) -> f64 {
         self.clock.time_s(t_s + self.after_s)
     }
@@ -398,7 +398,7 @@ impl Joined {
     }
 }
 
-/// Rows within a track's times, with a column of positions.
+/// Rows within the time range of a track, with a column of positions added.
 struct JoinedRows {
     rows: Box<dyn RowReader + Send>,
     names: Vec<String>,

@@ -1,5 +1,5 @@
-//! A command of the family `ridgetone` as a program: its arguments, its exit status, its errors on
-//! one line each.
+//! Runs a command of the `ridgetone` family as a program: arguments, exit status, and errors on one
+//! line each.
 
 use crate::note;
 use crate::usage::{NoEstimate, UsageError};
@@ -30,7 +30,7 @@ pub fn run<C: Parser>(run: impl FnOnce(C) -> Result<()>) -> ExitCode {
     };
     match run(command) {
         Ok(()) => ExitCode::SUCCESS,
-        // The reader of the output has closed it, as `head` does.
+        // The reader of the output, such as `head`, has closed it.
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             note!("{error:#}");
@@ -51,7 +51,7 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
         .is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
 }
 
-/// clap's message and what it supposes was meant, on one line.
+/// Returns clap's message and its suggestion on one line.
 fn first_paragraph(message: &str) -> String {
     let lines = || message.lines().map(str::trim);
     let first = lines().take_while(|line| !line.is_empty());

@@ -1,4 +1,4 @@
-//! The line of an emulated board as a serial port of this PC.
+//! Offers the line of an emulated board as a serial port of this PC.
 
 use crate::emulator::Firmware;
 use crate::input::Opened;
@@ -11,7 +11,7 @@ pub fn run(_: Opened, _: Firmware) -> Result<()> {
     )
 }
 
-/// Prints the port's path and runs the board until it fails or this process is to stop.
+/// Prints the port's path, then runs the board until it fails or the process is asked to stop.
 #[cfg(unix)]
 pub fn run(input: Opened, firmware: Firmware) -> Result<()> {
     use crate::feed::end;
@@ -34,12 +34,12 @@ pub fn run(input: Opened, firmware: Firmware) -> Result<()> {
         if let Ok(length) = ours.read(&mut bytes) {
             session.send(&bytes[..length]);
         }
-        // A byte at a time never waits.
+        // Write one byte at a time, so that a write never blocks.
         if !sent
             .iter()
             .all(|byte| matches!(ours.write(&[*byte]), Ok(1)))
         {
-            // No program has read for a while. Like a cable, this keeps no bytes.
+            // No program has read for a while: drop the bytes, as a cable would.
             theirs.clear(ClearBuffer::Input)?;
         }
     }

@@ -1,4 +1,4 @@
-//! Raw frames of telemetry as rows of samples, in volts.
+//! Reads raw telemetry frames as rows of samples, in volts.
 
 use crate::frame::Frame;
 use crate::messages::{Messages, VREF_V};
@@ -7,28 +7,27 @@ use anyhow::{Result, ensure};
 use hal_mock::FileError;
 use ridgetone_proto::settings::TAXELS;
 
-/// A row for each frame. A taxel without any valid value is at 0 V; a frame that lacks any other
-/// taxel is left out, since `replay` and `fit` take a gap for missing frames.
+/// Rows, one for each frame. A taxel without any valid value is 0 V. A frame that lacks any other
+/// taxel is skipped, because `replay` and `fit` treat a gap as missing frames.
 pub struct RawRows {
     file: String,
     names: Vec<String>,
     messages: Messages,
-    /// Bit k: taxel k has a valid value somewhere.
+    /// Bit k is set if taxel k has a valid value in any frame.
     alive: u16,
     vref_v: f32,
     frame: Option<Frame>,
-    /// Frames without a value of some taxel.
+    /// Number of frames skipped because a taxel has no value.
     pub left_out: u64,
 }
 
-/// Names of the taxels' columns.
 pub fn names() -> Vec<String> {
     (0..TAXELS).map(|taxel| format!("ain{taxel}")).collect()
 }
 
 impl RawRows {
-    /// The frames of `messages`; `again` are the same messages, from which it learns which taxels
-    /// are alive. Fails if there is no frame.
+    /// Reads the frames of `messages`. `again` must be the same messages: a first pass over them
+    /// finds the taxels that are alive. Fails if there is no frame.
     pub fn new(file: &str, messages: Messages, again: Messages) -> Result<Self> {
         let (mut alive, mut vref_v) = (0, VREF_V);
         for message in again {
@@ -52,7 +51,7 @@ impl RawRows {
         })
     }
 
-    /// Moves to the next frame, whatever its time. False at the end.
+    /// Moves to the next frame, whatever its time. Returns false at the end.
     pub fn next_frame(&mut self) -> Result<bool> {
         for message in self.messages.by_ref() {
             let Some(raw) = message?.frame(&mut self.vref_v)? else {
@@ -100,7 +99,7 @@ impl RowReader for RawRows {
     fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
         values.clear();
         let volts = self.frame.map_or([None; TAXELS], |frame| frame.volts);
-        // Parsed from text, as the exported table has them, so that they are equal to the last bit.
+        // Convert to text and back, so that values equal those of an exported table bit for bit.
         values.extend(
             volts.map(|volts| volts.unwrap_or(0.0).to_string().parse().unwrap_or(f64::NAN)),
         );

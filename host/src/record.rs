@@ -1,4 +1,4 @@
-//! The telemetry of a feed, into a file.
+//! Records the telemetry of a feed to a file.
 
 use crate::digits::time_s;
 use crate::feed::{Feed, Requester};
@@ -10,9 +10,9 @@ use ridgetone_proto::telemetry::Packet;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-/// Writes all bytes of a feed into a new file until the source ends, `length_s` of device time
-/// have passed, or the process is interrupted. The file is valid at any moment. Gives the feed
-/// back, for its counts.
+/// Writes all bytes of a feed to a new file until the source ends, `length_s` of device time
+/// have passed, or the process is interrupted. The file is valid at any moment. Returns the feed,
+/// so that its counts can be read.
 pub fn record(
     feed: Feed,
     path: &Path,

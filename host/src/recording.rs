@@ -4,13 +4,13 @@
 //! ridgetone telemetry 2 {"protocol":12,"version":"0.3.0","source":"/dev/ttyUSB0"}\n\0<bytes>
 //! ```
 //!
-//! Between frames stand marks: when the frames after it were received, `@`, nanoseconds since 1970
-//! as text, and a zero. A mark is not a frame: as one it would end before its first stuffing byte
-//! says.
+//! Marks between frames give the time when the frames after the mark were received: `@`,
+//! nanoseconds since 1970 as text, and a zero. A mark cannot be a frame, because it ends earlier
+//! than its first stuffing byte promises.
 //!
-//! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and
-//! loses at most one frame. Bytes without the header, as `cat /dev/ttyUSB0` or `emulate
-//! --serial-out` leave them, are read too.
+//! There is no index and no end mark: a file that is cut off anywhere is valid up to that point,
+//! and loses at most one frame. Bytes without the header, as `cat /dev/ttyUSB0` or `emulate
+//! --serial-out` write them, are read too.
 
 use crate::feed::{FeedEvent, Source};
 use crate::utc::Receipt;
@@ -22,42 +22,42 @@ use std::io::{BufRead, BufReader, ErrorKind, IsTerminal, Read, Write};
 use std::path::Path;
 use std::time::Duration;
 
-/// Beginning of such a file.
+/// Beginning of a file with a header.
 const MAGIC: &str = "ridgetone telemetry ";
 
 const FORMAT: u32 = 2;
 
-/// Begins a mark: a stuffing byte that says that 63 bytes follow, and only 20 do.
+/// First byte of a mark. As a stuffing byte it promises 63 more bytes, but only 20 follow.
 const MARK: u8 = b'@';
 
-/// Bytes without a zero after which they are no frame.
+/// Maximum number of bytes that are read as one frame if no zero ends them.
 const FRAME_MAX: u64 = 1 << 16;
 
-/// Bytes.
+/// Maximum length of the header, bytes.
 const HEADER_MAX: u64 = 4096;
 
-/// Bytes at the beginning of a file of telemetry that hold a complete frame: frames have
-/// [`WIRE_MAX`](ridgetone_proto::telemetry::WIRE_MAX) at most, 512.
+/// Bytes searched for a complete frame at the beginning of a file. Frames have at most
+/// [`WIRE_MAX`](ridgetone_proto::telemetry::WIRE_MAX) bytes, 512.
 const LOOK_BYTES: u64 = 4096;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Version of the wire contract ([`PROTOCOL`]).
     pub protocol: u8,
-    /// Version of the command that wrote it.
+    /// Version of the command that wrote the file.
     pub version: String,
     pub source: String,
-    /// Time that a byte took on the line, seconds.
+    /// Duration of a byte on the line, seconds.
     #[serde(default)]
     pub byte_s: f64,
 }
 
-/// Takes what a feed receives.
+/// Stores the bytes that a feed receives.
 pub trait Keep {
     fn keep(&mut self, bytes: &[u8], receipt: Option<Receipt>) -> std::io::Result<()>;
 }
 
-/// The bytes alone.
+/// Stores only the bytes.
 impl<W: Write> Keep for W {
     fn keep(&mut self, bytes: &[u8], _: Option<Receipt>) -> std::io::Result<()> {
         self.write_all(bytes)?;
@@ -65,10 +65,10 @@ impl<W: Write> Keep for W {
     }
 }
 
-/// A recording that is being written: whole frames, with marks in front.
+/// A recording that is being written: complete frames, with marks in front.
 pub struct Recording {
     out: Box<dyn Write + Send>,
-    /// The beginning of a frame.
+    /// Beginning of a frame that is not complete yet.
     partial: Vec<u8>,
 }
 
@@ -94,7 +94,7 @@ impl Keep for Recording {
 
 impl Drop for Recording {
     fn drop(&mut self) {
-        // Writes what has arrived of a frame; nobody is left to see an error.
+        // Writes the incomplete last frame. An error cannot be reported here.
         let _ = self
             .out
             .write_all(&self.partial)
@@ -102,7 +102,7 @@ impl Drop for Recording {
     }
 }
 
-/// Begins a recording of `source`, in a new file or, with `-`, on standard output. It is not
+/// Begins a recording of `source` in a new file, or on standard output for `-`. Writes are not
 /// buffered.
 pub fn create(path: &Path, source: &str, byte_s: f64) -> Result<Recording> {
     let named = || path.display().to_string();
@@ -146,7 +146,7 @@ fn begin(out: &mut dyn Write, source: &str, byte_s: f64) -> Result<()> {
     Ok(out.write_all(text.as_bytes())?)
 }
 
-/// Whether a file holds telemetry, by its content: it has the header, or a whole frame near its
+/// Returns true if a file holds telemetry: it has the header, or a complete frame near its
 /// beginning.
 pub fn is_telemetry(path: &Path) -> Result<bool> {
     let named = || path.display().to_string();
@@ -161,7 +161,7 @@ pub fn is_telemetry(path: &Path) -> Result<bool> {
     Ok(start.starts_with(MAGIC.as_bytes()) || start.iter().any(is_frame))
 }
 
-/// Error for a file that is no recording of telemetry.
+/// Returns the error for a file that is not a recording of telemetry.
 pub fn no_telemetry(path: &Path) -> anyhow::Error {
     let file = path.display();
     anyhow!(
@@ -169,22 +169,22 @@ pub fn no_telemetry(path: &Path) -> anyhow::Error {
     )
 }
 
-/// A recording as a source, without delays.
+/// A recording as a source, read without delays.
 #[derive(Debug)]
 pub struct Recorded {
     name: String,
     file: BufReader<File>,
-    /// Returns `None` if the bytes have no mark.
+    /// Header; `None` if the file begins without one.
     pub header: Option<Header>,
     /// Bytes of telemetry in the file when it was opened.
     pub bytes: u64,
-    /// Time of receipt by the latest mark.
+    /// Time of receipt, from the latest mark.
     receipt: Option<Receipt>,
 }
 
 impl Recorded {
-    /// Fails if it cannot be read, holds something else, or was written by another version of the
-    /// format or of the protocol.
+    /// Opens a recording. Fails if the file cannot be read, is not a recording, or has a different
+    /// version of the format or of the protocol.
     pub fn open(path: &Path) -> Result<Self> {
         let name = path.display().to_string();
         if !is_telemetry(path)? {
@@ -238,7 +238,7 @@ impl Recorded {
     }
 }
 
-/// The time of a mark.
+/// Parses a mark. Returns its time, nanoseconds since 1970.
 fn mark_ns(bytes: &[u8]) -> Option<u64> {
     let digits = bytes.strip_prefix(&[MARK])?.strip_suffix(&[0])?;
     std::str::from_utf8(digits).ok()?.parse().ok()
@@ -297,7 +297,7 @@ mod tests {
     use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 
-    /// The default scene's telemetry: its bytes and its packets.
+    /// Returns the telemetry of the default scene, as bytes and as packets.
     fn telemetry() -> (Vec<u8>, Vec<Packet>) {
         let mut packets = Vec::new();
         let mut sink = |packet: &Packet| {
@@ -347,7 +347,7 @@ mod tests {
             (packets.len() as u64, 0, 0)
         );
 
-        // Cut off at any byte: all packets before the cut, and nothing is called damaged.
+        // A file cut off at any byte returns all packets before the cut and counts none as damaged.
         let whole = std::fs::read(&path).unwrap();
         let from = whole.len() - bytes.len();
         for length in (from + 1..whole.len()).step_by(37) {
@@ -373,7 +373,7 @@ mod tests {
         let (bytes, packets) = telemetry();
         let path = folder.path().join("marked");
         let mut file = create(&path, "a test", 1e-5).unwrap();
-        // In pieces that end anywhere; a frame has the time of the piece with its end.
+        // Pieces end anywhere in a frame; a frame gets the time of the piece with its last byte.
         let mut expected = Vec::new();
         for (number, piece) in bytes.chunks(100).enumerate() {
             let receipt = Receipt {
@@ -429,7 +429,7 @@ mod tests {
             }
             assert_eq!(error.lines().count(), 1, "{error}");
         }
-        // The same without a header, by the greeting in it.
+        // Without a header, the greeting shows the protocol.
         let (_, mut packets) = telemetry();
         let Event::Hello(hello) = &mut packets[0].event else {
             panic!("no greeting")

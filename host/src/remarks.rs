@@ -1,5 +1,5 @@
-//! Remarks on an estimate next to its frequency: advice on its status, and of its movement and of
-//! its companions are significant.
+//! Remarks on an estimate: advice on its status, and values other than the frequency if they are
+//! significant.
 
 use crate::digits::{plus_minus, significant};
 use crate::tone::{Domain, Tone, WithSigma};
@@ -8,7 +8,7 @@ use ridgetone_proto::telemetry::{Estimate, OtherTone, Status};
 /// Standard deviations above which a chirp is shown.
 const SIGNIFICANT: f64 = 3.0;
 
-/// Advice on a status that depends on the window; short, for a narrow box.
+/// Returns advice on a status that depends on the window, short enough for a narrow box.
 pub const fn remedy(status: Status) -> Option<&'static str> {
     match status {
         Status::Unsteady => Some("shorten the window, or give the speed"),
@@ -18,9 +18,9 @@ pub const fn remedy(status: Status) -> Option<&'static str> {
     }
 }
 
-/// Significant remarks on the movement and on what is next to the tone: names and values. The
-/// wander is shown only for an unsteady tone: its standard deviation is at least half of it, and so
-/// does not say whether it is there.
+/// Returns names and values of significant remarks on the tone's phase modulation and on other
+/// tones. The wander is shown only for an unsteady tone, because its standard deviation is at least
+/// half its value and so cannot prove that there is any.
 pub fn remarks(status: Status, domain: Domain, tone: &Tone) -> Vec<(&'static str, String)> {
     let chirp_unit = match domain {
         Domain::Time => "Hz/s",
@@ -51,7 +51,6 @@ pub fn remarks(status: Status, domain: Domain, tone: &Tone) -> Vec<(&'static str
     remarks
 }
 
-/// Remarks on an estimate as phrases.
 pub fn phrases(estimate: &Estimate) -> Vec<String> {
     remarks(estimate.status, Domain::Time, &Tone::from(estimate))
         .into_iter()

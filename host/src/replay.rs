@@ -1,5 +1,5 @@
-//! `replay`: the library on this PC behind the simulated chip, conversion for conversion as on the
-//! board.
+//! `replay`: runs the library on this PC behind the simulated chip, conversion for conversion as on
+//! the board.
 
 use crate::input::Opened;
 use crate::live::Counts;
@@ -16,11 +16,11 @@ use ridgetone_proto::plan::{HealthReadings, Plan};
 use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
-/// Board time at which START rises, microseconds, about that of the firmware.
+/// Board time at which START rises, microseconds; about the same as in the firmware.
 ///
-/// Any whole microsecond gives the same numbers as the emulated board, whose START rises at a whole
-/// one too: then the DRDY edges fall on the same microseconds after it, and device time begins with
-/// the first of them.
+/// With any whole microsecond the results equal those of the emulated board, whose START also rises
+/// at a whole microsecond: the DRDY edges then fall at the same times after START, and device time
+/// begins with the first edge.
 pub const START_US: u32 = 20_100;
 
 /// Conversions between two reports of progress.
@@ -28,7 +28,7 @@ const PROGRESS_EVERY: u64 = 2048;
 
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// Bytes as they would have gone over the wire.
+    /// Bytes that a board would have sent.
     pub serial: Vec<u8>,
     /// Packets at the PC's end of the wire.
     pub counts: Counts,
@@ -36,8 +36,8 @@ pub struct Outcome {
 }
 
 /// Runs `input` through the library. Packets go to `sink` after encoding and decoding; `progress`
-/// takes the seconds done and those to do. `settings` must have passed [`Settings::validate`]. It
-/// ends early when this process is to stop.
+/// takes the seconds done and the total. `settings` must have passed [`Settings::validate`]. Ends
+/// early if the process is asked to stop.
 pub fn run(
     input: Opened,
     settings: Settings,
@@ -52,17 +52,17 @@ pub fn run(
     run_watched(input, settings, observers)
 }
 
-/// Who looks at a run.
+/// Callbacks that observe a run.
 pub struct Observers<'a> {
     /// Takes packets after encoding and decoding.
     pub sink: &'a mut dyn FnMut(&Packet) -> Result<()>,
-    /// Takes the seconds done and those to do.
+    /// Takes the seconds done and the total.
     pub progress: &'a mut dyn FnMut(f64, f64),
-    /// Sees every conversion, with the board's time of its DRDY edge.
+    /// Takes every conversion, with the board time of its DRDY edge.
     pub watch: &'a mut dyn FnMut(TimedConversion),
 }
 
-/// As [`run`], with all observers.
+/// Like [`run`], with all observers.
 pub fn run_watched(input: Opened, settings: Settings, observers: Observers<'_>) -> Result<Outcome> {
     let Observers {
         sink,
@@ -109,7 +109,7 @@ pub fn run_watched(input: Opened, settings: Settings, observers: Observers<'_>) 
     })
 }
 
-/// As [`conversions_of`], by the default plan.
+/// Like [`conversions_of`], with the default plan.
 pub fn conversions(
     input: Opened,
     take: &mut dyn FnMut(TimedConversion) -> Result<()>,
@@ -117,8 +117,8 @@ pub fn conversions(
     conversions_of(input, &Plan::PAPER, take)
 }
 
-/// Sets the simulated chip up as the firmware does and gives every conversion of `input` to `take`.
-/// If the plan's scan has no health readings, they come once, before it.
+/// Sets up the simulated chip like the firmware and passes every conversion of `input` to `take`.
+/// If the plan's scan has no health readings, they are converted once, before the scan.
 pub fn conversions_of(
     input: Opened,
     plan: &Plan,
@@ -149,7 +149,7 @@ pub fn conversions_of(
     chip.start(&mut start)?;
     while let Some(edge_ns) = board.wait_for_drdy() {
         let conversion = chip.read().context("the simulated chip")?;
-        // The board's counter wraps after 71 minutes, and the library expects that.
+        // Truncates like the board's counter, which wraps after 71 minutes, as the library expects.
         take(TimedConversion::new((edge_ns / 1000) as u32, conversion))?;
         if readings > 0 {
             readings -= 1;
@@ -165,14 +165,14 @@ pub fn conversions_of(
     Ok(())
 }
 
-/// Both ends of the wire: events are numbered, encoded, decoded, and handed on.
+/// Both ends of the wire: numbers, encodes and decodes events, and passes them on.
 struct Wire<'a> {
     sequence: u16,
     serial: Vec<u8>,
     decoder: Decoder,
     received: u64,
     sink: &'a mut dyn FnMut(&Packet) -> Result<()>,
-    /// The first failure; no packet is given to the sink after it.
+    /// First failure; after it, no packets go to the sink.
     failure: Option<anyhow::Error>,
 }
 

@@ -1,8 +1,8 @@
-//! Requests to a board: each is sent with a number, and again under the same number until the board
-//! answers it.
+//! Requests to a board. Each request has a number and is repeated with the same number until the
+//! board answers.
 //!
-//! [`Requests`] knows no line and no clock, so that the emulator's loop and a serial port use the
-//! same code.
+//! [`Requests`] uses no line and no clock, so that it works in the emulator's loop and on a serial
+//! port.
 
 pub mod receiver;
 
@@ -13,14 +13,14 @@ use ridgetone_proto::telemetry::Event;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Time after which a request is sent again. A fit of the longest window takes a tenth of it;
+/// Time after which a request is repeated. A fit of the longest window takes a tenth of this time;
 /// erasing a page of flash, which is rare, takes eight times as long.
 pub const PATIENCE: Duration = Duration::from_millis(250);
 
-/// Times that a request is sent: 5 s in all.
+/// Maximum number of times that a request is sent, within 5 s.
 pub const TRIES: u32 = 20;
 
-/// A request as it travels.
+/// Encodes a request for the line.
 pub fn encode(request: &Request) -> Result<Vec<u8>> {
     let mut bytes = vec![0; REQUEST_WIRE_MAX];
     let used = framing::encode(request, &mut bytes)?;
@@ -28,13 +28,13 @@ pub fn encode(request: &Request) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Requests sent one after the other: the next one when the one before it was answered.
+/// Queue of requests; each is sent after the previous one was answered.
 #[derive(Debug)]
 pub struct Requests {
     next: u16,
     queue: VecDeque<Command>,
     current: Option<Sent>,
-    /// Times that a request was sent, repetitions included.
+    /// Number of requests sent, including repetitions.
     pub sends: u32,
 }
 
@@ -47,9 +47,9 @@ struct Sent {
 }
 
 impl Requests {
-    /// No request yet; the first one gets the number `first`. A board repeats its answer to the
-    /// number that it answered last without doing anything: a program that talks to a board for the
-    /// first time should take a number by the clock.
+    /// Creates an empty queue whose first request gets the number `first`. If a board receives the
+    /// number that it answered last, it only repeats the answer. A program that talks to a board
+    /// for the first time should therefore derive `first` from the clock.
     pub const fn new(first: u16) -> Self {
         Self {
             next: first,
@@ -67,7 +67,7 @@ impl Requests {
         self.current.is_none() && self.queue.is_empty()
     }
 
-    /// Bytes to send at this time; mostly none.
+    /// Returns the bytes to send now; mostly none.
     pub fn due(&mut self, now: Duration) -> Result<Vec<u8>> {
         if self.current.is_none() {
             let Some(command) = self.queue.pop_front() else {
@@ -79,7 +79,7 @@ impl Requests {
             };
             self.next = self.next.wrapping_add(1);
             let mut bytes = encode(&request)?;
-            // Ends whatever was on the line before, which would spoil the request.
+            // Terminates any bytes already on the line, which would otherwise corrupt the request.
             bytes.insert(0, 0);
             self.current = Some(Sent {
                 request,
@@ -102,8 +102,8 @@ impl Requests {
         Ok(sent.bytes.clone())
     }
 
-    /// Takes an event; gives the command that it answers, and the outcome. A request that finds the
-    /// board busy is sent again.
+    /// Takes an event. If it answers the current request, returns the command and the outcome. If
+    /// the board was busy, the request is sent again.
     pub fn answered(&mut self, event: &Event) -> Option<(Command, Outcome)> {
         let Event::Reply(reply) = event else {
             return None;

@@ -1,5 +1,5 @@
-//! Rows of samples, wherever they are: a table, a recording of telemetry with raw frames, what
-//! `export` made of one, or an array in memory.
+//! Rows of samples from any source: a table, a recording of telemetry with raw frames, an export of
+//! a recording, or an array in memory.
 
 mod unchanged;
 
@@ -22,24 +22,23 @@ use unchanged::{State, UnchangedRows};
 #[derive(Clone)]
 pub struct Samples {
     name: String,
-    /// File that they come from, if any.
     path: Option<PathBuf>,
     open: OpenRows,
 }
 
 impl Samples {
-    /// Samples of a file in any form that [`open`] knows. A pipe, or
-    /// standard input as `-`, which can be read only once, is read now.
+    /// Samples of a file in any form that [`open`] knows. A pipe or standard input (`-`) can be
+    /// read only once, so it is read completely now.
     pub fn file(path: &Path) -> Result<Self> {
         Self::file_with(path, None)
     }
 
-    /// As `open`, with the column of a table that is the time.
+    /// Like [`file`](Self::file), with the time column of a table.
     pub fn file_with(path: &Path, time: Option<TimeColumn>) -> Result<Self> {
         Self::file_as(path, TableForm::timed(time))
     }
 
-    /// As `open`, with options on how to read a table.
+    /// Like [`file`](Self::file), with options for reading a table.
     pub fn file_as(path: &Path, form: TableForm) -> Result<Self> {
         let is_standard_input = path == Path::new("-");
         let name = match is_standard_input {
@@ -82,8 +81,8 @@ impl Samples {
         }
     }
 
-    /// Rows in memory, with names of the columns: a value by row and column, NaN where it is
-    /// missing, and a row's time.
+    /// Rows in memory with column names. `value_at` returns the value at a row and column, or NaN
+    /// if it is missing; `time_s` returns the time of a row.
     pub fn array(
         name: &str,
         names: Vec<String>,
@@ -103,7 +102,7 @@ impl Samples {
         Self::rows(name, Arc::new(move || Ok(Box::new(array.clone()))))
     }
 
-    /// The same rows as `change` makes them.
+    /// Returns the samples with `change` applied whenever the rows are opened.
     #[must_use]
     pub fn with_rows(&self, change: ChangeRows) -> Self {
         let opener = self.opener();
@@ -113,7 +112,7 @@ impl Samples {
         }
     }
 
-    /// The same rows under the name that people know.
+    /// Returns the samples with a different name for error messages.
     #[must_use]
     pub fn named(self, name: &str) -> Self {
         Self {
@@ -122,12 +121,10 @@ impl Samples {
         }
     }
 
-    /// The name in errors.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The file that has them.
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }
@@ -147,7 +144,7 @@ impl fmt::Debug for Samples {
     }
 }
 
-/// Makes other rows of some, such as rows with another column.
+/// Transforms rows, such as by adding a column.
 pub type ChangeRows =
     Arc<dyn Fn(Box<dyn RowReader + Send>) -> Box<dyn RowReader + Send> + Send + Sync>;
 
@@ -161,7 +158,7 @@ struct ArrayRows {
     rows: usize,
     value_at: ValueAt,
     time_s: Option<TimeAt>,
-    /// The row after the present one.
+    /// Index of the row after the current one.
     next: usize,
     present_s: Option<f64>,
 }
@@ -227,15 +224,14 @@ impl RowReader for ArrayRows {
     }
 }
 
-/// Bytes by which a recording is known.
+/// Bytes read from the beginning of an input to detect its form.
 const LOOK_BYTES: u64 = 1 << 16;
 
-/// Maximum number of bytes of a recording that is not in a file, as long as a week of a fast
-/// instrument's.
+/// Maximum size of a recording from a pipe, bytes: about a week of a fast instrument.
 const KEPT_MAX: u64 = 4 << 30;
 
-/// A file that holds what `input` gives, and is removed when nobody needs it. A device may never
-/// end: what is no recording by its beginning is refused there.
+/// Copies `input` to a temporary file, which is removed when it is no longer used. A device may
+/// never end, so an input that does not begin like a recording or table is refused early.
 fn kept(input: &mut dyn Read) -> std::io::Result<TempPath> {
     let mut file = tempfile::NamedTempFile::new()?;
     std::io::copy(&mut input.take(LOOK_BYTES), &mut file)?;
@@ -250,7 +246,7 @@ fn kept(input: &mut dyn Read) -> std::io::Result<TempPath> {
     Ok(file.into_temp_path())
 }
 
-/// Opens a file's rows, once: those of a table, or the raw frames of telemetry, in volts.
+/// Opens the rows of a file for one pass: those of a table, or raw telemetry frames, in volts.
 pub fn open(
     path: &Path,
     time: Option<&TimeColumn>,
@@ -259,7 +255,7 @@ pub fn open(
     open_named(path, &path.display().to_string(), &form)
 }
 
-/// Opens a file that errors call by another name.
+/// Opens a file; errors call it `file`.
 fn open_named(
     path: &Path,
     file: &str,
@@ -284,7 +280,7 @@ fn open_named(
             "--time-column and --flatten are for tables: telemetry has its own time",
         )),
         telemetry => {
-            // Twice: a taxel that never has a value is not missing from every frame.
+            // Open the messages twice: the first pass finds taxels without any value.
             let open = || messages(path, telemetry).map_err(refuse);
             Ok(Box::new(
                 RawRows::new(file, open()?, open()?).map_err(refuse)?,
@@ -293,7 +289,7 @@ fn open_named(
     }
 }
 
-/// The rows of a table or of sound, in whatever encoding.
+/// Returns the rows of a table or of a sound file, in any known encoding.
 fn decoded(
     input: Input,
     file: &str,

@@ -1,12 +1,12 @@
-//! Why a recording has no estimate.
+//! Explains why a recording has no estimate.
 
 use ridgetone_proto::telemetry::Event;
 
-/// Phases of a touch that a recording has shown.
+/// Phases of a touch found in a recording so far.
 #[derive(Default)]
 pub struct Seen {
     estimates: u64,
-    /// The longest slide that has ended, seconds.
+    /// Length of the longest slide that has ended, seconds.
     slide_s: Option<f64>,
 }
 
@@ -26,7 +26,7 @@ impl Seen {
         }
     }
 
-    /// Why nothing was estimated; `without_slide` is what to do if there was no slide.
+    /// Explains why there is no estimate. `without_slide` is the advice if there was no slide.
     pub fn why_no_estimate(&self, window_s: f32, without_slide: &str) -> Option<String> {
         if self.estimates > 0 {
             return None;

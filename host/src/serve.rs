@@ -1,15 +1,15 @@
-//! `serve`: the messages of many boards for other programs.
+//! `serve`: publishes the messages of many boards to other programs.
 //!
-//! Each finger has a thread that reads its board, and each sink a thread that delivers. One bounded
-//! [`queue`] lies in front of each sink, so a slow or dead sink holds up no board and no other sink.
+//! Each finger has a thread that reads its board, and each sink a thread that delivers messages. A
+//! bounded [`queue`] in front of each sink keeps a slow or dead sink from blocking the rest.
 //!
 //! | step | where |
 //! |---|---|
 //! | sources named on the command line: `left=/dev/ttyUSB0` | [`source`] |
 //! | messages are read; a port is opened again after a failure | `finger` |
 //! | a message gets its topic and its index | [`message`], [`topic`], `publisher` |
-//! | it waits, or is lost and counted | [`queue`] |
-//! | it is delivered | `Lines`, `foxglove`, `mqtt` |
+//! | the message waits, or is lost and counted | [`queue`] |
+//! | the message is delivered | `Lines`, `foxglove`, `mqtt` |
 
 mod finger;
 #[cfg(feature = "foxglove")]
@@ -40,7 +40,7 @@ use topic::Names;
 /// Interval between checks for threads that have ended.
 const POLL: Duration = Duration::from_millis(50);
 
-/// Time that sinks get at the end to send waiting messages.
+/// Time that sinks have at the end to send waiting messages.
 const FINISH: Duration = Duration::from_secs(3);
 
 /// Lines of JSON on standard output: `{"topic":"/ridgetone/left/tone","message":{...}}`.
@@ -100,8 +100,8 @@ pub struct Serve {
     pub frames: bool,
 }
 
-/// Serves until all sources are over, all sinks have failed, or this process is to stop; reports
-/// the counts on standard error. Fails if no finger or no sink has ever worked.
+/// Serves until all sources have ended, all sinks have failed, or the process is asked to stop, and
+/// reports the counts on standard error. Fails if no finger or no sink has ever worked.
 pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
     if sinks.is_empty() {
         return Err(
@@ -137,7 +137,7 @@ pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
         sleep(POLL);
     }
     let all_failed = all_failed();
-    // The fingers' threads check it too.
+    // Also stops the fingers' threads, which check this flag.
     stop::request();
     let received = reading.into_iter().map(|thread| thread.join());
     let worked = received.filter(|any| matches!(any, Ok(true))).count() > 0;

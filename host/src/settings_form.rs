@@ -1,5 +1,5 @@
-//! Settings as text, all made from the one table [`TABLE`]: TOML in files, the same names in JSON,
-//! `name=value` on the command line.
+//! Settings as text: TOML in files, the same names in JSON, and `name=value` on the command line.
+//! All forms are derived from [`TABLE`].
 //!
 //! ```toml
 //! window_s = 0.5
@@ -13,8 +13,8 @@
 //! period_max_mm = 3.5
 //! ```
 //!
-//! Settings that are left out keep their value: in a file the default ([`Settings::DEFAULT`]), on
-//! the command line the board's.
+//! Settings that are omitted have the default value ([`Settings::DEFAULT`]) in a file, and keep the
+//! board's value on the command line.
 
 #[cfg(test)]
 mod generated;
@@ -37,7 +37,7 @@ pub use page::{Entry, entries};
 pub use read::from_text;
 pub use words::{explain, explained, range, shown};
 
-/// The table's name in front of a setting's own, such as `array`, and its own name.
+/// Splits a setting's name into its table, such as `array`, and its name in that table.
 pub fn split(name: &str) -> (Option<&str>, &str) {
     match name.split_once('.') {
         Some((table, name)) => (Some(table), name),
@@ -45,21 +45,20 @@ pub fn split(name: &str) -> (Option<&str>, &str) {
     }
 }
 
-/// Settings of a table, or those in none.
+/// Returns the settings in a table, or those in no table.
 fn rows(table: Option<&str>) -> impl Iterator<Item = &'static Setting> {
     TABLE
         .iter()
         .filter(move |setting| split(setting.name).0 == table)
 }
 
-/// Names of the tables.
 fn tables() -> Vec<&'static str> {
     let mut tables: Vec<_> = TABLE.iter().filter_map(|row| split(row.name).0).collect();
     tables.dedup();
     tables
 }
 
-/// Settings by their names, for a serializer.
+/// Serializes settings by their names.
 pub fn serialize<S: Serializer>(settings: &Settings, to: S) -> Result<S::Ok, S::Error> {
     let mut map = to.serialize_map(None)?;
     for setting in rows(None) {
@@ -109,7 +108,7 @@ impl Serialize for All<'_> {
     }
 }
 
-/// Settings as TOML, each with its meaning as a comment.
+/// Returns settings as TOML, each with its meaning as a comment.
 pub fn toml(settings: &Settings) -> Result<String> {
     let mut text = String::new();
     for table in std::iter::once(None).chain(tables().into_iter().map(Some)) {
@@ -119,7 +118,7 @@ pub fn toml(settings: &Settings) -> Result<String> {
         for setting in rows(table) {
             let name = split(setting.name).1;
             let line = match (setting.get)(settings) {
-                // A plan without a name has a table of its own, at the end.
+                // A plan without a name is written as a table at the end.
                 Value::Plan(plan) if plan.name().is_none() => continue,
                 value => format!("{name} = {}", shown(&value)),
             };
@@ -137,7 +136,7 @@ pub fn toml(settings: &Settings) -> Result<String> {
     Ok(text)
 }
 
-/// Settings of a file, with defaults for those it leaves out.
+/// Loads settings from a file, with defaults for those that it omits.
 pub fn load(path: &Path) -> Result<Settings> {
     let named = || path.display().to_string();
     let text = short_text(path)?;
@@ -145,9 +144,8 @@ pub fn load(path: &Path) -> Result<Settings> {
     over(&Settings::DEFAULT, given).with_context(named)
 }
 
-/// Settings with some of them changed: `name=value`, in a table `table.name=value`, as in TOML.
-/// Fails with a [`UsageError`]: an unknown name, a value of the wrong type, or one out of its
-/// bounds.
+/// Applies changes to settings: `name=value`, or `table.name=value` in a table, as in TOML. Fails
+/// with a [`UsageError`] for an unknown name, a value of the wrong type or a value out of bounds.
 pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
     let mut all = Table::new();
     for change in changes {
@@ -163,13 +161,13 @@ pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
     over(settings, all).map_err(|error| anyhow!(UsageError(format!("{error:#}"))))
 }
 
-/// Settings as one JSON object, with the names of [`toml()`].
+/// Returns settings as one JSON object, with the names of [`toml()`].
 pub fn json(settings: &Settings) -> serde_json::Result<String> {
     serde_json::to_string(&All(settings))
 }
 
-/// Settings with those of a JSON object instead of theirs. Fails with a [`UsageError`]: an unknown
-/// name, a value of the wrong type, or one out of its bounds.
+/// Replaces settings by those of a JSON object. Fails with a [`UsageError`] for an unknown name, a
+/// value of the wrong type or a value out of bounds.
 pub fn with_json(settings: &Settings, given: &str) -> Result<Settings> {
     let refuse = |why: String| anyhow!(UsageError(why));
     let given: serde_json::Map<_, _> =
@@ -181,11 +179,10 @@ pub fn with_json(settings: &Settings, given: &str) -> Result<Settings> {
     over(settings, given).map_err(|error| refuse(format!("{error:#}")))
 }
 
-/// Settings with those of a table instead of theirs.
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
     let mut settings = *settings;
     let mut given = read::leaves(given).map_err(|why| anyhow!(why))?;
-    // A plan comes first in the table, and brings its window and stride, which others may replace.
+    // The plan comes first in the table: it sets window and stride, which others may replace.
     for setting in TABLE {
         let Some(value) = given.remove(setting.name) else {
             continue;
@@ -199,7 +196,7 @@ fn over(settings: &Settings, given: Table) -> Result<Settings> {
     Ok(settings)
 }
 
-/// Puts a value instead of another one. Another plan brings its window and stride.
+/// Sets a value. A new plan also sets its window and stride.
 pub fn set(settings: &mut Settings, setting: &Setting, value: Value) {
     match value {
         Value::Plan(plan) if plan == settings.plan => {}
@@ -257,7 +254,7 @@ mod tests {
             std::fs::write(&path, &text).unwrap();
             assert_eq!(load(&path).unwrap(), settings, "{text}");
         }
-        // As short as they were written, each with its meaning.
+        // Values are as short as possible, each with its meaning.
         let text = toml(&Settings {
             slide,
             ..Settings::DEFAULT
@@ -307,7 +304,7 @@ mod tests {
                 .slide,
             protocol(25.0)
         );
-        // The speed stays, for the next time.
+        // The speed is kept for the next use of the protocol.
         let found = change(&by_protocol, &["slide.rule=found".into()]).unwrap();
         let slide = Slide {
             speed_mm_s: 20.0,
@@ -358,7 +355,7 @@ mod tests {
             over(&Settings::DEFAULT, text.parse().unwrap()).unwrap(),
             eight
         );
-        // Back by name, over fields.
+        // A plan's name replaces a plan given by fields.
         assert_eq!(
             change(&eight, &["plan=paper".into()]).unwrap(),
             Settings::DEFAULT
@@ -441,7 +438,7 @@ mod tests {
         );
     }
 
-    /// A file from a board with another converter, and what somebody's own converter has.
+    /// Reads a file from a board with a different converter, and a plan of an unknown converter.
     #[test]
     fn a_plan_of_any_converter_is_read_as_it_was_written() {
         let onboard = OnboardPlan {

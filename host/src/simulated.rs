@@ -1,8 +1,8 @@
-//! The firmware's tasks on this PC, behind the simulated chip and its faults.
+//! Runs the firmware's tasks on this PC, behind the simulated chip and its faults.
 //!
-//! Virtual time takes the place of interrupts: DRDY's edges as they arrive at the pin, the watch
-//! twice a second, then the tasks that these start. The processor and the line take no time, the
-//! bus takes as long as the board's.
+//! Virtual time replaces interrupts: it triggers DRDY edges as they arrive at the pin, the watch
+//! twice a second, and the tasks that these start. The processor and the line take no time; the bus
+//! takes as long as on the board.
 
 use crate::input::Opened;
 use ads1258::Ads1258;
@@ -36,19 +36,19 @@ use std::cell::{Cell, RefCell};
 
 /// SCLK of the board, hertz.
 const SCLK_HZ: u32 = 5_250_000;
-/// From one watch to the next, nanoseconds.
+/// Interval between two watches, nanoseconds.
 const WATCH_NS: u64 = 500_000_000;
 
-/// Surroundings of the board: the other end of its line, and an observer of its chip.
+/// Surroundings of the board: the far end of its line, and an observer of its chip.
 pub trait Surroundings {
-    /// The firmware has set the chip up, or failed to.
+    /// Called after the firmware has set up the chip, or has failed to.
     fn started(&mut self, board: &SimulatedBoard, is_set_up: bool) -> Result<()>;
 
-    /// `detect` takes this conversion next.
+    /// Called before `detect` takes this conversion.
     fn read(&mut self, _conversion: &TimedConversion, _board: &SimulatedBoard) {}
 
-    /// Takes the bytes that the board has sent, mostly none, and gives those that have arrived at
-    /// it.
+    /// Takes the bytes that the board has sent, mostly none. Returns the bytes that the board
+    /// receives.
     fn exchange(&mut self, board: &SimulatedBoard, sent: &[u8]) -> Result<Vec<Received>>;
 }
 
@@ -62,7 +62,7 @@ pub struct Start<F: NorFlash> {
 }
 
 impl<F: NorFlash> Start<F> {
-    /// With what its flash holds.
+    /// Starts with the settings stored in the flash.
     pub fn new(flash: F, boot: Boot) -> Self {
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
@@ -75,8 +75,7 @@ impl<F: NorFlash> Start<F> {
     }
 }
 
-/// Runs the firmware's tasks until the input is over. A restart that is requested is carried out.
-/// Gives the board back.
+/// Runs the firmware's tasks until the input ends, including requested restarts. Returns the board.
 pub fn run<F: NorFlash>(
     input: Opened,
     start: Start<F>,
@@ -97,7 +96,7 @@ pub fn run<F: NorFlash>(
     Ok(board)
 }
 
-/// Gives the store if the board is to restart.
+/// Runs until the input ends or the board must restart; in the latter case returns the store.
 fn run_until_restart<F: NorFlash>(
     board: &SimulatedBoard,
     start: Start<F>,
@@ -175,7 +174,7 @@ fn run_until_restart<F: NorFlash>(
         }
         if next_ns >= watch_ns {
             watch_ns += WATCH_NS;
-            // The watchdog's policy has tests of its own.
+            // The result is ignored: the watchdog's policy is tested separately.
             let _ = policy.run(&shared);
             tasks.run(&shared)?;
         }
@@ -195,16 +194,16 @@ fn run_until_restart<F: NorFlash>(
     }
 }
 
-/// The state of DRDY's interrupt.
+/// State of the DRDY interrupt.
 #[derive(Default)]
 struct Interrupt {
-    /// An edge has fallen, and `drdy` has not run since.
+    /// True if an edge has fallen and `drdy` has not run since.
     is_pending: Cell<bool>,
     is_muted: Cell<bool>,
-    /// When the next edge falls, as of the beginning of `drdy`, or of the latest look at it:
-    /// nanoseconds of the board.
+    /// Board time of the next edge, nanoseconds, as known when `drdy` began or at the latest
+    /// [`Interrupt::look`].
     ahead_ns: Cell<Option<u64>>,
-    /// The scene is over: the chip is left alone.
+    /// True if the scene has ended and the chip is no longer used.
     has_ended: Cell<bool>,
 }
 
@@ -232,7 +231,7 @@ impl Interrupt {
 
 impl DrdyPin for Pin<'_> {
     fn acknowledge(&mut self) -> Option<bool> {
-        // The board's own clock, read first thing.
+        // Read the board's clock before anything else.
         self.edge_us = now_us(self.board);
         self.interrupt.look(self.board);
         self.interrupt
@@ -263,7 +262,7 @@ fn now_us(board: &SimulatedBoard) -> u32 {
     (board.now_ns() / 1000) as u32
 }
 
-/// Runs `drdy` at once, and leaves the other tasks to [`Tasks::run`].
+/// Runs `drdy` at once when it is pended; [`Tasks::run`] runs the other tasks.
 struct Simulated<'a> {
     board: &'a SimulatedBoard,
     interrupt: &'a Interrupt,
@@ -296,7 +295,7 @@ impl Platform for Simulated<'_> {
     }
 }
 
-/// The tasks below `drdy`.
+/// The tasks with lower priority than `drdy`.
 struct Tasks<'a, F: NorFlash> {
     detect: Detect<'a>,
     fit: Fit<'a, FlashStore<F>>,
@@ -310,7 +309,7 @@ struct Tasks<'a, F: NorFlash> {
 }
 
 impl<F: NorFlash> Tasks<'_, F> {
-    /// Runs every task once, and the line until it is silent.
+    /// Runs every task once, and the line until there is nothing to send or receive.
     fn run(&mut self, shared: &Shared<Simulated<'_>>) -> Result<()> {
         let board = shared.platform.board;
         if let Some(conversion) = self.detect.next().copied() {
@@ -343,8 +342,7 @@ impl<F: NorFlash> Tasks<'_, F> {
         }
         for received in around.exchange(board, &sent)? {
             receive(inbox, received, shared);
-            // A request is complete at its last byte: it is carried out before the next one
-            // arrives.
+            // Zero is the last byte of a request: carry it out before the next one arrives.
             if matches!(received, Received::Byte(0)) {
                 let mail = Mail {
                     inbox: &mut Exclusive(&mut *inbox),

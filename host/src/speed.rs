@@ -2,7 +2,7 @@
 
 use crate::tables::bracketed;
 
-/// Units of length by their millimetres.
+/// Units of length, in millimetres.
 const LENGTHS: [(&str, f64); 22] = [
     ("mm", 1.0),
     ("cm", 10.0),
@@ -28,7 +28,7 @@ const LENGTHS: [(&str, f64); 22] = [
     ("meters", 1000.0),
 ];
 
-/// Units of time by their seconds.
+/// Units of time, in seconds.
 const TIMES: [(&str, f64); 9] = [
     ("s", 1.0),
     ("sec", 1.0),
@@ -41,7 +41,7 @@ const TIMES: [(&str, f64); 9] = [
     ("hour", 3600.0),
 ];
 
-/// Units of speed that are a word of their own, by their millimetres a second.
+/// Units of speed that are a single word, in millimetres per second.
 const SPEEDS: [(&str, f64); 9] = [
     ("mps", 1000.0),
     ("mmps", 1.0),
@@ -54,7 +54,7 @@ const SPEEDS: [(&str, f64); 9] = [
     ("mmpm", 1.0 / 60.0),
 ];
 
-/// Units of something else, at the end of a name.
+/// Other units that may end a name.
 const OTHERS: [&str; 22] = [
     "deg", "degree", "degrees", "rad", "rpm", "rps", "hz", "v", "mv", "count", "counts", "tick",
     "ticks", "step", "steps", "pulses", "n", "g", "pct", "percent", "revs", "turns",
@@ -70,7 +70,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Millimetres, or millimetres per second, of a unit.
+    /// Returns a unit in millimetres or millimetres per second.
     fn mm(self, unit: &str) -> Option<f64> {
         let unit = unit
             .to_lowercase()
@@ -93,7 +93,6 @@ impl Quantity {
         Some(in_table(&LENGTHS, length)? / in_table(&TIMES, time)?)
     }
 
-    /// Units that may be given.
     fn units(self) -> &'static str {
         match self {
             Self::Position => "mm, cm, m, um or in",
@@ -107,12 +106,12 @@ impl Quantity {
 pub struct Column {
     quantity: Quantity,
     name: String,
-    /// Millimetres, or millimetres per second, of the column's unit, if somebody says it.
+    /// Unit of the column in millimetres or millimetres per second, if specified.
     mm_per_unit: Option<f64>,
 }
 
 impl Column {
-    /// `NAME` or `NAME:UNIT`.
+    /// Parses `NAME` or `NAME:UNIT`.
     pub fn parse(quantity: Quantity, text: &str) -> Result<Self, String> {
         let named = |name: &str, mm_per_unit| Self {
             quantity,
@@ -124,13 +123,13 @@ impl Column {
         };
         match quantity.mm(unit) {
             Some(mm) => Ok(named(name, Some(mm))),
-            // A name may have a colon of its own.
+            // The name itself may contain a colon.
             None if unit.contains([' ', '(', '[']) => Ok(named(text, None)),
             None => Err(format!("unit {unit:?}: choose {}", quantity.units())),
         }
     }
 
-    /// The same column under its whole name, whose unit in brackets may be left out.
+    /// Returns the column with its full name. The unit in brackets may have been omitted.
     #[must_use]
     pub fn resolved(self, names: &[String]) -> Self {
         let is_it = |name: &&String| bracketed(name).is_some_and(|(before, _)| before == self.name);
@@ -146,7 +145,7 @@ impl Column {
         }
     }
 
-    /// A column of positions in millimetres.
+    /// Creates a column of positions in millimetres.
     pub fn millimetres(name: &str) -> Self {
         Self {
             quantity: Quantity::Position,
@@ -155,7 +154,7 @@ impl Column {
         }
     }
 
-    /// The one column among these whose name begins with `position` or `speed`.
+    /// Finds the only column whose name begins with `position` or `speed`.
     pub fn found(names: &[String]) -> Result<Self, String> {
         let begins = |name: &&String, word: &str| name.to_lowercase().starts_with(word);
         let all: Vec<Self> = [(Quantity::Position, "position"), (Quantity::Speed, "speed")]
@@ -175,7 +174,7 @@ impl Column {
         }
     }
 
-    /// Reads positions in counts of an encoder.
+    /// Sets the unit of positions in encoder counts.
     #[must_use]
     pub fn with_mm_per_count(self, mm_per_count: Option<f64>) -> Self {
         Self {
@@ -192,9 +191,9 @@ impl Column {
         self.quantity
     }
 
-    /// Millimetres of its unit: as given, or as its name says; else it is in millimetres. A unit that
-    /// is no length or speed is refused. Whole numbers without a unit may be counts, and the error
-    /// asks.
+    /// Returns the unit in millimetres: as specified, or from the column's name, or 1. Fails if the
+    /// unit is not a length or speed. Also fails for whole numbers without a unit, which may be
+    /// encoder counts.
     pub fn mm_per_unit(&self, values: &[f64]) -> Result<f64, String> {
         if let Some(known) = self.mm_per_unit {
             return Ok(known);
@@ -204,7 +203,7 @@ impl Column {
             Named::Unknown(unit) => return Err(self.refusal(&unit)),
             Named::Nothing => {}
         }
-        // A column that stands still is refused for that.
+        // A constant column is refused elsewhere, for that reason.
         let moves = values.windows(2).any(|pair| pair[0] != pair[1]);
         let are_whole = values
             .iter()
@@ -228,7 +227,7 @@ impl Column {
         }
     }
 
-    /// The unit at the end of its name, or in brackets: `speed_m_s`, `x [mm]`, `speed (km/h)`.
+    /// Finds the unit at the end of the name or in brackets: `speed_m_s`, `x [mm]`, `speed (km/h)`.
     fn named_mm(&self) -> Named {
         if let Some((before, inside)) = bracketed(&self.name)
             && !before.is_empty()
@@ -260,7 +259,6 @@ impl Column {
         }
     }
 
-    /// Why a unit is refused, and what to do.
     fn refusal(&self, unit: &str) -> String {
         let (name, option) = (&self.name, self.option());
         let what = match self.quantity {
@@ -281,7 +279,7 @@ impl Column {
         )
     }
 
-    /// Assumed unit, if not millimetres.
+    /// Describes the assumed unit, if not millimetres.
     pub fn guessed(&self) -> Option<String> {
         let (Named::Known(mm), None) = (self.named_mm(), self.mm_per_unit) else {
             return None;
@@ -303,11 +301,11 @@ impl Column {
     }
 }
 
-/// The unit that a name gives.
+/// Unit found in a name.
 enum Named {
-    /// Millimetres, or millimetres per second.
+    /// Unit in millimetres or millimetres per second.
     Known(f64),
-    /// The unit is not a length or a speed, or not known.
+    /// Unit that is unknown, or neither a length nor a speed.
     Unknown(String),
     Nothing,
 }

@@ -1,10 +1,10 @@
-//! The static image as a map: the place of each taxel under the skin.
+//! The static image as a map: the position of each taxel under the skin.
 //!
 //! The array has 2 x 2 units, and each unit four piezoresistors on a cross (Oddo et al. 2009,
 //! section 2.1 and figure 1): AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Units 1 and 3 come
-//! before 2 and 4 along the sliding direction x, and so does piezoresistor 1 of each unit before 3;
-//! numbers go round the cross. Turned by an eighth the crosses make a square of 4 x 4, in which x
-//! goes to the right:
+//! before 2 and 4 along the sliding direction x, as does piezoresistor 1 of each unit before 3;
+//! numbers go round the cross. With the crosses turned by 45 degrees, the map is a 4 x 4 square in
+//! which x points to the right:
 //!
 //! ```text
 //!  0  1 |  4  5
@@ -14,8 +14,8 @@
 //! 11 10 | 15 14
 //! ```
 //!
-//! The paper does not say on which side of the array units 1 and 2 are, nor piezoresistor 2 of
-//! each; here it is the upper side.
+//! The paper does not say on which side of the array units 1 and 2 are, or on which side of a unit
+//! piezoresistor 2 is; here both are on the upper side.
 
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Image, Pressed};
@@ -26,12 +26,11 @@ pub const UNIT_PITCH_MM: f64 = 2.3;
 /// Rows and columns of the map.
 pub const SIDE: usize = 4;
 
-/// The taxel at each place of the map, row by row from the top, in a row along the sliding
-/// direction.
+/// Taxel at each position of the map: rows from the top, each along the sliding direction.
 pub const PLACES: [[usize; SIDE]; SIDE] =
     [[0, 1, 4, 5], [3, 2, 7, 6], [8, 9, 12, 13], [11, 10, 15, 14]];
 
-/// Values of the taxels as a map.
+/// Arranges values of the taxels as a map.
 ///
 /// ```
 /// let taxels = std::array::from_fn(|taxel| taxel);
@@ -41,7 +40,7 @@ pub fn map<T: Copy>(by_taxel: &[T; TAXELS]) -> [[T; SIDE]; SIDE] {
     PLACES.map(|row| row.map(|taxel| by_taxel[taxel]))
 }
 
-/// Levels of an image by taxel; `None` for a dead taxel.
+/// Returns the levels of an image by taxel; `None` for a dead taxel.
 pub fn by_taxel(image: &Image) -> [Option<Pressed>; TAXELS] {
     std::array::from_fn(|taxel| {
         image
@@ -52,12 +51,12 @@ pub fn by_taxel(image: &Image) -> [Option<Pressed>; TAXELS] {
     })
 }
 
-/// Levels of an image as a map, volts; `None` for a dead taxel.
+/// Returns the levels of an image as a map, volts; `None` for a dead taxel.
 pub fn map_v(image: &Image) -> [[Option<f32>; SIDE]; SIDE] {
     map(&by_taxel(image)).map(|row| row.map(|found| found.map(|pressed| pressed.level_v)))
 }
 
-/// The rows of an image's map in millivolts, each value as wide and with as many decimals as given.
+/// Formats the rows of an image's map, millivolts, with the given width and decimals per value.
 pub fn rows(image: &Image, width: usize, decimals: usize) -> [String; SIDE] {
     let value = |(column, found): (usize, Option<f32>)| {
         let gap = if column == SIDE / 2 { " |" } else { "" };
@@ -69,14 +68,14 @@ pub fn rows(image: &Image, width: usize, decimals: usize) -> [String; SIDE] {
     map_v(image).map(|row| row.into_iter().enumerate().map(value).collect())
 }
 
-/// The map of an image as four lines of text in millivolts, each behind `indent`.
+/// Formats the map of an image as four lines of text, millivolts, each indented by `indent`.
 pub fn text(image: &Image, indent: &str) -> String {
     rows(image, 9, 3)
         .map(|row| format!("{indent}{row}\n"))
         .concat()
 }
 
-/// The greatest standard error of an image, volts; `None` if all taxels are dead.
+/// Returns the largest standard error of an image, volts; `None` if all taxels are dead.
 pub fn greatest_sigma_v(image: &Image) -> Option<f32> {
     image
         .taxels
@@ -116,8 +115,8 @@ mod tests {
         assert_eq!(taxels, (0..TAXELS).collect::<Vec<_>>());
     }
 
-    /// Checks the positions of units against the scene's own: a ridge at rest presses on the half
-    /// of the map above it.
+    /// Checks the positions of units against those of the scene: a ridge at rest presses on the
+    /// half of the map above it.
     #[test]
     fn the_halves_of_the_map_are_the_scenes_columns_of_units() {
         let finger = Some(Finger {
@@ -126,7 +125,7 @@ mod tests {
             ..Finger::default()
         });
         let mean_of = |start_mm: f64| {
-            // So wide a grating that one ridge is under one column only.
+            // The grating is so coarse that a ridge is under one column only.
             let sliding = Sliding {
                 start_mm,
                 period_mm: 4.6,

@@ -1,5 +1,5 @@
-//! Ctrl-C and the signals that end a program: the first one is a request, a second one ends it at
-//! once.
+//! Handles Ctrl-C and signals that end a program: the first one requests a stop, a second one ends
+//! the process at once.
 
 use anyhow::{Context, Result};
 use signal_hook::consts::signal;
@@ -9,7 +9,7 @@ use std::sync::{Arc, LazyLock};
 
 static REQUESTED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
-/// Exit status after Ctrl-C, as shells have it.
+/// Exit status after Ctrl-C, as in shells.
 const INTERRUPTED: i32 = 130;
 
 /// Signals that end a program.
@@ -18,10 +18,10 @@ const SIGNALS: [i32; 3] = [signal::SIGINT, signal::SIGTERM, signal::SIGHUP];
 #[cfg(not(unix))]
 const SIGNALS: [i32; 2] = [signal::SIGINT, signal::SIGTERM];
 
-/// From now on the first Ctrl-C sets [`is_requested`] instead of ending the process.
+/// Makes the first Ctrl-C set [`is_requested`] instead of ending the process.
 pub fn on_signal() -> Result<()> {
     for signal in SIGNALS {
-        // In this order, or the first signal would end the process.
+        // Keep this order, otherwise the first signal would end the process.
         flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(&REQUESTED))
             .and_then(|_| flag::register(signal, Arc::clone(&REQUESTED)))
             .context("Ctrl-C")?;
@@ -29,12 +29,11 @@ pub fn on_signal() -> Result<()> {
     Ok(())
 }
 
-/// Requests the end, as Ctrl-C does.
+/// Requests a stop, like Ctrl-C.
 pub fn request() {
     REQUESTED.store(true, Ordering::Relaxed);
 }
 
-/// True if this process is to end.
 pub fn is_requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
 }

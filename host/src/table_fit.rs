@@ -1,4 +1,4 @@
-//! `fit`: the joint fit alone, on any table of channels.
+//! `fit`: runs only the joint fit, on any table of channels.
 
 mod bridge;
 mod estimate;
@@ -24,7 +24,7 @@ use ridgetone_tone::{FRAMES_MAX, HARMONICS_MAX};
 use scaled::Channels;
 use serde::Serialize;
 
-/// A given rate that differs from the time stamps by more than this share gives a warning.
+/// Relative difference between the given rate and the time stamps above which a warning is shown.
 const RATES_DIFFER: f64 = 0.01;
 
 /// One channel's part of the result, in the file's unit, with the fundamental where there is a
@@ -112,7 +112,7 @@ pub struct TableFit {
 }
 
 impl TableFit {
-    /// Sum of the logarithms of the channels' residuals; none without a tone.
+    /// Returns the sum of the logarithms of the channels' residuals; `None` without a tone.
     fn log_residuals(&self) -> Option<f64> {
         self.tone.frequency()?;
         let residuals = self.channels.iter().filter_map(|channel| channel.residual);
@@ -123,7 +123,7 @@ impl TableFit {
         )
     }
 
-    /// What to look at, if the selection's rate is not that of the stamps.
+    /// Returns a warning if the selected rate differs from that of the stamps.
     pub fn warning(&self, selection: &Selection) -> Option<String> {
         let (rate_hz, stamped_hz) = (selection.rate_hz?, self.stamped_hz?);
         let differ = (rate_hz / stamped_hz - 1.0).abs() > RATES_DIFFER;
@@ -132,8 +132,8 @@ impl TableFit {
     }
 }
 
-/// Fits a part of a table; no row behind the part is read. `progress` takes the rows that have been
-/// read.
+/// Fits a part of a table without reading rows behind the part. `progress` takes the number of rows
+/// read so far.
 pub fn fit(
     rows: &mut dyn RowReader,
     selection: &Selection,
@@ -160,7 +160,7 @@ pub fn fit(
     Ok(found)
 }
 
-/// Properties of a table that a fit needs next to its rows.
+/// Properties of a table that a fit needs in addition to the rows.
 #[derive(Clone, Debug)]
 pub struct TableHead {
     file: String,
@@ -170,7 +170,7 @@ pub struct TableHead {
 }
 
 impl TableHead {
-    /// That of rows which have been read as far as they are fitted.
+    /// Takes the properties from `rows`, which must have been read up to the end of the part.
     pub fn of(rows: &dyn RowReader) -> Self {
         Self {
             file: rows.file().to_owned(),
@@ -180,13 +180,12 @@ impl TableHead {
         }
     }
 
-    /// The file's name in errors.
     pub fn file(&self) -> &str {
         &self.file
     }
 }
 
-/// Fits the rows of a part, in these columns: more than the estimator takes at once in groups.
+/// Fits the given columns of a part, in groups if the estimator cannot take all of them at once.
 pub fn fit_part(
     table: &TableHead,
     part: &Part,
@@ -203,8 +202,8 @@ pub fn fit_part(
     }
 }
 
-/// Fits at most 16 columns: on an even grid, or at the times of the stamps where the rows lie closer
-/// to a tone there.
+/// Fits at most 16 columns, on an even grid or at the times of the stamps, whichever matches a tone
+/// better.
 fn fit_group(
     table: &TableHead,
     part: &Part,
@@ -273,7 +272,7 @@ fn fit_on(
             let positions = grid.positions_mm(column, &values);
             positions.map_err(|why| anyhow::anyhow!("{file}: {why}"))?
         }
-        // Uneven times are positions, in seconds.
+        // Uneven times are passed to the fit as positions, in seconds.
         None => grid.uneven_s.iter().map(|t_s| *t_s as f32).collect(),
     };
     let delays = selection.alignment.as_ref().map(|alignment| {
@@ -299,7 +298,7 @@ fn fit_on(
     let delay_share = selection.alignment.as_ref().map_or(0.0, |alignment| {
         alignment.sigma_fraction(&motion.positions, grid.rate_hz)
     });
-    // Positions that are given need no time.
+    // Given positions do not depend on the rate.
     let (domain, per_unit, scale_share) = match position {
         Some(ref column) if column.quantity() == Quantity::Position => (Domain::Position, 1.0, 0.0),
         Some(_) => (Domain::Position, 1.0, rate_share),
@@ -322,7 +321,7 @@ fn fit_on(
             frequency: other.frequency + (shift * per_unit) as f32,
             ..other
         }),
-        // An interferer is in time, also in a fit by position.
+        // An interferer is fitted in time, even if the tone is fitted by position.
         found.interferer.map(|cycles| cycles * frames_per_s as f32),
     );
     let mut wrapping = Vec::new();
@@ -378,7 +377,7 @@ fn fit_on(
     })
 }
 
-/// All remarks as one.
+/// Joins all remarks.
 pub fn joined<const N: usize>(remarks: [Option<String>; N]) -> Option<String> {
     let remarks: Vec<String> = remarks.into_iter().flatten().collect();
     (!remarks.is_empty()).then(|| remarks.join("; "))

@@ -1,5 +1,5 @@
-//! Tables of samples as text, in the layouts that instruments, loggers and people write: read row by
-//! row, in seconds and numbers.
+//! Reads tables of samples as text, row by row, in the layouts that instruments, loggers and people
+//! write.
 
 mod cells;
 mod clock;
@@ -30,20 +30,21 @@ pub use table::Table;
 pub use time_column::{TIME_COLUMN, TimeColumn};
 pub use units::{bracketed, of_channel, per_second};
 
-/// Seconds of a date or a time of day in any of the forms that tables have: since 1970, or midnight.
+/// Parses a date or time of day in any form found in tables. Returns seconds since 1970 or
+/// midnight.
 pub fn seconds_of(text: &str) -> Option<f64> {
     clock_time::ClockTime::parse(text).map(clock_time::ClockTime::seconds)
 }
 
 pub use clock_time::date;
 
-/// True if the name of a column says that it is the time.
+/// True if a column's name is that of a time.
 pub fn is_time(name: &str) -> bool {
     time_column::named(name, false).is_some()
 }
 
-/// Seconds of the unit that the name of a time declares; `None` if it declares none. The error is a
-/// unit that is not known.
+/// Returns the unit declared by the name of a time column, seconds; `None` if there is none. The
+/// error is an unknown unit.
 pub fn declared_seconds(name: &str) -> Result<Option<f64>, String> {
     let known = time_column::named(name, false).map(|named| named.unit);
     match known.unwrap_or_else(|| units::declared_time(name)) {

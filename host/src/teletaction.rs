@@ -1,5 +1,4 @@
-//! The commands of `ridgetone-teletaction`, which `ridgetone` runs as git and cargo run external
-//! subcommands.
+//! Runs commands of `ridgetone-teletaction`, as git and cargo run external subcommands.
 
 use anyhow::{Context, Result, ensure};
 use std::ffi::OsString;
@@ -9,8 +8,8 @@ use std::process::Command;
 
 const PROGRAM: &str = "ridgetone-teletaction";
 
-/// Runs a command of the program, which is looked for next to this one and then on the PATH. On
-/// Unix it takes the place of this process; elsewhere this process ends with its exit status.
+/// Runs a command of the program, which is searched next to this one and then on the PATH. On Unix
+/// the program replaces this process; elsewhere this process exits with the program's status.
 pub fn run(name: &str, words: &[OsString], force: bool) -> Result<()> {
     let mut command = Command::new(beside().unwrap_or_else(|| PROGRAM.into()));
     command.arg(name);

@@ -89,7 +89,7 @@ pub struct WithSigma {
 }
 
 impl WithSigma {
-    /// The period of a frequency.
+    /// Returns the inverse with its standard deviation, such as the period of a frequency.
     pub fn inverse(self) -> Self {
         let Self { value, sigma } = self;
         Self {
@@ -100,7 +100,7 @@ impl WithSigma {
 }
 
 impl Tone {
-    /// Frequency and movement are none without a tone, and in the domain's unit.
+    /// Creates a tone. Frequency and movement are in the domain's unit, and `None` without a tone.
     pub fn new(
         domain: Domain,
         frequency: Option<WithSigma>,
@@ -141,7 +141,7 @@ impl Tone {
         }
     }
 
-    /// The frequency in the domain's unit; none without a tone.
+    /// Returns the frequency in the domain's unit; `None` without a tone.
     pub fn frequency(&self) -> Option<WithSigma> {
         Some(WithSigma {
             value: self.frequency_hz.or(self.frequency_per_mm).flatten()?,
@@ -149,7 +149,7 @@ impl Tone {
         })
     }
 
-    /// The same tone with another frequency.
+    /// Replaces the frequency and the period.
     #[must_use]
     pub fn with_frequency(self, found: WithSigma) -> Self {
         let (value, sigma) = (Some(Some(found.value)), Some(Some(found.sigma)));
@@ -170,7 +170,7 @@ impl Tone {
         }
     }
 
-    /// The same tone next to another.
+    /// Adds a second tone.
     #[must_use]
     pub fn beside(self, other: OtherTone) -> Self {
         let frequency = Some(Some(other.frequency));
@@ -182,7 +182,7 @@ impl Tone {
         }
     }
 
-    /// The chirp in the domain's unit; none without a tone.
+    /// Returns the chirp in the domain's unit; `None` without a tone.
     pub fn chirp(&self) -> Option<WithSigma> {
         let sigma = self.chirp_sigma_hz_per_s.or(self.chirp_sigma_per_mm2);
         Some(WithSigma {
@@ -191,7 +191,7 @@ impl Tone {
         })
     }
 
-    /// The second tone in the domain's unit.
+    /// Returns the second tone in the domain's unit.
     pub fn other_tone(&self) -> Option<OtherTone> {
         let frequency = self.other_tone_hz.or(self.other_tone_per_mm).flatten()?;
         let share = self.other_tone_fraction?;

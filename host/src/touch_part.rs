@@ -1,4 +1,4 @@
-//! `fit` of the part of a recording that is a slide: one with contact and hold before it.
+//! `fit` of the slide in a recording, which follows a contact and a hold.
 
 use crate::digits::significant;
 use crate::frames::{Frames, Reading, may_be_touch};
@@ -15,12 +15,12 @@ use ridgetone_proto::telemetry::Status;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Smallest part of a recording that is taken for its slide, as a fraction of the whole.
+/// Minimum length of a slide that is fitted alone, as a fraction of the recording.
 const SLIDE_MIN: f64 = 0.1;
 
-/// Fits the longest slide of a recording, or all of it where no finger touches, or on request;
-/// what a selection gives stays as it is. A slide that is less than a tenth of the recording, or too
-/// short to be fitted, is not taken for the part that somebody wants.
+/// Fits the longest slide of a recording. Fits the whole recording if there is no touch or on
+/// request. Times in the selection take precedence. A slide that is too short to fit, or shorter
+/// than a tenth of the recording, is unlikely to be the wanted part and is not used.
 pub fn fit(
     samples: &Samples,
     selection: &Selection,
@@ -67,8 +67,8 @@ pub fn fit(
     Ok(found)
 }
 
-/// The longest slide that is no less than a tenth of the recording. Rows that detection cannot take,
-/// as too slow ones, have none; `fit` names what is wrong with a file.
+/// Returns the longest slide of at least a tenth of the recording. Returns `None` for rows that
+/// detection cannot use, such as slow ones; errors in the file are reported by `fit`.
 fn longest_slide(samples: &Samples, selection: &Selection) -> Option<SlideTimes> {
     let length_s = |slide: &SlideTimes| slide.end_s - slide.start_s;
     let (touches, recording_s) = found(samples, selection).ok()?;
@@ -79,13 +79,13 @@ fn longest_slide(samples: &Samples, selection: &Selection) -> Option<SlideTimes>
         .max_by(|a, b| length_s(a).total_cmp(&length_s(b)))
 }
 
-/// The touches in a recording, in its own time: those that telemetry tells of, or those that
-/// detection finds in samples as volts.
+/// Returns the touches in a recording, in its own time: as reported in telemetry, or as detected in
+/// samples in volts.
 pub fn touches(samples: &Samples, selection: &Selection) -> Result<Touches> {
     Ok(found(samples, selection)?.0)
 }
 
-/// Touches, and the length of a table, seconds; 0 for telemetry.
+/// Returns the touches, and the length of a table, seconds; 0 for telemetry.
 fn found(samples: &Samples, selection: &Selection) -> Result<(Touches, f64)> {
     match samples.path().map(|path| (path, Form::of(path))) {
         Some((_, Ok(Form::Table))) | None => detected(samples, selection),
@@ -106,7 +106,7 @@ fn is_touch_table(samples: &Samples, selection: &Selection) -> bool {
         })
 }
 
-/// The touches in the messages of a recording.
+/// Returns the touches in the messages of a recording.
 fn recorded(path: &Path, form: Form) -> Result<Touches> {
     let mut touches = Touches::default();
     for message in messages(path, form)? {
@@ -118,8 +118,8 @@ fn recorded(path: &Path, form: Form) -> Result<Touches> {
     Ok(touches)
 }
 
-/// The touches that the finger's detection finds in the chosen columns, at their own rate, and the
-/// length of the rows, seconds.
+/// Detects touches in the chosen columns, at their own rate. Returns the touches and the length of
+/// the rows, seconds.
 fn detected(samples: &Samples, selection: &Selection) -> Result<(Touches, f64)> {
     let mut rows = samples.open()?;
     let chosen = columns(&*rows, selection)?;
@@ -145,7 +145,7 @@ fn detected(samples: &Samples, selection: &Selection) -> Result<(Touches, f64)> 
     };
     let chosen = Samples::rows(&name, Arc::new(open));
     let reading = Reading {
-        // Parts are in the time of the stamps, if there are any.
+        // If there are stamps, parts are in their time, so a given rate is ignored.
         rate_hz: selection.rate_hz.filter(|_| !is_stamped),
         ..Reading::default()
     };

@@ -19,7 +19,7 @@ pub struct Touches {
     pub releases_s: Vec<f64>,
 }
 
-/// Fields of the three events as programs see them.
+/// Fields of the three events in JSON.
 #[derive(Deserialize)]
 struct JsonEvent {
     r#type: String,
@@ -29,7 +29,7 @@ struct JsonEvent {
 }
 
 impl Touches {
-    /// Adds an event of a touch; others are ignored.
+    /// Adds an event of a touch; other events are ignored.
     pub fn take(&mut self, event: &Event) {
         match event {
             Event::Contact(contact) => self.contacts_s.push(seconds(contact.t_us)),
@@ -42,7 +42,7 @@ impl Touches {
         }
     }
 
-    /// Adds an event of a touch as one JSON object; others are ignored.
+    /// Adds an event of a touch from a JSON object; other events are ignored.
     pub fn take_json(&mut self, text: &str) -> serde_json::Result<()> {
         let is_touch = ["contact", "slide", "release"]
             .iter()
@@ -62,7 +62,7 @@ impl Touches {
         Ok(())
     }
 
-    /// The same touches at times that are later by `by_s`.
+    /// Returns the touches with all times later by `by_s`.
     #[must_use]
     pub fn later(self, by_s: f64) -> Self {
         let later = |times: Vec<f64>| times.into_iter().map(|t_s| t_s + by_s).collect();

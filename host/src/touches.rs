@@ -1,14 +1,14 @@
-//! Scenes that are played again and again.
+//! Scenes that are played repeatedly.
 
 use crate::input::{Input, Opened, first_scene};
 use anyhow::{Context, Result};
 use hal_mock::{Scene, Sliding, SlidingScene};
 
-/// From the end of a touch to the beginning of the next, seconds.
+/// Time between two touches, seconds.
 const PAUSE_S: f64 = 1.0;
 
-/// Spatial periods of the gratings under the first scene's finger, one a touch, millimetres: those
-/// of Oddo et al. 2009, table 2, beginning with the scene's own.
+/// Spatial periods of the gratings under the first scene's finger, one per touch, millimetres:
+/// those of Oddo et al. 2009, table 2, beginning with the scene's own.
 pub const PERIODS_MM: [f64; 4] = [3.6, 4.1, 3.1, 2.6];
 
 /// Repeats a scene every `every_s` seconds until `end_s`.
@@ -29,10 +29,9 @@ impl<S: Scene> Scene for Again<S> {
     }
 }
 
-/// Touches of one finger, each over the next grating.
+/// Touches of one finger, each over a new grating.
 struct Gratings {
     scenes: Vec<SlidingScene>,
-    /// Number of the touch that is played.
     touch: usize,
     every_s: f64,
 }
@@ -55,7 +54,7 @@ impl Scene for Gratings {
 }
 
 impl Opened {
-    /// Repeats the input for ever, with a second's pause.
+    /// Repeats the input for ever, with a pause of one second.
     #[must_use]
     pub fn repeated(self) -> Self {
         let every_s = self.end_s + PAUSE_S;
@@ -71,12 +70,11 @@ impl Opened {
     }
 }
 
-/// A scene in front of the board.
 pub fn of_scene(scene: Sliding) -> Result<Opened> {
     Input::of(scene).open()
 }
 
-/// The first scene for ever, over one grating of [`PERIODS_MM`] after the other.
+/// Repeats the first scene for ever, over the gratings of [`PERIODS_MM`] in turn.
 pub fn first_touches() -> Result<Opened> {
     let first = first_scene()?;
     let scenes = PERIODS_MM
@@ -97,7 +95,7 @@ pub fn first_touches() -> Result<Opened> {
             every_s: opened.end_s + PAUSE_S,
         }),
         end_s: f64::INFINITY,
-        // Every touch has a truth of its own.
+        // There is no single truth: it differs for every touch.
         truth: None,
         ..opened
     })
@@ -110,7 +108,7 @@ mod tests {
     use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{Event, Span, TravelStatus};
 
-    /// Times of contacts and releases, and the period of each whole slide, of 30 s.
+    /// Returns times of contacts and releases, and the period of each whole slide, within 30 s.
     fn felt(mut input: Opened) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         input.end_s = 30.0;
         input.scene = Box::new(Again {

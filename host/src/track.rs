@@ -1,5 +1,5 @@
-//! The frequency over time: fits of windows over a spectrogram, as a picture, and as labels for
-//! Audacity and Praat.
+//! The frequency over time, from fits of windows: as a picture with a spectrogram, and as labels
+//! for Audacity and Praat.
 
 use crate::chart::{Curve, Look, Panel, Scale, Shades, chart};
 use crate::digits::uncertain;
@@ -11,13 +11,13 @@ use ridgetone_proto::telemetry::Status;
 use serde::Serialize;
 use std::fmt::Write;
 
-/// Half-width of a 95 % interval in standard deviations.
+/// Half-width of a 95 % interval, standard deviations.
 const INTERVAL: f64 = 1.96;
 
-/// Height of the picture over the highest frequency that was found.
+/// Ratio of the top of the picture to the highest frequency found.
 const HEADROOM: f64 = 2.5;
 
-/// The fit of a window. Frequency and sigma are those of a fit in time.
+/// The fit of a window, in time.
 #[derive(Clone, Debug, Serialize)]
 pub struct Point {
     pub from_s: f64,
@@ -28,7 +28,7 @@ pub struct Point {
 }
 
 impl Point {
-    /// The result of a window; `None` if it could not be fitted, or was fitted by position.
+    /// Returns the result of a window; `None` if it was not fitted, or was fitted by position.
     pub fn of(window: &Window) -> Option<Self> {
         let fit = window.fit.as_ref().ok()?;
         let found = fit.tone.frequency();
@@ -45,7 +45,7 @@ impl Point {
         0.5 * (self.from_s + self.to_s)
     }
 
-    /// The frequency in words, with the status unless it is good; none without a tone.
+    /// Returns a label with the frequency, and the status unless it is good; `None` without a tone.
     fn label(&self) -> Option<String> {
         let found = uncertain(self.frequency_hz?, self.sigma_hz?);
         Some(match self.status {
@@ -55,7 +55,7 @@ impl Point {
     }
 }
 
-/// The windows of a recording, and its spectrogram.
+/// The fitted windows of a recording, and its spectrogram.
 #[derive(Clone, Debug, Serialize)]
 pub struct Track {
     pub points: Vec<Point>,
@@ -63,7 +63,8 @@ pub struct Track {
 }
 
 impl Track {
-    /// The spectrogram reaches above the highest frequency that was found, or as far as the rows.
+    /// Creates a track. The spectrogram extends above the highest good frequency, or to half the
+    /// rate of the rows.
     pub fn new(points: Vec<Point>, recorded: &Recorded, window_s: f64) -> Self {
         let good = points.iter().filter(|point| point.status == Status::Good);
         let highest = good
@@ -80,7 +81,7 @@ impl Track {
         }
     }
 
-    /// A picture of the track, as SVG.
+    /// Draws the track as SVG.
     pub fn picture(&self, file: &str) -> String {
         let good = |point: &&Point| point.status == Status::Good;
         let known = |points: Vec<&Point>| -> Vec<(f64, f64)> {
@@ -140,8 +141,8 @@ impl Track {
         chart(&panel.title.clone(), &[panel])
     }
 
-    /// A label track of Audacity: start, end and text of each window with a tone (Audacity manual,
-    /// "Importing and Exporting Labels").
+    /// Returns a label track for Audacity: start, end and text of each window with a tone (Audacity
+    /// manual, "Importing and Exporting Labels").
     pub fn audacity(&self) -> String {
         let mut out = String::new();
         for point in &self.points {
@@ -153,8 +154,8 @@ impl Track {
         out
     }
 
-    /// A text grid of Praat with a point for the middle of each window with a tone (Praat manual,
-    /// "TextGrid file formats"). Windows may overlap, which its intervals may not.
+    /// Returns a text grid for Praat with a point in the middle of each window with a tone (Praat
+    /// manual, "TextGrid file formats"). Praat's intervals must not overlap, but windows may.
     pub fn praat(&self) -> String {
         let labels = self.points.iter();
         let labels = labels.filter_map(|point| Some((point.middle_s(), point.label()?)));
@@ -173,7 +174,6 @@ impl Track {
         out
     }
 
-    /// A table with a row for each window.
     pub fn csv(&self) -> String {
         let mut out = String::from("from_s,to_s,frequency_hz,sigma_hz,status\n");
         let cell = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
@@ -194,12 +194,13 @@ mod tests {
     use std::f64::consts::TAU;
     use std::sync::Arc;
 
-    /// Two channels of a tone that steps from 20 to 30 Hz in the middle of 8 s.
+    /// Returns the track of two channels with a tone that steps from 20 to 30 Hz in the middle of 8
+    /// s.
     fn track() -> Track {
         let tone = |t_s: f64| if t_s < 4.0 { 20.0 } else { 30.0 };
         let value = move |row: usize, column: usize| {
             let t_s = row as f64 / 200.0;
-            // Noise of a sort, that no window repeats.
+            // Pseudo-random noise that does not repeat from window to window.
             let noise = ((row * row * 31 + column * 17) % 1009) as f64 / 1009.0;
             (TAU * tone(t_s) * t_s + column as f64).cos() + 0.1 * noise
         };

@@ -1,11 +1,11 @@
 //! Wrong usage, as opposed to a failure: the process exits with status 2 instead of 1.
 
-/// The command line requests something impossible; the text says why.
+/// Error for a command line that requests something impossible; the text says why.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct UsageError(pub String);
 
-/// A recording was played and gave no estimate; the text says why. The process exits with status 3.
+/// Error for a recording without any estimate; the text says why. The process exits with status 3.
 #[derive(Debug, thiserror::Error)]
 #[error("no estimate: {0}")]
 pub struct NoEstimate(pub String);

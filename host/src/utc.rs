@@ -1,12 +1,12 @@
-//! A board's clock next to UTC, by the times at which its packets arrived on this computer.
+//! Relates a board's clock to UTC, from the times at which its packets arrived on this computer.
 //!
-//! A packet arrives later than the moment that it speaks of: by the time on the line, and by
-//! whatever the board, an adapter and the system take. The least delays lie on a straight line over
-//! the board's time, whose slope is the difference of the clocks: that of the line below all delays
-//! with the least sum of distances, which is an edge of their lower convex hull (S. B. Moon, P.
-//! Skelly, D. Towsley, *Estimation and removal of clock skew from network delay measurements*,
-//! INFOCOM 1999). Its height is that of the least delay nearby, so that an error of the slope does
-//! not grow with the recording.
+//! A packet arrives later than the event that it reports, because of delays on the line, the board,
+//! an adapter and the system. Over board time the minimum delays lie on a straight line whose slope
+//! is the skew of the clocks. This slope is found from the line below all delays with the smallest
+//! sum of distances, which is an edge of the lower convex hull (S. B. Moon, P. Skelly, D. Towsley,
+//! *Estimation and removal of clock skew from network delay measurements*, INFOCOM 1999). The
+//! height of the line is the minimum delay nearby, so that an error of the slope does not grow with
+//! the recording.
 
 use crate::digits::time_s;
 use ridgetone_finger::{CONVERSION_NS, FRAME_NS};
@@ -17,35 +17,35 @@ use std::cell::Cell;
 use std::collections::VecDeque;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// One least delay is kept for each span of board time of this length, seconds.
+/// Length of a block of board time, of which only the minimum delay is kept, seconds.
 const BLOCK_S: f64 = 0.25;
 
-/// Delays within this much board time before or after a moment count, seconds: a crystal drifts
-/// more slowly with temperature.
+/// Delays within this much board time before or after a moment are used, seconds; a crystal drifts
+/// with temperature more slowly than this.
 const REACH_S: f64 = 600.0;
 
-/// Delays within this much board time count for the height of the line, seconds.
+/// Delays within this much board time are used for the height of the line, seconds.
 const NEAR_S: f64 = 15.0;
 
-/// A slope counts if it changes the delay over its span by five times the scatter of the least
-/// delays, and if there are ten of these; a slope steeper than any crystal counts sooner. The
-/// scatter is the standard deviation of exponential delays with the same median.
+/// A slope is significant if it changes the delay over its span by five times the scatter of the
+/// minimum delays, of which there must be ten; fewer are enough for a slope steeper than any
+/// crystal's. The scatter is the standard deviation of exponential delays with the same median.
 const SIGNIFICANT: f64 = 5.0;
 const BLOCKS_MIN: usize = 10;
 const NO_CRYSTAL: f64 = 1e-3;
 
-/// From the first conversion of a frame to the last, seconds.
+/// Time from the first to the last conversion of a frame, seconds.
 const FRAME_S: f64 = (FRAME_NS - CONVERSION_NS) as f64 * 1e-9;
 
-/// Board time for which one slope is good enough, seconds.
+/// Board time for which a slope is reused, seconds.
 const SLOPE_S: f64 = 10.0;
 
-/// When some bytes were received.
+/// Time at which bytes were received.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receipt {
     /// Nanoseconds since 1970.
     pub utc_ns: u64,
-    /// Time that a byte takes on the line, seconds; 0 where there is none.
+    /// Duration of a byte on the line, seconds; 0 if there is no line.
     pub byte_s: f64,
 }
 
@@ -71,8 +71,8 @@ impl Receipt {
 pub struct Utc {
     /// Nanoseconds since 1970.
     pub utc_ns: u64,
-    /// Standard deviation; none as long as there is one least delay alone, which nothing is known
-    /// of. A delay that all packets have, such as an adapter's least one, is not in it.
+    /// Standard deviation, seconds; `None` as long as there is only one minimum delay. A delay
+    /// common to all packets, such as the minimum delay of an adapter, is not included.
     pub sigma_s: Option<f64>,
     pub relation: Relation,
 }
@@ -102,20 +102,20 @@ pub struct Relation {
 /// The clock of a board from one start to the next.
 #[derive(Clone, Debug, Default)]
 pub struct UtcClock {
-    /// UTC less board time of the first packet, whole nanoseconds: delays are differences from it.
+    /// UTC minus board time of the first packet, nanoseconds; delays are relative to this.
     zero_ns: Option<i64>,
-    /// The packet with the least delay of each block: board time and delay, seconds.
+    /// Board time and delay of the packet with the minimum delay in each block, seconds.
     least: VecDeque<(f64, f64)>,
-    /// The slope that was found last: for which board time, by how many blocks, and its standard
-    /// deviation.
+    /// Latest slope: index of its board time, number of blocks, slope and standard deviation.
     slope: Cell<Option<(i64, usize, f64, f64)>>,
-    /// From a frame's first conversion to its last, seconds, by the plan of the latest greeting.
+    /// Time from a frame's first to its last conversion with the plan of the latest greeting,
+    /// seconds.
     frame_s: Option<f64>,
     starts: Starts,
 }
 
 impl UtcClock {
-    /// Takes a packet. One that is the first of a start of the board begins anew.
+    /// Takes a packet. The first packet after a start of the board resets the clock.
     pub fn take(&mut self, packet: &Packet, receipt: Receipt) {
         if self.starts.take(&packet.event) {
             let starts = std::mem::take(&mut self.starts);
@@ -136,7 +136,7 @@ impl UtcClock {
         let Some(t_s) = time_s(&packet.event) else {
             return;
         };
-        // A frame is complete with its last conversion, and its time is that of the first.
+        // A frame's time is that of its first conversion, but it is sent after the last one.
         let lasts_s = if matches!(packet.event, Event::Raw(_)) {
             self.frame_s.unwrap_or(FRAME_S)
         } else {
@@ -150,7 +150,7 @@ impl UtcClock {
         let off_ns = receipt.utc_ns as i64 - ahead_ns;
         let delay_s = (off_ns - *self.zero_ns.get_or_insert(off_ns)) as f64 * 1e-9;
         match self.least.back_mut() {
-            // An estimate comes after the frames behind it, and late.
+            // Ignore packets that are out of order, such as an estimate after newer frames.
             Some((last_s, _)) if t_s < *last_s => {}
             Some((last_s, least_s)) if block(*last_s) == block(t_s) => {
                 if delay_s < *least_s {
@@ -161,10 +161,10 @@ impl UtcClock {
         }
     }
 
-    /// A moment of board time in UTC. `None` before the first packet with a time.
+    /// Converts board time to UTC. Returns `None` before the first packet with a time.
     pub fn utc(&self, t_s: f64) -> Option<Utc> {
         let zero_s = self.zero_ns? as f64 * 1e-9;
-        // Far from all packets the nearest ones are used.
+        // Far from all packets, use the nearest ones.
         let t_near_s = t_s.clamp(self.least.front()?.0, self.least.back()?.0);
         let within = |reach_s: f64| -> Vec<(f64, f64)> {
             let first = self
@@ -215,13 +215,13 @@ fn block(t_s: f64) -> i64 {
     (t_s / BLOCK_S).floor() as i64
 }
 
-/// Largest difference between two crystals, as a share: an unmeasured skew may be as much.
+/// Maximum relative difference between two crystals; an unmeasured skew may be as large.
 const CRYSTALS: f64 = 100e-6;
 
 /// Resolution of a receipt's time, seconds.
 const LEAST_S: f64 = 1e-6;
 
-/// The slope of the line below all delays, and its standard deviation; level where nothing else is
+/// Returns the slope of the line below all delays and its standard deviation; the slope is 0 unless
 /// significant.
 fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     let hull = lower_hull(points);
@@ -234,13 +234,13 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     };
     let slope = (edge[1].1 - edge[0].1) / (edge[1].0 - edge[0].0);
     let above = |(t_s, delay_s): &(f64, f64)| delay_s - edge[0].1 - slope * (t_s - edge[0].0);
-    // Not the RMS: a computer that is busy for half a second delays a block or two by
-    // milliseconds, and these few would hide a slope that all others show.
+    // Use the median and not the RMS: a computer that is busy for half a second delays one or two
+    // blocks by milliseconds, which would hide a slope that all other blocks show.
     let mut heights_s: Vec<f64> = points.iter().map(above).collect();
     heights_s.sort_by(f64::total_cmp);
     let scatter_s = (heights_s[count / 2] / std::f64::consts::LN_2).max(LEAST_S);
     let span_s = points[count - 1].0 - points[0].0;
-    // A short edge is uncertain: its own length and the number of points count.
+    // A short edge is uncertain, so its length and the number of points matter.
     let sigma = scatter_s / (edge[1].0 - edge[0].0).max(span_s / (count as f64).sqrt());
     let is_enough = count >= BLOCKS_MIN || slope.abs() > NO_CRYSTAL && count > 2;
     let counts = is_enough && slope.abs() * span_s > SIGNIFICANT * scatter_s;
@@ -258,7 +258,7 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     }
 }
 
-/// The lower convex hull of points in the order of time.
+/// Returns the lower convex hull of points that are ordered by time.
 fn lower_hull(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut hull: Vec<(f64, f64)> = Vec::new();
     for point in points {
@@ -369,7 +369,7 @@ mod tests {
             (long.skew_ppm - 80.0).abs() < 3.0 * long.skew_sigma_ppm && long.skew_sigma_ppm < 3.0,
             "{long:?}"
         );
-        // An internal oscillator is off by percent: that shows at once.
+        // The error of an internal oscillator is some percent, which is detected at once.
         let internal = clock(0.03, 0.0, 4.0, 4).utc(2.0).expect("a time").relation;
         assert!((internal.skew_ppm - 3e4).abs() < 300.0, "{internal:?}");
         let short = clock(80e-6, 0.0, 2.0, 5).utc(1.0).expect("a time").relation;
@@ -377,7 +377,7 @@ mod tests {
         assert!(UtcClock::default().utc(0.0).is_none());
     }
 
-    /// A release at this time of the board arrives so long after the epoch.
+    /// Adds a release at board time `t_us` that arrives at `utc_s`.
     fn release(clock: &mut UtcClock, t_us: u64, utc_s: f64) {
         let packet = Packet {
             sequence: 1,
@@ -395,7 +395,7 @@ mod tests {
         );
     }
 
-    /// Without the slope, messages at one end are off by 0.9 ms.
+    /// If the slope were not found, messages at one end would be off by 0.9 ms.
     #[test]
     fn two_blocks_that_are_late_hide_no_slope_of_short_recordings() {
         for late_at_s in [[0.6, 1.1], [2.0, 2.3], [3.6, 4.2]] {

@@ -1,5 +1,5 @@
-//! `view`: a board live on one page in a browser. The page shows [`crate::live`], as the terminal
-//! does.
+//! `view`: shows a board live on a page in a browser. Like the terminal, the page shows
+//! [`crate::live`].
 //!
 //! | step | file |
 //! |---|---|
@@ -11,8 +11,8 @@
 //! | its address, and the browser | [`announce`] |
 //! | the status line | [`status`] |
 //!
-//! The page itself is in `host/assets`, inside the binary with the plotting library
-//! ([uPlot](https://github.com/leeoniya/uPlot), MIT). It loads nothing from anywhere else.
+//! The page itself is in `host/assets`. It is built into the binary with the plotting library
+//! ([uPlot](https://github.com/leeoniya/uPlot), MIT), and loads nothing from elsewhere.
 
 pub mod announce;
 pub mod answer;
@@ -43,7 +43,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Longest wait between two looks at [`stop`].
+/// Maximum time between two checks of [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Addresses of the page: the usual port or, if that is taken, any free one.
@@ -55,7 +55,6 @@ const ADDRESSES: [SocketAddr; 2] = [
 /// Options of the page.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Opens it in the browser.
     pub open: bool,
     /// A file that pages can look back at from the beginning.
     pub run: Option<RunFile>,
@@ -65,13 +64,13 @@ pub struct Options {
 #[derive(Clone, Debug)]
 pub struct RunFile {
     pub path: PathBuf,
-    /// Settings instead of its own.
+    /// Settings that replace those in the file.
     pub settings: Option<Settings>,
     /// Rows per second of a table, in place of its stamps.
     pub rate_hz: Option<f64>,
     /// How to read a table.
     pub form: TableForm,
-    /// Nothing is played next to it: what cannot be opened ends the command.
+    /// True if only this file is shown: if it cannot be opened, the command ends.
     pub is_alone: bool,
 }
 
@@ -93,8 +92,8 @@ impl RunFile {
     }
 }
 
-/// Serves the page, and prints its URL, until this process is to stop. `settings` are put into
-/// force on the board first, but not stored. Gives the feed back, for its counts.
+/// Prints the URL of the page and serves it until the process is asked to stop. `settings` are
+/// first applied to the board, but not stored. Returns the feed, so that its counts can be read.
 pub fn run(feed: Feed, settings: Option<Settings>, options: &Options) -> (Feed, Result<()>) {
     let mut following = Following::new(feed, settings);
     let served = serve(&mut following, options);

@@ -1,4 +1,4 @@
-//! The samples of a WAV file as rows, full scale as 1.
+//! Reads the samples of a WAV file as rows; full scale is 1.
 
 use crate::content::Input;
 use crate::tables::RowReader;
@@ -68,7 +68,7 @@ impl RowReader for WavRows {
         while self.row.len() < self.names.len() {
             match self.next_value() {
                 Some(Ok(value)) => self.row.push(value),
-                // A file that is cut off ends with its last whole row.
+                // A truncated file ends with its last complete row.
                 _ if self.read > 0 => return Ok(false),
                 _ => return Err(self.refuse("it holds no samples")),
             }

@@ -1,5 +1,5 @@
-//! `fit --window`: a recording of any length in windows, fitted on all cores; only the rows of the
-//! windows in work are in memory.
+//! `fit --window`: fits a recording of any length in windows, on all cores. Only rows of the
+//! windows being fitted are in memory.
 
 use crate::part::{Part, Selection, columns, given_rate_hz, push_row};
 use crate::table_fit::{TableFit, TableHead, fit_part};
@@ -10,24 +10,24 @@ use std::sync::Mutex;
 use std::sync::mpsc::{channel, sync_channel};
 use std::thread;
 
-/// Length of a row by the mean spacing, with the rounding of stamps.
+/// Duration of a row relative to the mean spacing, with a margin for rounded stamps.
 const ROW_LENGTH: f64 = 1.001;
 
-/// Lengths of the windows, and from one to the next, seconds.
+/// Length and stride of windows, seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
     pub window_s: f64,
     pub stride_s: f64,
 }
 
-/// A window: its fit, or why it has none.
+/// A window and its fit, or the reason why there is none.
 pub struct Window {
     pub from_s: f64,
     pub fit: Result<TableFit>,
 }
 
-/// Fits all windows that rows fill, in their order, and skips those without a row. `progress`
-/// takes the rows that have been read.
+/// Fits all complete windows in order, and skips those without a row. `progress` takes the number
+/// of rows read so far.
 pub fn fit(
     rows: &mut dyn RowReader,
     selection: &Selection,
@@ -46,7 +46,7 @@ pub fn fit(
             let (queue, table, chosen, done) = (&queue, &table, &chosen, done.clone());
             scope.spawn(move || {
                 loop {
-                    // The lock is let go before the work.
+                    // Release the lock before the work.
                     let next = queue.lock().map(|queue| queue.recv());
                     let Ok(Ok((number, part))) = next else {
                         break;
@@ -93,7 +93,7 @@ pub fn fit(
     })
 }
 
-/// A positive number rounded down to two significant digits.
+/// Rounds a positive number down to two significant digits.
 fn two_digits_below(value: f64) -> f64 {
     if value <= 0.0 {
         return 0.0;
@@ -108,14 +108,13 @@ struct Cutter<'a> {
     rows: &'a mut dyn RowReader,
     selection: &'a Selection,
     steps: Steps,
-    /// Rows read.
     read: u64,
     /// Values of the row that was read last.
     row: Vec<f64>,
-    /// Times of the rows that the next window may need, and their values column by column.
+    /// Times of the rows that the next window may need, seconds, and their values by column.
     times_s: Vec<f64>,
     columns: Vec<Vec<f64>>,
-    /// Number of the first of them in the file.
+    /// Number in the file of the first row in `times_s`.
     first: u64,
     /// Time of the first row of the part.
     begin_s: Option<f64>,
@@ -145,7 +144,7 @@ impl<'a> Cutter<'a> {
         })
     }
 
-    /// The next window that has a row.
+    /// Returns the next window that has a row.
     fn next(&mut self, progress: &mut dyn FnMut(u64)) -> Result<Option<Part>> {
         loop {
             let from_s = self
@@ -177,7 +176,6 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// Length of a row.
     fn row_s(&self) -> f64 {
         let (Some(first_s), Some(last_s)) = (self.times_s.first(), self.times_s.last()) else {
             return 0.0;
@@ -185,8 +183,8 @@ impl<'a> Cutter<'a> {
         ROW_LENGTH * (last_s - first_s) / (self.times_s.len() - 1).max(1) as f64
     }
 
-    /// Refuses a stride shorter than the spacing of the first window's rows: windows would have the
-    /// same rows again and again.
+    /// Fails if the stride is shorter than the spacing of rows in the first window, because many
+    /// windows would have the same rows.
     fn check_stride(&self) -> Result<()> {
         if self.number > 0 {
             return Ok(());
@@ -237,8 +235,8 @@ impl<'a> Cutter<'a> {
         Ok(())
     }
 
-    /// The rows between two times, and the number of the next window; a window without any row is left
-    /// out, and so are those before the row after a pause.
+    /// Returns the rows between two times, and advances the number of the next window. Windows
+    /// without rows are skipped, up to the next row after a pause.
     fn cut(&mut self, from_s: f64, to_s: f64) -> Option<Part> {
         let start = self.times_s.partition_point(|t_s| *t_s < from_s);
         let end = self.times_s.partition_point(|t_s| *t_s < to_s);
@@ -256,12 +254,12 @@ impl<'a> Cutter<'a> {
     }
 
     fn forget_before(&mut self, from_s: f64) {
-        // Called for each row.
+        // Return early, because this is called for each row.
         if self.times_s.first().is_none_or(|t_s| *t_s >= from_s) {
             return;
         }
         let count = self.times_s.partition_point(|t_s| *t_s < from_s);
-        // The last one tells whether stamps increase.
+        // Keep the last row, to check that stamps increase.
         let count = count.min(self.times_s.len().saturating_sub(1));
         self.times_s.drain(..count);
         for column in &mut self.columns {

@@ -1,5 +1,5 @@
-//! Documents: their commands run or parse, their links lead somewhere, and what they show of the
-//! wiring and the faults is right.
+//! Tests the documents: their commands run or parse, their links are valid, and the wiring and
+//! faults shown are correct.
 
 mod common;
 #[path = "book/facts.rs"]
@@ -19,7 +19,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Commands of `ridgetone-teletaction`: its own tests run those of its guide.
+/// Commands of `ridgetone-teletaction`; the tests of that program run the commands of its guide.
 const TELETACTION: [&str; 4] = ["touch", "pins", "link", "texture"];
 
 /// Commands that talk to a board, unless they are given a file or `--emulated`.
@@ -27,7 +27,7 @@ const WITH_A_BOARD: [&str; 7] = [
     "check", "command", "monitor", "record", "serve", "settings", "view",
 ];
 
-/// Commands that go on until somebody interrupts them, with a part of the output by then.
+/// Commands that run until they are interrupted, and a part of their output.
 const ENDLESS: [(&str, &str); 4] = [
     ("emulate --port", "/dev/"),
     ("monitor", " estimate "),
@@ -38,11 +38,10 @@ const ENDLESS: [(&str, &str); 4] = [
 /// Time after which an endless command is interrupted, seconds.
 const RUN_S: &str = "15";
 
-/// A command that takes longer is stopped and fails, seconds.
+/// Maximum duration of a command, seconds.
 const LONGEST_S: &str = "600";
 
-/// Words that mark a command as one that needs the emulator, minutes, or a file that another of
-/// these has written.
+/// Words in commands that need the emulator, take minutes, or read the output of such commands.
 const LONG: [&str; 6] = [
     "emulate",
     "--emulated",
@@ -63,7 +62,6 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The README and the chapters of the guide.
 fn pages() -> Vec<PathBuf> {
     let book = fs::read_dir(root().join("docs/guide")).expect("the book");
     let mut pages: Vec<PathBuf> = book.map(|entry| entry.expect("an entry").path()).collect();
@@ -73,8 +71,7 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// Documents besides the results and the guide. The crates' READMEs are documentation of Rust,
-/// whose code runs as such.
+/// Documents other than the results and the guide. Code in the crates' READMEs is run by rustdoc.
 const MORE: [&str; 8] = [
     "CONTRIBUTING.md",
     "docs/limits.md",
@@ -86,7 +83,7 @@ const MORE: [&str; 8] = [
     "teletaction/README.md",
 ];
 
-/// The results, the guide, the READMEs and [`MORE`].
+/// Returns the results, the guide, the READMEs and [`MORE`].
 fn documents() -> Vec<PathBuf> {
     let docs = fs::read_dir(root().join("docs/results"))
         .expect("documents")
@@ -97,7 +94,6 @@ fn documents() -> Vec<PathBuf> {
         .collect()
 }
 
-/// The code blocks of a page in one language.
 fn blocks(page: &str, language: &str) -> Vec<String> {
     let (mut blocks, mut inside) = (Vec::new(), false);
     for mark in Parser::new(page) {
@@ -114,7 +110,6 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
     blocks
 }
 
-/// The commands in a page's text.
 fn mentioned(page: &str) -> Vec<String> {
     let ours = |text: &str| {
         ["ridgetone ", "cargo "]
@@ -134,8 +129,8 @@ fn mentioned(page: &str) -> Vec<String> {
         .collect()
 }
 
-/// The commands of all documents, each once, as they follow: lines of blocks of the shell, without
-/// the comments behind them, and those in the text that are not the beginning of another.
+/// Returns the commands of all documents in order, without duplicates: lines of shell blocks
+/// without comments, and commands in the text that are not the beginning of a longer command.
 fn commands() -> Vec<String> {
     let mut commands: Vec<String> = Vec::new();
     let documents: Vec<String> = documents().iter().map(|path| read(path)).collect();
@@ -169,7 +164,7 @@ fn commands() -> Vec<String> {
     commands
 }
 
-/// True if a word of a command is this one, or gives an option it, as `left=touch.rec` does.
+/// True if a word is `long` or ends with `=` and `long`, such as `left=touch.rec`.
 fn is_of(word: &str, long: &str) -> bool {
     word.rsplit('=').next() == Some(long)
 }
@@ -185,10 +180,10 @@ fn needs_board(words: &[&str]) -> bool {
         || words.iter().any(|word| word.contains("/dev/"))
 }
 
-/// The command whose report is shown in the second chapter.
+/// Command whose report is shown in the second chapter.
 const CHECK: &str = "ridgetone check --emulated --for 10";
 
-/// The verdicts in the second chapter are those of the report; figures may differ a little.
+/// Asserts that the verdicts in the second chapter are those of the report; figures may differ.
 fn assert_shown(report: &str) {
     let page = read(&root().join("docs/guide/2-build.md"));
     let [shown] = &blocks(&page, "text")[..] else {
@@ -210,8 +205,8 @@ fn is_long(words: &[&str]) -> bool {
     words.iter().any(is_long) && !words.contains(&"--print-scene")
 }
 
-/// Runs the `ridgetone` commands, the long ones or the others, one after the other in a folder that
-/// has the files that they speak of.
+/// Runs either the long or the short `ridgetone` commands in order, in a folder with the files that
+/// they need.
 fn run_all(long: bool) {
     let folder = directory();
     std::os::unix::fs::symlink(root().join("hal-mock"), folder.path().join("hal-mock"))
@@ -245,7 +240,7 @@ fn run_all(long: bool) {
         "robot.csv",
         &format!("time_s,position_mm\n{rows}"),
     );
-    // Surfaces with a tone of 100 Hz, and what people say of them.
+    // Surfaces with a tone of 100 Hz, and people's ratings of them.
     let mut scores = String::from("file,soft,m\n");
     for (number, name) in ["smooth.csv", "vibration.csv", "third.csv", "fourth.csv"]
         .into_iter()
@@ -292,7 +287,8 @@ fn run_all(long: bool) {
             let mut following = words[1..].iter();
             name.split(' ').all(|word| following.next() == Some(&word))
         });
-        // Interrupted as Ctrl-C does, once; without `--foreground` it would be twice.
+        // Interrupts like Ctrl-C, once; without `--foreground` the command would be signalled
+        // twice.
         let limit = match endless {
             Some(_) => format!("--preserve-status --signal INT {RUN_S}"),
             None => LONGEST_S.to_owned(),
@@ -333,8 +329,8 @@ fn the_commands_that_take_long_run() {
     run_all(true);
 }
 
-/// Commands of `ridgetone` with a board have only options that exist, and send settings and values
-/// that the board takes.
+/// Commands of `ridgetone` for a board use only existing options, and settings and values that the
+/// board accepts.
 #[test]
 fn the_commands_with_a_board_parse() {
     let all = commands();
@@ -344,7 +340,7 @@ fn the_commands_with_a_board_parse() {
         (words[0] == "ridgetone" && words.len() > 2 && needs_board(&words)).then_some(words)
     });
     for words in with_options.filter(|words| !TELETACTION.contains(&words[1])) {
-        // Receivers that this build was not made with.
+        // Skip receivers that are not part of this build.
         let is_feature = words
             .iter()
             .any(|word| ["--foxglove", "--mqtt"].contains(word));
@@ -360,8 +356,8 @@ fn the_commands_with_a_board_parse() {
     }
 }
 
-/// Commands of cargo name packages of the workspace and programs of tests that exist. Those of
-/// `cargo xtask` are parsed by xtask's own test.
+/// Cargo commands name existing packages and test programs. Commands of `cargo xtask` are parsed by
+/// xtask's own test.
 #[test]
 fn the_commands_of_cargo_name_what_exists() {
     let lock = read(&root().join("Cargo.lock"));

@@ -1,11 +1,11 @@
-//! `ridgetone calibrate`, and the defaults that come from it.
+//! Tests `ridgetone calibrate` and the defaults derived from it.
 
 mod common;
 
 use common::{assert_one_line, directory, file, json_lines, run, stdout};
 use ridgetone_proto::settings::Array;
 
-/// The simulated finger under gratings that are none of the paper's, by the number of millimetres.
+/// Records the simulated finger over gratings that do not occur in the paper, named by period.
 fn gratings(folder: &tempfile::TempDir, speed_mm_s: f64, more: &str) -> Vec<String> {
     let scene = |period_mm: f64| {
         let text = format!("speed_mm_s = {speed_mm_s}\nperiod_mm = {period_mm}\n{more}");
@@ -23,7 +23,7 @@ fn calibrate(gratings: &[String], more: &[&str]) -> std::process::Output {
 #[test]
 fn the_defaults_are_the_simulated_fingers() {
     let folder = directory();
-    // At any speed, either way: the slots of the scan are accounted for.
+    // The result must not depend on speed or direction, because the scan's skew is corrected.
     for (speed_mm_s, way) in [(15.0, ""), (28.0, "reverse = true\n")] {
         let found = &json_lines(&calibrate(&gratings(&folder, speed_mm_s, way), &["--json"]))[0];
         let number = |name: &str| found[name].as_f64().expect("a number");
@@ -45,7 +45,7 @@ fn the_defaults_are_the_simulated_fingers() {
     }
 }
 
-/// Under a contact 30 mm long the lag is the units' own pitch and nothing else.
+/// Under a contact 30 mm long, the lag is exactly the units' pitch.
 #[test]
 fn under_a_long_contact_the_pitch_is_the_units_own() {
     let folder = directory();
@@ -61,8 +61,7 @@ fn under_a_long_contact_the_pitch_is_the_units_own() {
     );
 }
 
-/// The phases that the columns show do not depend on how fast, and how many of, their inputs are
-/// converted.
+/// The phases of the columns do not depend on the conversion rate and the number of inputs.
 #[test]
 fn the_constants_are_those_of_every_plan_with_both_columns() {
     let folder = directory();
@@ -142,7 +141,7 @@ fn it_is_printed_as_the_command_that_sets_it() {
     );
 }
 
-/// Under a speed that moves by a sixth no window of 3 mm is good, though their lags are right.
+/// If the speed varies by a sixth, no window of 3 mm is good, although the lags are correct.
 #[test]
 fn windows_that_are_not_good_are_taken_only_if_they_are_accepted() {
     let (folder, steady) = (directory(), directory());

@@ -1,4 +1,4 @@
-//! `check` as a command: exit status, report files; a whole run is in `emulated.rs`.
+//! Tests `check` as a command: exit status and report files. A complete run is in `emulated.rs`.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -44,8 +44,8 @@ fn what_makes_no_sense_is_refused_and_a_report_is_not_overwritten() {
     assert_eq!(kept, "an older report\n");
 }
 
-/// Starts `check` at a pseudo-terminal, with its name and the board's end. The command has opened
-/// the line: its first request has arrived.
+/// Starts `check` at a pseudo-terminal and waits for its first request. Returns the command, the
+/// terminal's name and the board's end of the line.
 fn start(arguments: &[&str]) -> (Child, String, std::fs::File) {
     let terminal = Terminal::new(80, 24);
     let (name, mut line) = (terminal.name.clone(), terminal.into_file());
@@ -57,7 +57,7 @@ fn start(arguments: &[&str]) -> (Child, String, std::fs::File) {
     (child, name, line)
 }
 
-/// A board of another protocol.
+/// Tests with a board that uses a different protocol.
 #[test]
 fn a_check_that_fails_is_reported_and_is_the_exit_status() {
     let folder = directory();
@@ -113,8 +113,8 @@ fn a_check_that_fails_is_reported_and_is_the_exit_status() {
     }
 }
 
-/// The board's end of a terminal. At the second start, with the changed settings in the flash,
-/// Ctrl-C is pressed; from then on the board is silent until it hears something.
+/// The board's end of a terminal. At the second start, when the changed settings are in the flash,
+/// the command gets Ctrl-C; from then on the board is silent until it receives something.
 struct Pressed<'a> {
     line: std::fs::File,
     child: &'a Child,
@@ -155,8 +155,8 @@ impl Surroundings for Pressed<'_> {
     }
 }
 
-/// Interrupted while its own settings are stored, the command still restores what was stored
-/// before.
+/// If the command is interrupted while its own settings are stored, it still restores the original
+/// ones.
 #[test]
 fn ctrl_c_in_the_middle_restores_the_settings() {
     let stored = Settings {
@@ -179,7 +179,7 @@ fn ctrl_c_in_the_middle_restores_the_settings() {
             starts: 0,
             is_silent: false,
         };
-        // It ends when the command has closed its end.
+        // The run ends when the command has closed the line.
         let ended = simulated::run(Opened::untouched(), start_anew(), &mut pressed);
         assert!(
             ended.is_err() && pressed.starts == 2,

@@ -1,5 +1,5 @@
-//! Two boards whose clocks run differently, recorded on one computer and exported: their messages
-//! agree in UTC.
+//! Tests that the messages of two boards with different clocks, recorded on one computer and
+//! exported, agree in UTC.
 #![cfg(unix)]
 
 mod common;
@@ -24,8 +24,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// What a board sends in one touch, with every frame; each with the board's time at which it sends
-/// it, seconds.
+/// Returns the packets of a touch with every frame, each with the board time at which it is sent,
+/// seconds.
 fn telemetry() -> VecDeque<(f64, Vec<u8>)> {
     let mut pipeline = Box::new(ridgetone_finger::Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);
@@ -81,16 +81,16 @@ struct Stamp {
     kind: String,
     /// Time by the board's clock.
     t_s: f64,
-    /// Time in the file, less what it is by the board's own pace.
+    /// Difference of the time in the file from the true time.
     off_s: f64,
     sigma_s: f64,
-    /// By how much the board's clock is slow, parts per million, and the standard deviation of
-    /// that; not in every message.
+    /// Skew of the board's clock and its standard deviation, parts per million; positive if the
+    /// clock is slow. Not in every message.
     skew: Option<(f64, f64)>,
 }
 
-/// Records a board of this pace to its end, exports it, and gives the messages that have a time of
-/// the board. `zero` gives UTC at the board's time 0.
+/// Records a board to its end, exports the recording, and returns the messages with a board time.
+/// `zero` returns UTC at board time 0.
 fn stamps(
     path: &Path,
     feed: Feed,
@@ -138,8 +138,8 @@ fn stamps(
     stamps
 }
 
-/// Runs boards of these paces next to each other, and checks that all of their messages agree in
-/// UTC. Gives the stamps of each.
+/// Runs two boards with these paces at the same time, and asserts that their messages agree in UTC.
+/// Returns the stamps of both.
 fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [Vec<Stamp>; 2] {
     let folder = directory();
     let boards = std::thread::scope(|scope| {
@@ -188,8 +188,8 @@ fn last_skew(stamps: &[Stamp]) -> Option<(f64, f64)> {
 /// 200 ppm fast and slow: twice what crystals have. After 10 s the boards are 4 ms apart.
 const PACES: [f64; 2] = [1.0002, 0.9998];
 
-/// One moment by both clocks, to 20 us: a busy computer may stop this thread between the two
-/// readings.
+/// Returns the same moment from both clocks, to 20 us. Repeats the readings, because a busy
+/// computer may interrupt the thread in between.
 fn now() -> (Instant, SystemTime) {
     loop {
         let (begun, zero) = (Instant::now(), SystemTime::now());
@@ -223,19 +223,18 @@ fn two_boards_of_skewed_clocks_agree_within_a_millisecond() {
     }
 }
 
-/// The byte behind each packet.
+/// Byte that ends each packet.
 const PACKET_END: u8 = 0;
 
 /// The firmware image on the emulated board, whose clock runs at `pace`. The computer's clock is
-/// computed from the board's, so that a slow computer does not matter: packets arrive late as
-/// behind an adapter of USB, by something exponential with a mean of a millisecond, and by 16 ms
-/// now and then.
+/// derived from the board's, so that a slow computer does not matter. Packets are delayed as by a
+/// USB adapter: exponentially with a mean of one millisecond, and sometimes by 16 ms.
 struct Firmware {
     pace: f64,
     /// UTC at which the board's counter was 0.
     zero: SystemTime,
     random: ChaCha8Rng,
-    /// By how much the packet on the line is late, seconds.
+    /// Delay of the current packet, seconds.
     late_s: f64,
     /// UTC of the latest bytes, nanoseconds.
     arrived_ns: u64,
@@ -244,7 +243,7 @@ struct Firmware {
 }
 
 impl Firmware {
-    /// Starts it in front of a scene. The thread ends with the run, and gives its outcome.
+    /// Starts the board with a scene. The thread ends with the run and returns the outcome.
     fn start(pace: f64, zero: SystemTime, seed: u64, input: Opened) -> (Self, JoinHandle<Outcome>) {
         let ((to_feed, telemetry), (requests, to_board)) = (channel(), channel::<Vec<u8>>());
         let running = std::thread::spawn(move || {
@@ -287,7 +286,7 @@ impl Source for Firmware {
         };
         let at = self.zero + now.div_f64(self.pace) + Duration::from_secs_f64(self.late_s);
         let at_ns = at.duration_since(UNIX_EPOCH)?.as_nanos() as u64;
-        // A line keeps the order.
+        // Bytes stay in order on a line.
         self.arrived_ns = self.arrived_ns.max(at_ns);
         // Draws the delay of the next packet.
         if bytes.contains(&PACKET_END) {
@@ -310,18 +309,18 @@ impl Source for Firmware {
     }
 
     fn byte_s(&self) -> f64 {
-        // As of the product's own source of this board.
+        // Same value as in the product's source for an emulated board.
         BYTE_S
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        // A board that has ended hears nothing any more, as in the product's own source.
+        // Sending fails if the board has ended; ignored as in the product's source.
         let _ = self.requests.send(bytes.to_vec());
         Ok(())
     }
 }
 
-/// Two boards that start at different times, and are touched again and again.
+/// Tests two boards that start at different times and are touched repeatedly.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn two_emulated_boards_of_skewed_clocks_agree_within_a_millisecond() {
@@ -365,7 +364,6 @@ fn two_emulated_boards_of_skewed_clocks_agree_within_a_millisecond() {
         );
         surest_ppm = surest_ppm.min(sigma_ppm);
     }
-    // A computer that is busy beside delays one board's bytes or the other's, and its skew is known
-    // the less.
+    // A busy computer may delay the bytes of one board, whose skew is then less certain.
     assert!(surest_ppm < 40.0, "{surest_ppm} ppm");
 }

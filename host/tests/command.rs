@@ -1,5 +1,4 @@
-//! The command line itself: words that are nearly right, shells, the manual, and files
-//! that are there already.
+//! Tests the command line: misspelt words, shell completions, the manual, and existing files.
 
 mod common;
 
@@ -117,7 +116,7 @@ fn no_file_is_overwritten_without_a_word() {
         let rows = stdout(&done);
         assert!(rows.starts_with("t") && rows.lines().count() > 1, "{rows}");
     }
-    // Nobody can make a recording again.
+    // A recording is never replaced, because it cannot be made again.
     assert_one_line(
         &run(&[
             "export",
@@ -182,17 +181,17 @@ fn text_of_a_run_that_is_over_is_in_the_order_of_time() {
         .filter_map(|line| line.get(..8)?.trim().parse().ok())
         .collect();
     assert!(times.len() > 10 && times.is_sorted(), "{times:?}");
-    // An estimate of the whole slide comes after the slide's end, and is of a time before it.
+    // The estimate of a whole slide is reported after the slide's end, although it is for earlier.
     let at = |part: &str| lines.find(part).expect("a line");
     assert!(at("SLIDE") < at("ends; "), "{lines}");
 }
 
-/// `ridgetone` in a folder of its own, where `ridgetone-teletaction` is this script, if any.
+/// Runs `ridgetone` in a separate folder, with `script` as `ridgetone-teletaction`, if given.
 #[cfg(unix)]
 fn beside(script: Option<&str>, words: &[&str]) -> std::process::Output {
     let folder = directory();
-    // Another process copies: a file that this one had open for writing could not be run while a
-    // child that another test has just forked still holds it.
+    // A separate process copies the file: a file that this process has open for writing cannot be
+    // run while a child forked by a parallel test still holds it open.
     let install = |from: &std::path::Path, name: &str| {
         let to = folder.path().join(name);
         let mut install = std::process::Command::new("install");

@@ -43,7 +43,7 @@ fn emulate(input: &Input) -> (Outcome, Vec<Packet>) {
     (outcome, packets)
 }
 
-/// Events of the library on this PC, from the conversions that the board has read.
+/// Returns the events of the library on this PC for the conversions that the board has read.
 fn on_pc(outcome: &Outcome) -> Vec<Event> {
     let (mut pipeline, mut events) = (Box::new(Pipeline::new(Settings::DEFAULT)), Vec::new());
     for timed in &outcome.conversions {
@@ -56,9 +56,9 @@ fn events(packets: &[Packet]) -> Vec<Event> {
     packets.iter().map(|packet| packet.event.clone()).collect()
 }
 
-/// The events of each kind as they follow, but for the processor's load and stack, the converter
-/// and the greeting, which a pipeline on a PC does not have. Kinds may overtake each other: on the
-/// chip a fit takes a while, on the PC it is done at once.
+/// Groups events by kind, in order, without load and stack of the processor, the converter and the
+/// greeting, which a pipeline on a PC does not have. The order between kinds may differ, because a
+/// fit takes time on the chip but not on the PC.
 fn by_kind(events: Vec<Event>) -> BTreeMap<&'static str, Vec<Event>> {
     let mut kinds = BTreeMap::new();
     for mut event in events {
@@ -128,7 +128,7 @@ fn assert_within_bars(what: &str, packets: &[Packet], outcome: &Outcome, truth: 
     );
 }
 
-/// All of `inputs`, two at a time.
+/// Runs `test` on all `inputs`, two at a time.
 fn for_all<T: Sync>(inputs: &[T], test: impl Fn(&T) + Sync) {
     let next = AtomicUsize::new(0);
     std::thread::scope(|scope| {
@@ -224,7 +224,7 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
                 unclear.fetch_add(1, Ordering::Relaxed);
                 continue;
             }
-            // Nobody has calibrated it; `tests/travel.rs` does, and always finds the direction.
+            // The finger is not calibrated here. In `tests/travel.rs` it is, and has a direction.
             assert_eq!(travel.status, TravelStatus::Uncalibrated, "{what}");
             assert!(
                 [towards, Direction::Unknown].contains(&travel.direction),
@@ -371,7 +371,7 @@ fn two_runs_give_the_same_bytes() {
     assert_eq!(first.conversions.len() as u64, first.conversions_served);
 }
 
-/// `emulator/tests/long.rs` has more of them.
+/// `emulator/tests/long.rs` has longer runs of touches.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_minute_of_touches_is_as_right_at_its_end_as_at_its_beginning() {

@@ -1,22 +1,23 @@
-//! Names and lines of files reach a terminal without the control characters in them, and cut.
+//! Tests that names and lines of files are printed without control characters, and cut if long.
 
 mod common;
 
 use common::{directory, file, run, text};
 use std::path::Path;
 
-/// Sets a window's title, rings, ends a C string, clears the screen by a C1 code, turns the
-/// direction.
+/// Text that sets a window's title, rings the bell, clears the screen with a C1 code, reverses the
+/// direction of text and deletes.
 const HOSTILE: &str = "a\x1b]0;title\x07b\u{9b}2Jc\u{202e}d\x7f";
 
-/// A line of standard error is never longer than this, bytes: some characters have four.
+/// Maximum length of a line of standard error, bytes: some characters have four.
 const BYTES_MAX: usize = 5000;
 
 fn is_harmless(character: char) -> bool {
     character == '\n' || !(character.is_control() || character == '\u{202e}')
 }
 
-/// Runs a command; what it prints for people is harmless. Gives whether it quoted the text.
+/// Runs a command and asserts that its output for people is harmless. Returns true if the output
+/// quotes the text.
 fn check(arguments: &[&str]) -> bool {
     let output = run(arguments);
     let error = String::from_utf8(output.stderr).expect("UTF-8");
@@ -35,7 +36,7 @@ fn check(arguments: &[&str]) -> bool {
     error.contains("u{1b}") || error.contains("... (")
 }
 
-/// Every command that reads a file of the user's, with that file in its place.
+/// Returns every command that reads a user's file, with this file.
 fn commands(path: &Path) -> Vec<Vec<&str>> {
     let path = text(path);
     vec![
@@ -109,7 +110,7 @@ fn no_command_passes_on_what_acts_on_a_terminal() {
             .into_iter()
             .filter(|arguments| check(arguments))
             .count();
-        // Errors must quote the text, so that they are about it; those of MCAP quote nothing.
+        // Errors must quote the text, to show that it is the cause; MCAP errors quote nothing.
         let is_mcap = path
             .extension()
             .is_some_and(|extension| extension == "mcap");

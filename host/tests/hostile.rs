@@ -1,4 +1,4 @@
-//! Files and requests that are damaged, by a seed: each is read in whole, or refused.
+//! Tests that randomly damaged files and requests are either read completely or refused.
 
 #[path = "hostile/mutator.rs"]
 mod mutator;
@@ -17,7 +17,7 @@ use ridgetone_proto::framing;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 
-/// Reads `count` damaged inputs. At least one of fifty has to be accepted, and one of fifty refused.
+/// Reads `count` damaged inputs. Of these at least 2 % must be accepted and 2 % refused.
 fn try_all(reader: Reader, wholes: &[Vec<u8>], count: usize) {
     for whole in wholes {
         assert!(reader.accepts(whole), "{}", String::from_utf8_lossy(whole));
@@ -32,7 +32,7 @@ fn try_all(reader: Reader, wholes: &[Vec<u8>], count: usize) {
     );
 }
 
-/// Two recordings: the beginning of a touch with raw frames, and a whole touch without them.
+/// Returns two recordings: the beginning of a touch with raw frames, and a whole touch without.
 fn recordings() -> [Vec<u8>; 2] {
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);
@@ -99,7 +99,7 @@ fn damaged_rows_are_read_in_whole_or_refused() {
 #[test]
 #[ignore = "some seconds"]
 fn damaged_recordings_are_read_in_part_or_refused() {
-    // Damage costs packets, and only in the header the file.
+    // Damaged bytes lose packets; only a damaged header loses the file.
     let mut wholes = recordings().to_vec();
     wholes.push(wholes[1][..600].to_vec());
     try_all(Reader::Recording, &wholes, 2000);

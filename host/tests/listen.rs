@@ -1,4 +1,4 @@
-//! `monitor --plain`, at a pseudo-terminal.
+//! Tests `monitor --plain` at a pseudo-terminal.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -14,9 +14,9 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStderr, Stdio};
 
-/// A board's end of a line, and the name of the other end.
+/// Returns the board's end of a line, and the name of the far end.
 fn pty() -> (File, String) {
-    // Not for the command: as long as it had this end too, the board would never be gone.
+    // The command must not inherit this end, otherwise the board could never be unplugged.
     let end =
         openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
     grantpt(&end).expect("granted");
@@ -44,7 +44,7 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
     };
     assert_eq!(next(&mut messages), format!("ridgetone: {name}: open"));
 
-    // The middle of a frame first, as when a board has been running for long.
+    // Begin in the middle of a frame, as with a board that is already running.
     board.write_all(&[17, 4, 0]).expect("written");
     for sequence in [7, 8, 11] {
         let contact = Contact {
@@ -97,7 +97,7 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
     child.wait().expect("ended");
 }
 
-/// As at a wrong baud rate: damage only, and no packet whose number would show a loss.
+/// Sends only damaged frames, as at a wrong baud rate, so that no sequence number shows a loss.
 #[test]
 fn damage_without_end_is_reported() {
     let (mut board, name) = pty();
@@ -139,7 +139,7 @@ fn a_board_that_is_not_there_is_reported_on_one_line() {
     common::assert_one_line(&both, 2, &["--port"]);
 }
 
-/// `monitor --json` at a board's line, once it is open.
+/// Starts `monitor --json` at a board's line, and waits until the line is open.
 fn listening() -> (File, Child, BufReader<ChildStderr>) {
     let (board, name) = pty();
     let mut child = common::ridgetone()
@@ -155,7 +155,7 @@ fn listening() -> (File, Child, BufReader<ChildStderr>) {
     (board, child, messages)
 }
 
-/// Standard output and standard error of the command.
+/// Waits for the command to end. Returns its standard output and standard error.
 fn ended(child: Child, mut messages: BufReader<ChildStderr>) -> (String, String) {
     let output = child.wait_with_output().expect("it ends");
     let mut report = String::new();
@@ -169,7 +169,7 @@ fn send(board: &mut File, sequence: u16, event: Event) {
     board.write_all(&wire[..used]).expect("written");
 }
 
-/// What the board says of itself comes before what would be read wrongly.
+/// The board's greeting is checked before packets are printed that would be misread.
 #[test]
 fn a_board_with_another_protocol_is_refused_before_anything_is_printed() {
     let (mut board, child, messages) = listening();

@@ -1,4 +1,4 @@
-//! `ridgetone emulate` with images that are not ours.
+//! Tests `ridgetone emulate` with foreign images.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -9,7 +9,7 @@ use object::{Architecture, BinaryFormat, Endianness, SymbolFlags, SymbolKind, Sy
 use ridgetone_emulator::Image;
 use std::path::{Path, PathBuf};
 
-/// An ELF file of this architecture with this symbol and this text in it.
+/// Writes an ELF file with the given architecture, symbol and text.
 fn elf(
     folder: &Path,
     name: &str,
@@ -35,7 +35,7 @@ fn elf(
     path
 }
 
-/// An image that a program has embedded may lie at an odd address.
+/// Tests an odd address, at which an image embedded in a program may be.
 #[test]
 fn an_image_is_read_at_any_address() {
     let folder = directory();

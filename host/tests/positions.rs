@@ -1,5 +1,5 @@
-//! `ridgetone fit --positions`: raw frames of a simulated finger whose speed varies and turns, and
-//! the log of a robot with a clock of its own.
+//! Tests `ridgetone fit --positions` with raw frames of a simulated finger whose speed varies and
+//! reverses, and the log of a robot with a separate clock.
 
 mod common;
 
@@ -25,9 +25,9 @@ use std::path::{Path, PathBuf};
 
 /// UTC at which the scene begins, seconds since 1970.
 const EPOCH_S: f64 = 1_769_862_605.25;
-/// The board's clock is slow by this fraction.
+/// Fraction by which the board's clock is slow.
 const SLOW: f64 = 80e-6;
-/// Time that a byte takes on the line, seconds.
+/// Duration of a byte on the line, seconds.
 const BYTE_S: f64 = 10.0 / 921_600.0;
 
 /// Motion of the finger from the start of the slide.
@@ -49,7 +49,7 @@ impl Motion {
         }
     }
 
-    /// Position by the closed form, apart from the scene's own.
+    /// Returns the position in closed form, independently of the scene.
     fn mm(self, since_s: f64) -> f64 {
         let since_s = since_s.clamp(0.0, self.lasts_s());
         match self {
@@ -104,9 +104,9 @@ struct Recorded {
     folder: tempfile::TempDir,
     path: PathBuf,
     motion: Motion,
-    /// The slide's begin, seconds of scene time.
+    /// Start of the slide, seconds of scene time.
     start_s: f64,
-    /// Device time is zero at this scene time, seconds.
+    /// Scene time at device time zero, seconds.
     zero_s: f64,
 }
 
@@ -170,8 +170,8 @@ impl Recorded {
     }
 }
 
-/// Records the raw frames of a scene with the times at which a computer would receive them: a
-/// little late, by an exponential delay of 0.3 ms. Gives the scene time of device time zero.
+/// Records the raw frames of a scene with the times at which a computer would receive them, after
+/// an exponential delay of 0.3 ms. Returns the scene time of device time zero.
 fn record(scene: impl Scene + 'static, plan: Plan, path: &Path, seed: u64) -> f64 {
     let options = Options {
         clock_hz: plan.adc_clock_hz,
@@ -221,7 +221,7 @@ const SLOW_HAND: Hand = Hand {
     swings: 4.0,
 };
 
-/// Every good window's period within its uncertainty, while the speed varies and turns.
+/// Every good window's period is within its uncertainty while the speed varies and reverses.
 #[test]
 fn windows_have_the_scenes_period_within_their_sigma() {
     type Row = fn(&Recorded, f64) -> (f64, f64);
@@ -331,8 +331,8 @@ fn windows_have_the_scenes_period_within_their_sigma() {
     }
 }
 
-/// The last channel of a scan is read 3 ms after the first, in which a hand goes 0.2 mm: a fit that
-/// takes a scan for a moment leaves more of the tone.
+/// The last channel of a scan is read 3 ms after the first, during which a hand moves 0.2 mm. A fit
+/// that ignores this leaves a larger residual.
 #[test]
 fn channels_have_positions_of_their_own() {
     let motion = Motion::Hand(SLOW_HAND);
@@ -373,14 +373,13 @@ fn channels_have_positions_of_their_own() {
     assert!(without > 3.0 * with, "{with} {without}");
 }
 
-/// The greeting of a board with this plan. A pipeline is large: it is not inlined, so that the
-/// stack holds one at a time.
+/// Returns the greeting of a board with this plan. Not inlined, because a pipeline is large and
+/// only one at a time should be on the stack.
 #[inline(never)]
 fn hello(plan: Plan) -> Event {
     Pipeline::new(Settings::DEFAULT.with_plan(plan)).hello()
 }
 
-/// A copy of a recording with other events or receipts.
 fn copied(from: &Path, name: &str, change: &dyn Fn(&mut Event, &mut Option<Receipt>)) -> PathBuf {
     let path = from.with_file_name(name);
     let mut out = recording::create(&path, "a test", BYTE_S).expect("a recording");

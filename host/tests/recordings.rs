@@ -1,5 +1,5 @@
-//! `record`, `replay`, `export`, `monitor`, `ports` and `settings` without an emulator: at a
-//! pseudo-terminal, and on recordings.
+//! Tests `record`, `replay`, `export`, `monitor`, `ports` and `settings` without an emulator, at a
+//! pseudo-terminal and on recordings.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -17,7 +17,6 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 use terminal::Terminal;
 
-/// The bytes of the default scene's telemetry.
 fn telemetry() -> Vec<u8> {
     let input = Input::default().open().expect("a scene");
     replay::run(input, Default::default(), &mut |_| Ok(()), &mut |_, _| {})
@@ -25,7 +24,7 @@ fn telemetry() -> Vec<u8> {
         .serial
 }
 
-/// A bare recording of them.
+/// Writes the telemetry of the default scene to a file without a header.
 fn recording(folder: &Path) -> PathBuf {
     let path = folder.join("touch.rec");
     std::fs::write(&path, telemetry()).expect("a file");
@@ -50,7 +49,7 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     let mut next = || messages.next().expect("a line").expect("UTF-8");
     assert_eq!(next(), format!("ridgetone: {}: open", board.name));
     let mut board = board.into_file();
-    // All but the last frame, and a part of that.
+    // Send the last frame only in part.
     board.write_all(&bytes[..bytes.len() - 5]).expect("written");
     let whole = bytes.iter().filter(|byte| **byte == 0).count() - 1;
     // Every part ends with a zero: the header, frames, and the marks of their receipt.
@@ -72,7 +71,7 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
 
     let mut replayed = json_lines(&run(&["replay", text(&path), "--json"]));
     for line in &mut replayed {
-        // When it was received is known of a board alone.
+        // Only a board's packets have a time of receipt.
         let object = line.as_object_mut().expect("an object");
         assert!(
             object
@@ -167,7 +166,7 @@ fn exports_go_to_files_or_standard_output_and_say_what_is_missing() {
             .expect("a file")
             .starts_with("t_s,window_s,span,")
     );
-    // Nobody can make a recording again.
+    // A recording is never replaced, because it cannot be made again.
     let before = std::fs::read(&path).expect("a file");
     for over in [
         &["export", text(&path), "--format", "csv", "-o", text(&path)][..],
@@ -351,7 +350,7 @@ fn ports_lists_what_there_is_or_says_why_not() {
     }
 }
 
-/// The screen on a real terminal: it comes, follows its keys, and leaves the terminal as it was.
+/// On a real terminal the screen appears, responds to keys, and restores the terminal at the end.
 #[test]
 fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
     let folder = directory();
@@ -367,7 +366,7 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
         .spawn()
         .expect("the command runs");
     terminal.read_until("touch.rec  over");
-    // A picture comes in pieces; this is near its end.
+    // The screen is drawn in pieces; this text is near the end.
     terminal.read_until("overruns");
     for part in [
         "frequency, Hz",
@@ -383,7 +382,7 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
             terminal.screen().contents()
         );
     }
-    // Readable on dark and on light: nothing has a colour of its own.
+    // All text has the terminal's own colours, so it is readable on any background.
     for place in 0..80 * 24 {
         let cell = terminal
             .screen()
@@ -402,7 +401,7 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
     terminal.send(b"q");
     assert!(child.wait().expect("ended").success());
     terminal.read_to_end();
-    // What stood there before is back, and so is the cursor.
+    // The previous content and the cursor are restored.
     assert!(!terminal.screen().alternate_screen() && !terminal.screen().hide_cursor());
     assert_eq!(terminal.screen().contents(), "");
     let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
@@ -420,14 +419,14 @@ fn a_terminal_that_is_closed_ends_the_screen() {
     let folder = directory();
     let path = recording(folder.path());
     assert_ends_with_its_terminal(&path, |_| Stdio::null());
-    // What it says goes to the same terminal, as it does in a shell.
+    // Messages go to the same terminal, as in a shell.
     assert_ends_with_its_terminal(&path, |end| end.into());
 }
 
 fn assert_ends_with_its_terminal(path: &Path, stderr: impl Fn(File) -> Stdio) {
     let mut terminal = Terminal::new(80, 24);
     let end = terminal.other_end();
-    // In this test's session: it gets no signal when the terminal goes.
+    // The child stays in this test's session, so it gets no signal when the terminal closes.
     let mut child = common::ridgetone()
         .args(["monitor", "--file", text(path), "--pace", "0"])
         .env("TERM", "xterm")

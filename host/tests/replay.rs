@@ -161,7 +161,7 @@ fn a_scene_written_down_and_replayed() {
     ]));
     assert!((slide_estimate(&events)["frequency_hz"].as_f64().unwrap() / found - 1.0).abs() < 1e-4);
 
-    // Clipped, it has no touch.
+    // A clipped recording has no touch.
     let output = run(&["replay", text(&scaled)]);
     assert_eq!(output.status.code(), Some(3));
     let warning = stderr(&output).lines().next().unwrap().to_owned();
@@ -353,8 +353,8 @@ fn a_recording_keeps_its_rate_and_its_channels_and_nothing_is_invented() {
     );
 }
 
-/// The raw frames of a board run through the library again: with the board's own settings the same
-/// estimates to the last digit, with others those of a board that has them.
+/// Replayed raw frames have the same estimates to the last digit with the board's own settings, and
+/// those of a board with the given settings otherwise.
 #[test]
 fn a_recording_of_raw_frames_is_run_again_bit_for_bit() {
     let folder = common::directory();

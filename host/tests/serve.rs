@@ -1,4 +1,4 @@
-//! `serve`, at pseudo-terminals, with its lines of JSON. `streams.rs` has MQTT and Foxglove.
+//! Tests `serve` with JSON lines at pseudo-terminals. MQTT and Foxglove are in `streams.rs`.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -46,8 +46,8 @@ impl Serving {
         ))
     }
 
-    /// Interrupts it as Ctrl-C does; gives the messages that were left and what it reported. It
-    /// must end well.
+    /// Interrupts the command like Ctrl-C, and asserts that it succeeds. Returns the remaining
+    /// messages and its report.
     fn interrupt(mut self) -> (Vec<(String, Value)>, String) {
         let pid = Pid::from_raw(self.child.id() as i32).expect("a process");
         kill_process(pid, Signal::INT).expect("interrupted");
@@ -78,7 +78,7 @@ fn piped(command: &mut Command) -> &mut Command {
         .stderr(Stdio::piped())
 }
 
-/// Every topic's messages are numbered from 0 without a gap; gives how many there are of each.
+/// Asserts that every topic's messages are numbered from 0 without gaps. Returns their numbers.
 fn counted(messages: &[(String, Value)]) -> BTreeMap<String, u64> {
     let mut counts = BTreeMap::new();
     for (topic, message) in messages {
@@ -180,7 +180,7 @@ fn fingers_are_served_beside_one_that_is_not_there() {
     );
 }
 
-/// A reader that does not read holds up no board; its losses are counted and reported.
+/// A reader that stalls does not block a board; its losses are counted and reported.
 #[test]
 fn a_slow_reader_loses_frames_by_count() {
     let board = SerialBoard::of_rate(2000.0);

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Spatial period of the surface, millimetres.
 const PERIOD_MM: f64 = 2.5;
 
-/// Place and speed of a hand that goes 100 mm to and fro, once in two seconds.
+/// Returns position and speed of a hand that moves 100 mm to and fro once in two seconds.
 fn hand(t_s: f64) -> (f64, f64) {
     (
         50.0 * (1.0 - (TAU * t_s / 2.0).cos()),
@@ -18,7 +18,7 @@ fn hand(t_s: f64) -> (f64, f64) {
     )
 }
 
-/// A recording of that hand: two channels, its place and its speed.
+/// Writes a recording of the [`hand`]: two channels, position and speed.
 fn recording(folder: &tempfile::TempDir) -> PathBuf {
     let (mut csv, mut state) = (String::from("time_s,a,x_mm,b,v_mm_s\n"), 1u32);
     for row in 0..1200 {
@@ -68,7 +68,7 @@ fn a_column_of_places_or_speeds_makes_it_cycles_per_millimetre() {
             found.get("frequency_hz").is_none() && found["channels"].as_array().unwrap().len() == 2
         );
     }
-    // In time the same rows have no one frequency that explains them.
+    // Fitted in time, these rows have no single frequency.
     let found = &json_lines(&run(&["fit", text(&path), "--columns", "a,b", "--json"]))[0];
     assert_eq!(found["domain"], "time");
     let printed = stdout(&run(&[

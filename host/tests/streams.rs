@@ -27,7 +27,7 @@ fn indices(all: &[Received], topic: &str) -> BTreeSet<u64> {
         .collect()
 }
 
-/// Count of numbers that are missing below the greatest one.
+/// Returns the count of missing numbers below the largest one.
 fn gaps(indices: &BTreeSet<u64>) -> u64 {
     indices
         .last()
@@ -42,7 +42,6 @@ fn statuses(all: &[Received]) -> Vec<&Value> {
         .collect()
 }
 
-/// Waits until it is so.
 fn wait_until(is_so: impl Fn() -> bool) {
     let begun = Instant::now();
     while !is_so() {
@@ -81,15 +80,14 @@ fn a_broker_gets_every_message_and_the_schemas() {
         others.len() > 1 && others.iter().all(|one| one["state"] == "online"),
         "{states:?}"
     );
-    // A subscriber that was away sees by this what it has missed.
+    // A subscriber that was disconnected can compute its losses from these totals.
     let finger = &last["fingers"]["f0"];
     assert_eq!(finger["published"]["frames"], frames.len() as u64);
     assert_eq!(finger["lost"]["frames"], 0);
     assert!(report.contains("0 frames and 0 events lost\n"), "{report}");
 }
 
-/// The connection breaks for seconds. Every event arrives, and every frame that does not is
-/// counted.
+/// If the connection breaks for seconds, every event arrives, and every lost frame is counted.
 #[test]
 fn what_a_broken_connection_costs_is_counted_and_reported() {
     let broker = Broker::start();
@@ -197,7 +195,7 @@ fn what_waited_for_a_broker_comes_to_a_subscriber_that_connects_later() {
     }
 }
 
-/// A broker that has stopped takes nothing and says nothing; the board goes on.
+/// If a broker hangs, the board continues.
 #[test]
 fn a_broker_that_hangs_holds_up_no_board() {
     let broker = Broker::start();
@@ -207,8 +205,8 @@ fn a_broker_that_hangs_holds_up_no_board() {
     broker.hang();
     sleep(Duration::from_secs(8));
     board.stop();
-    // A board that was held up would be as late as the broker hangs, 8 s. A busy processor makes it
-    // late too.
+    // A blocked board would be 8 s late, the time that the broker hangs. A busy processor may also
+    // cause a delay.
     assert!(
         board.late_s() < 4.0 && board.frames() > 12_000,
         "{} s late, {} frames",

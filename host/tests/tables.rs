@@ -11,7 +11,7 @@ use ridgetone_proto::settings::Settings;
 use serde_json::Value;
 use std::path::Path;
 
-/// The fit of a table without its file's name, and what was said next to it.
+/// Returns the fit of a table without the file's name, and the remarks.
 fn fit(path: &Path, options: &[&str]) -> (Value, String) {
     let output = run(&[&["fit", text(path), "--json"], options].concat());
     let mut found = json_lines(&output).remove(0);
@@ -19,7 +19,7 @@ fn fit(path: &Path, options: &[&str]) -> (Value, String) {
     (found, stderr(&output))
 }
 
-/// A table of our own with another header and other cells.
+/// Rewrites a generated table with a different header and different cells.
 fn rewritten(
     table: &str,
     header: &str,
@@ -236,7 +236,7 @@ fn preambles_that_look_like_rows_are_passed_over() {
             "{name}"
         );
     }
-    // Another one writes its settings next to the first rows.
+    // A different instrument writes its settings next to the first rows.
     let settings = [
         "Record Length,4.0e+02,,",
         "Sample Interval,0.01,,",

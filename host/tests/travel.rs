@@ -11,7 +11,7 @@ const C1: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../hal-mock/scenes/c1.tom
 /// What `calibrate` says of the simulated finger (`tests/calibrate.rs`), whose pitch and edge phase
 /// are the defaults.
 const CALIBRATED: [&str; 2] = ["--set", "array.edge_phase_sigma_rad=0.01"];
-/// The grating can move in one direction only.
+/// Settings for a grating that moves in only one direction.
 const FORWARD: &str = "array.may_go_backward=false";
 const BACKWARD: &str = "array.may_go_forward=false";
 
@@ -104,8 +104,8 @@ fn what_is_possible_is_the_users_to_say() {
     );
 }
 
-/// By default nobody has measured the array: the uncertainty is that of any finger, and it does not
-/// decide between 3.6 mm one way and 4.3 mm the other.
+/// By default the array is not calibrated: the uncertainty covers any finger, and is too large to
+/// decide between 3.6 mm in one direction and 4.3 mm in the other.
 #[test]
 fn an_array_that_nobody_calibrated_says_so() {
     for estimate in replayed(&[]) {

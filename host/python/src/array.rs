@@ -1,4 +1,4 @@
-//! Rows of samples: those of a file, or those of an array where they are.
+//! Rows of samples from a file, or from an array that is not copied.
 
 use crate::raised;
 use anyhow::bail;
@@ -23,7 +23,7 @@ type Rows<'py> = (
     Option<String>,
 );
 
-/// A column next to an array, such as the speed of its rows, from a `dict` with these keys.
+/// An additional column for an array, such as the speed of its rows, from a `dict` with these keys.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Beside<'py> {
@@ -83,7 +83,7 @@ impl<T: Element> View<T> {
     }
 }
 
-/// A reader of an array of f32 or f64, and its number of rows and columns.
+/// Returns a reader of an array of f32 or f64, and the numbers of rows and columns.
 fn view(array: &Bound<'_, PyAny>) -> PyResult<(ValueAt, [usize; 2])> {
     if let Ok(buffer) = PyBuffer::<f64>::get(array) {
         let view = View::new(buffer)?;
@@ -125,8 +125,7 @@ impl Samples {
             .map_err(raised)
     }
 
-    /// Samples of an array, with or without a column of times, and one more column with its own
-    /// name or none.
+    /// Samples of an array, optionally with a column of times and one additional named column.
     #[staticmethod]
     #[pyo3(signature = (name, names, values, times, beside))]
     fn array(
@@ -183,8 +182,8 @@ impl Samples {
         self.0.name()
     }
 
-    /// All rows: names of the columns, times or none, values row by row, both as bytes of f64, and
-    /// what was guessed.
+    /// Reads all rows. Returns the names of the columns, the times if there are any, the values row
+    /// by row (both as bytes of f64), and guesses about the format.
     fn read<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
         let Read {
             names,
@@ -218,20 +217,20 @@ impl Samples {
     }
 }
 
-/// Seconds of a unit of time, by its name; `None` if it is not known.
+/// Returns a unit of time in seconds; `None` if the unit is unknown.
 #[pyfunction]
 pub fn time_unit(unit: &str) -> Option<f64> {
     tables::per_second(unit).map(f64::recip)
 }
 
-/// True if the name of a column says that it is the time.
+/// True if a column's name is that of a time.
 #[pyfunction]
 pub fn is_time(name: &str) -> bool {
     tables::is_time(name)
 }
 
-/// Seconds of the unit that the name of a time declares; `None` if it declares none. A unit that is
-/// not known is refused.
+/// Returns the unit declared by the name of a time column, seconds; `None` if there is none. Fails
+/// for an unknown unit.
 #[pyfunction]
 pub fn declared_unit(name: &str) -> PyResult<Option<f64>> {
     tables::declared_seconds(name).map_err(|unit| {

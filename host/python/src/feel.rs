@@ -1,4 +1,4 @@
-//! The paper's equations of the crate `ridgetone-feel`, on amplitude spectra that NumPy makes.
+//! Applies the paper's equations in the crate `ridgetone-feel` to amplitude spectra from NumPy.
 
 use pyo3::buffer::PyBuffer;
 use pyo3::prelude::*;
@@ -37,7 +37,7 @@ impl Spectra {
         })
     }
 
-    /// Spectra of all channels, window by window.
+    /// Iterates over windows, and over the spectra of all channels in each.
     fn by_window(&self) -> impl Iterator<Item = std::slice::ChunksExact<'_, f32>> {
         let windows = self.values.chunks_exact((self.channels * self.bins).max(1));
         windows.map(|window| window.chunks_exact(self.bins.max(1)))
@@ -48,7 +48,8 @@ fn pair(measured: Measured) -> (f32, f32) {
     (measured.value, measured.sigma)
 }
 
-/// Intensities of the four receptors and the two scores, from spectra in um from peak to peak.
+/// Returns the intensities of the four receptors and the two scores, from spectra in um peak to
+/// peak.
 #[pyfunction]
 pub fn feel(
     spectra_um: &Bound<'_, PyAny>,
@@ -107,8 +108,9 @@ pub struct Surface {
     speed_mm_s: f32,
 }
 
-/// Conversion of each channel with its standard deviation, from the amplitudes by window and channel
-/// at the reference's frequency, and the spectra; none for a channel without that line.
+/// Returns the conversion factor of each channel and its standard deviation, from the spectra and
+/// the amplitudes by window and channel at the reference's frequency; `None` for a channel without
+/// that line.
 #[pyfunction]
 pub fn volts_per_um(
     amplitudes: Vec<Vec<f32>>,

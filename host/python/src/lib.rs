@@ -1,8 +1,7 @@
-//! The native part of the Python package `ridgetone`: the library that the command `ridgetone` is
-//! made of.
+//! Native part of the Python package `ridgetone`, based on the library of the command `ridgetone`.
 //!
-//! Results cross as the JSON of the command's `--json`, made by the same functions, so that numbers
-//! are equal to the last bit. `ridgetone/__init__.py` makes Python's types of it.
+//! Results are passed as the JSON of the command's `--json`, written by the same functions, so that
+//! numbers are equal to the last bit. `ridgetone/__init__.py` converts this to Python types.
 
 mod array;
 mod feel;
@@ -28,8 +27,8 @@ create_exception!(
     "Something impossible was requested."
 );
 
-/// The command's one line in Python's words, as an exception. An exception on its way through the library stays what
-/// it is.
+/// Converts an error of the command to an exception with Python wording. An exception that has
+/// passed through the library is returned unchanged.
 fn raised(error: anyhow::Error) -> PyErr {
     if error.is::<PyErr>() {
         return error
@@ -46,7 +45,7 @@ fn raised(error: anyhow::Error) -> PyErr {
 
 #[pymodule]
 fn _ridgetone(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    // Progress on standard error is the command's.
+    // Only the command shows progress on standard error.
     ridgetone_host::output::be_quiet();
     module.add("Error", module.py().get_type::<Error>())?;
     module.add("UsageError", module.py().get_type::<UsageError>())?;

@@ -1,4 +1,4 @@
-//! A board, live: its messages, and settings and commands to it.
+//! A live board: receives its messages, and sends settings and commands.
 
 use crate::raised;
 use anyhow::{Result, bail};
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// A board that is listened to. Closed, it is none.
+/// A connected board; `None` once closed.
 #[pyclass(frozen)]
 pub struct Board(Mutex<Option<(Listener, JsonLines)>>);
 
@@ -63,19 +63,19 @@ impl Board {
         py.detach(open).map_err(raised)
     }
 
-    /// The next event within `most_s` seconds: its kind and its text. `None` if nothing came.
+    /// Returns kind and text of the next event within `most_s` seconds; `None` if there is none.
     fn next(&self, py: Python<'_>, most_s: f64) -> PyResult<Option<(&'static str, String)>> {
         let most = Duration::try_from_secs_f64(most_s).unwrap_or_default();
         py.detach(|| self.heard(most)).map_err(raised)
     }
 
-    /// The settings in force, as JSON.
+    /// Returns the settings in force as JSON.
     fn settings(&self, py: Python<'_>) -> PyResult<String> {
         let get = || self.ask(|client| Ok(settings_form::json(&client.hello()?.settings)?));
         py.detach(get).map_err(raised)
     }
 
-    /// Puts changes of the settings in force into force, and stores them if they are to be kept.
+    /// Applies changes to the settings in force, and stores them if `keep` is set.
     fn change(&self, py: Python<'_>, changes: &str, keep: bool) -> PyResult<()> {
         let set = |client: &mut Client<'_>| {
             let settings = settings_form::with_json(&client.hello()?.settings, changes)?;
@@ -100,7 +100,7 @@ impl Board {
         py.detach(|| self.ask(send)).map_err(raised)
     }
 
-    /// Packets received, missing and damaged.
+    /// Returns the numbers of packets received, missing and damaged.
     fn counts(&self) -> PyResult<(u64, u32, u32)> {
         let board = self.lock();
         let counts = board

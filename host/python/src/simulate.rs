@@ -1,4 +1,4 @@
-//! Frames of the simulated finger, with the truth of its scene.
+//! Frames of the simulated finger, with the true values of the scene.
 
 use crate::raised;
 use anyhow::{Context, Result, ensure};
@@ -42,8 +42,8 @@ pub struct Options {
     converter: bool,
 }
 
-/// Frames of a scene: its truth, its channels, and bytes of f64: the times of the rows, their values
-/// in volts row by row, and the positions of the grating.
+/// Simulates a scene. Returns the true values, the channels, and as bytes of f64 the times of the
+/// rows, their values in volts row by row, and the positions of the grating.
 #[pyfunction]
 pub fn simulate<'py>(py: Python<'py>, options: Options) -> PyResult<Simulated<'py>> {
     let made = py.detach(|| Made::new(&options)).map_err(raised)?;
@@ -69,7 +69,8 @@ pub fn simulate<'py>(py: Python<'py>, options: Options) -> PyResult<Simulated<'p
     ))
 }
 
-/// Rows of sixteen readings; a row's time is that of its first reading, from the scene's beginning.
+/// Rows of sixteen readings. A row's time is that of its first reading, from the start of the
+/// scene.
 #[derive(Default)]
 struct Frames {
     times_s: Vec<f64>,
@@ -145,7 +146,7 @@ impl Made {
 }
 
 impl Frames {
-    /// Readings of the simulated ADS1258.
+    /// Returns readings of the simulated ADS1258.
     fn converted(scene: Sliding, plan: &Plan, vref_v: f32) -> Result<Self> {
         let mut frames = Self::default();
         let input = Input::of(scene).open_in(plan)?;
@@ -156,7 +157,8 @@ impl Frames {
             if taxel == 0 {
                 frames.times_s.push(f64::from(timed.t_us - START_US) * 1e-6);
             }
-            // A scan begins with AIN0, and none is torn: the simulated chip loses no conversion.
+            // A scan begins with AIN0 and is complete, because the simulated chip loses no
+            // conversion.
             if taxel < TAXELS && frames.values_v.len() % TAXELS == taxel {
                 let volts = ads1258::reading::volts(timed.code(), vref_v);
                 frames.values_v.push(volts.into());
@@ -169,7 +171,7 @@ impl Frames {
         Ok(frames)
     }
 
-    /// Voltages at the converter's inputs when it would convert them.
+    /// Returns the voltages at the converter's inputs at the times of their conversions.
     fn at_inputs(mut scene: SlidingScene, plan: &Plan) -> Result<Self> {
         check_length(scene.end_s())?;
         let conversion_s = 1e-9 * f64::from(plan.conversion_ns());

@@ -1,15 +1,15 @@
-//! The command's messages in Python's words: an option becomes the argument that it is here.
+//! Rewords the command's messages for Python: options become arguments.
 
 /// Value of an option.
 #[derive(Clone, Copy)]
 enum Value {
     Number,
     Text,
-    /// No value: the option is a switch.
+    /// The option is a switch without a value.
     On,
 }
 
-/// Options of the command that messages about recordings and boards name, and arguments for them.
+/// Options of the command that occur in messages, and the corresponding arguments.
 const ARGUMENTS: [(&str, &str, Value); 25] = [
     ("--rate", "rate_hz", Value::Number),
     ("--from", "from_s", Value::Number),
@@ -38,7 +38,7 @@ const ARGUMENTS: [(&str, &str, Value); 25] = [
     ("--emulated", "source=\"emulated\"", Value::Text),
 ];
 
-/// A message with arguments instead of options. Commands to type stay as they are.
+/// Replaces options in a message by arguments. Commands to type are unchanged.
 pub fn of_python(message: &str) -> String {
     let part = |part: &str| match part.starts_with("ridgetone ") {
         true => part.to_owned(),
@@ -76,7 +76,7 @@ fn with_arguments(message: &str) -> String {
             _ if text.chars().all(|c| c.is_ascii_uppercase()) => ahead = after,
             Value::Number if text.parse::<f64>().is_ok() => {
                 out += &format!("={text}");
-                // The argument's name has its unit.
+                // Drop the unit, which is part of the argument's name.
                 let unit = [" Hz", " s"].into_iter();
                 let mut without = unit.filter_map(|unit| after.strip_prefix(unit));
                 ahead = without

@@ -1,4 +1,4 @@
-//! The command's work on recordings: `fit`, `replay`, and its forms of settings and messages.
+//! Work of the command on recordings: `fit`, `replay`, settings and messages.
 
 use crate::array::Samples;
 use crate::raised;
@@ -22,17 +22,17 @@ use ridgetone_proto::settings::{Declared, Settings};
 use ridgetone_proto::telemetry::{Event, Packet};
 use std::path::{Path, PathBuf};
 
-/// Packets of a recording between two looks for Ctrl-C.
+/// Number of packets of a recording between two checks for Ctrl-C.
 const SIGNALS_EVERY: u64 = 256;
 
-/// Guesses about a file.
+/// Returns the guesses about a file, with its name.
 fn named(name: &str, guessed: Option<&String>) -> impl Iterator<Item = String> {
     guessed
         .map(|guessed| format!("{name}: {guessed}"))
         .into_iter()
 }
 
-/// A fit with what it was made of.
+/// A fit with its samples and selection.
 #[pyclass(frozen)]
 pub struct Fitted {
     samples: samples::Samples,
@@ -108,7 +108,7 @@ impl Options {
     }
 }
 
-/// Samples with the positions of a robot's file, if there is one, and the part to fit.
+/// Joins the positions of a robot's file, if there is one. Returns the samples and the selection.
 fn joined(
     samples: &samples::Samples,
     positions: Option<PathBuf>,
@@ -136,7 +136,7 @@ pub fn fit(
     let column = options.column()?;
     let selection = options.selection(column.clone())?;
     let run = || -> Result<_> {
-        // An array is what somebody has chosen.
+        // The user has already chosen the part by passing an array.
         let is_whole = options.whole || samples.0.path().is_none();
         let (samples, selection) = joined(&samples.0, options.positions, column, selection)?;
         let fit = touch_part::fit(&samples, &selection, is_whole, &mut |_| {})?;
@@ -155,8 +155,8 @@ pub fn fit(
     py.detach(run).map_err(raised)
 }
 
-/// Fits of windows, one after the other: the time of each window's first row, with its JSON or the
-/// reason why it has no fit.
+/// Fits windows in order. Returns the time of each window's first row, with its JSON or the reason
+/// why there is no fit.
 #[pyfunction]
 pub fn fit_windows(
     py: Python<'_>,
@@ -196,7 +196,7 @@ pub fn fit_windows(
     py.detach(run).map_err(raised)
 }
 
-/// Runs `replay`. Gives its output as JSON objects, remarks, and a picture if requested.
+/// Runs `replay`. Returns its output as JSON objects, remarks, and a picture if requested.
 #[pyfunction]
 #[expect(
     clippy::too_many_arguments,
@@ -319,7 +319,7 @@ impl Played {
     }
 }
 
-/// The library's settings, or a file's, with some of them changed: all as JSON.
+/// Returns the default settings, or those of a file, with changes, as JSON.
 #[pyfunction]
 pub fn settings(file: Option<PathBuf>, changes: &str) -> PyResult<String> {
     let base = file
@@ -330,7 +330,7 @@ pub fn settings(file: Option<PathBuf>, changes: &str) -> PyResult<String> {
         .map_err(raised)
 }
 
-/// The messages of a recording but its raw frames, a JSON object each. `None` of a table.
+/// Returns all messages of a recording but raw frames, as JSON objects; `None` for a table.
 #[pyfunction]
 pub fn messages(py: Python<'_>, path: PathBuf) -> PyResult<Option<Vec<String>>> {
     py.detach(|| events_of(&path)).map_err(raised)

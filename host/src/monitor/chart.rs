@@ -11,14 +11,14 @@ use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 use ridgetone_proto::telemetry::Status;
 
-/// Minimum height of the chart, as a fraction of the frequency: magnified further, a millionth
-/// would look like noise.
+/// Minimum height of the chart, as a fraction of the frequency. With a smaller one, changes of a
+/// millionth would look like noise.
 const LEAST_SHARE: f64 = 1e-4;
 
 /// Margin above and below, as a fraction of the height.
 const MARGIN: f64 = 0.1;
 
-/// Dots of a bar of uncertainty: more than the chart has rows of dots.
+/// Dots of an error bar: more than the chart has rows of dots.
 const BAR_DOTS: usize = 96;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
@@ -29,7 +29,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
         .map(|point| point.t_s)
         .fold(f64::NEG_INFINITY, f64::max);
     let end_s = live.now.now_s.unwrap_or(last_s).max(last_s);
-    // The axis has its full length from the start.
+    // Show the full length of the axis from the start.
     let begin_s = (end_s - view.history_s()).max(0.0);
     let end_s = begin_s + view.history_s();
     let shown: Vec<&Estimate> = live
@@ -79,18 +79,18 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     frame.render_widget(chart, area);
 }
 
-/// Frequency of an estimate and its standard deviation, hertz.
+/// Returns the frequency of an estimate and its standard deviation, hertz.
 fn found(point: &Estimate) -> Option<(f64, f64)> {
     Some((point.frequency_hz?.into(), point.sigma_hz?.into()))
 }
 
-/// Range of the frequencies with their uncertainties; none without a frequency.
+/// Returns the range of the frequencies and their uncertainties; `None` if there is no frequency.
 fn bounds(points: &[&Estimate]) -> Option<[f64; 2]> {
     let known = points.iter().filter_map(|point| found(point));
     let (low, high) = known.fold(
         (f64::INFINITY, f64::NEG_INFINITY),
         |(low, high), (frequency, sigma)| {
-            // An uncertain estimate must not flatten the others.
+            // A very uncertain estimate must not flatten the rest of the curve.
             let sigma = sigma.min(0.1 * frequency);
             (low.min(frequency - sigma), high.max(frequency + sigma))
         },
@@ -104,7 +104,7 @@ fn bounds(points: &[&Estimate]) -> Option<[f64; 2]> {
     Some([middle - half, middle + half])
 }
 
-/// Decimals at which the labels differ.
+/// Number of decimals needed to tell the labels apart.
 fn decimals(bounds: [f64; 2]) -> usize {
     (1.0 - (bounds[1] - bounds[0]).log10().floor()).clamp(0.0, 7.0) as usize
 }

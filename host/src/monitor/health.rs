@@ -1,4 +1,4 @@
-//! The board's readings, and all losses, on the board and on the line.
+//! The board's health readings, and all losses on the board and on the line.
 
 use super::style::{alarm, boxed, fitted};
 use super::view::View;
@@ -26,7 +26,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
         title
     };
     let losses = losses(live, view);
-    // Losses that take both lines matter more than the readings.
+    // If the losses need both lines, drop the readings: losses matter more.
     let lines = if losses.width() > usize::from(area.width.saturating_sub(2)) {
         vec![losses]
     } else {
@@ -59,7 +59,7 @@ fn readings(live: &Live) -> Line<'static> {
     ))
 }
 
-/// Every count but zero is an alarm.
+/// Returns the counts of losses; each one that is not zero is shown as an alarm.
 fn losses(live: &Live, view: &View) -> Line<'static> {
     let mut spans = Vec::new();
     let mut count = |before: &str, count: u32, what: &str| {

@@ -1,4 +1,4 @@
-//! The static image: the level of each taxel in the latest hold, as a map of 4 x 4.
+//! The static image: a 4 x 4 map of the level of each taxel in the latest hold.
 
 use super::style::boxed;
 use crate::digits::significant;

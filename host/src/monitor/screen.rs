@@ -1,7 +1,7 @@
-//! The screen: [`Live`] drawn into the terminal, at least 80 x 24.
+//! Draws [`Live`] on the terminal, which must have at least 80 x 24 characters.
 //!
-//! Colours are the terminal's own, so that the screen is readable on dark and on light: important
-//! text is bold or reversed, and only alarms are red.
+//! The terminal's own colours are used, so that the screen is readable on dark and on light
+//! backgrounds. Important text is bold or reversed; only alarms are red.
 
 use super::style::{alarm, bold, boxed, fitted, wrapped};
 use super::view::{HELP, KEYS, View};
@@ -13,13 +13,13 @@ use ratatui::style::{Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Clear, Paragraph};
 
-/// Smallest size into which everything fits: columns and rows.
+/// Smallest screen on which everything fits: columns and rows.
 pub const LEAST: (u16, u16) = (80, 24);
 
-/// Columns of the right side.
+/// Width of the right side, columns.
 const RIGHT: u16 = 30;
 
-/// Rows of the map's box, and of the health's.
+/// Heights of the boxes for the map and for the health readings, rows.
 const MAP_ROWS: u16 = 10;
 const HEALTH_ROWS: u16 = 4;
 
@@ -37,7 +37,7 @@ pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
         return;
     }
     let spare = area.height - LEAST.1;
-    // First a row for each strip, then the log.
+    // Spare rows go to the strips first, one row each, then to the log.
     let log_rows = if spare >= 8 + LOG_ROWS { LOG_ROWS } else { 0 };
     let middle_rows = MAP_ROWS + if spare >= 8 { 8 } else { 0 };
     let [top, above, middle, below, log, keys] = Layout::vertical([
@@ -102,7 +102,7 @@ fn header(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
             Style::new().add_modifier(Modifier::REVERSED),
         ));
     }
-    // The name of a port may be long: it gives way.
+    // The name of a port may be long, so it is shortened to fit.
     let used: usize = spans.iter().map(Span::width).sum();
     let room = usize::from(area.width).saturating_sub(used + "ridgetone  ".len());
     let source = format!("  {}", fitted(&live.now.source, room));

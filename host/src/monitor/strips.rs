@@ -1,4 +1,4 @@
-//! The sixteen channels: strips of their voltage where raw frames come, otherwise their amplitudes
+//! The sixteen channels: strips of their voltage if raw frames arrive, otherwise their amplitudes
 //! in the latest window.
 
 use super::style::{alarm, boxed};
@@ -12,7 +12,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use ridgetone_proto::settings::TAXELS;
 
-/// Heights of a bar, from nothing.
+/// Bars of increasing height, from none to full.
 const BARS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
@@ -54,7 +54,7 @@ fn label(taxel: usize) -> String {
     format!("{taxel:>2} ")
 }
 
-/// A bar for each channel that the latest estimate has, all on one scale.
+/// Draws a bar for each channel of the latest estimate, all on one scale.
 fn amplitudes(live: &Live, width: usize) -> Vec<Line<'static>> {
     let found: [Option<f32>; TAXELS] = std::array::from_fn(|taxel| {
         let channels = live
@@ -82,13 +82,13 @@ fn amplitudes(live: &Live, width: usize) -> Vec<Line<'static>> {
     found.iter().enumerate().map(line).collect()
 }
 
-/// A bar to the right, in eighths of a column.
+/// Returns a horizontal bar; its length is in eighths of a column.
 pub fn bar(eighths: usize) -> String {
     const PARTS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
     "█".repeat(eighths / 8) + PARTS[eighths % 8]
 }
 
-/// Each channel's voltage about its mean, all on one scale.
+/// Draws the voltage of each channel about its mean, all on one scale.
 fn raw(live: &Live, view: &View, width: usize) -> (String, Vec<Line<'static>>) {
     let end_s = live
         .strips
@@ -132,8 +132,9 @@ fn raw(live: &Live, view: &View, width: usize) -> (String, Vec<Line<'static>>) {
     )
 }
 
-/// Means of a channel in `places` columns of time, less the mean of all; none where a frame is
-/// missing. Where there are more columns than frames, a frame has those up to the next one.
+/// Averages a channel over each of `places` columns of time and subtracts the mean of all columns.
+/// A column is `None` if its frame is missing. If there are more columns than frames, a frame
+/// fills all columns up to the next frame.
 fn columns(
     frames: &[&RawFrame],
     taxel: usize,
@@ -169,7 +170,7 @@ fn columns(
         .collect()
 }
 
-/// The bar for a voltage from -`half_v` to +`half_v`; the middle is half high.
+/// Returns the bar for a voltage from -`half_v` to +`half_v`; 0 V has half the full height.
 fn height(volts: f32, half_v: f32) -> char {
     let share = if half_v > 0.0 {
         0.5 + 0.5 * volts / half_v
@@ -203,7 +204,7 @@ mod tests {
             number,
             volts: [volts; TAXELS],
         };
-        // Two columns of two frames each, and one without any.
+        // Three columns: the first and the last with frames, the middle one without.
         let frames = [
             frame(0, Some(1.0)),
             frame(1, Some(3.0)),
@@ -214,7 +215,7 @@ mod tests {
         ];
         let found = columns(&frames.each_ref(), 5, 0.0, 1.5, 3);
         assert_eq!(found, [Some(-2.0), None, Some(2.0)]);
-        // Three columns a frame: only the frames that are missing leave a hole.
+        // Three columns per frame: only missing frames leave a hole.
         let near = [0, 1, 4, 5].map(|number| frame(number, Some(number as f32)));
         let found = columns(&near.each_ref(), 5, 0.0, 1.5, 18);
         let is_there: Vec<bool> = found.iter().map(Option::is_some).collect();

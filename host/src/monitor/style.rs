@@ -16,7 +16,7 @@ pub fn bold() -> Style {
     Style::new().add_modifier(Modifier::BOLD)
 }
 
-/// A text in a place that may be shorter: what is cut is shown.
+/// Shortens a text to a number of columns; an ellipsis shows that it was cut.
 pub fn fitted(text: &str, columns: usize) -> String {
     if text.chars().count() <= columns {
         return text.to_owned();

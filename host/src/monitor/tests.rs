@@ -1,4 +1,4 @@
-//! The screen in a buffer: what stands on it, at the least size and at a larger one.
+//! Tests of the screen's content, drawn into a buffer of the smallest size and of larger ones.
 
 use super::screen::{LEAST, draw};
 use super::view::{Action, View};
@@ -19,14 +19,13 @@ use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Movement, OtherTone, Packet, Raw, Status};
 
-/// The default settings of a finger that `ridgetone calibrate` has measured.
 fn calibrated() -> Settings {
     let mut settings = Settings::DEFAULT;
     settings.array.edge_phase_sigma_rad = 0.01;
     settings
 }
 
-/// The default scene, folded, by a calibrated finger: a tone of 8.3333 Hz, 3.6 mm at 30 mm/s.
+/// Runs the default scene with a calibrated finger: a tone of 8.3333 Hz, 3.6 mm at 30 mm/s.
 fn touched() -> Live {
     let mut live = Live::new("/dev/ttyUSB0");
     let mut sink = |packet: &Packet| {
@@ -43,7 +42,7 @@ fn touched() -> Live {
     live
 }
 
-/// Adds a second of raw frames: channel k swings with its own amplitude, channel 5 is not read.
+/// Adds a second of raw frames. Each channel has a different amplitude; channel 5 is not read.
 fn with_frames(mut live: Live) -> Live {
     for number in 0..241u32 {
         let swing = |taxel: usize| (1e4 * (1 + taxel) as f32 * (number as f32 * 0.2).sin()) as i32;
@@ -113,7 +112,7 @@ fn at_80_by_24_everything_is_there() {
             "h help",
         ],
     );
-    // Both columns of eight strips, the one without frames named.
+    // Two columns of eight strips; the channel without frames says so.
     for taxel in 0..TAXELS {
         let label = format!("{taxel:>2} ");
         assert!(lines.iter().any(|line| line.contains(&label)));
@@ -128,7 +127,7 @@ fn at_80_by_24_everything_is_there() {
     );
     // The chart has a point for each window.
     assert!(lines.iter().any(|line| line.contains('•')));
-    // The strip with the widest swing is the one with the highest bars.
+    // The channel with the largest amplitude has the highest bars.
     let strip = |taxel: usize| {
         lines
             .iter()
@@ -179,7 +178,7 @@ fn it_uses_the_terminal_s_own_colours_and_red_only_for_alarms() {
                 .all(|colours| *colours == (Color::Red, Color::Reset)),
         "{red:?}"
     );
-    // Where colours are not wanted it is reversed instead.
+    // Without colours, alarms are reversed instead of red.
     assert_eq!(colours(&live, &View::new(RawFrames::On, false)), []);
 }
 
@@ -288,7 +287,7 @@ fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
     );
 }
 
-/// A scene with raw frames, up to a moment of its slide.
+/// Runs a scene with raw frames until `until_s`, during its slide.
 fn sliding(scene: Sliding, until_s: f64) -> Live {
     let mut live = Live::new("emulated board");
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
@@ -367,8 +366,8 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
     );
 }
 
-/// The screen of the simulated touch is the one in `screen.txt`, which is copied by hand when it
-/// changes.
+/// Asserts that the simulated touch draws the screen in `screen.txt`. If the screen changes, that
+/// file is updated by hand.
 #[test]
 fn the_screen_of_a_slide_is_drawn_in_full() {
     let lines = lines(&drawn(

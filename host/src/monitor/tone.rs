@@ -51,7 +51,7 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
     let remedy = remedy(estimate.status);
     let mut remarks = phrases(estimate).into_iter().peekable();
     let mut status = name(estimate.status).to_owned();
-    // The smallest screen has six rows here: with a remedy, the time gives way.
+    // The smallest screen has six rows here, so a remedy replaces the time.
     match remedy {
         None => {
             status += &format!(
@@ -89,7 +89,7 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
     lines
 }
 
-/// A frequency with its uncertainty, or the status without one.
+/// Returns the frequency with its uncertainty, or the status if there is no frequency.
 fn frequency(estimate: &Estimate) -> String {
     if !estimate.status.has_tone() {
         return format!("- ({})", name(estimate.status));

@@ -13,17 +13,17 @@ const STRIPS_S: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 pub enum Action {
     Quit,
     Clear,
-    /// Request raw frames, or end them.
+    /// Requests raw frames, or stops them.
     Raw,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// The screen stands still; packets are still folded.
+    /// True if the screen is paused; packets are still processed.
     pub is_paused: bool,
     pub shows_help: bool,
     pub raw: RawFrames,
-    /// Alarms are red. Nothing else has a colour: the terminal's own fit its background.
+    /// True if alarms are red. All other text has the terminal's own colours.
     pub has_colour: bool,
     history: usize,
     strips: usize,
@@ -49,7 +49,7 @@ impl View {
         STRIPS_S[self.strips]
     }
 
-    /// Takes a key; gives the action that the caller has to do.
+    /// Handles a key. Returns the action that the caller must carry out.
     pub fn press(&mut self, key: KeyEvent) -> Option<Action> {
         if key.kind == KeyEventKind::Release {
             return None;

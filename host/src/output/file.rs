@@ -7,23 +7,23 @@ use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// True if existing files may be replaced, as `--force` says.
+/// True if existing files may be replaced (`--force`).
 static IS_FORCED: AtomicBool = AtomicBool::new(false);
 
-/// Existing files may be replaced from now on.
+/// Allows existing files to be replaced from now on.
 pub fn force() {
     IS_FORCED.store(true, Ordering::Relaxed);
 }
 
-/// Target of a path, symbolic links followed.
+/// Target of a path, after following symbolic links.
 enum Target {
     /// `-`.
     StandardOutput,
-    /// No file yet.
+    /// Path at which there is no file yet.
     New,
-    /// A regular file, by its own name: a link to it stays a link.
+    /// Regular file, with links resolved, so that replacing the file keeps a link to it.
     Regular(PathBuf),
-    /// A device or a pipe, which takes what is written.
+    /// Device or pipe, which is written to directly.
     Stream,
 }
 
@@ -76,8 +76,8 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
-/// Refuses what cannot be written: a file that exists, unless [`force`] was called, a folder, a
-/// socket. Ask before the work whose result it takes.
+/// Fails if the path cannot be written: a folder, a socket, or an existing file unless [`force`]
+/// was called. Call this before a long computation whose result goes to the file.
 pub fn check_new(path: &Path) -> Result<()> {
     let Target::Regular(file) = Target::of(path)? else {
         return Ok(());
@@ -93,8 +93,9 @@ pub fn check_new(path: &Path) -> Result<()> {
     )
 }
 
-/// Writes a complete file, and replaces none unless [`force`] was called. A device or a pipe is
-/// written to, and `-` is standard output. Errors, those of `write` too, have the file's name.
+/// Writes a complete file; replaces an existing one only if [`force`] was called. Devices and pipes
+/// are written to directly, and `-` is standard output. All errors, also those of `write`, name
+/// the file.
 pub fn new_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     check_new(path)?;
     whole_file(path, write)
@@ -105,8 +106,8 @@ pub fn new_text(path: &Path, text: &str) -> Result<()> {
     new_file(path, |file| Ok(file.write_all(text.as_bytes())?))
 }
 
-/// Writes as [`new_file`] does, but replaces an existing file. Never a recording of telemetry,
-/// which nobody can make again.
+/// Like [`new_file`], but replaces an existing file. A recording of telemetry is never replaced,
+/// because it cannot be made again.
 pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let named = || path.display().to_string();
     match Target::of(path)? {
@@ -128,7 +129,7 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     }
 }
 
-/// As [`whole_file`] with a text.
+/// Writes a text with [`whole_file`].
 pub fn whole_text(path: &Path, text: &str) -> Result<()> {
     whole_file(path, |file| Ok(file.write_all(text.as_bytes())?))
 }
@@ -139,18 +140,17 @@ fn stream(out: impl Write, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> 
     Ok(writer.flush()?)
 }
 
-/// Writes under a temporary name next to the file's place and renames it, so that the file is never
-/// incomplete.
+/// Writes a temporary file in the same folder and renames it, so that the file is never incomplete.
 fn replace(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".ridgetone-");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // Permissions as for any new file: the process's mask decides.
+        // Same permissions as any new file, subject to the process's umask.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    // The error names the temporary file.
+    // Keep only the kind of the error: its text would name the temporary file.
     let mut file = builder
         .tempfile_in(folder(path))
         .map_err(|error| std::io::Error::from(error.kind()))?;
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn a_device_is_written_to_and_stays_a_device() {
-        // A link, so that a fault replaces the link and not the machine's device.
+        // Through a link, so that a bug would replace the link and not `/dev/null` itself.
         let folder = tempfile::tempdir().expect("a folder");
         let null = folder.path().join("null");
         symlink("/dev/null", &null).expect("a link");

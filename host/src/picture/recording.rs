@@ -1,4 +1,4 @@
-//! The data of the picture: sixteen channels over time, and the results.
+//! Data of the picture: sixteen channels over time, and the results.
 
 use crate::digits::seconds;
 use ridgetone_finger::TimedConversion;
@@ -8,24 +8,24 @@ use ridgetone_proto::telemetry::{Estimate, Event, Packet, Span};
 /// Channel id of AIN0, the first taxel (SBAS297G, channel ids).
 const FIRST_CHID: u8 = 0x08;
 
-/// Samples from which a channel's idle level is taken.
+/// Number of first samples whose mean is a channel's idle level.
 const IDLE_SAMPLES: usize = 48;
 
-/// Sixteen channels and the results. Times are device times in seconds: since the first conversion.
+/// Sixteen channels and the results. Times are device time: seconds since the first conversion.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
-    /// Per taxel: time, and volts above its idle level.
+    /// Time in seconds and volts above the idle level, for each taxel.
     pub channels: [Vec<(f64, f64)>; TAXELS],
     pub contacts_s: Vec<f64>,
-    /// Slides that have ended, start and end.
+    /// Start and end of each slide that has ended.
     pub slides_s: Vec<(f64, f64)>,
     pub releases_s: Vec<f64>,
-    /// The last fit over a whole slide.
+    /// Last fit over a whole slide.
     pub slide_fit: Option<Estimate>,
 }
 
 impl Recording {
-    /// From the conversions that a board has read and the packets that it has sent.
+    /// Creates the data from conversions that a board has read and packets that it has sent.
     pub fn new(conversions: &[TimedConversion], packets: &[Packet]) -> Self {
         let (mut recording, mut vref_v) = (Self::default(), Settings::default().vref_v);
         for packet in packets {
@@ -46,7 +46,6 @@ impl Recording {
         recording.level()
     }
 
-    /// From packets with raw frames.
     pub fn of_frames(packets: &[Packet], vref_v: f32) -> Self {
         let mut recording = Self::default();
         for packet in packets {
@@ -99,7 +98,7 @@ impl Recording {
     }
 }
 
-/// Volts of a code. In f64: the idle level of volts is taken off millivolts.
+/// Converts a code to volts. In f64, because subtracting an idle level of volts leaves millivolts.
 fn volts(code: i32, vref_v: f32) -> f64 {
     f64::from(code) * f64::from(vref_v) / f64::from(ads1258::reading::CODES_PER_VREF)
 }

@@ -1,4 +1,4 @@
-//! A board's line, opened again after the board was unplugged.
+//! A board's serial line, reopened after the board was unplugged.
 
 use super::list::{Ports, Wanted, with_serial_number};
 use super::system::BYTE_S;
@@ -7,23 +7,23 @@ use anyhow::{Context, Result, anyhow};
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
-/// Time between two looks for an unplugged board.
+/// Interval between two searches for an unplugged board.
 pub(super) const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 pub struct Link<P: Ports> {
     ports: P,
-    /// Name of the board's port, or of its last one.
+    /// Name of the board's current or last port.
     name: String,
-    /// Serial number that identifies the board, if no other port has the same.
+    /// USB serial number of the board, if no other port has it.
     usb_serial: Option<String>,
     line: Option<P::SerialLine>,
-    /// True if the connection was not reported yet.
+    /// True if the connection has not been reported yet.
     is_new: bool,
     looked: Instant,
 }
 
 impl<P: Ports> Link<P> {
-    /// Opens a board that is plugged in. If it is unplugged later, the link waits for it.
+    /// Opens a board that is plugged in. If the board is unplugged later, the link waits for it.
     pub fn open(ports: P, wanted: Wanted) -> Result<Self> {
         let (name, usb_serial) = wanted.find(&ports)?;
         let line = ports.open(&name).map_err(|error| match error.kind() {
@@ -47,7 +47,7 @@ impl<P: Ports> Link<P> {
         let line = self.line.as_mut()?;
         self.ports.wait_at_most(line, most);
         let error = match line.read(&mut bytes) {
-            // The other end has hung up.
+            // The line was hung up at the other end.
             Ok(0) => ErrorKind::UnexpectedEof.into(),
             Ok(length) => return Some(FeedEvent::Data(bytes[..length].to_vec())),
             Err(error) => error,
@@ -58,7 +58,7 @@ impl<P: Ports> Link<P> {
         ) {
             return None;
         }
-        // Closed at once: while it is open, Linux gives the device another name when it comes back.
+        // Close the line at once: while it is open, Linux gives a returning device a new name.
         self.line = None;
         self.looked = Instant::now();
         Some(FeedEvent::Disconnected(
@@ -76,7 +76,7 @@ impl<P: Ports> Link<P> {
                 let found = self.ports.list().unwrap_or_default();
                 let mut fitting = with_serial_number(&found, number);
                 let first = fitting.next();
-                // Two ports with one number do not identify the board.
+                // If two ports have the number, it does not identify the board.
                 first
                     .filter(|_| fitting.next().is_none())
                     .map(|one| one.name.clone())

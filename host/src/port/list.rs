@@ -1,4 +1,4 @@
-//! The serial ports of a computer, and which of them is meant.
+//! The serial ports of a computer, and the choice of the one with the board.
 
 use anyhow::{Context, Error, Result, anyhow, bail};
 use serde::Serialize;
@@ -9,7 +9,7 @@ use std::time::Duration;
 /// A serial port of this computer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Found {
-    /// Name to open it by, such as `/dev/ttyUSB0` or `COM3`.
+    /// Name of the port, such as `/dev/ttyUSB0` or `COM3`.
     pub name: String,
     pub usb: Option<Usb>,
 }
@@ -17,8 +17,8 @@ pub struct Found {
 /// Description of a USB device.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Usb {
-    /// Serial number, which identifies the device under another name. Many cheap adapters have
-    /// none.
+    /// Serial number, which identifies the device even if its port has a new name. Many cheap
+    /// adapters have none.
     pub serial_number: Option<String>,
     pub product: Option<String>,
     pub vendor_id: u16,
@@ -38,22 +38,22 @@ impl fmt::Display for Found {
     }
 }
 
-/// The serial ports of a computer; tests have their own, to unplug.
+/// The serial ports of a computer. Tests implement this with ports that they can unplug.
 pub trait Ports {
-    /// An open port. A read waits a moment at most, and fails with `TimedOut` without a byte.
+    /// Open port. A read waits only briefly, and fails with `TimedOut` if no byte arrives.
     type SerialLine: Read + Write;
 
     fn list(&self) -> io::Result<Vec<Found>>;
 
     fn open(&self, name: &str) -> io::Result<Self::SerialLine>;
 
-    /// The next reads of this port wait no longer than `most`, if it can say so.
+    /// Limits the wait of the next reads to `most`, if the port supports that.
     fn wait_at_most(&self, _line: &mut Self::SerialLine, _most: Duration) {}
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// The board at this port. If its USB serial number is unique, that identifies it from then on.
+    /// The board at this port. Once opened, it is identified by its USB serial number, if unique.
     Name(String),
     /// The board with this USB serial number.
     UsbSerial(String),
@@ -61,19 +61,18 @@ pub enum Wanted {
 }
 
 impl Wanted {
-    /// Finds a board by a port's name or a USB serial number; without both, the only board.
+    /// Selects a board by its port's name or USB serial number; with neither, the only board.
     pub fn new(port: Option<String>, usb_serial: Option<String>) -> Self {
         port.map(Self::Name)
             .or(usb_serial.map(Self::UsbSerial))
             .unwrap_or(Self::Only)
     }
 
-    /// Name of the board's port, and its USB serial number if no other port has the same.
+    /// Returns the name of the board's port, and its USB serial number if no other port has it.
     pub(super) fn find(self, ports: &impl Ports) -> Result<(String, Option<String>)> {
         let list = || ports.list().map_err(list_error);
         match self {
-            // The name may be in no list, and there may be no list: the port is opened all the
-            // same.
+            // The port is opened even if it is not listed, or if ports cannot be listed.
             Self::Name(name) => {
                 let usb_serial = serial_number_of(&name, &ports.list().unwrap_or_default());
                 Ok((name, usb_serial))
@@ -114,7 +113,7 @@ fn names<'a>(found: impl Iterator<Item = &'a Found>) -> String {
     }
 }
 
-/// The port that a board must be at: the only one of USB.
+/// Returns the only USB port, which must be the board's. Fails if there are none or several.
 pub(super) fn only(found: &[Found]) -> Result<&Found> {
     let mut usb = found.iter().filter(|port| port.usb.is_some());
     let first = usb
@@ -129,7 +128,7 @@ pub(super) fn only(found: &[Found]) -> Result<&Found> {
     Ok(first)
 }
 
-/// Ports with a USB serial number.
+/// Returns the ports with the given USB serial number.
 pub(super) fn with_serial_number<'a>(
     found: &'a [Found],
     number: &'a str,
@@ -143,9 +142,9 @@ fn serial_number(port: &Found) -> Option<&str> {
     port.usb.as_ref()?.serial_number.as_deref()
 }
 
-/// USB serial number of the port with this name, if no other port has the same.
+/// Returns the USB serial number of the port with this name, if no other port has it.
 fn serial_number_of(name: &str, found: &[Found]) -> Option<String> {
-    // The name may be a link, such as those in /dev/serial/by-id.
+    // The name may be a link, such as one in /dev/serial/by-id.
     let path = std::fs::canonicalize(name).ok();
     let is_it = |port: &&Found| port.name == name || path.as_deref() == Some(port.name.as_ref());
     let number = serial_number(found.iter().find(is_it)?)?;

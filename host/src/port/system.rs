@@ -10,13 +10,13 @@ use std::time::Duration;
 /// 8 data bits, no parity, 1 stop bit.
 pub const BAUD: u32 = 921_600;
 
-/// Time of a byte on that line, with its start and its stop bit, seconds.
+/// Duration of a byte on the telemetry line, including start and stop bit, seconds.
 pub const BYTE_S: f64 = 10.0 / BAUD as f64;
 
-/// Longest wait of a read.
+/// Maximum time that a read waits.
 const READ_WAIT: Duration = Duration::from_millis(100);
 
-/// Where Linux lists its terminals.
+/// Directory in which Linux lists its terminals.
 #[cfg(target_os = "linux")]
 pub(super) const TERMINALS: &str = "/sys/class/tty";
 
@@ -28,7 +28,7 @@ impl Ports for System {
     type SerialLine = Box<dyn SerialPort>;
 
     fn list(&self) -> io::Result<Vec<Found>> {
-        // The library panics without this directory, as in some containers.
+        // Without this directory, as in some containers, the library panics.
         #[cfg(target_os = "linux")]
         std::fs::read_dir(TERMINALS)
             .map_err(|error| io::Error::new(error.kind(), format!("{TERMINALS}: {error}")))?;
@@ -58,7 +58,7 @@ impl Ports for System {
     }
 
     fn wait_at_most(&self, line: &mut Self::SerialLine, most: Duration) {
-        // The call has no reason to fail; if it did, reads would wait as before.
+        // This should not fail; if it does, reads wait as long as before.
         let _ = line.set_timeout(most.min(READ_WAIT));
     }
 }

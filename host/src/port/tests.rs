@@ -1,4 +1,4 @@
-//! A board that moves from one pseudo-terminal to another.
+//! Tests with a board that moves from one pseudo-terminal to another.
 
 use super::link::LOOK_EVERY;
 use super::list::{Found, Usb, only};
@@ -13,7 +13,7 @@ use std::time::Duration;
 
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// The board's end of a line. Dropped it is unplugged.
+/// The board's end of a line. Dropping it unplugs the board.
 struct Plugged {
     end: File,
     name: String,
@@ -36,7 +36,7 @@ impl Plugged {
     }
 }
 
-/// Real terminals, listed as the test says.
+/// Real pseudo-terminals, listed under names and serial numbers that the test chooses.
 #[derive(Clone, Default)]
 struct Bench(Arc<Mutex<Vec<Found>>>);
 
@@ -105,8 +105,8 @@ fn numbers(link: &mut Feed, count: usize) -> Vec<u16> {
         .collect()
 }
 
-/// Sends 0 to 9 and half of 10, is unplugged until half of 20, and sends up to 29 at another
-/// terminal.
+/// Sends frames 0 to 9 and half of 10, unplugs the board, and sends the second half of 20 and 21 to
+/// 29 on a different terminal.
 fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     let bench = Bench::default();
     let mut first = Plugged::new();
@@ -120,11 +120,11 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     (0..10).for_each(|number| first.send(&frame(number)));
     first.send(&frame(10)[..7]);
     assert_eq!(numbers(&mut link, 10), (0..10).collect::<Vec<_>>());
-    // The half frame was read too: nothing more comes.
+    // Read the half frame too; it produces no event.
     assert!(link.next(Duration::from_millis(300)).unwrap().is_none());
 
     let old_name = first.name.clone();
-    // As long as one end is open the system gives the name to nobody else.
+    // The system does not reuse the name of a terminal while one end is open.
     drop(first);
     assert_eq!(disconnected(&mut link), old_name);
     let unsent = link.send(b"x").unwrap_err();
@@ -133,7 +133,7 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
         Some(ErrorKind::NotConnected),
         "{unsent:#}"
     );
-    // Another board at the old name is not ours.
+    // A different board at the old name must not be opened.
     let stranger = Plugged::new();
     bench.has(&[(&stranger.name, Some("R-8"))]);
     assert!(link.next(3 * LOOK_EVERY).unwrap().is_none());
@@ -145,7 +145,7 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     second.send(&frame(20)[9..]);
     (21..30).for_each(|number| second.send(&frame(number)));
     assert_eq!(numbers(&mut link, 9), (21..30).collect::<Vec<_>>());
-    // Both halves, and what was sent in between.
+    // Two damaged half frames, and 11 missing frames in between.
     assert_eq!((link.counts().damaged, link.counts().missing), (2, 11));
 
     link.send(b"to the board").unwrap();
@@ -172,7 +172,7 @@ fn without_a_serial_number_it_is_the_name_that_counts() {
     let plug = |board: &Plugged| std::os::unix::fs::symlink(&board.name, &link_name).unwrap();
     let mut first = Plugged::new();
     plug(&first);
-    // Two adapters with one number, as cheap ones have: it identifies nothing.
+    // Cheap adapters may share one serial number, which then identifies neither.
     bench.has(&[(&first.name, Some("0001")), ("/dev/other", Some("0001"))]);
     let mut link = Feed::new(Link::open(bench.clone(), Wanted::Name(name.into())).unwrap());
     assert_eq!(connected(&mut link), name);
@@ -235,7 +235,7 @@ fn the_only_port_is_found_and_of_several_none_is_guessed() {
             .map_err(|error| error.to_string())
     };
     assert!(only(&[]).unwrap_err().contains("--emulated"));
-    // A port of the mainboard is there whether anything is plugged into it or not.
+    // A mainboard's own port is listed even if nothing is plugged in, so it is never chosen.
     assert!(only(&[("/dev/a", None)]).unwrap_err().contains("--port"));
     assert_eq!(
         only(&[("/dev/a", None), ("/dev/b", Some("R-7"))]),
@@ -266,7 +266,7 @@ fn the_ports_of_this_computer_are_listed_or_an_error_names_the_directory() {
     }
 }
 
-/// What else holds a port is named, and a file that is no port is called that.
+/// Asserts that the error names the program that uses a port, and that a file is called no port.
 #[test]
 fn a_port_that_cannot_be_opened_is_refused_in_plain_words() {
     let board = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");

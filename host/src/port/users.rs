@@ -1,4 +1,4 @@
-//! The programs that use a serial port, as far as the system shows them.
+//! The programs that use a serial port, as far as the system lists them.
 
 use super::list::Found;
 use serde::Serialize;
@@ -31,8 +31,8 @@ impl fmt::Display for Listed {
     }
 }
 
-/// Programs that have a file open. Linux tells a user of the user's own programs, root of all;
-/// elsewhere there are none.
+/// Returns the programs that have a file open. Linux lists only the user's own programs, except for
+/// root; on other systems the list is empty.
 pub fn users(name: &str) -> Vec<String> {
     let Ok(path) = std::fs::canonicalize(name) else {
         return Vec::new();
@@ -57,7 +57,7 @@ pub fn users(name: &str) -> Vec<String> {
     found
 }
 
-/// A refusal to open a port, in words that say what to do.
+/// Turns a failure to open a port into an error that says what to do.
 pub fn in_words(name: &str, error: serialport::Error) -> std::io::Error {
     let error = std::io::Error::from(error);
     let text = error.to_string();

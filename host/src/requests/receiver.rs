@@ -1,4 +1,4 @@
-//! The board's receiver on this PC: bytes in, replies out, through the code of the firmware's tasks
+//! The board's receiver on this PC: turns bytes into replies with the code of the firmware's tasks
 //! `line` and `fit`.
 
 use embedded_storage::nor_flash::NorFlash;
@@ -16,7 +16,7 @@ use ridgetone_proto::telemetry::Event;
 use rtic_core::Exclusive;
 use std::cell::Cell;
 
-/// Remembers that `fit` is to run.
+/// Flag that is set when the task `fit` must run.
 #[derive(Debug, Default)]
 struct FitPended(Cell<bool>);
 
@@ -45,7 +45,6 @@ pub struct Receiver<F: NorFlash> {
 }
 
 impl<F: NorFlash> Receiver<F> {
-    /// A board that starts with these pages of flash.
     pub fn new(flash: F) -> Self {
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
@@ -62,13 +61,13 @@ impl<F: NorFlash> Receiver<F> {
         }
     }
 
-    /// The line's interrupt with a byte. True if a request is complete.
+    /// Does what the line's interrupt does with a byte. Returns true if a request is complete.
     pub fn push(&mut self, byte: u8) -> bool {
         receive(&mut self.inbox, Received::Byte(byte), &self.shared);
         self.shared.platform.0.take()
     }
 
-    /// The task `fit` when no window is due.
+    /// Runs the part of the task `fit` that handles requests.
     pub fn obey(&mut self) -> Option<Reply> {
         let Self {
             inbox,
@@ -103,7 +102,7 @@ impl<F: NorFlash> Receiver<F> {
         reply
     }
 
-    /// Takes bytes and carries out the requests that they complete.
+    /// Takes bytes, carries out all complete requests and returns the replies.
     pub fn hear(&mut self, bytes: &[u8]) -> Vec<Reply> {
         bytes
             .iter()
@@ -111,12 +110,11 @@ impl<F: NorFlash> Receiver<F> {
             .collect()
     }
 
-    /// Requests that were damaged, as `health` has them.
+    /// Returns the number of damaged requests, as reported in `health`.
     pub fn damaged(&self) -> u64 {
         self.shared.diagnostics.requests_damaged.get().into()
     }
 
-    /// Settings in force, and their source.
     pub fn in_force(&self) -> (Settings, SettingsSource) {
         match self.detector.hello() {
             Event::Hello(hello) => (hello.settings, hello.source),
@@ -129,7 +127,7 @@ impl<F: NorFlash> Receiver<F> {
         self.shared.is_restarting()
     }
 
-    /// The flash, as a loss of power leaves it.
+    /// Returns the flash, as it is after a loss of power.
     pub fn into_pages(self) -> F {
         self.requests.into_store().release()
     }

@@ -1,4 +1,4 @@
-//! Rows of a file that has to stay as it is while it is read.
+//! Rows of a file that must not change while it is read.
 
 use crate::tables::{RowReader, Timing, ValueAt};
 use hal_mock::FileError;
@@ -7,7 +7,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// State of a file by which a change is noticed.
+/// State of a file, compared to detect a change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
     bytes: u64,
@@ -15,7 +15,7 @@ pub struct State {
 }
 
 impl State {
-    /// Reads the present state of a file.
+    /// Reads the current state of a file.
     pub fn of(path: &Path) -> io::Result<Self> {
         let metadata: Metadata = std::fs::metadata(path)?;
         Ok(Self {
@@ -25,8 +25,8 @@ impl State {
     }
 }
 
-/// Rows whose end, or whose error, is believed only if their file is as it was at first: a pass
-/// over a file that grows or is replaced would see other rows than the pass before.
+/// Rows of a file that is checked for changes at the end and at every error. If the file has grown
+/// or been replaced, this pass may have seen different rows from the pass before.
 pub struct UnchangedRows {
     pub rows: Box<dyn RowReader + Send>,
     pub path: PathBuf,

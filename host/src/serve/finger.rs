@@ -1,4 +1,4 @@
-//! A finger: its source is read to the end. A port that fails is opened again.
+//! A finger, whose source is read to the end. A port that fails is reopened.
 
 use super::publisher::Publisher;
 use super::source::Source;
@@ -14,7 +14,7 @@ use crate::utc::Receipt;
 use anyhow::Result;
 use std::time::{Duration, Instant};
 
-/// Longest wait for a message.
+/// Maximum wait for a message.
 const POLL: Duration = Duration::from_millis(50);
 
 /// Interval between two attempts to open a source.
@@ -40,7 +40,7 @@ impl Finger {
         }
     }
 
-    /// Publishes until the source is over or this process is to stop, and reports the counts.
+    /// Publishes until the source ends or the process is asked to stop, and reports the counts.
     /// Returns true if anything was received.
     pub fn run(mut self, mut publisher: Publisher) -> bool {
         let mut reported = String::new();
@@ -50,7 +50,7 @@ impl Finger {
                 break;
             }
             let comes_back = matches!(self.source, Source::Port(_));
-            // Once, not at every attempt.
+            // Report a failure once, not at every attempt.
             if why != reported {
                 let again = if comes_back { "; trying again" } else { "" };
                 self.say(&format!("{why}{again}"));
@@ -104,7 +104,7 @@ impl Finger {
         while !stop::is_requested() {
             match listener.next(POLL)? {
                 Some(Heard::Packet(packet, receipt)) => {
-                    // A recording is played as if it happened now.
+                    // A recording is played as if it were live.
                     let receipt = if listener.feed.has_board() {
                         receipt
                     } else {

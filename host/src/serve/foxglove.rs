@@ -1,7 +1,7 @@
-//! Foxglove's WebSocket: a channel a topic, JSON with a schema.
+//! Foxglove's WebSocket: one channel per topic, JSON with a schema.
 //!
-//! The crate has a queue of its own for each viewer, from which a slow one loses the oldest
-//! messages; it does not say how many. `index` of the messages does.
+//! The crate has its own queue for each viewer. A slow viewer loses the oldest messages, and the
+//! crate does not report how many; the `index` of the messages shows it.
 
 use super::message::Latest;
 use super::queue::{Queue, Sink};
@@ -14,14 +14,14 @@ use foxglove::{PartialMetadata, RawChannel, Schema};
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Messages that wait for each viewer: 1.7 s of ten fingers.
+/// Maximum number of messages that wait for each viewer: 1.7 s of ten fingers.
 const BACKLOG: usize = 4096;
 
 pub struct Foxglove {
     pub address: SocketAddr,
 }
 
-/// Channels of each finger, with their latest states, which a new viewer gets first.
+/// Channels of each finger, with the latest states, which are sent first to a new viewer.
 #[derive(Default)]
 struct Channels {
     by_finger: Vec<Vec<Arc<RawChannel>>>,
@@ -58,7 +58,7 @@ impl Sink for Foxglove {
     }
 
     fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()> {
-        // The server's tasks run here too.
+        // This runtime also runs the server's tasks.
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
@@ -115,7 +115,7 @@ impl Foxglove {
                 channels.by_finger[message.finger][message.topic as usize]
                     .log_with_meta(message.json.as_bytes(), time);
             });
-            // The server's turn.
+            // Let the server's tasks run.
             tokio::task::yield_now().await;
         }
         server.stop().wait().await;

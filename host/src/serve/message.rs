@@ -1,5 +1,4 @@
-//! A message on its way from a finger to the sinks, or into an MCAP file: an object of `--json` with
-//! its topic.
+//! Messages from a finger to the sinks, or into an MCAP file: an object of `--json` with its topic.
 
 use super::topic::Topic;
 use crate::events::view::{self, Note};
@@ -9,7 +8,7 @@ use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-/// Maximum number of characters that an error quotes of a line that is no message.
+/// Maximum number of characters quoted in an error about an invalid message.
 const SHOWN: usize = 60;
 
 #[derive(Clone, Debug)]
@@ -21,14 +20,14 @@ pub struct Message {
     pub json: String,
     /// Time of the event, nanoseconds since 1970.
     pub time_ns: u64,
-    /// Number on its topic; `None` for a message to one sink alone.
+    /// Number of the message on its topic; `None` for a message to a single sink.
     pub index: Option<u64>,
     /// True if the message is valid until the next one of its topic and type: a greeting with the
-    /// settings, a texture, a health.
+    /// settings, a texture, or a health message.
     pub is_state: bool,
 }
 
-/// Latest states of the fingers, for a receiver that comes later.
+/// Latest states of the fingers, for receivers that connect later.
 #[cfg(any(feature = "foxglove", feature = "mqtt"))]
 #[derive(Debug, Default)]
 pub struct Latest(std::collections::BTreeMap<(usize, Topic), std::sync::Arc<Message>>);
@@ -53,8 +52,7 @@ impl Latest {
 pub struct Lost {
     pub frames: u64,
     pub events: u64,
-    /// Frames that were handed over to a connection that broke: nobody knows whether they have
-    /// arrived.
+    /// Frames passed to a connection that broke, which may or may not have arrived.
     #[serde(rename = "frames_unconfirmed")]
     pub unconfirmed: u64,
 }
@@ -67,8 +65,8 @@ impl Lost {
     }
 }
 
-/// Reports the messages of a finger that a sink has lost. It is for that sink alone, and so has no
-/// number on its topic.
+/// Creates the report of messages of a finger that a sink has lost. Only that sink gets the report,
+/// which therefore has no number on its topic.
 pub fn lost(finger: usize, sink: &str, lost: Lost) -> Message {
     let Lost {
         frames,
@@ -93,7 +91,6 @@ pub fn lost(finger: usize, sink: &str, lost: Lost) -> Message {
     }
 }
 
-/// A note of this command as JSON, at a time.
 pub fn noted(note: Note, at: Receipt) -> String {
     #[derive(Serialize)]
     struct Noted {
@@ -105,7 +102,7 @@ pub fn noted(note: Note, at: Receipt) -> String {
         note,
         received_utc_s: at.utc_s(),
     };
-    // Nothing in it can fail.
+    // Serializing these fields cannot fail.
     json!(noted).to_string()
 }
 
@@ -126,18 +123,18 @@ impl Head {
     }
 }
 
-/// Turns the objects of `--json` into messages of streams and of MCAP files.
+/// Turns the objects of `--json` into messages for streams and MCAP files.
 ///
-/// Each gets `index`, its number on its topic from 0, and a greeting `positions_mm`. Viewers know
-/// one type a field, so a field that is null is left out.
+/// Each message gets an `index`, which counts from 0 on its topic; a greeting also gets
+/// `positions_mm`. Viewers allow only one type per field, so null fields are omitted.
 #[derive(Clone, Debug, Default)]
 pub struct Streamed {
-    /// Messages on each topic so far.
+    /// Number of messages on each topic so far.
     counts: [u64; Topic::ALL.len()],
 }
 
 impl Streamed {
-    /// The topic and the text of a message; `json` is one object on one line.
+    /// Returns the topic, text and head of a message; `json` is one object on one line.
     pub fn message(&mut self, mut json: String) -> Result<(Topic, String, Head)> {
         let named = || json.chars().take(SHOWN).collect::<String>();
         let mut head: Head = serde_json::from_str(&json).with_context(named)?;
@@ -147,7 +144,7 @@ impl Streamed {
             drop_nulls(&mut object);
             json = object.to_string();
         }
-        // The object's own brace.
+        // Remove the closing brace of the object.
         json.truncate(json.trim_end().len() - 1);
         if head.r#type == "hello" {
             json += &format!(r#","positions_mm":{}"#, json!(positions_mm()));
@@ -160,7 +157,7 @@ impl Streamed {
     }
 }
 
-/// Removes fields that are null; items of lists keep their places.
+/// Removes null fields; null items of lists stay, so that the other items keep their positions.
 fn drop_nulls(value: &mut Value) {
     match value {
         Value::Object(fields) => {
@@ -172,9 +169,9 @@ fn drop_nulls(value: &mut Value) {
     }
 }
 
-/// The centre of each taxel's unit: along the sliding direction and across, millimetres from the
-/// array's centre. The four taxels of a unit lie around it, on a cross whose size the paper does
-/// not give.
+/// Returns the centre of each taxel's unit, along and across the sliding direction, millimetres
+/// from the array's centre. The four taxels of a unit lie around the unit's centre, on a cross
+/// whose size the paper does not state.
 pub fn positions_mm() -> Vec<[f64; 2]> {
     let places = || {
         PLACES.iter().enumerate().flat_map(|(row, taxels)| {
@@ -196,7 +193,7 @@ pub fn positions_mm() -> Vec<[f64; 2]> {
 mod tests {
     use super::*;
 
-    /// The front column of the default settings is that of the map.
+    /// Asserts that the front column of the default settings is that of the map.
     #[test]
     fn the_front_units_are_a_pitch_further_along_x() {
         let front = ridgetone_proto::settings::Array::DEFAULT.front;

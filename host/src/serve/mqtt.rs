@@ -1,11 +1,11 @@
 //! MQTT 5: frames with QoS 0, all other messages with QoS 1. A broker retains the latest states of
-//! the fingers, a status with totals, and the schemas next to the topics; each connection publishes
-//! them again, since a broker may have restarted without them.
+//! the fingers, a status with totals, and the schemas next to the topics. Each connection publishes
+//! these messages again, because the broker may have restarted and lost them.
 //!
-//! A session lives as long as its connection. When that breaks, events that the broker has not
-//! acknowledged wait again. A broker acknowledges in the order of publication (MQTT 5.0, 4.6):
-//! frames before an acknowledged event have arrived, and those after the last one are counted as
-//! not confirmed.
+//! A session ends with its connection; events that the broker has not acknowledged are then queued
+//! again. A broker acknowledges in the order of publication (MQTT 5.0, 4.6): frames before an
+//! acknowledged event have arrived, and frames after the last such event are counted as not
+//! confirmed.
 
 mod flight;
 mod totals;
@@ -33,29 +33,29 @@ use totals::{Publishes, Totals};
 /// The port of MQTT without TLS.
 const PORT: u16 = 1883;
 
-/// From one ping to the next; in a silence of twice this the broker is given up.
+/// Interval between pings. The connection is dropped if the broker is silent for twice this time.
 const PING: Duration = Duration::from_secs(5);
 
 /// Time between two attempts to connect.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// Messages between the queue and the connection.
+/// Maximum number of messages between the queue and the connection.
 const CHANNEL: usize = 64;
 
 /// Maximum number of unacknowledged events; a broker may allow fewer.
 const UNACKNOWLEDGED_MAX: u16 = 256;
 
-/// Time before what waited for a broker is published: subscribers need some to come back, and to a
-/// subscriber that is not there it would be lost without a word.
+/// Delay before messages that waited for a broker are published. Subscribers need this time to
+/// reconnect; otherwise they would silently miss these messages.
 const PAUSE: Duration = Duration::from_secs(2);
 
-/// Time from a status to the next.
+/// Interval between two statuses.
 const STATUS_EVERY: Duration = Duration::from_secs(1);
 
-/// Status of a command whose connection breaks: the broker publishes it.
+/// Status that the broker publishes if the connection breaks.
 const OFFLINE: &str = r#"{"state":"offline"}"#;
 
-/// Time that the broker has at the end for its last acknowledgements.
+/// Time to wait at the end for the broker's last acknowledgements.
 const LAST: Duration = Duration::from_secs(2);
 
 pub struct Mqtt {
@@ -138,14 +138,14 @@ impl Mqtt {
     }
 
     fn options(&self, names: &Names) -> MqttOptions {
-        // No two on a broker may have the same.
+        // The client identifier must be unique on a broker.
         let client = format!("ridgetone-{:x}", Receipt::now(0.0).utc_ns);
         let mut options = MqttOptions::new(client, &self.host, self.port);
         options
             .set_keep_alive(PING)
             .set_clean_start(true)
             .set_outgoing_inflight_upper_limit(UNACKNOWLEDGED_MAX);
-        // Otherwise a frame waits for the acknowledgement of the one before, up to 40 ms.
+        // With Nagle's algorithm a frame would wait up to 40 ms for the last acknowledgement.
         let mut network = NetworkOptions::new();
         network.set_tcp_nodelay(true);
         options.set_network_options(network);
@@ -178,14 +178,14 @@ impl Mqtt {
             } => done,
         };
         if ended.is_ok() {
-            // Writes the farewell, and waits until the broker hangs up.
+            // Sends the disconnect packet and waits until the broker closes the connection.
             let _ = timeout(LAST, self.poll(&mut events, &flight, &connected)).await;
         }
         publishing.put_back(flight.into_inner());
         ended
     }
 
-    /// Drives the connection until it breaks, and gives why.
+    /// Drives the connection until it breaks, and returns the reason.
     async fn poll(
         &self,
         events: &mut EventLoop,
@@ -213,14 +213,14 @@ impl Mqtt {
     }
 }
 
-/// A session's connection, and what it has not confirmed.
+/// A session's connection, and the messages that it has not confirmed.
 struct Connection<'a> {
     client: &'a AsyncClient,
     flight: &'a RefCell<Flight>,
 }
 
 impl Connection<'_> {
-    /// Publishes what the broker retains; the next session does so again.
+    /// Publishes a retained message; the next session publishes it again.
     async fn retain(&self, topic: String, text: String) -> Result<()> {
         self.flight.borrow_mut().entries.push_back(None);
         let quality = QoS::AtLeastOnce;
@@ -228,7 +228,7 @@ impl Connection<'_> {
     }
 }
 
-/// Publications that outlast a session.
+/// State of publishing that outlasts a session.
 struct Publishing<'a> {
     queue: &'a Queue,
     names: &'a Names,
@@ -259,7 +259,7 @@ impl Publishing<'_> {
                 }
             }
         }
-        // The acknowledgement confirms all earlier frames.
+        // The acknowledgement of this status confirms all earlier frames.
         let status = self.status(Publishes::Offline);
         connection.retain(self.names.status(), status).await?;
         let all_confirmed = async {
@@ -267,9 +267,9 @@ impl Publishing<'_> {
                 sleep(Duration::from_millis(10)).await;
             }
         };
-        // Frames that are not confirmed by then are counted.
+        // Frames not confirmed within this time are counted.
         let _ = timeout(LAST, all_confirmed).await;
-        // The connection's end is what this ends with.
+        // The future ends when the connection does.
         Ok(connection.client.disconnect().await?)
     }
 
@@ -313,13 +313,13 @@ impl Publishing<'_> {
             .push_back(Some(queued));
         let (path, json) = (self.path(&message), message.json.clone());
         let client = connection.client;
-        // A subscriber gets the latest state at once.
+        // States are retained, so that a new subscriber gets them at once.
         Ok(client
             .publish(path, quality, message.is_state, json)
             .await?)
     }
 
-    /// Messages that the connection has not confirmed are queued again, or counted as lost.
+    /// Queues messages that the connection has not confirmed again, or counts them as lost.
     fn put_back(&mut self, flight: Flight) {
         let unconfirmed = flight.entries.into_iter().flatten();
         self.queue.put_back(unconfirmed.inspect(|queued| {

@@ -1,4 +1,4 @@
-//! From a finger to all sinks: each message gets its number on its topic.
+//! Passes messages from a finger to all sinks, numbered by topic.
 
 use super::message::{Message, Streamed, noted};
 use super::queue::Queue;
@@ -7,7 +7,7 @@ use crate::utc::Receipt;
 use anyhow::Result;
 use std::sync::Arc;
 
-/// Gives a finger's messages to all sinks.
+/// Passes a finger's messages to all sinks.
 pub struct Publisher {
     finger: usize,
     queues: Vec<Arc<Queue>>,
@@ -23,7 +23,7 @@ impl Publisher {
         }
     }
 
-    /// An object of `--json`.
+    /// Publishes an object of `--json`.
     pub fn publish(&mut self, json: String) -> Result<()> {
         let (topic, json, head) = self.streamed.message(json)?;
         let time_s = head.utc_s.or(head.received_utc_s);
@@ -43,7 +43,7 @@ impl Publisher {
         Ok(())
     }
 
-    /// Messages of this command itself.
+    /// Publishes a message of this command itself.
     pub fn note(&mut self, note: Note) -> Result<()> {
         self.publish(noted(note, Receipt::now(0.0)))
     }

@@ -1,9 +1,9 @@
 //! The queue in front of a sink. A board never waits: a full queue drops its oldest message, counts
 //! it, and reports it as soon as the sink takes messages again.
 //!
-//! `tokio::sync::broadcast` does not fit: one ring for all would let frames push out events, two
-//! would lose the order between them, and a lagging receiver learns neither whose messages it
-//! lost nor can it put back those that a broker has not acknowledged.
+//! `tokio::sync::broadcast` does not fit: in one ring, frames would push out events; two rings
+//! would lose the order between frames and events. A lagging receiver could neither tell whose
+//! messages it lost, nor put back messages that a broker has not acknowledged.
 
 use super::message::{Lost, Message, lost};
 use super::topic::{Names, Topic};
@@ -14,23 +14,23 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
-/// Frames that the queue holds: 1.7 s of ten fingers, 3 MB.
+/// Maximum number of frames in the queue: 1.7 s of ten fingers, 3 MB.
 const FRAMES_MAX: usize = 4096;
 
-/// Other messages that the queue holds: an hour and a half of ten fingers that nothing touches, 50
-/// MB.
+/// Maximum number of other messages in the queue: an hour and a half of ten untouched fingers,
+/// 50 MB.
 const EVENTS_MAX: usize = 1 << 16;
 
-/// Interval between two reports of losses to a sink that loses all the time.
+/// Minimum interval between two reports of losses to a sink.
 const REPORT_EVERY: Duration = Duration::from_secs(1);
 
 /// Delivers messages.
 pub trait Sink: Send {
-    /// Name for people and in messages about losses.
+    /// Returns the sink's name, for people and in reports of losses.
     fn name(&self) -> &'static str;
 
-    /// Delivers until the queue is closed and empty. Waits for a receiver that is not there.
-    /// Fails if it never can deliver.
+    /// Delivers until the queue is closed and empty. Waits while there is no receiver. Fails if the
+    /// sink can never deliver.
     fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()>;
 }
 
@@ -41,7 +41,7 @@ pub struct Queue {
     changed: Notify,
 }
 
-/// A message, and its place in the queue.
+/// A message and its position in the queue.
 #[derive(Clone, Debug)]
 pub struct Queued {
     order: u64,
@@ -53,7 +53,7 @@ pub struct Queued {
 pub struct Counts {
     pub delivered: u64,
     pub lost: Lost,
-    /// Messages that wait.
+    /// Messages that are still waiting.
     pub left: u64,
 }
 
@@ -85,7 +85,7 @@ struct State {
     events: VecDeque<Queued>,
     /// Number of the next message.
     order: u64,
-    /// Losses by finger, and those that are reported.
+    /// Losses by finger in total, and as last reported.
     lost: Vec<Lost>,
     known: Vec<Lost>,
     reported: Option<Instant>,
@@ -146,8 +146,8 @@ impl Queue {
         }
     }
 
-    /// Puts back messages that were taken and not delivered: events wait again, frames count as not
-    /// confirmed.
+    /// Puts back messages that were taken but not delivered: events are queued again, frames count
+    /// as not confirmed.
     pub fn put_back(&self, queued: impl DoubleEndedIterator<Item = Queued>) {
         let mut state = self.state();
         for queued in queued.rev() {
@@ -179,7 +179,7 @@ impl Queue {
         self.state().has_failed
     }
 
-    /// Losses of each finger.
+    /// Returns the losses of each finger.
     #[cfg(any(feature = "mqtt", test))]
     pub fn losses(&self) -> Vec<Lost> {
         self.state().lost.clone()
@@ -349,7 +349,7 @@ mod tests {
         assert_eq!(queue.counts().delivered, 4);
     }
 
-    /// A receiver that misses a report gets the same losses in the next one.
+    /// Asserts that reports have totals, so that a receiver may miss a report.
     #[test]
     fn reports_give_totals() {
         let queue = Queue::new("test", 1);

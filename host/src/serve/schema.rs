@@ -1,13 +1,12 @@
-//! JSON schemas of the topics: those of their messages in one, for streams and MCAP files.
+//! JSON schemas for streams and MCAP files. The schema of a topic joins those of its messages.
 //!
-//! Viewers such as Foxglove know one type a field, so `null` is no type here: a field that is not
-//! known is left out of a message. An item of a list keeps its place, and may be null.
+//! Viewers such as Foxglove allow one type per field, so a field is never null here: a field
+//! without a value is omitted from a message. Items of a list keep their positions and may be null.
 
 use super::topic::Topic;
 use crate::events::schema;
 use serde_json::{Map, Value, json};
 
-/// The schema of a topic.
 pub fn json(topic: Topic) -> Value {
     let kinds: Vec<_> = schema::messages()
         .filter(|(kind, _)| Topic::of(kind) == topic)
@@ -66,8 +65,8 @@ pub fn json(topic: Topic) -> Value {
     })
 }
 
-/// A schema without `null` next to another type. `None` of a list of lists, which viewers refuse to
-/// read.
+/// Removes `null` from a schema that also has a proper type. Returns `None` for a list of lists,
+/// which viewers cannot read.
 fn of_one_type(schema: &Value) -> Option<Value> {
     let mut one = schema.clone();
     let fields = one.as_object_mut()?;
@@ -106,7 +105,7 @@ fn of_one_type(schema: &Value) -> Option<Value> {
     Some(one)
 }
 
-/// The values of both; null if either may have any.
+/// Returns the values allowed by either schema; null if one of them allows any value.
 fn either(one: &Value, other: &Value) -> Value {
     let (Value::Array(one), Value::Array(other)) = (one, other) else {
         return Value::Null;
@@ -132,7 +131,7 @@ mod tests {
     use std::collections::BTreeSet;
     use std::sync::Arc;
 
-    /// True if a value fits a schema. Every schema has one type, as viewers want it.
+    /// True if a value fits a schema. Every schema has one type, as viewers require.
     fn fits(value: &Value, schema: &Value) -> bool {
         let kind = schema["type"].as_str().expect("one type");
         match value {
@@ -173,7 +172,7 @@ mod tests {
             )?)
         };
         let mut settings = Settings::DEFAULT;
-        // A finger that was calibrated knows the direction.
+        // A calibrated finger reports the direction.
         settings.array.edge_phase_sigma_rad = 0.01;
         crate::replay::run(
             Input::default().open().unwrap(),
@@ -230,7 +229,7 @@ mod tests {
             );
             for (name, value) in message.as_object().unwrap() {
                 let property = &schema["properties"][name];
-                // A list of lists is none to viewers.
+                // `positions_mm` has no schema, because viewers cannot read lists of lists.
                 assert!(
                     name == "positions_mm" || property.is_object() && fits(value, property),
                     "{topic}: {name}: {value} as {property}"
@@ -238,7 +237,7 @@ mod tests {
                 seen.insert((topic, name.clone()));
             }
         }
-        // Nothing is described that does not exist, but for what only some messages have.
+        // Schemas describe only fields that exist, apart from those that some messages lack.
         for topic in Topic::ALL {
             let schema = json(topic);
             let absent: Vec<&String> = schema["properties"]

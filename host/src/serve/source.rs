@@ -14,12 +14,12 @@ pub enum Source {
     Port(String),
     /// An emulated board with this scene, or with the first one.
     Emulated(Option<PathBuf>),
-    /// A file of telemetry, played in real time as if it happened now.
+    /// A file of telemetry, played in real time as if it were live.
     Recording(PathBuf),
 }
 
 impl Source {
-    /// Reads `emulated`, `emulated:SCENE.toml`, the name of a file of telemetry, or a port's name.
+    /// Parses `emulated`, `emulated:SCENE.toml`, the name of a telemetry file, or a port's name.
     pub fn of(text: &str) -> Result<Self> {
         Ok(match text {
             "" => {
@@ -44,7 +44,7 @@ impl Source {
                 }
                 Self::Recording(text.into())
             }
-            // A board's port comes back, a mistyped file never does.
+            // A port may appear later, but a mistyped file name never becomes valid.
             _ if Path::new(text)
                 .extension()
                 .is_some_and(|ending| ending == "rec") =>
@@ -55,8 +55,7 @@ impl Source {
         })
     }
 
-    /// Opens the source. An emulated board runs at the speed of a real one, and is touched again
-    /// and again.
+    /// Opens the source. An emulated board runs in real time and is touched repeatedly.
     pub fn open(&self, firmware: Option<&Firmware>) -> Result<Feed> {
         Ok(match self {
             Self::Recording(path) => Feed::new(Recorded::open(path)?).paced(Pace::new(1.0)),
@@ -76,7 +75,7 @@ impl Source {
     }
 }
 
-/// Checks a name for topics: letters, digits, `_` and `-`.
+/// Checks that a name is valid in topics: letters, digits, `_` and `-`.
 pub fn check(name: &str) -> Result<()> {
     let is_fit = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || !name.chars().all(is_fit) {
@@ -87,7 +86,7 @@ pub fn check(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// Reads fingers as `NAME=SOURCE`, each name once.
+/// Parses fingers as `NAME=SOURCE`; a name must not repeat.
 pub fn fingers(given: &[String]) -> Result<(Vec<String>, Vec<Source>)> {
     let mut names: Vec<String> = Vec::new();
     let mut sources = Vec::new();

@@ -33,7 +33,6 @@ impl Topic {
         Self::Health,
     ];
 
-    /// The topic of messages of this `type`.
     pub fn of(kind: &str) -> Self {
         match kind {
             "raw" => Self::Frames,
@@ -56,7 +55,7 @@ pub const BOARD: &str = "ridgetone";
 /// The names in topics.
 #[derive(Clone, Debug)]
 pub struct Names {
-    /// Name of what carries the fingers.
+    /// Name of the board that carries the fingers.
     pub board: String,
     pub fingers: Vec<String>,
 }
@@ -70,7 +69,7 @@ impl Names {
         }
     }
 
-    /// Metadata of a finger, for channels of Foxglove and MCAP.
+    /// Returns metadata of a finger for Foxglove and MCAP channels.
     pub fn metadata(&self, finger: usize) -> BTreeMap<String, String> {
         let pairs = [
             ("board", self.board.as_str()),
@@ -82,12 +81,12 @@ impl Names {
             .into()
     }
 
-    /// A topic without a slash in front.
+    /// Returns a topic without the leading slash.
     pub fn path(&self, finger: usize, topic: impl Display) -> String {
         format!("{}/{}/{topic}", self.board, self.fingers[finger])
     }
 
-    /// Where a broker says whether this command publishes. No finger's topic has two parts.
+    /// Returns the topic with the status of this command. A finger's topic never has two parts.
     #[cfg(feature = "mqtt")]
     pub fn status(&self) -> String {
         format!("{}/status", self.board)

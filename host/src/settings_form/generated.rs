@@ -1,5 +1,5 @@
-//! What is made from the table of settings and checked in: the list in `host/reference.md` and
-//! Python's class. The test fails if one of them is not what the table gives; `cargo xtask settings` writes them anew.
+//! Checked-in files generated from the table of settings: the list in `host/reference.md` and the
+//! Python class. A test fails if one is out of date; `cargo xtask settings` regenerates them.
 
 use super::{range, rows, shown, split, tables, words};
 use ridgetone_proto::settings::{Kind, Setting, TABLE};
@@ -9,7 +9,7 @@ use std::path::Path;
 /// Set by `cargo xtask settings`: write the files instead of comparing them.
 const WRITE: &str = "RIDGETONE_WRITE";
 
-/// A page, or a module of Python, with the lines around what is written.
+/// A page or Python module, with the lines around the generated text.
 struct Place {
     file: &'static str,
     begin: &'static str,

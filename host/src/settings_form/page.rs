@@ -1,4 +1,4 @@
-//! The description from which the page makes its form.
+//! Description of the settings, from which the page makes its form.
 
 use super::{range, shown, split};
 use ridgetone_proto::plan::Plan;
@@ -14,10 +14,10 @@ pub struct Entry {
     pub title: String,
     /// `number`, `whole`, `switch`, `word` or `plan`.
     pub kind: &'static str,
-    /// Bounds, where they depend on nothing else.
+    /// Bounds, unless they depend on other settings.
     pub least: Option<f32>,
     pub greatest: Option<f32>,
-    /// Choices: values, and their labels.
+    /// Values to choose from, with their labels.
     pub choices: Vec<Choice>,
 }
 
@@ -27,8 +27,8 @@ pub struct Choice {
     pub text: String,
 }
 
-/// The inputs, in the order of the table: settings of windows and slides. Masks and what a finger
-/// or a scene is like are set by a file.
+/// Returns the inputs for settings of windows and slides, in the order of the table. Masks and
+/// properties of a finger or scene are set with a file.
 pub fn entries() -> Vec<Entry> {
     let is_shown = |setting: &&Setting| matches!(split(setting.name).0, None | Some("slide"));
     TABLE.iter().filter(is_shown).filter_map(entry).collect()
@@ -71,7 +71,7 @@ fn named(value: &'static str, text: &str) -> Choice {
     }
 }
 
-/// The usual plans, and what they give.
+/// Returns the named plans, labelled with their channels and frame rate.
 fn plans() -> Vec<Choice> {
     Plan::NAMED
         .iter()

@@ -1,11 +1,11 @@
-//! A plan by its name, if it has one, otherwise by its converter's fields.
+//! A plan as text: its name, if it has one, otherwise the fields of its converter.
 
 use ridgetone_finger::converter::{Ads1258Plan, OnboardPlan};
 use ridgetone_proto::plan::{Converters, HealthReadings, Own, Plan, PlanError, Sampling};
 use serde::{Deserialize, Serialize, Serializer};
 use toml::Table;
 
-/// A plan as its converter has it.
+/// Fields of a plan, as its converter defines them.
 #[derive(Serialize)]
 #[serde(untagged)]
 pub enum Fields {
@@ -14,7 +14,7 @@ pub enum Fields {
     Other(OtherPlan),
 }
 
-/// A plan that no converter known here can run.
+/// A plan for an unknown converter.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OtherPlan {
@@ -46,8 +46,8 @@ impl Fields {
         }
     }
 
-    /// The fields that a table is for: those of the plan, unless it names another converter's, as a
-    /// file from another board does.
+    /// Returns the fields that a table sets: those of `plan`, unless the table names fields of a
+    /// different converter, such as in a file from a different board.
     pub fn for_table(plan: &Plan, given: &Table) -> Self {
         let names = |fields: &[&str]| fields.iter().any(|field| given.contains_key(*field));
         let found = Self::of(plan);
@@ -67,7 +67,6 @@ impl Fields {
         }
     }
 
-    /// Names of the fields.
     pub fn names(&self) -> &'static str {
         match self {
             Self::Ads1258(_) => "inputs, data_rate, delay, chop, health, adc_clock_hz",
@@ -78,7 +77,7 @@ impl Fields {
         }
     }
 
-    /// Fields of the same converter.
+    /// Parses fields of the same converter.
     pub fn read(&self, table: Table) -> Result<Self, toml::de::Error> {
         Ok(match self {
             Self::Ads1258(_) => Self::Ads1258(table.try_into()?),
@@ -87,7 +86,7 @@ impl Fields {
         })
     }
 
-    /// The plan of these fields, if the converter can run it.
+    /// Returns the plan with these fields, if the converter can run it.
     pub fn plan(&self) -> Result<Plan, PlanError> {
         match self {
             Self::Ads1258(own) => own.validate().map(|()| own.plan()),
@@ -118,12 +117,10 @@ pub fn serialize<S: Serializer>(plan: &Plan, to: S) -> Result<S::Ok, S::Error> {
     }
 }
 
-/// Names of the usual plans.
 pub fn names() -> String {
     Plan::NAMED.map(|(name, _)| name).join(", ")
 }
 
-/// Meaning of a field.
 pub fn meaning(field: &str) -> &'static str {
     match field {
         "inputs" => "Inputs that are converted: bit k is AINk.",
@@ -142,7 +139,7 @@ pub fn meaning(field: &str) -> &'static str {
     }
 }
 
-/// Why a plan is refused, by the name in the refusal.
+/// Explains why a plan is refused, by the name in the error.
 pub fn reason(name: &str) -> &'static str {
     match name {
         "plan.inputs" => "bit k of plan.inputs stands for input k",

@@ -1,4 +1,4 @@
-//! Values of settings from TOML, JSON and the command line.
+//! Reads values of settings from TOML, JSON and the command line.
 
 use super::{plan, rows, split, tables, words};
 use ridgetone_proto::plan::Plan;
@@ -6,7 +6,7 @@ use ridgetone_proto::settings::{Kind, Setting, Settings, TABLE, Value as Found};
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
-/// Replaces values by the given ones, table by table.
+/// Replaces values in `all` by those in `given`, table by table.
 pub fn merge(all: &mut Table, given: Table) {
     for (name, value) in given {
         match (all.get_mut(&name), value) {
@@ -16,7 +16,7 @@ pub fn merge(all: &mut Table, given: Table) {
     }
 }
 
-/// A JSON value in TOML. serde_json's numbers are no numbers to another format.
+/// Converts a JSON value to TOML by hand, because other formats do not accept serde_json's numbers.
 pub fn of_json(value: serde_json::Value) -> Option<Value> {
     Some(match value {
         serde_json::Value::Null => return None,
@@ -38,7 +38,7 @@ pub fn of_json(value: serde_json::Value) -> Option<Value> {
     })
 }
 
-/// Values by the names of the settings. Fails if there is no such setting.
+/// Returns the values by the full names of the settings. Fails if a setting does not exist.
 pub fn leaves(given: Table) -> Result<BTreeMap<String, Value>, String> {
     let mut leaves = BTreeMap::new();
     for (name, value) in given {
@@ -70,7 +70,6 @@ fn unknown(name: &str) -> String {
     format!("no setting `{name}`: {}", members(split(name).0))
 }
 
-/// Names to choose from.
 fn members(table: Option<&str>) -> String {
     let mut names: Vec<_> = rows(table).map(|setting| setting.name).collect();
     let others: Vec<_> = tables().iter().map(|name| format!("{name}.*")).collect();
@@ -80,7 +79,7 @@ fn members(table: Option<&str>) -> String {
     format!("choose from {}", names.join(", "))
 }
 
-/// A value of the setting's type. Its bounds are checked elsewhere.
+/// Converts a value to the setting's type. Bounds are checked elsewhere.
 pub fn value(setting: &Setting, given: &Value, settings: &Settings) -> Result<Found, String> {
     let found = match (setting.kind, given) {
         (Kind::Number, Value::Float(number)) => Some(Found::Number(*number as f32)),
@@ -104,7 +103,7 @@ pub fn value(setting: &Setting, given: &Value, settings: &Settings) -> Result<Fo
     found.ok_or_else(|| refusal(setting, &given.to_string()))
 }
 
-/// A value of the command line.
+/// Parses a value from the command line.
 pub fn from_text(setting: &Setting, text: &str) -> Result<Found, String> {
     let given = format!("it={text}").parse::<Table>().ok();
     let given = given.and_then(|mut table| table.remove("it"));
@@ -124,7 +123,7 @@ fn mask(given: &Value) -> Option<u16> {
     given.as_integer().and_then(|mask| u16::try_from(mask).ok())
 }
 
-/// A plan by its name, or this one with other fields.
+/// Returns a plan by its name, or `plan` with the given fields changed.
 fn with_fields(plan: &Plan, given: &Value) -> Result<Plan, String> {
     let fields = match given {
         Value::Table(given) => plan::Fields::for_table(plan, given),
@@ -132,7 +131,7 @@ fn with_fields(plan: &Plan, given: &Value) -> Result<Plan, String> {
     };
     let expected = || format!("a name, or the table plan with {}", fields.names());
     match given {
-        // A plan's name does not tell the board's clock, so the current one stays.
+        // A plan's name does not include the board's clock, so the current one is kept.
         Value::String(name) => Plan::named(name)
             .map(|named| match named.own.converter == plan.own.converter {
                 true => named.with_clock(plan.adc_clock_hz),

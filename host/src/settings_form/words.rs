@@ -1,9 +1,9 @@
-//! Words about settings: values, ranges, reasons.
+//! Descriptions of settings: values, ranges and reasons.
 
 use super::plan;
 use ridgetone_proto::settings::{Bounds, Kind, Setting, Settings, SettingsError, TABLE, Value};
 
-/// Value in TOML's notation.
+/// Returns a value in TOML notation.
 pub fn shown(value: &Value) -> String {
     match value {
         Value::Number(value) => format!("{value:?}"),
@@ -22,7 +22,7 @@ pub fn shown(value: &Value) -> String {
     }
 }
 
-/// Range of a setting in words. Bounds that depend on other settings are shown for the defaults.
+/// Describes the range of a setting. Bounds that depend on other settings are shown for defaults.
 pub fn range(setting: &Setting) -> String {
     match (setting.kind, setting.bounds) {
         (Kind::Switch, _) => "true or false".into(),
@@ -43,7 +43,7 @@ pub fn range(setting: &Setting) -> String {
     }
 }
 
-/// Advice on a value of the wrong type.
+/// Describes the accepted values, for an error about a value of the wrong type.
 pub fn choices(setting: &Setting) -> String {
     let range = range(setting);
     match setting.kind {
@@ -53,7 +53,7 @@ pub fn choices(setting: &Setting) -> String {
     }
 }
 
-/// Comment behind a setting's line in a file.
+/// Returns the comment behind a setting's line in a file.
 pub fn comment(setting: &Setting) -> String {
     match setting.unit {
         "" => setting.sentence().to_owned(),
@@ -61,12 +61,12 @@ pub fn comment(setting: &Setting) -> String {
     }
 }
 
-/// A value out of its bounds, with the reason for the bounds.
+/// Describes a value out of bounds, with the reason for the bounds.
 pub fn explained(error: &SettingsError) -> String {
     explain(&error.field, &error.to_string())
 }
 
-/// `text` with the reason for the bounds of a setting.
+/// Returns `text` with the reason for the bounds of a setting.
 pub fn explain(name: &str, text: &str) -> String {
     let setting = TABLE.iter().find(|setting| setting.name == name);
     match setting.map_or(plan::reason(name), |setting| setting.reason) {

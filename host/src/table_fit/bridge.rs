@@ -1,23 +1,23 @@
-//! Single readings that are missing: the fit needs frames that have every channel.
+//! Bridges single missing readings, because the fit needs frames with all channels.
 
-/// Known readings on each side that a cubic goes through, and how many frames away they may be.
+/// Number of known readings on each side that define the cubic, and their maximum distance, frames.
 const SIDE: usize = 2;
 const REACH: usize = 5;
-/// Maximum number of readings in a row that are bridged: of more the noise would be many times that
-/// of a real one.
+/// Maximum number of consecutive missing readings to bridge. With more, the noise would be many
+/// times that of a real reading.
 const RUN_MAX: f64 = 3.0;
-/// A channel with a larger fraction of missing readings is left as it is.
+/// Maximum fraction of missing readings in a channel that is bridged.
 const SHARE_MAX: f64 = 0.5;
-/// Cycles a frame up to which a cubic follows a tone: it is off by 6 % of the amplitude there, and
-/// by two thirds of it at twice that.
+/// Maximum frequency of a tone that a cubic follows, cycles per frame. There the error is 6 % of
+/// the amplitude; at twice this frequency it is two thirds.
 pub const TONE_MAX: f64 = 1.0 / 8.0;
 
-/// The readings of a channel that are missing, at their frames, by the cubic through the two known
-/// ones on each side; some are not close enough. `known` has the value of each frame, where there
-/// is one.
+/// Interpolates missing readings of a channel with the cubic through the two known readings on each
+/// side, and returns frames and values. Gaps without known readings nearby are not filled. `known`
+/// has the value of each frame, if there is one.
 ///
-/// Where one is missing alone its value has 0.94 of the noise variance of a real one, where two are
-/// missing 1.4 of it. It says nothing new of the tone.
+/// The noise variance of an interpolated value, relative to a real reading, is 0.94 for a single
+/// missing reading and 1.4 for two. Interpolated values add no information on the tone.
 pub fn bridged(known: &[Option<f64>]) -> Vec<(usize, f64)> {
     let missing = known.iter().filter(|value| value.is_none()).count();
     if missing as f64 > SHARE_MAX * known.len() as f64 {
@@ -49,7 +49,6 @@ pub fn bridged(known: &[Option<f64>]) -> Vec<(usize, f64)> {
     bridged
 }
 
-/// The value at `x` of the polynomial through all points.
 fn lagrange(points: &[(f64, f64)], x: f64) -> f64 {
     let weight = |of: f64| -> f64 {
         points
@@ -94,8 +93,8 @@ mod tests {
         );
     }
 
-    /// The cubic through the neighbours at 1 and 2 frames has the response (8 cos w - 2 cos 2 w) /
-    /// 6 to a tone of w radians a frame.
+    /// The cubic through the neighbours at 1 and 2 frames responds to a tone of w radians per frame
+    /// with (8 cos w - 2 cos 2 w) / 6.
     #[test]
     fn a_tone_is_bridged_with_the_cubics_own_response() {
         for cycles in [0.02, 0.05, TONE_MAX, 0.25] {

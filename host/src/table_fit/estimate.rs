@@ -1,4 +1,4 @@
-//! The one place that calls the estimator: how many frames it takes, and which scene.
+//! The only caller of the estimator: sets the number of frames and the scene.
 
 use super::bridge;
 use super::scaled::Scaled;
@@ -9,25 +9,26 @@ use ridgetone_tone::{
     Delays, Fit, Fitter, FrameSpan, HARMONICS_MAX, OtherTone, Scene, Status, Table,
 };
 
-/// Blank cells are bridged where less than this fraction of the rows has all readings.
+/// Blank cells are bridged if the fraction of complete rows is below this.
 const WHOLE_SHARE_MIN: f64 = 0.95;
 
-/// Other readings of an ambiguous tone are below this fraction of it, or above its inverse.
+/// Alternatives to an ambiguous tone are searched below this fraction of its frequency, and above
+/// the inverse of the fraction.
 const BELOW: f64 = 0.9;
 
-/// The estimator's answer.
+/// Result of the estimator.
 pub struct Estimated {
     pub found: Fit,
-    /// Places of the grid for each frame that was fitted.
+    /// Number of grid intervals for each fitted frame.
     pub slots_per_frame: usize,
-    /// Frequency by which all others were lowered before, cycles a frame.
+    /// Frequency that was subtracted from all frequencies before the fit, cycles per frame.
     pub shift: f64,
-    /// What was done to the rows, and what was found outside of the band.
+    /// Remark on how the rows were processed, and on tones outside the band.
     pub note: Option<String>,
 }
 
 impl Estimated {
-    /// A fit of the rows as they are.
+    /// Result of a fit of unprocessed rows.
     pub fn of(found: Fit, note: Option<String>) -> Self {
         Self {
             found,
@@ -38,16 +39,16 @@ impl Estimated {
     }
 }
 
-/// Where the finger is while the frames are read.
+/// Positions of the finger while the frames are read.
 pub struct Motion {
-    /// Position of each frame; none to fit by time.
+    /// Position of each frame; empty for a fit in time.
     pub positions: Vec<f32>,
-    /// Delays of the readings, where these are known.
+    /// Delays of the readings, if known.
     pub delays: Option<Delays>,
 }
 
 impl Motion {
-    /// A fit by time.
+    /// No positions, for a fit in time.
     pub fn still() -> Self {
         Self {
             positions: Vec::new(),
@@ -56,7 +57,7 @@ impl Motion {
     }
 }
 
-/// Frames, and what is known of them.
+/// Frames and their properties.
 pub struct Frames<'a> {
     pub file: &'a str,
     pub scaled: &'a Scaled,
@@ -67,7 +68,7 @@ pub struct Frames<'a> {
 }
 
 impl Frames<'_> {
-    /// The unit of frequencies: in frames along time they are cycles per frame.
+    /// Returns the unit of frequencies: the rate for a fit in time, whose unit is cycles per frame.
     fn unit_hz(&self) -> f64 {
         if self.motion.positions.is_empty() {
             self.rate_hz
@@ -76,8 +77,8 @@ impl Frames<'_> {
         }
     }
 
-    /// The fit with another reading named where there is one, and the fit does not name it: the
-    /// strongest tone below or above its own.
+    /// Adds the alternative to an ambiguous fit that does not name one: the strongest tone below or
+    /// above the fitted one.
     pub fn named(&self, mut found: Fit) -> Result<Fit> {
         let is_open = found.status == Status::Ambiguous && found.other_tone.is_none();
         if !is_open {
@@ -119,7 +120,7 @@ impl Frames<'_> {
         Ok(found)
     }
 
-    /// Where the band has no tone: which one is outside of it.
+    /// If there is no tone in the band, describes a tone outside the band.
     pub fn outside(&self, found: &Fit) -> Result<Option<String>> {
         if self.band.is_open() || found.status.has_tone() {
             return Ok(None);
@@ -149,9 +150,9 @@ impl Frames<'_> {
         }
     }
 
-    /// The fit with single blank cells bridged, where that helps.
+    /// Fits the frames, with single blank cells bridged if that helps.
     pub fn fit(&self) -> Result<Fit> {
-        // Few rows with blank cells cost less left out than bridged; and a fast tone cannot be
+        // A few rows with blank cells are better left out than bridged. A fast tone cannot be
         // bridged.
         if self.motion.positions.is_empty() && self.scaled.whole_share() < WHOLE_SHARE_MIN {
             let bridged = self.scaled.bridged();

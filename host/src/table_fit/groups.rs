@@ -1,5 +1,5 @@
-//! Fits of subsets of a table's channels: groups of them if there are more than the estimator takes
-//! at once, and all but one if only these share a tone.
+//! Fits subsets of a table's channels: groups, if the estimator cannot take all channels at once,
+//! and all channels but one, if that channel lacks the common tone.
 
 use super::{ChannelResult, TableFit, TableHead, fit_group, joined};
 use crate::digits::significant;
@@ -9,12 +9,12 @@ use anyhow::Result;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{OtherTone, Status};
 
-/// Standard deviations by which the tones of two groups differ if they are not the same.
+/// Difference above which the tones of two groups are not the same, standard deviations.
 const SAME: f64 = 4.0;
 
-/// Fits groups of neighbouring channels, and joins their answers: the frequency is the mean of those
-/// that agree, weighted by their variances. Noise may be correlated between the groups, so that
-/// sigma is the weighted mean of theirs, not smaller.
+/// Fits groups of neighbouring channels and joins the results. The frequency is the mean of the
+/// groups that agree, weighted by variance. Noise may be correlated between groups, so sigma is
+/// the weighted mean of the groups' sigmas and no smaller.
 pub fn fit(
     table: &TableHead,
     part: &Part,
@@ -96,7 +96,8 @@ pub fn fit(
     Ok(joint)
 }
 
-/// Where all channels share no tone, or an unsteady one: the good one that all but one share.
+/// If all channels have no common tone, or an unsteady one, looks for a good tone common to all
+/// channels but one.
 pub fn without_one(
     table: &TableHead,
     part: &Part,
@@ -108,7 +109,7 @@ pub fn without_one(
     if !is_open || !(3..=TAXELS).contains(&columns.len()) {
         return Ok(None);
     }
-    // The one in which the tone is faintest first.
+    // Try first without the channel whose tone is weakest.
     let ratio = |at: &usize| {
         let channel = &found.channels[*at];
         channel

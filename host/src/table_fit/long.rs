@@ -1,8 +1,8 @@
-//! Recordings of more rows than the estimator takes at once.
+//! Fits recordings with more rows than the estimator takes at once.
 //!
-//! Windows at the rows' own rate show which tone there is, so that none is an alias. A slow tone is
-//! then fitted in all rows through a low-pass filter and every n-th value of it; a faster one is
-//! shifted to a slow one first, by multiplying all rows with a sine.
+//! Windows at the original rate find the tone, so that it cannot be an alias. A slow tone is then
+//! fitted to all rows after decimation by n; a faster tone is first shifted to a low frequency by
+//! multiplying all rows by a sine.
 
 use super::estimate::{Estimated, Frames, Motion};
 use super::means::PASSED;
@@ -14,19 +14,19 @@ use anyhow::{Result, ensure};
 use ridgetone_tone::{FRAMES_MAX, Fit, OtherTone, Status};
 use std::f64::consts::TAU;
 
-/// Rows of the windows that show which tone there is.
+/// Number of rows in the windows that are searched for the tone.
 const SEARCHED_MAX: usize = 32_768;
 
-/// Where a fast tone is shifted to, as a fraction of the thinned rate.
+/// Frequency to which a fast tone is shifted, as a fraction of the decimated rate.
 const SHIFTED_TO: f64 = 0.22;
 
-/// Half-width of the band around it.
+/// Half-width of the band around a shifted tone, as a fraction of the decimated rate.
 const SHIFTED_BAND: f64 = 0.12;
 
-/// Ratio of powers from which on a slower tone is named next to a faster one.
+/// Minimum power of a slower tone relative to a faster one, for the slower tone to be reported.
 const NAMED_POWER: f64 = 0.05;
 
-/// Fits all rows: more than the estimator takes at once through filters.
+/// Fits all rows; if there are more than the estimator takes at once, they are decimated.
 pub fn estimate(
     file: &str,
     channels: &Channels,
@@ -81,7 +81,7 @@ fn estimate_long(
     };
     let max_hz = PASSED * thin_hz;
     let window_s = SEARCHED_MAX as f64 / rate_hz;
-    // The middle tells most; a tone may also be in the first or the last window alone.
+    // Search the middle first; a tone may also be only in the first or last window.
     let mut window: Option<Fit> = None;
     for from in [(slots - SEARCHED_MAX) / 2, 0, slots - SEARCHED_MAX] {
         let (found, _) = fit(
@@ -155,7 +155,7 @@ fn estimate_long(
             ..Estimated::of(found, Some(note))
         });
     };
-    // Cycles of a row.
+    // Shift, cycles per row.
     let shift = f64::from(fast.frequency) - SHIFTED_TO / slots_per_frame as f64;
     let levels = channels.levels();
     let shifted = channels.shifted(shift, &levels, slots_per_frame);
@@ -222,7 +222,6 @@ fn estimate_long(
 }
 
 impl Channels<'_> {
-    /// Means of the channels.
     fn levels(&self) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); self.units.len()];
         self.each(0..self.slots(), &mut |_, values, valid| {
@@ -238,8 +237,8 @@ impl Channels<'_> {
             .collect()
     }
 
-    /// Frames with all frequencies less this one, cycles a row: readings about their mean, times a
-    /// cosine whose phase is 0 at the centre.
+    /// Lowers all frequencies by `by`, cycles per row: multiplies the readings about their mean by
+    /// a cosine whose phase is 0 at the centre, and decimates.
     fn shifted(&self, by: f64, levels: &[f64], slots_per_frame: usize) -> Scaled {
         let centre = 0.5 * (self.slots() - 1) as f64;
         self.thinned(slots_per_frame, &|slot, values| {

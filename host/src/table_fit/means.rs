@@ -1,21 +1,22 @@
-//! Fewer frames than rows: a low-pass filter and every n-th value of it.
+//! Decimates rows: a low-pass filter, of which every n-th value is kept.
 
 use super::scaled::{Channels, Scaled};
 use ridgetone_proto::settings::TAXELS;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Zeros of the filter's sinc on either side: it passes up to 0.44 of the lower rate, and stops
-/// from 0.56 on.
+/// Zeros of the filter's sinc on either side. The passband ends at 0.44 of the lower rate, the
+/// stopband begins at 0.56.
 const ZEROS: usize = 8;
 
-/// The fraction of the lower rate that it passes.
+/// End of the filter's passband, as a fraction of the lower rate.
 pub const PASSED: f64 = 0.44;
 
 /// Minimum fraction of the filter's weight that falls on readings.
 const WEIGHT_MIN: f64 = 0.5;
 
 impl Channels<'_> {
-    /// One frame for each `slots`, about the same centre. `change` is applied to each row first.
+    /// Returns one frame for every `slots` rows, about the same centre. `change` is applied to each
+    /// row first.
     pub fn thinned(
         &self,
         slots: usize,
@@ -38,7 +39,7 @@ impl Channels<'_> {
         let mut sums = vec![[Sum::default(); TAXELS]; count];
         self.each(0..all, &mut |slot, values, valid| {
             let values = change(slot, values);
-            // Taps from the centre of frame 0, which may lie behind its begin.
+            // Distance in taps from the centre of frame 0.
             let last = slot + half;
             let to = last.checked_sub(first_twice / 2).map(|taps| taps / slots);
             let from = (last.saturating_sub(2 * half + 1 + first_twice / 2)).div_ceil(slots);
@@ -61,14 +62,13 @@ impl Channels<'_> {
     }
 }
 
-/// Readings times their weights, and the weights.
+/// Weighted sum of readings, and the sum of the weights.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     value: f64,
     weight: f64,
 }
 
-/// The filter's weight at a distance in slots.
 fn weight(off: f64, slots: usize) -> f64 {
     let off = off / slots as f64;
     if off == 0.0 {

@@ -1,4 +1,4 @@
-//! The rows of a part as the estimator takes them.
+//! Converts the rows of a part to the estimator's input.
 
 use super::bridge;
 use crate::grid::Grid;
@@ -10,17 +10,17 @@ use ridgetone_proto::settings::TAXELS;
 /// below any file's residuals.
 const SPAN_CODES: f64 = 1e6;
 
-/// The channels of a part on its grid, with their scales. The readings stay in the part: of a long
-/// recording only what is fitted at a time is copied.
+/// The channels of a part on its grid, with their scales. The readings stay in the part, so that
+/// only the rows being fitted are copied.
 pub struct Channels<'a> {
     part: &'a Part,
     columns: &'a [usize],
     grid: &'a Grid,
-    /// First value of each channel: subtracted before anything is rounded to f32.
+    /// First value of each channel, subtracted before rounding to f32.
     pub zeros: Vec<f64>,
     /// File units per unit of [`Scaled::values`].
     pub units: Vec<f64>,
-    /// Readings of the file.
+    /// Number of readings that are not missing.
     pub readings: usize,
 }
 
@@ -56,12 +56,12 @@ impl<'a> Channels<'a> {
         }
     }
 
-    /// Sampling intervals of the part, those of missing rows included.
+    /// Returns the number of sampling intervals, including those of missing rows.
     pub fn slots(&self) -> usize {
         self.grid.slots()
     }
 
-    /// The rows in some of the sampling intervals.
+    /// Copies the rows in a range of sampling intervals.
     pub fn cut(&self, slots: Range<usize>) -> Scaled {
         let mut cut = Scaled::empty(slots.len(), self.columns.len());
         self.each(slots.clone(), &mut |slot, values, valid| {
@@ -71,8 +71,8 @@ impl<'a> Channels<'a> {
         cut
     }
 
-    /// Visits the rows in some of the sampling intervals: the interval, the scaled readings, and a
-    /// bit for each present reading.
+    /// Calls `take` for each row in a range of sampling intervals, with the interval, the scaled
+    /// readings, and a bit for each present reading.
     pub fn each(&self, slots: Range<usize>, take: &mut dyn FnMut(usize, &[f32; TAXELS], u16)) {
         let places = &self.grid.places;
         let [from, to] = [slots.start, slots.end].map(|end| places.partition_point(|at| *at < end));
@@ -90,7 +90,7 @@ impl<'a> Channels<'a> {
     }
 }
 
-/// Rows as the library takes them.
+/// Rows in the form that the library takes.
 #[derive(Clone)]
 pub struct Scaled {
     pub values: Vec<[f32; TAXELS]>,
@@ -108,7 +108,7 @@ impl Scaled {
         }
     }
 
-    /// Fraction of the rows that have all readings of the channels that have any.
+    /// Returns the fraction of rows that have all readings, ignoring empty rows and channels.
     pub fn whole_share(&self) -> f64 {
         let all = self.valid.iter().fold(0, |all, valid| all | valid);
         let count =
@@ -116,7 +116,7 @@ impl Scaled {
         count(&|valid| valid == all) / count(&|valid| valid != 0).max(1.0)
     }
 
-    /// A copy with single missing readings bridged; whole missing rows stay missing.
+    /// Returns a copy with single missing readings bridged; rows that are missing stay missing.
     pub fn bridged(&self) -> Self {
         let mut bridged = self.clone();
         for c in 0..self.channels {

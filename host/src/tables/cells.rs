@@ -1,16 +1,16 @@
-//! Content of a table's cells.
+//! Parses the cells of a table.
 
 use super::clock_time::ClockTime;
 use core::cell::Cell;
 
-/// Words for a missing reading besides a blank cell, in lower case. Values that are not finite are
-/// missing readings, too.
+/// Words for a missing reading, in lower case. Blank cells and values that are not finite are also
+/// missing readings.
 const MISSING: [&str; 17] = [
     "-", "--", "---", "na", "n/a", "#n/a", "null", "none", "nil", "err", "error", "#error", "inf",
     "overflow", "ovl", "ol", "?",
 ];
 
-/// Marks between groups of three digits besides a comma.
+/// Separators of groups of three digits, other than a comma.
 const GROUP_MARKS: [char; 5] = [' ', '\u{A0}', '\u{202F}', '\'', '\u{2019}'];
 
 /// Kind of a cell.
@@ -18,7 +18,7 @@ const GROUP_MARKS: [char; 5] = [' ', '\u{A0}', '\u{202F}', '\'', '\u{2019}'];
 pub enum Kind {
     Number,
     Missing,
-    /// A date with a time of day, or that alone.
+    /// A date with a time of day, or a time of day.
     Clock,
     Text,
 }
@@ -26,9 +26,9 @@ pub enum Kind {
 /// Reads the numbers of a table, of which either all or none have decimals after a comma.
 #[derive(Clone, Debug, Default)]
 pub struct Numbers {
-    /// Columns are separated by commas, so that an unquoted cell has none.
+    /// True if commas separate columns, so that an unquoted cell has no comma.
     pub is_comma_separator: bool,
-    /// Decimal separators so far.
+    /// Decimal separator found so far.
     decimals: Cell<Option<u8>>,
 }
 
@@ -40,7 +40,7 @@ impl Numbers {
         }
     }
 
-    /// The number in a cell, NaN where it is missing; `None` where it is not a number.
+    /// Parses the number in a cell: NaN if the reading is missing, `None` if it is not a number.
     #[inline]
     pub fn number(&self, cell: &str) -> Option<f64> {
         let value = match cell.parse::<f64>() {
@@ -74,7 +74,8 @@ impl Numbers {
         {
             return self.note(b'.').map(|()| value);
         }
-        // `1,5`, but never next to `1.5`, where it may be a thousand and more.
+        // `1,5` is a decimal, but not in a table with `1.5`, where the comma may separate
+        // thousands.
         let value = cell.replacen(',', ".", 1).parse().ok();
         value.filter(|_| !has_point && self.note(b',').is_some())
     }
@@ -90,14 +91,14 @@ impl Numbers {
     }
 }
 
-/// `0x0A3F`.
+/// Parses a number such as `0x0A3F`.
 fn hexadecimal(cell: &str) -> Option<f64> {
     let digits = cell.strip_prefix("0x").or(cell.strip_prefix("0X"))?;
     let value = u64::from_str_radix(digits, 16).ok()?;
     Some(value as f64)
 }
 
-/// A cell with another minus than a hyphen, or with marks between its thousands, without these.
+/// Replaces a Unicode minus by a hyphen, or removes separators between thousands.
 fn plain(cell: &str) -> Option<String> {
     if let Some(size) = cell.strip_prefix('\u{2212}') {
         return Some(format!("-{size}"));
@@ -107,7 +108,7 @@ fn plain(cell: &str) -> Option<String> {
     is_grouped(&cell[..end], mark).then(|| cell.replace(mark, ""))
 }
 
-/// `10,273.937` and `1,234,567`: groups of three digits.
+/// Parses numbers with groups of three digits, such as `10,273.937` and `1,234,567`.
 fn without_thousands(cell: &str) -> Option<f64> {
     let (whole, decimals) = cell.split_once('.').unwrap_or((cell, ""));
     (is_grouped(whole, ',') && !decimals.contains(','))
@@ -128,7 +129,6 @@ fn is_missing(cell: &str) -> bool {
     cell.is_empty() || MISSING.iter().any(|mark| mark.eq_ignore_ascii_case(cell))
 }
 
-/// The kind of a cell of a table with such numbers.
 pub fn kind(cell: &str, is_comma_separator: bool) -> Kind {
     match Numbers::new(is_comma_separator).number(cell) {
         Some(value) if value.is_nan() => Kind::Missing,
@@ -167,7 +167,7 @@ mod tests {
         ] {
             assert_eq!(numbers.number(cell), value, "{cell}");
         }
-        // A thousand and more, or one and a half?
+        // `1,5` could be a decimal, or a number with a thousands separator.
         let numbers = others();
         assert_eq!(
             (numbers.number("1,5"), numbers.number("2.5")),

@@ -1,20 +1,18 @@
-//! The clock of a recording's rows: their numbers by their time stamps, and the even spacing behind
-//! these.
+//! The clock of a recording's rows: derives row numbers and the even spacing from time stamps.
 
-/// A stamp of more than this many spacings behind the row before it follows a gap, in which rows
-/// are missing.
+/// Distance between stamps above which rows are missing in between, spacings.
 const GAP: f64 = 1.5;
 
-/// Rows over which the first guess of the spacing is taken: it divides the rounding of stamps by
-/// this number.
+/// Number of rows over which the first guess of the spacing is taken, which reduces the effect of
+/// rounded stamps by this factor.
 const APART: usize = 16;
 
-/// Fraction of a stamp's error that corrects the expected time of the next one. Small enough to
-/// follow a drift and not the rounding.
+/// Fraction of a stamp's error by which the expected time of the next stamp is corrected: small
+/// enough to follow a drift but not the rounding.
 const FOLLOW: f64 = 0.125;
 
-/// The same each time that the rows are numbered by the spacing that the numbers before gave. A
-/// first guess may be too wrong for more than one row.
+/// Fraction of the error to correct in each pass; a pass numbers the rows with the spacing from the
+/// pass before. A first guess may be too inaccurate for more than one row.
 const ROUNDS: [f64; 4] = [1.0, 1.0, FOLLOW, FOLLOW];
 
 /// Numbers rows by their stamps, and fits a straight line through the stamps over these numbers by
@@ -25,12 +23,12 @@ pub struct RowClock {
     /// Spacing by which rows are numbered, seconds.
     guess_s: f64,
     follow: f64,
-    /// Time of the latest row by the rows before it, seconds after the first.
+    /// Time of the latest row predicted from earlier rows, seconds after the first.
     expected_s: f64,
     number: u64,
     rows: f64,
     mean_number: f64,
-    /// Mean of the stamps, less those of an even spacing of `guess_s`.
+    /// Mean difference of the stamps from an even spacing of `guess_s`.
     mean_s: f64,
     numbers_squared: f64,
     products: f64,
@@ -38,7 +36,7 @@ pub struct RowClock {
 }
 
 impl RowClock {
-    /// A clock for rows with stamps that begin with `head`, in seconds. `None` of fewer than two.
+    /// Creates a clock for rows whose stamps begin with `head`, seconds; `None` for fewer than two.
     pub fn new(head: &[f64]) -> Option<Self> {
         let apart = APART.min(head.len().saturating_sub(1));
         let mut spans: Vec<f64> = head
@@ -81,13 +79,13 @@ impl RowClock {
         }
     }
 
-    /// Takes the next row's stamp, seconds. Gives the row's number, missing rows counted; the first
-    /// one has number 0.
+    /// Takes the next row's stamp, seconds. Returns the row's number, including missing rows; the
+    /// first row has number 0.
     pub fn push(&mut self, t_s: f64) -> u64 {
         let since_s = t_s - self.first_s;
         if self.rows > 0.0 {
             let spacings = (since_s - self.expected_s) / self.guess_s;
-            // Clipped, so that a stamp in another century does not overflow.
+            // Limited, so that a stamp in a different century does not overflow.
             let steps = if spacings > GAP {
                 spacings.round().min(1e12)
             } else {
@@ -109,13 +107,13 @@ impl RowClock {
         self.number
     }
 
-    /// Spacing of the rows so far, seconds.
+    /// Returns the spacing of the rows so far, seconds.
     pub fn spacing_s(&self) -> f64 {
         self.guess_s + self.slope()
     }
 
-    /// Standard deviation of the spacing, seconds, if the stamps' errors are independent, and at
-    /// least `error_s` each.
+    /// Returns the standard deviation of the spacing, seconds, for independent errors of the stamps
+    /// of at least `error_s`.
     pub fn spacing_sigma_s(&self, error_s: f64) -> f64 {
         let residuals = (self.seconds_squared - self.slope() * self.products).max(0.0);
         let variance = (residuals / (self.rows - 2.0).max(1.0)).max(error_s * error_s);
@@ -126,7 +124,7 @@ impl RowClock {
         }
     }
 
-    /// Time of row 0 by the straight line, seconds.
+    /// Returns the time of row 0 on the fitted line, seconds.
     pub fn zero_s(&self) -> f64 {
         self.first_s + self.mean_s - self.slope() * self.mean_number
     }

@@ -1,4 +1,4 @@
-//! Dates and times of day as text.
+//! Parses dates and times of day.
 
 use jiff::Timestamp;
 use jiff::civil::{Date, DateTime};
@@ -7,7 +7,7 @@ use jiff::tz::Offset;
 /// Seconds of a day.
 pub const DAY_S: f64 = 86_400.0;
 
-/// Time as a text gives it.
+/// Time found in a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClockTime {
     /// Seconds since 1970: with an offset from UTC, or `Z`.
@@ -19,10 +19,10 @@ pub enum ClockTime {
 }
 
 impl ClockTime {
-    /// Reads `2026-01-31T12:30:05.25+01:00`, `31.01.2026 12:30:05,25`, `1/31/2026 0:30:05 PM`,
-    /// `31-Jan-2026 12:30:05` and the like; a time of day and `0 days 00:00:05.25`, too.
+    /// Parses `2026-01-31T12:30:05.25+01:00`, `31.01.2026 12:30:05,25`, `1/31/2026 0:30:05 PM`,
+    /// `31-Jan-2026 12:30:05` and similar dates, times of day, and `0 days 00:00:05.25`.
     pub fn parse(text: &str) -> Option<Self> {
-        // Most cells of a table are no time: that should cost little.
+        // Most cells are not times: reject them quickly.
         if !text.contains(':') {
             return compact(text).map(Self::Local);
         }
@@ -50,7 +50,7 @@ impl ClockTime {
         Some(Self::Local(seconds(midnight.ok()?) + of_day_s))
     }
 
-    /// Seconds, from whatever it counts.
+    /// Returns the seconds, whatever they are counted from.
     pub fn seconds(self) -> f64 {
         match self {
             Self::Absolute(s) | Self::Local(s) | Self::OfDay(s) => s,
@@ -58,7 +58,7 @@ impl ClockTime {
     }
 }
 
-/// Seconds since 1970 as a date; none outside of the years 2000 to 2099.
+/// Formats seconds since 1970 as a date; `None` outside the years 2000 to 2099.
 pub fn date(seconds: f64) -> Option<String> {
     if !(946_684_800.0..4_102_444_800.0).contains(&seconds) {
         return None;
@@ -69,7 +69,7 @@ pub fn date(seconds: f64) -> Option<String> {
     Some(date.to_string())
 }
 
-/// `20260131123005.25`, or with three digits of milliseconds: seconds since 1970.
+/// Parses `20260131123005.25`, or the same with milliseconds appended. Returns seconds since 1970.
 fn compact(text: &str) -> Option<f64> {
     let (digits, fraction) = text.split_once('.').unwrap_or((text, "0"));
     let is_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
@@ -99,8 +99,8 @@ fn seconds(stamp: Timestamp) -> f64 {
     stamp.as_second() as f64 + f64::from(stamp.subsec_nanosecond()) * 1e-9
 }
 
-/// `12:30:05.25`, `12:30:05:250`, `12:30`, `0:30:05 PM`; of `30:05.25` the decimals say that it has
-/// minutes and seconds.
+/// Parses `12:30:05.25`, `12:30:05:250`, `12:30` and `0:30:05 PM`. In `30:05.25` the decimals show
+/// that the parts are minutes and seconds.
 fn time_of_day_s(text: &str) -> Option<f64> {
     let lower = text.to_ascii_lowercase();
     let (time, later_s) = match (lower.strip_suffix("am"), lower.strip_suffix("pm")) {
@@ -124,8 +124,8 @@ fn time_of_day_s(text: &str) -> Option<f64> {
     is_time.then_some(3600.0 * hours + 60.0 * minutes + seconds + 1e-3 * milliseconds + later_s)
 }
 
-/// The day of a date: year first, or last; then the month is first after slashes, unless it cannot
-/// be one.
+/// Parses a date with the year first or last. If the year is last and slashes separate the parts,
+/// the first part is the month, unless it is too large.
 fn day(text: &str) -> Option<Date> {
     if text.contains(|c: char| c.is_alphabetic()) {
         return Date::strptime("%d-%b-%Y", text).ok();

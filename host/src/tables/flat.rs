@@ -1,21 +1,20 @@
-//! One series that is written several samples a row, sample by sample.
+//! Reads a single series written with several samples per row, sample by sample.
 
 use super::row_reader::{RowReader, Timing};
 use super::rows::Rows;
 use hal_mock::FileError;
 use std::collections::VecDeque;
 
-/// Rows whose columns continue one another, as one column.
+/// Rows whose columns are consecutive samples, presented as one column.
 pub struct FlatRows<'a> {
     rows: Rows<'a>,
     names: Vec<String>,
-    /// Values of the present row that were not given yet.
+    /// Values of the current row that have not been returned yet.
     left: VecDeque<f64>,
-    /// The row after the present one.
     next: Option<StampedRow>,
     from_s: Option<f64>,
     spacing_s: f64,
-    /// Samples of the present row that were given.
+    /// Number of samples of the current row that have been returned.
     of_row: usize,
     value: f64,
     given: u64,
@@ -28,7 +27,7 @@ struct StampedRow {
 }
 
 impl<'a> FlatRows<'a> {
-    /// The samples of rows that were opened as flat ones.
+    /// Reads the samples of rows that were opened as flat.
     pub fn new(rows: Rows<'a>) -> Self {
         Self {
             rows,

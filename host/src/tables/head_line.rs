@@ -1,10 +1,10 @@
-//! The first lines of a text, cut into cells by some separator.
+//! Splits the first lines of a text into cells with a given separator.
 
 use super::cells::{Kind, kind};
 use csv::{ByteRecord, StringRecord};
 use encoding_rs::WINDOWS_1252;
 
-/// A line of the table's beginning.
+/// One of the first lines of a table.
 pub struct HeadLine {
     pub number: u64,
     pub byte: usize,
@@ -17,7 +17,7 @@ impl HeadLine {
         self.kinds.iter().filter(|kind| **kind == wanted).count()
     }
 
-    /// More numbers and times than words, and no comment.
+    /// True if the line has more numbers and times than words, and is no comment.
     pub fn is_data(&self) -> bool {
         let values = self.count(Kind::Number) + self.count(Kind::Clock);
         values > self.count(Kind::Text) && !self.is_comment()
@@ -38,7 +38,6 @@ pub fn is_comment(cell: &str) -> bool {
     cell.starts_with(['#', '%'])
 }
 
-/// A reader of records that are separated so.
 pub fn records<R: std::io::Read>(input: R, separator: u8) -> csv::Reader<R> {
     csv::ReaderBuilder::new()
         .has_headers(false)
@@ -47,7 +46,7 @@ pub fn records<R: std::io::Read>(input: R, separator: u8) -> csv::Reader<R> {
         .from_reader(input)
 }
 
-/// The cells of a record; between spaces there may be nothing.
+/// Returns the cells of a record. With spaces as separators, empty cells are dropped.
 pub fn cells(record: &StringRecord, separator: u8) -> impl Iterator<Item = &str> {
     record
         .iter()
@@ -55,7 +54,7 @@ pub fn cells(record: &StringRecord, separator: u8) -> impl Iterator<Item = &str>
         .filter(move |cell| separator != b' ' || !cell.is_empty())
 }
 
-/// A record as text: of instruments that write no UTF-8 by the usual code page.
+/// Decodes a record: UTF-8, or Windows-1252 for instruments that write no valid UTF-8.
 pub fn as_text(record: ByteRecord) -> StringRecord {
     StringRecord::from_byte_record(record).unwrap_or_else(|error| {
         let decoded = |cell| WINDOWS_1252.decode_without_bom_handling(cell).0;
@@ -80,8 +79,8 @@ impl LineEnds {
         }
     }
 
-    /// The line of the record that was read last. The reader's own count has the blank lines before
-    /// it, and is behind its first or its second end; lines that end with CR are not counted.
+    /// Returns the line of the last record read. The reader's line before the record ignores blank
+    /// lines; its line after the record is one too high after LF, and right after the CR of CR LF.
     pub fn line<R: std::io::Read>(
         self,
         reader: &csv::Reader<R>,

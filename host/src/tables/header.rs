@@ -1,4 +1,4 @@
-//! The names of the columns, above the first row.
+//! Finds the names of the columns above the first row.
 
 use super::cells::Kind;
 use super::head_line::HeadLine;
@@ -7,11 +7,12 @@ use super::time_column::named;
 use super::units::{is_unit, per_second};
 use hal_mock::escaped;
 
-/// LabVIEW's column without numbers.
+/// Name of LabVIEW's column of comments.
 pub const COMMENT: &str = "Comment";
 
-/// The names of the columns and the line that they begin on. It may be a comment, and a line of
-/// units or of descriptions may follow; names that repeat have those of groups above them.
+/// Returns the names of the columns and the line on which they begin. This line may be a comment,
+/// and a line of units or descriptions may follow. Repeated names are prefixed with group names
+/// from the lines above.
 pub fn names(
     lines: &[HeadLine],
     first: usize,
@@ -50,7 +51,8 @@ pub fn names(
     }
 }
 
-/// The names of a line such as `ChannelTitle=`, a tab, and a name for each column but the time.
+/// Returns the names in a line such as `ChannelTitle=`, followed by a tab and a name for each
+/// column but the time.
 fn titles(lines: &[HeadLine], width: usize) -> Option<(Option<Vec<String>>, Option<usize>)> {
     let is_title = |line: &HeadLine| {
         let key = line.cells[0].to_lowercase();
@@ -66,8 +68,8 @@ fn titles(lines: &[HeadLine], width: usize) -> Option<(Option<Vec<String>>, Opti
     Some((Some(names.collect()), Some(at)))
 }
 
-/// True if a line of another length than the rows is a header: words alone, and no remark or pairs
-/// of a key and its value.
+/// True if a line whose length differs from that of the rows is a header: only words, but no remark
+/// and no keys with values.
 fn is_words(line: &HeadLine) -> bool {
     let is_pair = |cell: &String| {
         let mut words = cell.split([' ', '=', ':']).filter(|word| !word.is_empty());
@@ -78,13 +80,13 @@ fn is_words(line: &HeadLine) -> bool {
     !line.is_comment() && !has_value && !line.cells.iter().any(is_pair)
 }
 
-/// The names that a line gives to so many columns. LabVIEW has one more, for comments, and a
-/// separator at the end of each row makes one without a name.
+/// Returns the names in a line for `width` columns. LabVIEW adds a column for comments, and a
+/// separator at the end of each row adds a column without a name.
 fn fitting(line: &HeadLine, width: usize) -> Option<Vec<String>> {
     if line.cells[0].ends_with('=') {
         return None;
     }
-    // They go into results, which people look at on a terminal.
+    // Names are printed on terminals, so escape control characters.
     let mut names: Vec<String> = (line.cells.iter())
         .map(|name| escaped(name).into_owned())
         .collect();
@@ -92,7 +94,7 @@ fn fitting(line: &HeadLine, width: usize) -> Option<Vec<String>> {
         && let Some(comment) = first.strip_prefix('#').or(first.strip_prefix("% "))
     {
         *first = comment.trim_start_matches(['#', ' ']).to_owned();
-        // After a mark that stands alone.
+        // The comment mark has a cell to itself.
         if first.is_empty() && names.len() == width + 1 {
             names.remove(0);
         }
@@ -110,8 +112,7 @@ fn fitting(line: &HeadLine, width: usize) -> Option<Vec<String>> {
     (names.len() == width && line.count(Kind::Text) > 0).then_some(names)
 }
 
-/// True if a line under the names gives units, or repeats one word: in brackets, of a time, or with
-/// numbers.
+/// True if a line under the names has units or repeats a single word.
 fn is_units(line: &HeadLine) -> bool {
     let mut cells = line.cells.iter().filter(|cell| !cell.is_empty());
     let is_bracketed = |cell: &String| cell.starts_with(['(', '[']) && cell.ends_with([')', ']']);
@@ -125,8 +126,8 @@ fn is_units(line: &HeadLine) -> bool {
     is_all_bracketed || is_all_known || has_time_unit || has_number || repeats
 }
 
-/// True if `line` describes the columns that the line above it names: that one has a name of its
-/// own for each of at least three, and names a time if `line` does.
+/// True if `line` describes the columns that `above` names: `above` must have distinct names for
+/// all columns, and either name a time or have at least three columns while `line` names no time.
 fn is_described(above: &HeadLine, line: &HeadLine) -> bool {
     let names_time = |line: &HeadLine| line.cells.iter().any(|cell| named(cell, false).is_some());
     let width = above.cells.len();
@@ -135,7 +136,7 @@ fn is_described(above: &HeadLine, line: &HeadLine) -> bool {
     is_complete && is_header && (0..width).all(|at| !is_repeated(&above.cells, at))
 }
 
-/// True for a line of names: no value, and no remark or keys.
+/// True if a line has names: no values, and no remark or keys.
 fn is_names(line: &HeadLine) -> bool {
     let has_value = line.count(Kind::Number) + line.count(Kind::Clock) > 0;
     !line.is_comment() && !has_value && !line.cells.iter().any(|cell| cell.ends_with(['=', ':']))
@@ -147,8 +148,8 @@ fn is_repeated(names: &[String], at: usize) -> bool {
     others.any(|(_, name)| *name == names[at])
 }
 
-/// Puts the names of groups in front of names that repeat, and in place of missing ones: a group
-/// ends where the next is named. Gives the line that the names begin on.
+/// Prefixes repeated names with the names of groups, and replaces missing names by these. A group
+/// extends up to the next group's name. Returns the line on which the names begin.
 fn name_by_group(names: &mut [String], lines_above: &[HeadLine], mut at: usize) -> usize {
     for line in lines_above.iter().rev() {
         let is_open: Vec<bool> = (0..names.len())
@@ -173,7 +174,7 @@ fn name_by_group(names: &mut [String], lines_above: &[HeadLine], mut at: usize) 
     at
 }
 
-/// The line of units between header and first row.
+/// Returns the line of units between header and first row, if there is one.
 pub fn unit_row(lines: &[HeadLine], first: usize, header: Option<u64>) -> Option<&HeadLine> {
     let above = &lines[first.checked_sub(1)?];
     let width = lines[first].cells.len();

@@ -1,4 +1,4 @@
-//! Layout of a table from its first lines: separator, preamble, header, units, columns.
+//! Finds the layout of a table from its first lines: separator, preamble, header, units, columns.
 
 use super::cells::{Kind, Numbers};
 use super::head_line::{HeadLine, LineEnds, lines};
@@ -17,17 +17,17 @@ use crate::digits::significant;
 /// Separators in the order of preference. A space stands for any white space.
 const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b' '];
 
-/// Columns of estimates, as `export` writes them: they are no samples.
+/// Columns of estimates that `export` writes; they are not samples.
 const ESTIMATE_COLUMNS: [&str; 2] = ["frequency_hz", "sigma_hz"];
 
 /// A column of the table.
 #[derive(Clone, Debug)]
 pub struct Column {
     pub name: String,
-    /// Unit that the name or the row of units gives.
+    /// Unit, from the name or the row of units.
     pub unit: Option<String>,
-    /// Not a channel: the values are words, count rows, are times, or the column has neither a name
-    /// nor a value.
+    /// True if the column is not a channel: it has words, row numbers or times, or neither a name
+    /// nor values.
     pub is_left_out: bool,
 }
 
@@ -36,40 +36,39 @@ pub struct Column {
 pub struct Layout {
     pub separator: u8,
     pub columns: Vec<Column>,
-    /// Where the first row begins, blank lines in front of it included, and its line.
+    /// Position of the first row, including blank lines in front: byte and line.
     pub byte: usize,
     pub line: u64,
     pub ends: LineEnds,
     /// Lines in front of `byte`.
     pub lines_before: u64,
-    /// Where the header is; `None` if there is none.
+    /// Line of the header, if there is one.
     pub header_line: Option<u64>,
-    /// The column that is the time and its unit, `None` if nothing says it.
+    /// Time column, if there is one, and its unit; `None` if the unit is unknown.
     pub time: Option<(usize, Option<Unit>)>,
-    /// The column that looks most like a time among those that are none, and the units in which
-    /// that is plausible, the best first.
+    /// Column that looks most like a time although not named so, and plausible units, best first.
     pub likely_time: Option<(usize, Vec<&'static str>)>,
     /// Column that counts the rows, if there is one whose name does not say so.
     pub row_counter: Option<usize>,
-    /// The rate that the lines above the table state.
+    /// Rate stated in the lines above the table.
     pub stated: Option<Stated>,
-    /// The unit of the time, or the column itself, is known by the stated rate.
+    /// True if the time column or its unit was found by means of the stated rate.
     pub is_by_stated: bool,
-    /// Words that hold numbers are left out: `x:0.12`, `[0.1`.
+    /// True if words with numbers, such as `x:0.12` or `[0.1`, are left out.
     pub has_marked_words: bool,
-    /// Units in which the time without a unit has a plausible rate, the best first.
+    /// Units that give a time without a unit a plausible rate, best first.
     time_units: Vec<&'static str>,
-    /// The columns continue one another: one series, so many samples a row.
+    /// True if the columns are a single series with several samples per row.
     pub is_wrapped: bool,
-    /// True if lines were passed over in front of the header.
+    /// True if lines in front of the header were skipped.
     pub has_preamble: bool,
-    /// The time's unit is guessed from its size.
+    /// True if the unit of the time was guessed from the size of its values.
     pub is_epoch: bool,
 }
 
 impl Layout {
-    /// Finds the layout of a text from its beginning; the last line may be cut unless it is
-    /// `whole`.
+    /// Finds the layout from the beginning of a text. The last line may be cut off unless
+    /// `is_whole`.
     pub fn find(text: &[u8], is_whole: bool, time: Option<&TimeColumn>) -> Result<Self, Refused> {
         let (asked, skip) = asked_separator(text);
         let text = &text[skip..];
@@ -165,7 +164,7 @@ impl Layout {
         wanted: Option<&TimeColumn>,
     ) -> Result<(), Refused> {
         let refuse = |why: String| Err(Refused::new(self.header_line, why));
-        // Not by its number: where ends of lines are mixed, two may have the same.
+        // Compare bytes, not line numbers, which may repeat if line ends are mixed.
         let first = lines
             .iter()
             .position(|line| line.byte == self.byte)
@@ -237,7 +236,7 @@ impl Layout {
         {
             self.check_clocks(&looks, at, unit)?;
         }
-        // A column next to it that is a time, too, is no channel.
+        // Other columns of times are not channels.
         for (column, look) in self.columns.iter_mut().zip(&looks) {
             let is_called_so = column.name == name || named(&column.name, false).is_some();
             column.is_left_out |= is_called_so && look.never_falls && look.grows > 0.0;
@@ -247,8 +246,8 @@ impl Layout {
         Ok(())
     }
 
-    /// The unit of a time whose name declares none: by the row of units, the stated rate, or the
-    /// size of its numbers; none if whole numbers leave it open.
+    /// Finds the unit of a time whose name declares none, from the row of units, the stated rate or
+    /// the size of the numbers. Returns `None` if whole numbers leave the unit open.
     fn undeclared_unit(
         &mut self,
         name: &str,
@@ -291,7 +290,7 @@ impl Layout {
         Ok((!look.is_whole).then_some(Unit::PerSecond(1.0)))
     }
 
-    /// Units of a time without one in which its rate is plausible, the best first.
+    /// Returns units that give a time without a unit a plausible rate, best first.
     pub fn plausible_units(&self) -> &[&'static str] {
         &self.time_units
     }
@@ -328,7 +327,8 @@ impl Layout {
         Ok(())
     }
 
-    /// Without a column that is called a time: one that runs at the stated rate, or what to ask.
+    /// If no column is named as a time, uses one that runs at the stated rate, or notes the most
+    /// likely one.
     fn look_for_likely(&mut self, looks: &[Look]) {
         let Some(at) = likely_time(looks) else {
             return;
@@ -347,7 +347,7 @@ impl Layout {
         }
     }
 
-    /// Columns that may hold samples: the channels without one that may be the time.
+    /// Returns the columns that may have samples: all channels but a likely time.
     pub fn series(&self) -> impl Iterator<Item = usize> {
         let likely = self.likely_time.as_ref().map(|(at, _)| *at);
         let columns = self.columns.iter().enumerate();
@@ -356,7 +356,7 @@ impl Layout {
             .map(|(at, _)| at)
     }
 
-    /// Looks whether the channels continue one another.
+    /// Detects a single series with several samples per row.
     fn find_wrapped(&mut self, lines: &[HeadLine]) {
         let first = lines
             .iter()
@@ -375,19 +375,19 @@ impl Layout {
     }
 }
 
-/// Rows that are looked at for a series that is written several samples a row.
+/// Number of rows examined to detect a series with several samples per row.
 const WRAPPED_ROWS: usize = 400;
 
-/// Rates above which a time without a unit is refused.
+/// Rate above which a time without a unit is refused, hertz.
 const RATE_ASKED_HZ: f64 = 1e6;
 
-/// Ratio of the lengths of the same rows by two clocks that disagree.
+/// Ratio of durations above which two time columns disagree.
 const CLOCKS_DIFFER: f64 = 1.5;
 
-/// Rates of rows that are plausible, hertz.
+/// Plausible rates of rows, hertz.
 const PLAUSIBLE_HZ: core::ops::RangeInclusive<f64> = 1.0..=1e5;
 
-/// Columns that may be the time.
+/// Returns the columns that may be the time.
 fn candidates(
     names: &[&str],
     looks: &[Look],
@@ -413,7 +413,7 @@ fn candidates(
     looks.iter().enumerate().filter_map(candidate).collect()
 }
 
-/// True if words of the rows hold numbers.
+/// True if the rows have words that contain numbers.
 fn has_marked_words(rows: &[&HeadLine]) -> bool {
     let is_marked = |cell: &str| {
         let is_mark = |c: char| "[](){}=:|\"".contains(c);
@@ -426,7 +426,7 @@ fn has_marked_words(rows: &[&HeadLine]) -> bool {
     marked.count() * 2 > rows.len()
 }
 
-/// The column of a name, whose unit in brackets may be left out.
+/// Finds a column by its name; a unit in brackets may be omitted.
 fn find_named(names: &[&str], name: &str) -> Option<usize> {
     let exact = names.iter().position(|known| *known == name);
     exact.or_else(|| {
@@ -435,7 +435,7 @@ fn find_named(names: &[&str], name: &str) -> Option<usize> {
     })
 }
 
-/// Units of a time, with as many of them as are a second.
+/// Units of time, with the number of each per second.
 const TIME_UNITS: [(&str, f64); 7] = [
     ("ms", 1e3),
     ("us", 1e6),
@@ -446,7 +446,7 @@ const TIME_UNITS: [(&str, f64); 7] = [
     ("d", 1.0 / 86_400.0),
 ];
 
-/// The unit in which a column runs at a rate.
+/// Finds the unit with which a column has the given rate.
 fn unit_at_rate(look: &Look, hz: f64) -> Option<f64> {
     let span = look.last - look.first;
     let hz_in = |per_second: f64| (look.rows as f64 - 1.0) / (span / per_second);
@@ -457,7 +457,7 @@ fn unit_at_rate(look: &Look, hz: f64) -> Option<f64> {
         .find(is_at)
 }
 
-/// Units in which a column has a plausible rate, the best first: seconds have decimals.
+/// Returns units that give a column a plausible rate, best first. Seconds have decimals.
 fn plausible_units(look: &Look) -> Vec<&'static str> {
     let is_plausible = |per_second: f64| PLAUSIBLE_HZ.contains(&(per_second / look.step));
     let units = TIME_UNITS
@@ -470,7 +470,7 @@ fn plausible_units(look: &Look) -> Vec<&'static str> {
     units
 }
 
-/// Advice what to type if the unit of a time column is not known.
+/// Returns advice on what to type if the unit of a time column is unknown.
 fn way_to_unit(name: &str, unit: &str, look: &Look) -> String {
     let option = |unit: &str| quoted(&format!("{name}:{unit}"));
     if per_second(unit).is_some() {
@@ -490,7 +490,7 @@ fn way_to_unit(name: &str, unit: &str, look: &Look) -> String {
     )
 }
 
-/// Columns that are both called `time_s`.
+/// Returns the numbers of all columns called `time_s`.
 fn two_exact(columns: &[Column]) -> Vec<usize> {
     (0..columns.len())
         .filter(|at| columns[*at].name == TIME_COLUMN)
@@ -498,21 +498,22 @@ fn two_exact(columns: &[Column]) -> Vec<usize> {
         .collect()
 }
 
-/// Spreadsheets may begin with a line that says what separates columns.
+/// Returns the separator declared in a first line such as `sep=;`, as spreadsheets write it, and
+/// the length of this line.
 fn asked_separator(text: &[u8]) -> (Option<u8>, usize) {
     let Some(line) = text.split(|byte| matches!(byte, b'\n' | b'\r')).next() else {
         return (None, 0);
     };
     match line.trim_ascii().strip_prefix(b"sep=") {
         Some([separator]) => (Some(*separator), line.len()),
-        // A tab would be trimmed.
+        // Trimming has removed a tab.
         Some([]) => (Some(b'\t'), line.len()),
         _ => (None, 0),
     }
 }
 
-/// Score of a separator: the part of the text that is a table with it. Words count against it, and
-/// so does a single column.
+/// Scores a separator by the fraction of the text that it turns into a table. Words and a single
+/// column lower the score.
 fn score(lines: &[HeadLine]) -> f64 {
     let width = usual_width(lines);
     let rows = lines
@@ -528,7 +529,7 @@ fn score(lines: &[HeadLine]) -> f64 {
     }
 }
 
-/// The number of cells that most rows have.
+/// Returns the most frequent number of cells in a row.
 fn usual_width(lines: &[HeadLine]) -> usize {
     let mut counts = std::collections::BTreeMap::new();
     for line in lines.iter().filter(|line| line.is_data()) {
@@ -538,8 +539,8 @@ fn usual_width(lines: &[HeadLine]) -> usize {
     most.map_or(0, |(width, _)| width)
 }
 
-/// The first row: a line with a word where most others have numbers gives names, or belongs to a
-/// preamble.
+/// Finds the first row. A line with a word where most others have numbers is a header or belongs to
+/// the preamble.
 fn first_row(lines: &[HeadLine], width: usize) -> Option<usize> {
     let ends = lines.iter().rposition(HeadLine::ends_header);
     let begin = ends.map_or(0, |end| end + 1);
@@ -560,7 +561,6 @@ fn first_row(lines: &[HeadLine], width: usize) -> Option<usize> {
     (begin..lines.len()).find(|at| may_be(&&lines[*at]) && is_row(&lines[*at]))
 }
 
-/// The rows among the first lines.
 fn rows(lines: &[HeadLine], first: usize) -> impl Iterator<Item = &HeadLine> {
     let width = lines[first].cells.len();
     lines[first..]

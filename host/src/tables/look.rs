@@ -1,11 +1,11 @@
-//! Kind of a column by its first rows: time, row counter, or neither.
+//! Classifies a column by its first rows: time, row counter, or neither.
 
 use super::cells::{Kind, Numbers};
 use super::clock_time::ClockTime;
 use super::head_line::HeadLine;
 use super::stamps::{Stamps, Unit};
 
-/// Ranges of a number that counts from 1970 in some unit: the years 2000 to 2100.
+/// Range of plausible times, seconds since 1970: the years 2000 to 2100.
 const EPOCH_S: core::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 
 /// Properties of a column in the first rows.
@@ -17,18 +17,18 @@ pub struct Look {
     /// Median step.
     pub step: f64,
     pub rows: usize,
-    /// Fraction of the rows in which it grows, and does so steadily.
+    /// Fraction of the rows in which the column grows, and true if it grows steadily.
     pub grows: f64,
     pub is_steady: bool,
     pub never_falls: bool,
-    /// Each row is before the one above it.
+    /// True if the times run backwards.
     pub falls: bool,
 }
 
 impl Look {
     pub fn new(rows: &[&HeadLine], at: usize) -> Self {
         let numbers = Numbers::default();
-        // A date without marks between its parts is a number by its kind.
+        // The kind of a date without separators is a number, so try to parse it.
         let is_time = |row: &&&HeadLine| {
             row.kinds[at] == Kind::Clock || ClockTime::parse(&row.cells[at]).is_some()
         };
@@ -67,42 +67,41 @@ impl Look {
         }
     }
 
-    /// True if it holds numbers or times that ever grow; of a single row nothing is known.
+    /// True if the column may be a time: it grows, runs backwards, or has too few rows to tell.
     pub fn is_time(&self) -> bool {
         self.rows > 0 && (self.grows > 0.0 || self.falls || self.rows < 3)
     }
 
-    /// True if it counts the rows.
     pub fn counts_rows(&self) -> bool {
         self.is_whole && self.is_steady && self.step == 1.0
     }
 
-    /// True if it may be days since 1900, as spreadsheets count them, or since the year 0, as
-    /// MATLAB does: rows that would come at a very high rate in seconds.
+    /// True if the column may count days since 1900, as spreadsheets do, or since the year 0, as
+    /// MATLAB does. Read as seconds, it would have an implausibly high rate.
     pub fn may_be_days(&self) -> bool {
         let is_date = (20_000.0..80_000.0).contains(&self.first)
             || (700_000.0..780_000.0).contains(&self.first);
         is_date && !self.is_whole && self.step > 0.0 && self.step < 1e-3
     }
 
-    /// Units in a second of a number that counts from 1970.
+    /// Returns the units per second of a number that counts from 1970.
     pub fn epoch(&self) -> Option<f64> {
         let is_now = |per_second: &f64| EPOCH_S.contains(&(self.first / per_second));
-        // A number that looks like seconds since 1970 may be microseconds since a board's start.
+        // Seconds are not tried: they may be microseconds since a board's start.
         [1e3, 1e6, 1e9].into_iter().find(is_now)
     }
 }
 
-/// Words of names of columns that count rows.
+/// Words in the names of columns that count rows.
 const COUNTERS: [&str; 12] = [
     "index", "seq", "sequence", "sample", "samples", "row", "number", "packet", "frame", "count",
     "counter", "subframe",
 ];
 
-/// Those whose number may stay the same for some rows, as a frame with several samples does.
+/// Words for numbers that may repeat in several rows, such as that of a frame with several samples.
 const REPEATED: [&str; 5] = ["frame", "subframe", "index", "packet", "row"];
 
-/// True if a column numbers the rows, by its name and its values; the numbers may begin again.
+/// True if name and values show that a column numbers the rows; the numbers may restart.
 pub fn is_counter(name: &str, rows: &[&HeadLine], at: usize) -> bool {
     let number = |row: &HeadLine| row.cells[at].parse::<f64>().ok();
     let name = name.to_lowercase();
@@ -126,7 +125,7 @@ pub fn is_counter(name: &str, rows: &[&HeadLine], at: usize) -> bool {
     is_named && rows.len() > 1 && counted as f64 >= 0.95 * (rows.len() - 1) as f64
 }
 
-/// The first column that grows steadily and is no row number.
+/// Finds the first column that grows steadily and is not a row number.
 pub fn likely_time(looks: &[Look]) -> Option<usize> {
     looks
         .iter()

@@ -1,27 +1,26 @@
-//! Lines of a log as plain rows: stamps of a terminal in front, labels, units, brackets, JSON
-//! objects.
+//! Converts lines of a log to plain rows: lines with a terminal's stamps, labels, units, brackets
+//! or JSON objects.
 //!
-//! A line is numbers with text around them. If the same text stands around the numbers of nearly
-//! all lines, it names the columns: `x:0.12,y:0.3`, `0.10 s,1.2 N`, `[0.1 0.2]`, `{"a": 1, "b":
-//! 2}`.
+//! A line consists of numbers with text around them. If nearly all lines have the same text, it
+//! names the columns: `x:0.12,y:0.3`, `0.10 s,1.2 N`, `[0.1 0.2]`, `{"a": 1, "b": 2}`.
 
 use super::clock_time::ClockTime;
 use super::units::bracketed;
 use std::io::{self, BufRead, BufReader, Read};
 
-/// Fraction of the first lines that have the form.
+/// Minimum fraction of the first lines that must have the same form.
 const LIKE_MIN: f64 = 0.8;
 
-/// Lines that show the form.
+/// Minimum number of lines that must have the form.
 const LINES_MIN: usize = 3;
 
-/// Longest line that is read, bytes.
+/// Maximum length of a line, bytes.
 const LINE_MAX: u64 = 1 << 16;
 
 /// Maximum number of numbers in a line.
 const NUMBERS_MAX: usize = 512;
 
-/// Words that stand for a reading that is missing.
+/// Words for a missing reading.
 const MISSING: [&str; 5] = ["nan", "null", "none", "inf", "ovf"];
 
 /// Form of the lines.
@@ -35,7 +34,7 @@ pub struct Form {
     header: Option<String>,
 }
 
-/// A line: the stamp in front of it, and its numbers with the text before each and after the last.
+/// A line: its stamp, its numbers, and the text before each number and after the last.
 struct Line<'a> {
     stamp: Option<&'a str>,
     numbers: Vec<&'a str>,
@@ -43,14 +42,14 @@ struct Line<'a> {
 }
 
 impl Form {
-    /// The form that nearly all of these lines have. Lines that `needs_stamp` have one if they are
-    /// to be read at all.
+    /// Returns the form of nearly all lines. With `needs_stamp`, there is none unless the lines
+    /// have stamps.
     pub fn of(text: &str, needs_stamp: bool) -> Option<Self> {
         let lines: Vec<&str> = text
             .lines()
             .filter(|line| !line.trim().is_empty())
             .collect();
-        // The last one may be cut, and lines above may be something else.
+        // The last line may be cut off, and the first lines may have a different form.
         let example = Line::of(lines.get(lines.len().saturating_sub(2))?)?;
         let (form, names) = (Self::of_line(&example), example.names());
         let is_like = |line: &&&str| {
@@ -64,7 +63,7 @@ impl Form {
         (is_enough && (form.has_stamp || !needs_stamp)).then_some(named)
     }
 
-    /// The form with the names of a header; its units stay those of the cells.
+    /// Takes the names from a header, but keeps the units found in the cells.
     fn under(mut self, header: &str) -> Self {
         let separators: &[char] = &[',', ';', '\t'];
         let cells: Vec<&str> = header
@@ -102,7 +101,6 @@ impl Form {
         }
     }
 
-    /// Names of the columns, as the header of the plain table.
     fn plain_header(&self) -> Option<String> {
         let names: Vec<String> = match (&self.names, self.has_stamp) {
             (None, false) => return None,
@@ -116,17 +114,16 @@ impl Form {
         Some(time.into_iter().chain(quoted).collect::<Vec<_>>().join(","))
     }
 
-    /// Number of values in a line, without the time stamp.
+    /// Returns the number of values in a line, without the time stamp.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// Lines that the header adds.
     pub fn added_lines(&self) -> u64 {
         u64::from(self.plain_header().is_some())
     }
 
-    /// Description of how the lines were read.
+    /// Describes how the lines were read.
     pub fn guessed(&self) -> String {
         let stamp = if self.has_stamp {
             "the time is the stamp in front of each line"
@@ -148,7 +145,7 @@ impl Form {
             .join("; ")
     }
 
-    /// The plain row of a line; a line in another form stays as it is.
+    /// Converts a line to a plain row; a line in a different form is left unchanged.
     fn plain(&self, text: &str) -> String {
         // The header line is part of the table already.
         if self.header.as_deref() == Some(text.trim()) {
@@ -170,7 +167,7 @@ impl Form {
         }
     }
 
-    /// The lines of an input as plain rows, under a header.
+    /// Reads the lines of an input as plain rows under a header.
     pub fn read<'a>(self, input: Box<dyn Read + Send + 'a>) -> impl Read + Send + 'a {
         let header = self
             .plain_header()
@@ -207,7 +204,7 @@ impl<'a> Line<'a> {
         })
     }
 
-    /// Names of the numbers by the text around them, with units in brackets; none without text.
+    /// Returns names of the numbers from the text around them, with units in brackets.
     fn names(&self) -> Option<Vec<String>> {
         const EDGES: &[char] = &[
             ' ', '\t', ',', ';', ':', '=', '|', '"', '\'', '(', ')', '[', ']', '{', '}', '<', '>',
@@ -275,7 +272,7 @@ impl<'a> Line<'a> {
     }
 }
 
-/// The stamp that a terminal puts in front of a line, and the rest: `14:14:15.657 -> `,
+/// Splits off a stamp that a terminal puts in front of a line, such as `14:14:15.657 -> ` or
 /// `[14:14:15.657] `.
 fn stamped(line: &str) -> (Option<&str>, &str) {
     let split = match line.strip_prefix('[') {
@@ -294,8 +291,8 @@ fn stamped(line: &str) -> (Option<&str>, &str) {
     }
 }
 
-/// Where the first number of a text is: it does not touch a letter before it. A word for a missing
-/// reading counts as one, but not in front of the first number.
+/// Finds the first number of a text that does not directly follow a letter. A word for a missing
+/// reading counts as a number, but not in front of the line's first number.
 fn number(text: &str, is_first: bool) -> Option<(usize, usize)> {
     let bytes = text.as_bytes();
     let is_word = |at: usize| {
@@ -326,7 +323,7 @@ fn number(text: &str, is_first: bool) -> Option<(usize, usize)> {
     None
 }
 
-/// Bytes of the number that a text begins with.
+/// Returns the length of the number that a text begins with, bytes.
 fn number_length(text: &[u8]) -> Option<usize> {
     let sign = usize::from(text.first().is_some_and(|byte| matches!(byte, b'+' | b'-')));
     let digits = |from: usize, is: &dyn Fn(&u8) -> bool| {
@@ -366,7 +363,7 @@ struct PlainLines<R> {
     input: BufReader<R>,
     form: Form,
     made: Vec<u8>,
-    /// Bytes of `made` that were given.
+    /// Number of bytes of `made` that have been returned.
     given: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Rates of the rows that the lines above a table state: `Interval= 0.005 s`, `fs 3700`, `200 sps`.
+//! Finds the rate of rows stated above a table: `Interval= 0.005 s`, `fs 3700`, `200 sps`.
 
 use super::units::per_second;
 
@@ -46,13 +46,13 @@ const INTERVALS: [&str; 14] = [
     "time increment",
 ];
 
-/// Words that make it something else.
+/// Words that mark a rate or an interval as unrelated to the rows.
 const OTHERS: [&str; 11] = [
     "baud", "bit", "cutoff", "filter", "heart", "refresh", "wheel", "screen", "video", "report",
     "flush",
 ];
 
-/// Units of a rate by their hertz.
+/// Units of a rate, in hertz.
 const UNITS: [(&str, f64); 12] = [
     ("hz", 1.0),
     ("khz", 1e3),
@@ -75,7 +75,7 @@ pub struct Stated {
     pub line: String,
 }
 
-/// Rate that the lines state; `None` if they state none, or several different ones.
+/// Returns the rate stated in the lines; `None` if there is none, or if rates differ.
 pub fn stated(text: &str) -> Option<Stated> {
     let mut found: Option<Stated> = None;
     for line in text.lines() {
@@ -100,7 +100,6 @@ pub fn stated(text: &str) -> Option<Stated> {
     found
 }
 
-/// The rates that a line states, hertz.
 fn rates(line: &str) -> Vec<f64> {
     let line = line.to_lowercase();
     let tokens = tokens(&line);
@@ -170,7 +169,7 @@ fn number(token: &str) -> Option<f64> {
         .then(|| token.parse().ok())?
 }
 
-/// Splits a line into words and numbers; a unit directly behind its number is a word of its own.
+/// Splits a line into words and numbers; a unit directly behind a number is a separate word.
 fn tokens(line: &str) -> Vec<String> {
     let chars: Vec<char> = line.chars().collect();
     let mut spaced = String::new();

@@ -1,6 +1,6 @@
-//! Why a text is no table.
+//! Error for a text that is not a table.
 
-/// Why a text is no table, and the line that shows it.
+/// Reason why a text is not a table, and the line that shows it.
 #[derive(Debug)]
 pub struct Refused {
     pub line: Option<u64>,

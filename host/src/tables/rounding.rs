@@ -1,8 +1,8 @@
-//! Uncertainty of the rows' spacing from rounded stamps.
+//! Uncertainty of the row spacing with rounded stamps.
 
 use super::clock::RowClock;
 
-/// Maximum number of decimals by which the rounding of stamps is recognised: microseconds.
+/// Maximum number of decimals for which rounded stamps are recognised: microseconds.
 const DECIMALS_MAX: i32 = 6;
 
 /// Accuracy of the row spacing that time stamps give.
@@ -14,12 +14,12 @@ pub struct Spacing {
     pub is_even: bool,
 }
 
-/// Standard deviation of the rows' spacing, by their stamps and numbers.
+/// Returns the standard deviation of the row spacing, from stamps and row numbers.
 ///
-/// Errors from rounding are no noise: they follow from the spacing, repeat in a pattern, and may
-/// lie on a slope of their own. But every stamp bounds them. If some spacings put every row within
-/// the rounding of its stamp, one of these is true, and any of them as likely as another. If none
-/// does, then the stamps jitter, which makes their errors independent.
+/// Rounding errors are not noise: they depend on the spacing, repeat in a pattern, and may have a
+/// slope. But every stamp limits them. If a range of spacings puts every row within the rounding of
+/// its stamp, the true spacing is in this range, with equal probability. If no spacing does, the
+/// stamps jitter, which makes their errors independent.
 pub fn spacing(clock: &RowClock, time_s: &[f64], places: &[usize]) -> Spacing {
     let spacing_s = clock.spacing_s();
     let scattered = |error_s: f64| Spacing {
@@ -31,7 +31,7 @@ pub fn spacing(clock: &RowClock, time_s: &[f64], places: &[usize]) -> Spacing {
     };
     let corners = corners(time_s, places);
     let range_s = |spacing_s: f64| range_s(&corners, spacing_s);
-    // Stamps on an even grid are taken for exact ones: 0.01, 0.02, 0.03.
+    // Stamps on an even grid, such as 0.01, 0.02, 0.03, are assumed to be exact.
     if range_s(spacing_s) < 1e-3 * step_s {
         return Spacing {
             is_even: true,
@@ -41,7 +41,7 @@ pub fn spacing(clock: &RowClock, time_s: &[f64], places: &[usize]) -> Spacing {
     let is_possible = |spacing_s: f64| range_s(spacing_s) <= step_s * (1.0 + 1e-3);
     let reach_s = 2.0 * step_s / places.last().map_or(1.0, |last| *last as f64);
     let (mut low, mut high) = (spacing_s - reach_s, spacing_s + reach_s);
-    // The range is convex in the spacing: halve towards its least value.
+    // The range is convex in the spacing: use ternary search for the minimum.
     let mut inside = spacing_s;
     while !is_possible(inside) {
         let (left, right) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
@@ -74,14 +74,14 @@ pub fn spacing(clock: &RowClock, time_s: &[f64], places: &[usize]) -> Spacing {
     }
 }
 
-/// A row's number, and its stamp from the first one, seconds.
+/// Number of a row, and its stamp relative to the first one, seconds.
 #[derive(Clone, Copy, Debug)]
 struct Stamp {
     place: f64,
     t_s: f64,
 }
 
-/// Range of the rows' distances from an even grid.
+/// Returns the range of the rows' distances from an even grid, seconds.
 fn range_s(stamps: &[Stamp], spacing_s: f64) -> f64 {
     let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
     for stamp in stamps {
@@ -91,9 +91,9 @@ fn range_s(stamps: &[Stamp], spacing_s: f64) -> f64 {
     greatest - least
 }
 
-/// The rows that are furthest from an even grid of any spacing: the corners of the convex hull of
-/// all stamps over their numbers. The search for the spacings that are possible looks at the range
-/// some 80 times, and at these alone.
+/// Returns the rows that can be furthest from an even grid of any spacing: the corners of the
+/// convex hull of all stamps over row numbers. The search for possible spacings evaluates the range
+/// about 80 times and needs only these rows.
 fn corners(time_s: &[f64], places: &[usize]) -> Vec<Stamp> {
     let is_left_turn = |a: Stamp, b: Stamp, c: Stamp| {
         (b.place - a.place) * (c.t_s - a.t_s) > (b.t_s - a.t_s) * (c.place - a.place)
@@ -121,7 +121,7 @@ fn corners(time_s: &[f64], places: &[usize]) -> Vec<Stamp> {
     below
 }
 
-/// Step of the stamps' last decimal, seconds; `None` if they have too many decimals to be rounded.
+/// Returns the step of the stamps' last decimal, seconds; `None` if there are too many decimals.
 fn resolution_s(time_s: &[f64]) -> Option<f64> {
     let is_multiple = |decimals: &i32| {
         let steps = 10f64.powi(*decimals);

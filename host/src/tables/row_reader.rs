@@ -3,24 +3,24 @@
 use hal_mock::FileError;
 use std::sync::Arc;
 
-/// Rows that are read between two reports of progress.
+/// Number of rows read between two reports of progress.
 pub const PROGRESS_ROWS: u64 = 1 << 14;
 
-/// Rows of samples, one after the other: of a CSV file, of a board's raw frames, of an array.
+/// Reads rows of samples in order, from a CSV file, raw frames of a board, or an array.
 pub trait RowReader {
-    /// The name of what is read, as errors give it.
+    /// Returns the name of the source for errors.
     fn file(&self) -> &str;
 
     /// Names of the columns without the time.
     fn names(&self) -> &[String];
 
-    /// Moves to the next row. False at the end; a table without any row is refused.
+    /// Moves to the next row. Returns false at the end; fails for a table without any row.
     fn advance(&mut self) -> Result<bool, FileError>;
 
-    /// Time of the present row in seconds, as it is stamped; none without stamps.
+    /// Returns the time stamp of the current row, seconds; `None` without stamps.
     fn time_s(&self) -> Option<f64>;
 
-    /// Time stamps of the rows, or why there are none.
+    /// Returns whether rows have time stamps, or why they have none.
     fn timing(&self) -> Timing {
         Timing::Stamped
     }
@@ -30,7 +30,7 @@ pub trait RowReader {
         (1..=self.names().len()).collect()
     }
 
-    /// Units of the columns, in the order of [`names`](Self::names), as far as the file says them.
+    /// Returns the units of the columns, in the order of [`names`](Self::names), where declared.
     fn units(&self) -> Vec<Option<String>> {
         vec![None; self.names().len()]
     }
@@ -40,27 +40,27 @@ pub trait RowReader {
         false
     }
 
-    /// Advice if the time column was guessed wrongly, as the end of a sentence.
+    /// Returns advice in case the time column was guessed wrongly, as the end of a sentence.
     fn way_out_of_time(&self) -> &'static str {
         ""
     }
 
-    /// An error about the present row.
+    /// Returns an error about the current row.
     fn refuse(&self, why: &str) -> FileError {
         FileError::new(self.file(), None, why)
     }
 
-    /// Reads the values of the present row, in the order of [`names`](Self::names). NaN stands for
+    /// Reads the values of the current row, in the order of [`names`](Self::names). NaN stands for
     /// a missing reading.
     fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError>;
 
-    /// The value of any row, from 0, and column, where all rows are in memory: a reader need not
-    /// copy them.
+    /// Returns a function for the value at a row, from 0, and column, if all rows are in memory and
+    /// so need not be copied.
     fn in_memory(&self) -> Option<ValueAt> {
         None
     }
 
-    /// Guesses about the format of the rows, as the beginning of a sentence.
+    /// Returns guesses about the format of the rows, as the beginning of a sentence.
     fn guessed(&self) -> Option<String> {
         None
     }
@@ -69,18 +69,18 @@ pub trait RowReader {
 /// Presence of time stamps in the rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Timing {
-    /// Each has one.
+    /// Every row has a stamp.
     Stamped,
-    /// No column is the time: what there is, and what to type.
+    /// No column is the time; the text says what was found and what to type.
     Absent(String),
-    /// A column is the time, but nothing says its unit: what to type.
+    /// The unit of the time column is unknown; the text says what to type.
     Unclear(String),
 }
 
-/// Seconds by which a time goes back where another recording begins.
+/// Minimum backward step of the time at which a new recording begins, seconds.
 const RESTART_S: f64 = 1.0;
 
-/// Refuses a stamp that does not follow on the one before it.
+/// Fails if a stamp is not later than the one before.
 pub fn check_order(rows: &dyn RowReader, before_s: f64, time_s: f64) -> Result<(), FileError> {
     if time_s > before_s {
         return Ok(());
@@ -95,8 +95,8 @@ pub fn check_order(rows: &dyn RowReader, before_s: f64, time_s: f64) -> Result<(
     )))
 }
 
-/// A value by its row and its column, both from 0.
+/// Function that returns the value at a row and column, both from 0.
 pub type ValueAt = Arc<dyn Fn(usize, usize) -> f64 + Send + Sync>;
 
-/// Opens rows from the first one on; it is called once for each pass over them.
+/// Function that opens rows from the first one; called once for each pass over them.
 pub type OpenRows = Arc<dyn Fn() -> Result<Box<dyn RowReader + Send>, FileError> + Send + Sync>;

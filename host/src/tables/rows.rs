@@ -24,10 +24,10 @@ const HEAD: u64 = 1 << 16;
 /// Bytes at the start of a file that are searched for a zero, which text does not contain.
 const LOOK: usize = 4096;
 
-/// Rows among which one that is out of order finds its place.
+/// Number of rows within which a row that is out of order is sorted.
 const REORDERED: usize = 16;
 
-/// Maximum number of rows with the same stamp: more have no clock.
+/// Maximum number of rows with the same stamp; with more, the column is not a clock.
 const BATCH_MAX: usize = 1 << 14;
 
 /// Options for reading a table.
@@ -35,14 +35,14 @@ const BATCH_MAX: usize = 1 << 14;
 pub struct TableForm {
     /// The column that is the time.
     pub time: Option<TimeColumn>,
-    /// Rows hold consecutive samples of one series.
+    /// True if rows have consecutive samples of a single series.
     pub is_flat: bool,
-    /// Somebody has chosen the columns: they are channels.
+    /// True if the user has chosen the columns, which are then channels.
     pub has_columns: bool,
 }
 
 impl TableForm {
-    /// With this column as the time.
+    /// Default options, with this column as the time.
     pub fn timed(time: Option<TimeColumn>) -> Self {
         Self {
             time,
@@ -51,11 +51,11 @@ impl TableForm {
     }
 }
 
-/// Rows of a table in any layout: `Layout` has what is found of it. A line that is no row is
-/// passed over and counted; a cell that holds no number is a missing reading. Rows that share a
-/// stamp are spread evenly up to the next one.
+/// Rows of a table in any layout that `Layout` finds. A line that is not a row is skipped and
+/// counted; a cell without a number is a missing reading. Rows with the same stamp are spread
+/// evenly up to the next stamp.
 ///
-/// A value is read when it is asked for: rows that are only passed cost little.
+/// Values are parsed only on request, so skipping rows costs little.
 pub struct Rows<'a> {
     file: String,
     names: Vec<String>,
@@ -65,25 +65,25 @@ pub struct Rows<'a> {
     /// A single reader type, so that it is compiled here, with this crate's optimization.
     reader: csv::Reader<Box<dyn Read + Send + 'a>>,
     present: Row,
-    /// Rows that are read already: one, or those of a stamp.
+    /// Rows read in advance: one row, or all rows with the same stamp.
     ahead: VecDeque<Row>,
     /// Records to read the next rows into.
     spare: Vec<ByteRecord>,
-    /// The form of the lines that are made plain first.
+    /// Form of the lines, if they are first converted to plain rows.
     plain: Option<Form>,
     is_flat: bool,
-    /// From one stamp to the next, and rows that shared the stamp before.
+    /// Step between stamps, seconds, and number of rows that shared the previous stamp.
     step_s: f64,
     shared: usize,
     is_over: bool,
-    /// Rows that stood behind a later one.
+    /// Number of rows that came after a row with a later stamp.
     reordered: u64,
     rows: u64,
     has_batches: bool,
     skipped: u64,
-    /// Why the first line was skipped.
+    /// Reason why the first skipped line was skipped.
     first_skipped: Option<FileError>,
-    /// The first word that stands for a missing reading.
+    /// First word that was taken for a missing reading.
     word: RefCell<Option<String>>,
 }
 
@@ -101,7 +101,7 @@ struct Row {
     record: StringRecord,
     time_s: Option<f64>,
     line: Option<u64>,
-    /// The row has a time of its own, not a stamp shared with others.
+    /// True if the row has its own time and not a stamp shared with other rows.
     is_spread: bool,
 }
 
@@ -113,12 +113,12 @@ impl<'a> Rows<'a> {
         Self::new(input, &file)
     }
 
-    /// Finds the layout of a table in a file of that name.
+    /// Finds the layout of a table; errors call the file `file`.
     pub fn new(input: impl Read + Send + 'a, file: &str) -> Result<Self, FileError> {
         Self::with(input, file, &TableForm::default())
     }
 
-    /// The same where somebody says how to read it.
+    /// Like [`new`](Self::new), with options.
     pub fn with(
         input: impl Read + Send + 'a,
         file: &str,
@@ -136,7 +136,7 @@ impl<'a> Rows<'a> {
         let mut head = Vec::new();
         let read = input.by_ref().take(HEAD).read_to_end(&mut head);
         read.map_err(|error| FileError::new(file, None, error))?;
-        // A device of noise never ends, and some of its lines would pass for rows.
+        // A device with random bytes never ends, and some of its lines would look like rows.
         if head.iter().take(LOOK).any(|byte| *byte == 0) {
             return Err(FileError::new(file, None, "not text: write it as CSV"));
         }
@@ -189,12 +189,12 @@ impl<'a> Rows<'a> {
         })
     }
 
-    /// The stamp of the present row, if it has one.
+    /// Returns the stamp of the current row, if there is one.
     pub fn stamp_s(&self) -> Option<f64> {
         self.present.time_s
     }
 
-    /// The rate that the lines above the table state, where no column is the time.
+    /// Returns the rate stated in the lines above the table, if no column is the time.
     pub fn stated_hz(&self) -> Option<f64> {
         let stated = self.layout.stated.as_ref()?;
         self.layout.time.is_none().then_some(stated.hz)
@@ -230,7 +230,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Adds a row to those ahead, where its stamp belongs.
+    /// Inserts a row into the rows ahead, sorted by stamp.
     fn insert(&mut self, row: Row) {
         let is_later = |before: &Row| match (before.time_s, row.time_s) {
             (Some(before_s), Some(t_s)) => before_s > t_s,
@@ -241,7 +241,7 @@ impl<'a> Rows<'a> {
             .iter()
             .rposition(|before| !is_later(before))
             .map_or(0, |at| at + 1);
-        // Behind all of them, or too early for these: then the order is refused later.
+        // A row too early for the rows ahead goes to the end; its order is refused later.
         let is_here = at == self.ahead.len() || at > 0 && !self.ahead[at - 1].is_spread;
         if is_here {
             self.reordered += u64::from(at < self.ahead.len());
@@ -251,7 +251,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Why a record is no row: an empty reason if it need not be counted.
+    /// Returns the reason why a record is not a row; empty if the record need not be counted.
     fn examine(&mut self, row: &mut Row) -> Option<String> {
         let separator = self.layout.separator;
         let wanted = self.layout.columns.len();
@@ -303,17 +303,17 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// The line of the record that was read last. What was read of the file before the first row is
-    /// not counted by the reader, but a blank line in front of that is.
+    /// Returns the line of the last record read. The reader does not count lines before the first
+    /// row, except for a blank line directly in front of it.
     fn line_of(&self, record: &ByteRecord) -> Option<u64> {
         let line = self.layout.ends.line(&self.reader, record)?;
         let added = self.plain.as_ref().map_or(0, Form::added_lines);
         Some((line + self.layout.lines_before).saturating_sub(added))
     }
 
-    /// Reads on until all rows of the next stamp are ahead, and spreads them up to the stamp after
-    /// it. The first and the last stamp of a recording may have lost some of their rows: these keep
-    /// the spacing of the rows next to them.
+    /// Reads all rows with the next stamp, and spreads them evenly up to the stamp after. The first
+    /// and last stamp of a recording may have lost rows, so their rows use the spacing of adjacent
+    /// rows.
     fn read_batch(&mut self) -> Result<(), FileError> {
         let reads = |rows: &mut Self, count: usize| -> Result<bool, FileError> {
             if count > BATCH_MAX {
@@ -399,7 +399,7 @@ impl<'a> Rows<'a> {
         Ok(f64::NAN)
     }
 
-    /// Refuses a file most of whose lines are not rows: its layout is another one.
+    /// Fails if most lines of a file are not rows, because the layout was not recognised.
     fn check_skipped(&mut self) -> Result<(), FileError> {
         if self.skipped >= self.rows
             && let Some(error) = self.first_skipped.take()
@@ -631,7 +631,7 @@ impl RowReader for Rows<'_> {
     }
 }
 
-/// Other units of a time than the one that is offered.
+/// Lists the units of time other than the one suggested.
 fn others(units: &[&str]) -> String {
     match units {
         [_, others @ ..] if !others.is_empty() => format!(" (or {})", others.join(", ")),
@@ -640,7 +640,7 @@ fn others(units: &[&str]) -> String {
     }
 }
 
-/// Advice for a series with several samples a row.
+/// Returns advice for a series with several samples per row.
 fn wrapped(layout: &Layout) -> String {
     let numbers: Vec<usize> = layout.series().map(|at| at + 1).collect();
     let rate = match (&layout.stated, &layout.likely_time) {
@@ -661,7 +661,7 @@ fn wrapped(layout: &Layout) -> String {
     )
 }
 
-/// The form of lines that a table cannot be read from as they are, or only in part.
+/// Returns the form of lines that must be converted before they can be read as a table.
 fn plain_form(head: &[u8], found: &Result<Layout, Refused>) -> Option<Form> {
     let text = String::from_utf8_lossy(head);
     let begins = |mark: &str| text.trim_start().starts_with(mark);

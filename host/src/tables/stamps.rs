@@ -1,22 +1,21 @@
-//! The stamps of rows as seconds: units, counters that wrap, midnight, daylight saving.
+//! Converts the stamps of rows to seconds: units, counters that wrap, midnight, daylight saving.
 
 use super::cells::Numbers;
 use super::clock_time::{ClockTime, DAY_S};
 
-/// Values at which counters of microcontrollers begin again: 16 and 32 bits.
+/// Values at which microcontrollers' counters wrap: 16 and 32 bits.
 const WRAPS: [f64; 2] = [65_536.0, 4_294_967_296.0];
 
 /// Steps of daylight saving time, seconds.
 const SAVING_S: f64 = 3600.0;
 
-/// A step that differs from an hour by less than so many steps of rows is a clock that is put
-/// forward or back.
+/// Maximum difference from an hour, in steps of rows, of a step due to daylight saving.
 const SAVING_STEPS: f64 = 10.0;
 
 /// Kind of the stamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unit {
-    /// Numbers, so many a second.
+    /// Numbers, with this many per second.
     PerSecond(f64),
     /// Dates, or times of day.
     Clock,
@@ -26,7 +25,7 @@ pub enum Unit {
 #[derive(Clone, Debug)]
 pub struct Stamps {
     pub unit: Unit,
-    /// Added to what is read, in its own unit.
+    /// Added to the number that is read, in the unit of that number.
     offset: f64,
     before: Option<f64>,
     /// Latest positive step between two stamps.
@@ -49,7 +48,7 @@ impl Stamps {
         }
     }
 
-    /// Seconds of the next row's stamp; `None` if the cell holds no time.
+    /// Converts the next row's stamp to seconds; `None` if the cell has no time.
     pub fn seconds(&mut self, cell: &str, numbers: &Numbers) -> Option<f64> {
         let (read, per_second) = match self.unit {
             Unit::PerSecond(per_second) => {
@@ -100,7 +99,7 @@ impl Stamps {
         }
     }
 
-    /// Assumptions about the rows so far.
+    /// Returns the assumptions made about the rows so far.
     pub fn guessed(&self) -> impl Iterator<Item = &'static str> + use<> {
         let notes = [
             (self.has_wrapped, "its counter wraps and was unrolled"),
@@ -136,7 +135,7 @@ mod tests {
         assert_eq!(notes.len(), 1);
         let (read, _) = seconds(Unit::PerSecond(1e3), &["65532", "65535", "2", "65534", "1"]);
         assert_eq!(read, [65.532, 65.535, 65.538, 131.070, 131.073]);
-        // Backwards by little is no wrap.
+        // A small step backwards is not a wrap.
         assert_eq!(seconds(Unit::PerSecond(1.0), &["10", "9"]).0, [10.0, 9.0]);
     }
 
@@ -155,7 +154,7 @@ mod tests {
             assert!((read[2] - read[1] - 0.004).abs() < 1e-6, "{hour}: {read:?}");
             assert_eq!(notes.len(), 1);
         }
-        // An offset says what the hour is.
+        // With a UTC offset the hour is unambiguous.
         let (read, _) = seconds(
             Unit::Clock,
             &[

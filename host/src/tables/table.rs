@@ -5,7 +5,7 @@ use super::rows::Rows;
 use hal_mock::FileError;
 use std::path::Path;
 
-/// A table with at least one row and one column. Any number of columns.
+/// A table with at least one row and any number of columns, at least one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     file: String,
@@ -15,12 +15,12 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a CSV file as [`Rows`] does.
+    /// Reads a CSV file like [`Rows`].
     pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::read(Rows::open(path)?)
     }
 
-    /// As [`load`](Self::load), from the bytes of a file of that name.
+    /// Like [`load`](Self::load), from bytes; errors call the file `file`.
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self, FileError> {
         Self::read(Rows::new(bytes, file)?)
     }
@@ -45,7 +45,6 @@ impl Table {
         })
     }
 
-    /// The file's name, as errors give it.
     pub fn file(&self) -> &str {
         &self.file
     }

@@ -59,7 +59,7 @@ fn errors_name_file_and_line() {
     }
 }
 
-/// The rows of a text, and what was guessed of it.
+/// Returns the names, rows and guesses for a text.
 fn read(text: &[u8]) -> (Vec<String>, Vec<Vec<f64>>, Option<String>) {
     let mut rows = Rows::new(text, "t.csv").unwrap();
     let (mut all, mut row) = (Vec::new(), Vec::new());
@@ -144,7 +144,7 @@ fn what_is_no_row_is_passed_over_and_counted() {
             None => assert_eq!(guessed, None, "{shown}"),
         }
     }
-    // A word among numbers is a missing reading, and is said.
+    // A word among numbers is a missing reading, and is reported.
     let (_, rows, guessed) = read(b"time_s,a,b\n0,1,2\n0.1,two,2\n0.2,3,2\n");
     assert!(rows[1][0].is_nan() && rows[1][1] == 2.0);
     assert_eq!(
@@ -154,7 +154,7 @@ fn what_is_no_row_is_passed_over_and_counted() {
     assert_eq!(read(b"a,T_\xB0C\n1,2\n").0, ["a", "T_\u{B0}C"]);
 }
 
-/// A carriage return alone ends a line, too, and the next one has the same number then.
+/// A single carriage return also ends a line; the next line then has the same number.
 #[test]
 fn mixed_ends_of_lines_do_not_mix_up_lines() {
     let (_, rows, _) = read(b"7\r0.0,1\n0.1,2\n0.2,3\n");
@@ -172,7 +172,7 @@ fn rows_that_share_a_stamp_are_spread() {
     assert_eq!(times, [0e5, 1e5, 2e5, 3e5, 4e5, 5e5]);
 }
 
-/// What the message of a table without a time tells to type.
+/// Asserts that the error for a table without a time says what to type.
 #[test]
 fn a_missing_time_is_explained() {
     for (text, parts) in [

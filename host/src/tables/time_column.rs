@@ -1,11 +1,11 @@
-//! Which column is the time, and in what unit.
+//! Finds the time column and its unit.
 
 use super::units::{Declared, bracketed, declared_time, per_second};
 
 /// Name of the column that is time in seconds.
 pub const TIME_COLUMN: &str = "time_s";
 
-/// Words of a name that say that a column is the time, but not in what unit.
+/// Words in a name that mark a column as time but do not declare a unit.
 const TIME_WORDS: [&str; 18] = [
     "time",
     "timer",
@@ -27,15 +27,15 @@ const TIME_WORDS: [&str; 18] = [
     "tijd",
 ];
 
-/// Units that a time may be given in.
+/// Accepted units of time.
 pub const UNITS: &str = "s, ms, us, ns, min, h or d";
 
-/// Names of a time that may also mean something else: a minimum, a height.
+/// Names of a time that may also mean something different, such as a minimum or a height.
 const TIME_NAMES_IF_STEADY: [&str; 9] = [
     "min", "minutes", "h", "hr", "hours", "d", "days", "s", "sec",
 ];
 
-/// Names that are a time as a whole.
+/// Complete names of a time, with units per second.
 const TIME_NAMES: [(&str, Option<f64>); 11] = [
     ("x_value", Some(1.0)),
     ("second", Some(1.0)),
@@ -50,18 +50,18 @@ const TIME_NAMES: [(&str, Option<f64>); 11] = [
     ("nanoseconds", Some(1e9)),
 ];
 
-/// The column that somebody says is the time.
+/// Time column chosen by the user.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TimeColumn {
     /// There is no time column.
     Nothing,
-    /// Name of the column, and units per second; `None` if the unit has to follow from the name or
+    /// Name of the column, and units per second; `None` if the unit must be found from the name or
     /// the numbers.
     Named(String, Option<f64>),
 }
 
 impl TimeColumn {
-    /// `NAME`, `NAME:UNIT` or `none`.
+    /// Parses `NAME`, `NAME:UNIT` or `none`.
     pub fn parse(text: &str) -> Result<Self, String> {
         if text == "none" {
             return Ok(Self::Nothing);
@@ -71,7 +71,7 @@ impl TimeColumn {
         };
         match per_second(unit) {
             Some(unit) => Ok(Self::Named(name.to_owned(), Some(unit))),
-            // A name may have a colon of its own.
+            // The name itself may contain a colon.
             None if unit.contains([' ', '(', '[']) => Ok(Self::Named(text.to_owned(), None)),
             None => Err(format!("unit {unit:?}: choose {UNITS}")),
         }
@@ -81,7 +81,7 @@ impl TimeColumn {
 /// Confidence, from its name, that a column is the time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Likeness {
-    /// A time's name among other words: `RX Date/Time`.
+    /// A word for time among other words: `RX Date/Time`.
     Contains,
     /// `Timestamp`.
     Bare,
@@ -98,8 +98,8 @@ pub struct Named {
     pub unit: Declared,
 }
 
-/// Unit of a time, from the name of its column: `time_ms`, `%time`, `t (s)`, `stamp_ns`,
-/// `Timestamp[nanosec]`; `min`, `h` and `Ticks (10 us)` are one only if the column grows steadily.
+/// Recognises the name of a time column and its unit: `time_ms`, `%time`, `t (s)`, `stamp_ns`,
+/// `Timestamp[nanosec]`. `min`, `h` and `Ticks (10 us)` count only if the column grows steadily.
 pub fn named(name: &str, is_steady: bool) -> Option<Named> {
     let make = |likeness, unit| Some(Named { likeness, unit });
     if name == TIME_COLUMN {
@@ -122,7 +122,7 @@ pub fn named(name: &str, is_steady: bool) -> Option<Named> {
     let unit = declared_time(&name);
     let is_counted =
         is_steady && bracketed(&name).is_some_and(|(_, unit)| per_second(unit).is_some());
-    // Next to a word that is no unit it may be a temperature.
+    // `t` next to a word that is not a unit may be a temperature.
     let is_t = match (&words[..], &unit) {
         (["t"], _) => true,
         (["t", ..], Declared::PerSecond(_)) => words.len() == 2 || name.contains(['(', '[']),
@@ -147,14 +147,14 @@ pub fn named(name: &str, is_steady: bool) -> Option<Named> {
 pub struct Candidate {
     pub at: usize,
     pub named: Named,
-    /// Fraction of the first rows in which it grows.
+    /// Fraction of the first rows in which the column grows.
     pub grows: f64,
 }
 
-/// The time among the candidates: of those that grow the one that says so most clearly. The error
-/// has those of which each may be it.
+/// Chooses the time column: among the candidates that grow, the one with the clearest name. The
+/// error lists the candidates if the choice is ambiguous.
 pub fn choose(candidates: &[Candidate]) -> Result<Option<Candidate>, Vec<usize>> {
-    /// Rows of one column may repeat a stamp that another refines.
+    /// Difference in growth to tolerate: one column may repeat stamps that a finer column resolves.
     const ABOUT: f64 = 0.02;
     let most = candidates
         .iter()
@@ -179,7 +179,7 @@ pub fn choose(candidates: &[Candidate]) -> Result<Option<Candidate>, Vec<usize>>
     }
 }
 
-/// A word of a command line: in quotes where a shell would split or change it.
+/// Quotes a word of a command line if a shell would split or change it.
 pub fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "_-.:/%+,".contains(c);
     if word.chars().all(is_plain) {

@@ -1,6 +1,6 @@
-//! Units in the names of columns: `Time (min)`, `t_ms`, `Force [N]`, and those of a time.
+//! Finds units in the names of columns: `Time (min)`, `t_ms`, `Force [N]`.
 
-/// Length of each unit of time in seconds, by its names.
+/// Units of time: length in seconds, and names.
 const TIMES: [(f64, &[&str]); 12] = [
     (
         1.0,
@@ -64,13 +64,13 @@ const TIMES: [(f64, &[&str]); 12] = [
     (604_800.0, &["week", "weeks"]),
 ];
 
-/// Words that count something else than a time, at the end of the name of a time.
+/// Words for counts other than times, at the end of the name of a time.
 const NO_TIMES: [&str; 17] = [
     "tick", "ticks", "cycle", "cycles", "count", "counts", "frame", "frames", "sample", "samples",
     "jiffy", "jiffies", "step", "steps", "months", "years", "beats",
 ];
 
-/// Words in brackets after a time that are no unit.
+/// Words in brackets after a time that are not units.
 const REMARKS: [&str; 26] = [
     "utc",
     "gmt",
@@ -105,12 +105,13 @@ const REMARKS: [&str; 26] = [
 pub enum Declared {
     /// Number of units in a second.
     PerSecond(f64),
-    /// A unit that is no time, or not known.
+    /// Unit that is unknown or not a time.
     Unknown(String),
     Nothing,
 }
 
-/// Units in a second of a unit of time: `ms`, `(min)`, `10 ms`, `1/100 s`, `1e-3 s`, `s/100`.
+/// Parses a unit of time, such as `ms`, `(min)`, `10 ms`, `1/100 s`, `1e-3 s` or `s/100`. Returns
+/// the number of units per second.
 pub fn per_second(unit: &str) -> Option<f64> {
     let unit = unit.trim_matches(|c: char| c.is_whitespace() || "()[]{}.".contains(c));
     let unit = unit.to_lowercase();
@@ -124,17 +125,16 @@ pub fn per_second(unit: &str) -> Option<f64> {
     Some(whole / count(number.trim())?)
 }
 
-/// The same of a unit without a number.
 fn per_second_of(name: &str) -> Option<f64> {
     let known = TIMES.iter().find(|(_, names)| names.contains(&name))?;
-    // 1e-3 has no exact inverse, and 1e3 is meant.
+    // The inverse of 1e-3 is not exact, so it is rounded to 1e3.
     Some(match known.0 {
         seconds if seconds < 1.0 => (1.0 / seconds).round(),
         seconds => 1.0 / seconds,
     })
 }
 
-/// A number in front of a unit: `10`, `1e-3`, `10^-3`, `1/100`; 1 if there is none.
+/// Parses the number in front of a unit: `10`, `1e-3`, `10^-3`, `1/100`; 1 if there is none.
 fn count(text: &str) -> Option<f64> {
     let number = |text: &str| text.trim().parse::<f64>().ok();
     let count = match (text.split_once('/'), text.strip_prefix("10^")) {
@@ -146,7 +146,7 @@ fn count(text: &str) -> Option<f64> {
     (count > 0.0 && count.is_finite()).then_some(count)
 }
 
-/// Name of a unit of time for messages.
+/// Returns the name of a unit of time for messages.
 pub fn unit_name(per_second: f64) -> String {
     let names = [
         (1.0, "seconds"),
@@ -169,7 +169,7 @@ pub fn unit_name(per_second: f64) -> String {
     )
 }
 
-/// Text in the last brackets at the end of a name, and the name before them.
+/// Returns the name before the brackets at its end, and the text in them.
 pub fn bracketed(name: &str) -> Option<(&str, &str)> {
     let name = name.trim();
     let open = match name.chars().last()? {
@@ -186,7 +186,7 @@ pub fn bracketed(name: &str) -> Option<(&str, &str)> {
     ))
 }
 
-/// The unit of time that a column's name declares.
+/// Returns the unit of time that a column's name declares.
 pub fn declared_time(name: &str) -> Declared {
     let lower = name.trim().to_lowercase();
     let is_between = |c: char| !c.is_alphanumeric() && !matches!(c, 'µ' | 'μ');
@@ -199,7 +199,7 @@ pub fn declared_time(name: &str) -> Declared {
             .filter(|word| !word.is_empty())
             .collect();
         if let Some(at) = words.iter().position(|word| per_second(word).is_some()) {
-            // A number next to a unit belongs to it, but how is open: `s x 100`.
+            // A number next to a unit multiplies or divides it; which one is unclear: `s x 100`.
             let beside = [
                 at.checked_sub(1).and_then(|at| words.get(at)),
                 words.get(at + 1),
@@ -229,10 +229,10 @@ pub fn declared_time(name: &str) -> Declared {
     declared_last(&lower, before, last)
 }
 
-/// The unit that the last word of a name declares.
+/// Returns the unit that the last word of a name declares.
 fn declared_last(name: &str, before: &str, last: &str) -> Declared {
     match per_second(last) {
-        // In brackets `10 us` is a unit; here it may also be another column's number.
+        // Without brackets, the 10 in `10 us` may also be the number of a column.
         Some(_) if is_factor(before) || is_factor(last) => {
             let from = name.find(|c: char| c.is_ascii_digit()).unwrap_or(0);
             Declared::Unknown(name[from..].to_owned())
@@ -243,7 +243,7 @@ fn declared_last(name: &str, before: &str, last: &str) -> Declared {
     }
 }
 
-/// True for a number that may multiply a unit: `10`, `x100`, or the sign of that.
+/// True for a factor of a unit, `10` or `x100`, or for a multiplication sign.
 fn is_factor(word: &str) -> bool {
     word == "x"
         || word
@@ -251,13 +251,12 @@ fn is_factor(word: &str) -> bool {
             .starts_with(|c: char| c.is_ascii_digit())
 }
 
-/// True if a unit counts something else than a time.
 pub fn is_count(unit: &str) -> bool {
     unit.split(|c: char| !c.is_alphanumeric())
         .any(|word| NO_TIMES.contains(&word))
 }
 
-/// Unit of a channel by its name: `Force [N]`, `ain0_mV`, `v (V)`; none without one.
+/// Returns the unit in a channel's name, such as `Force [N]`, `ain0_mV` or `v (V)`.
 pub fn of_channel(name: &str) -> Option<String> {
     if let Some((before, inside)) = bracketed(name) {
         return (!before.is_empty() && !inside.is_empty()).then(|| inside.to_owned());
@@ -276,19 +275,19 @@ const UNITS: [&str; 26] = [
     "\u{2126}", "bar", "rad", "gauss", "G", "Nm", "Vrms", "volts", "LSB",
 ];
 
-/// Units without one, and words in their place.
+/// Units without a prefix, and words used instead of a unit.
 const UNITS_ALONE: [&str; 34] = [
     "%", "°", "°C", "°F", "deg", "degC", "degF", "degrees", "rpm", "psi", "lb", "lbf", "lbs",
     "kgf", "in", "inch", "inches", "ft", "ppm", "dB", "counts", "count", "raw", "bits", "Volts",
     "Volt", "Newtons", "newtons", "Newton", "px", "a.u.", "au", "-", "n/a",
 ];
 
-/// Prefixes of units, and none. Micro has two signs.
+/// Prefixes of units, including none. Micro has two code points.
 const PREFIXES: [&str; 13] = [
     "", "G", "M", "k", "h", "d", "c", "m", "u", "µ", "μ", "n", "p",
 ];
 
-/// True for a unit of anything: `mV`, `[m/s^2]`, `N·m`, `°/s`, `ms`, and `-` for none.
+/// True for a unit of any quantity, such as `mV`, `[m/s^2]`, `N·m`, `°/s` or `ms`, and for `-`.
 pub fn is_unit(cell: &str) -> bool {
     let cell = cell.trim_matches(|c: char| c.is_whitespace() || "()[]{}".contains(c));
     let is_known = |part: &str| {

@@ -1,21 +1,21 @@
-//! One series that is written several samples a row.
+//! Detects a single series written with several samples per row.
 
-/// Rows that show it.
+/// Minimum number of rows for the detection.
 const ROWS_MIN: usize = 24;
 
-/// Minimum number of samples a row: two channels a quarter of a cycle apart look like two samples.
+/// Minimum number of samples per row. Two channels a quarter of a cycle apart look like a series
+/// with two samples per row.
 const WIDTH_MIN: usize = 3;
 
-/// Largest ratio of the steps within a row, and from one row to the next, in one series.
+/// Maximum ratio of steps within rows to steps between rows, in a single series.
 const RATIO_MAX: f64 = 1.5;
 
-/// Largest difference of the columns' means in one series, in standard deviations.
+/// Maximum difference of the columns' means in a single series, standard deviations.
 const MEANS_APART: f64 = 0.5;
 
-/// True if the columns continue one another: the step from the last column of a row to the first
-/// column of the next row is as large as those within a row, and smaller than both the step from
-/// row to row in a column and the scatter of all values. `rows` have the same number of values
-/// each.
+/// True if the columns are consecutive samples: the step from the end of a row to the beginning of
+/// the next is as large as steps within a row, and smaller than both the steps down a column and
+/// the scatter of all values. All `rows` have the same number of values.
 pub fn is_wrapped(rows: &[Vec<f64>]) -> bool {
     let width = rows.first().map_or(0, Vec::len);
     if width < WIDTH_MIN
@@ -56,7 +56,7 @@ pub fn is_wrapped(rows: &[Vec<f64>]) -> bool {
         let is_level = (level - mean).abs() < MEANS_APART * variance.sqrt();
         is_level && scatter < RATIO_MAX * variance && variance < RATIO_MAX * scatter
     });
-    // Two samples of white noise are apart by twice the variance.
+    // The mean square difference of two samples of white noise is twice the variance.
     alike && is_one && end < variance && end < 0.7 * down
 }
 
@@ -86,7 +86,7 @@ mod tests {
                 let series = rows(width, |row, at| {
                     tone((row * width + at) as f64 * per_sample)
                 });
-                // A period that is a whole number of rows repeats every row.
+                // If the row length is a whole number of periods, all rows are alike.
                 assert!(
                     is_wrapped(&series) || width == 50 && per_sample != 0.0185,
                     "{width} {per_sample}"
@@ -108,7 +108,7 @@ mod tests {
                 let channels = rows(width, |row, at| {
                     tone(row as f64 * per_row + at as f64 * per_column)
                 });
-                // Phases that go on from the last channel to the next row cannot be told from one
+                // Phases that continue from the last channel to the next row look like a single
                 // series.
                 let gap = width as f64 * per_column - per_row;
                 let goes_on = per_column > 0.0 && (gap - gap.round()).abs() < 0.05;

@@ -1,4 +1,4 @@
-//! Prints the URL of a page, and opens it in the browser if that is requested.
+//! Prints the URL of a page, and opens the page in the browser on request.
 
 use super::server::Server;
 use crate::note;

@@ -1,4 +1,4 @@
-//! State behind the paths of the server, and the form of their answers.
+//! State shared by the server's paths, and the form of their answers.
 
 use super::hub::Hub;
 use super::runs::Runs;
@@ -9,14 +9,14 @@ use hal_mock::printable;
 use serde::Serialize;
 use std::sync::Arc;
 
-/// State behind the paths of `view`.
+/// State shared by the paths of `view`.
 #[derive(Clone)]
 pub struct App {
     pub hub: Arc<Hub>,
     pub runs: Arc<Runs>,
 }
 
-/// Text or JSON, with a status by its success.
+/// Returns text or JSON with the HTTP status of success, or an error.
 pub fn answer(done: Result<String>) -> Response {
     match done {
         Ok(text) if text.starts_with(['{', '[']) => {

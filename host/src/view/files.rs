@@ -1,4 +1,4 @@
-//! The files of the page, inside the binary.
+//! The files of the page, built into the binary.
 
 /// One of the page's own scripts: name, type, content.
 macro_rules! js {

@@ -1,7 +1,7 @@
-//! Access to the server: this computer alone, and no page but its own.
+//! Restricts access to the server to this computer and to the server's own page.
 //!
-//! A page from elsewhere could reach a loopback address through the user's browser, with a host
-//! name that points there, or send a request without reading the answer. The guard refuses both, and
+//! A foreign page could reach a loopback address through the user's browser, with a host name that
+//! resolves to it, or could send a request without reading the answer. The guard refuses both, and
 //! other origins may neither read nor frame anything.
 
 use axum::extract::{Request, State};
@@ -11,8 +11,8 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::net::{IpAddr, SocketAddr};
 
-/// Headers of every answer: the page loads nothing from elsewhere, and nobody else may use or store
-/// it.
+/// Headers of every answer: the page must load nothing from elsewhere, and answers must not be
+/// stored or used by other origins.
 const HEADERS: [(HeaderName, &str); 6] = [
     (
         header::CONTENT_SECURITY_POLICY,
@@ -28,13 +28,13 @@ const HEADERS: [(HeaderName, &str); 6] = [
     ),
 ];
 
-/// Set by browsers: relation of the page that makes a request to its target, and the kind of
+/// Headers set by browsers: relation between the requesting page and the target, and kind of
 /// request (Fetch Metadata, W3C).
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 const FETCH_MODE: HeaderName = HeaderName::from_static("sec-fetch-mode");
 
-/// Reads a loopback address to listen on, such as `127.0.0.1:8321`, `[::1]:8321` or
-/// `localhost:8321`; port 0 is any free one.
+/// Parses a loopback address to listen on, such as `127.0.0.1:8321`, `[::1]:8321` or
+/// `localhost:8321`; port 0 means any free port.
 pub fn address(text: &str) -> Result<SocketAddr, String> {
     let numeric = text
         .strip_prefix("localhost:")
@@ -51,8 +51,8 @@ pub fn address(text: &str) -> Result<SocketAddr, String> {
     }
 }
 
-/// Refuses requests that did not come from this computer's user or from the server's own page, and
-/// adds headers to every answer.
+/// Refuses requests that come neither from the user of this computer nor from the server's own
+/// page, and adds headers to every answer.
 pub async fn guard(State(address): State<SocketAddr>, request: Request, next: Next) -> Response {
     let mut response = match refusal(&request, address) {
         Some(refused) => refused.into_response(),
@@ -60,7 +60,7 @@ pub async fn guard(State(address): State<SocketAddr>, request: Request, next: Ne
     };
     for (name, value) in HEADERS {
         let value = HeaderValue::from_static(value);
-        // A page may state for itself what it loads, and nothing else.
+        // A page may override only the policy on what it loads.
         if name == header::CONTENT_SECURITY_POLICY {
             response.headers_mut().entry(name).or_insert(value);
         } else {
@@ -70,13 +70,13 @@ pub async fn guard(State(address): State<SocketAddr>, request: Request, next: Ne
     response
 }
 
-/// The reason to refuse a request.
+/// Returns the reason to refuse a request, if there is one.
 fn refusal(request: &Request, address: SocketAddr) -> Option<(StatusCode, &'static str)> {
     let headers = request.headers();
     let Some(host) = single(headers, &header::HOST) else {
         return Some((StatusCode::BAD_REQUEST, "send one Host header\n"));
     };
-    // The target of a request may name a host itself, as for a proxy.
+    // The target of a request may also name a host, as for a proxy.
     let named = request.uri().authority().map(Authority::as_str);
     let is_ours = [Some(host), named]
         .into_iter()
@@ -94,7 +94,7 @@ fn refusal(request: &Request, address: SocketAddr) -> Option<(StatusCode, &'stat
         .get_all(FETCH_SITE)
         .iter()
         .any(|site| site != "same-origin" && site != "none");
-    // A link on another page may open this one.
+    // A link on a foreign page may open this page.
     let is_link = request.method() == Method::GET
         && single(headers, &FETCH_MODE).is_some_and(|mode| mode == "navigate");
     if is_foreign || (from_elsewhere && !is_link) {
@@ -103,7 +103,7 @@ fn refusal(request: &Request, address: SocketAddr) -> Option<(StatusCode, &'stat
     None
 }
 
-/// The value of a header that is sent exactly once.
+/// Returns the value of a header if it was sent exactly once.
 fn single<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
     let mut values = headers.get_all(name).iter();
     match (values.next(), values.next()) {
@@ -123,7 +123,7 @@ fn is_ours(host: &str, address: SocketAddr) -> bool {
         .trim_end_matches(']')
         .parse::<IpAddr>();
     let is_here = name.eq_ignore_ascii_case("localhost") || ip.is_ok_and(|ip| ip.is_loopback());
-    // Without a port it is that of HTTP.
+    // Without a port, the HTTP port is meant.
     is_here && authority.port_u16().unwrap_or(80) == address.port() && !host.contains('@')
 }
 
@@ -194,7 +194,7 @@ mod tests {
         assert!(is_ours("localhost", "127.0.0.1:80".parse().unwrap()));
     }
 
-    /// Status of the refusal of a request with these headers.
+    /// Returns the HTTP status with which a request with these headers is refused.
     fn refused(method: Method, target: &str, headers: &[(&str, &str)]) -> Option<u16> {
         let mut request = Request::builder().method(method).uri(target);
         for (name, value) in headers {

@@ -1,8 +1,9 @@
-//! State for the pages: everything for a new page, and changes ten times a second for all of them.
+//! State for the pages: a new page gets the whole state; then all pages get changes ten times a
+//! second.
 //!
-//! The thread that folds packets never waits for a page. Each page has a short queue; a page that
-//! is too slow for it loses the queue, and gets everything again with the number of updates that it
-//! missed.
+//! The thread that processes packets never waits for a page. Each page has a short queue. If a page
+//! is too slow, its queue is dropped and it gets the whole state again, with the number of updates
+//! that it missed.
 
 use super::message::{Common, Message, STREAM, State, Update};
 use super::recorder::{Latest, Recorder};
@@ -27,7 +28,7 @@ use tokio::sync::broadcast::{self, Receiver, Sender};
 /// Time between two updates.
 pub const UPDATE_EVERY: Duration = Duration::from_millis(100);
 
-/// Length of a page's queue, updates: six seconds.
+/// Length of a page's queue: six seconds of updates.
 const QUEUE: usize = 64;
 
 /// Length of a queue of packets: four seconds of raw frames.
@@ -36,19 +37,19 @@ const PACKETS: usize = 1024;
 /// Time between two spectra.
 const SPECTRUM_EVERY: Duration = Duration::from_millis(250);
 
-/// Time for which a request for the state counts as somebody watching.
+/// Time after a request for the state during which the state counts as watched.
 const LOOKED: Duration = Duration::from_secs(3);
 
-/// A frame, seconds, roughly.
+/// Approximate duration of a frame, seconds.
 const FRAME_S: f64 = 0.004;
 
 /// The common state of all pages.
 pub struct Hub {
     inner: Mutex<Inner>,
-    /// Held while waiting for `inner`, so that threads get it in turn.
+    /// Held while waiting for `inner`, so that threads lock `inner` in turn.
     turn: Mutex<()>,
     updates: Sender<Message>,
-    /// Packets one by one, as with `--json`.
+    /// Single packets, as with `--json`.
     packets: Sender<Arc<str>>,
 }
 
@@ -66,7 +67,7 @@ struct Inner {
     board: Option<Feed>,
     recorder: Option<Recorder>,
     latest: Latest,
-    /// When somebody asked for the state.
+    /// Time of the latest request for the state.
     looked: Option<Instant>,
     /// Arrival of the latest packet.
     received: Option<Instant>,
@@ -105,7 +106,7 @@ impl Hub {
         }
     }
 
-    /// Folds an event.
+    /// Processes an event.
     pub fn take(&self, event: Option<&FeedEvent<Packet>>, following: &mut Following) {
         let inner = &mut *self.lock();
         following.fold(event, &mut inner.live);
@@ -128,7 +129,7 @@ impl Hub {
             if matches!(packet.event, Event::Hello(_)) {
                 inner.greeting = Some(Arc::clone(&line));
             }
-            // Sending fails without a listener, which is not an error.
+            // Sending fails if nobody listens, which is not an error.
             let _ = self.packets.send(line);
         }
         match packet.event {
@@ -146,12 +147,12 @@ impl Hub {
         }
     }
 
-    /// The board's clock stood still: its times in UTC are found anew.
+    /// Forgets the relation of the board's clock to UTC, because the clock was stopped.
     pub fn forget_clock(&self) {
         self.lock().json = JsonLines::default();
     }
 
-    /// Sends all pages what is new. Call it every [`UPDATE_EVERY`].
+    /// Sends new data to all pages. Call this every [`UPDATE_EVERY`].
     pub fn publish(&self) -> Result<()> {
         self.send_new(&mut self.lock())
     }
@@ -165,7 +166,7 @@ impl Hub {
                 json: inner.update(analysed)?.into(),
             }
         } else {
-            // The time axis is new: no data that pages have fit it.
+            // The time axis has restarted, so the data on the pages is obsolete.
             Message {
                 kind: "state",
                 json: inner.state(0)?.into(),
@@ -173,12 +174,12 @@ impl Hub {
         };
         (inner.points, inner.frames) = Default::default();
         (inner.sent_log, inner.sent_restarts) = (inner.live.log.clone(), inner.live.now.restarts);
-        // Sending fails without a page, which is not an error.
+        // Sending fails if no page is open, which is not an error.
         let _ = self.updates.send(message);
         Ok(())
     }
 
-    /// Everything, for a new page, and the queue of all updates after it.
+    /// Returns the whole state for a new page, and the queue of all later updates.
     pub fn join(&self, missed: u64) -> Result<(Message, Receiver<Message>)> {
         let mut inner = self.lock();
         inner.looked = Some(Instant::now());
@@ -189,7 +190,7 @@ impl Hub {
         Ok((Message { kind, json }, self.updates.subscribe()))
     }
 
-    /// Forgets what was received, but the settings and the health, for all pages.
+    /// Forgets all received data except settings and health, for all pages.
     pub fn clear(&self) {
         let mut inner = self.lock();
         inner.live.clear();
@@ -198,13 +199,13 @@ impl Hub {
         inner.sent_restarts = inner.live.now.restarts.wrapping_sub(1);
     }
 
-    /// The latest greeting, and the queue of all packets after it.
+    /// Returns the latest greeting, and the queue of all later packets.
     pub fn join_packets(&self) -> (Option<Arc<str>>, Receiver<Arc<str>>) {
         let inner = self.lock();
         (inner.greeting.clone(), self.packets.subscribe())
     }
 
-    /// Takes settings from a page: some of them, as a JSON object. Errors are messages for people.
+    /// Takes changed settings from a page, as a JSON object. Errors are messages for people.
     pub fn set(&self, json: &str) -> Result<()> {
         let mut inner = self.lock();
         ensure!(inner.can_set, "there is no board that takes settings");
@@ -213,17 +214,17 @@ impl Hub {
         Ok(())
     }
 
-    /// The settings that a page wants, once.
+    /// Takes the settings that a page has requested, if any.
     pub fn wanted(&self) -> Option<Settings> {
         self.lock().wanted.take()
     }
 
-    /// Takes a board that a page has connected, instead of what was followed.
+    /// Takes a board that a page has connected, which replaces the current source.
     pub fn connect(&self, board: Feed) {
         self.lock().board = Some(board);
     }
 
-    /// The board that a page has connected, once. What was received before it is forgotten.
+    /// Takes the board that a page has connected, if any, and forgets all earlier data.
     pub fn connected(&self) -> Option<Feed> {
         let mut inner = self.lock();
         let board = inner.board.take()?;
@@ -238,7 +239,7 @@ impl Hub {
         Some(board)
     }
 
-    /// Begins to record into a new file; if it records already, ends and returns the recorder.
+    /// Begins to record to a new file; if already recording, stops and returns the recorder.
     pub fn record(&self, path: impl FnOnce() -> PathBuf) -> Option<Recorder> {
         let inner = &mut *self.lock();
         let ended = inner.recorder.take();
@@ -248,7 +249,6 @@ impl Hub {
         ended
     }
 
-    /// A recording of the latest minute.
     pub fn record_latest(&self, path: PathBuf) -> Result<Recorder> {
         let inner = self.lock();
         inner
@@ -256,7 +256,7 @@ impl Hub {
             .recorder(path, &inner.live.now.source, inner.live.hello())
     }
 
-    /// True if a page or a program looks, or something is recorded.
+    /// True if a page or a program is watching, or a recording is running.
     pub fn is_watched(&self) -> bool {
         let inner = self.lock();
         let looked = inner.looked.is_some_and(|looked| looked.elapsed() < LOOKED);
@@ -265,8 +265,8 @@ impl Hub {
             || self.updates.receiver_count() + self.packets.receiver_count() > 0
     }
 
-    /// A mutex goes to whoever asks while it is free. On a busy computer that is the folding thread
-    /// again and again, before a page that waits for it has been woken, so each asks for its turn.
+    /// Locks `inner` in turn. A free mutex goes to the first thread that asks. On a busy computer
+    /// this would always be the processing thread, before a waiting page has been woken.
     fn lock(&self) -> MutexGuard<'_, Inner> {
         let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
         // A panic under the lock leaves a state that can still be shown.
@@ -274,7 +274,7 @@ impl Hub {
     }
 }
 
-/// Everything of a state that somebody looks back at.
+/// Returns the whole state for looking back at a run.
 pub fn state_of(live: Live) -> Result<String> {
     let (spectrum, curves) = (spectrum(&live), curves(&live));
     let no_raw = live
@@ -293,7 +293,7 @@ pub fn state_of(live: Live) -> Result<String> {
     .state(0)
 }
 
-/// Changes by an analysis of the latest frames.
+/// Changes due to an analysis of the latest frames.
 #[derive(Clone, Copy)]
 struct Analysed {
     has_new_spectrum: bool,
@@ -301,7 +301,7 @@ struct Analysed {
 }
 
 impl Inner {
-    /// Makes spectrum and curves if they are due.
+    /// Updates spectrum and curves if they are due.
     fn analyse(&mut self) -> Analysed {
         if self.live.strips.is_empty() {
             self.curves_of_us = None;
@@ -323,7 +323,7 @@ impl Inner {
             self.live.estimate().map(|found| found.t_us),
             self.live.strips.iter().next_back(),
         );
-        // An estimate may overtake the last frames of its window.
+        // An estimate may arrive before the last frames of its window.
         let has_all = of_us
             .zip(newest)
             .is_none_or(|(of_us, newest)| newest.t_s + FRAME_S > seconds(of_us));
@@ -403,7 +403,7 @@ mod tests {
                     let _page = hub.lock();
                     is_in.store(true, SeqCst);
                 });
-                // The page waits by then, but for rounds on a busy computer.
+                // After this time the page thread is waiting, except sometimes on a busy computer.
                 std::thread::sleep(Duration::from_millis(50));
                 drop(folding);
                 let _folding = hub.lock();

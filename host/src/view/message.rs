@@ -1,4 +1,4 @@
-//! The two kinds of message to a page: everything, and what is new.
+//! The two kinds of message to a page: the whole state, and updates.
 
 use crate::analysis::{Curves, Spectrum};
 use crate::events::view::Estimate;
@@ -9,13 +9,13 @@ use crate::static_image::SIDE;
 use serde::Serialize;
 use std::sync::Arc;
 
-/// Version of what the pages get. It rises when a field goes or changes its meaning; new fields
-/// leave it.
+/// Version of the messages. It increases when a field is removed or changes its meaning, but not
+/// when fields are added.
 pub const STREAM: u32 = 3;
 
 #[derive(Clone, Debug)]
 pub struct Message {
-    /// `state`: everything; `update`: what is new.
+    /// `state` for the whole state, or `update` for new data.
     pub kind: &'static str,
     /// JSON on one line.
     pub json: Arc<str>,
@@ -32,13 +32,13 @@ pub struct Common<'a> {
     pub can_set: bool,
     /// Outcome of the latest settings that a page sent.
     pub settings_reply: Option<&'a SettingsReply>,
-    /// Length of the recording that is being made, seconds.
+    /// Length of the current recording, seconds.
     pub recording_s: Option<f64>,
 }
 
 #[derive(Serialize)]
 pub struct State<'a> {
-    /// Updates that a page was too slow for.
+    /// Number of updates that a slow page has missed.
     pub missed: u64,
     #[serde(flatten)]
     pub common: Common<'a>,
@@ -55,8 +55,7 @@ pub struct State<'a> {
     pub curves: Option<&'a Curves>,
 }
 
-/// New data. A spectrum or curves that have not changed are left out; `null` means that they are
-/// gone.
+/// New data. Spectrum and curves are omitted if unchanged; `null` means that they were removed.
 #[derive(Serialize)]
 pub struct Update<'a> {
     #[serde(flatten)]

@@ -1,5 +1,5 @@
-//! Recordings of a page, in the format of `record`: all packets from one moment to another, or
-//! those of the latest minute.
+//! Recordings made from a page, in the format of `record`: packets between start and stop, or of
+//! the latest minute.
 
 use crate::digits::time_s;
 use crate::recording::{self, Keep, Recording};
@@ -10,11 +10,12 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Longest recording, bytes: more than three hours of raw frames. For longer ones there is `record`.
+/// Maximum size of a recording, bytes: over three hours of raw frames. Use `record` for longer
+/// ones.
 const MOST: usize = 256 << 20;
 
-/// What is kept without anybody's wish: this length, and at most this number of packets, a bit more
-/// than a board sends in this time.
+/// Length and maximum number of the latest packets, which are always kept; the number is slightly
+/// more than a board sends in this time.
 const LATEST: Duration = Duration::from_secs(60);
 const LATEST_MAX: usize = 16_000;
 
@@ -28,7 +29,7 @@ pub struct Latest {
 impl Latest {
     pub fn push(&mut self, packet: &Packet, receipt: Option<Receipt>) {
         if self.starts.take(&packet.event) {
-            // The recording's clock begins at zero.
+            // The board has restarted, and a recording has only one time axis.
             self.packets.clear();
         }
         while self.packets.len() >= LATEST_MAX
@@ -43,7 +44,6 @@ impl Latest {
             .push_back((Instant::now(), packet.clone(), receipt));
     }
 
-    /// A recording of these packets.
     pub fn recorder(&self, path: PathBuf, source: &str, hello: Option<&Hello>) -> Result<Recorder> {
         let mut recorder = Recorder::new(path, source);
         for (_, packet, receipt) in &self.packets {
@@ -79,7 +79,6 @@ impl Recorder {
         self.begun.elapsed().as_secs_f64()
     }
 
-    /// A name for its file.
     pub fn name(&self) -> String {
         let source = self
             .source
@@ -91,13 +90,12 @@ impl Recorder {
         format!("{source}-{from_s:.1}s-{until_s:.1}s.rec")
     }
 
-    /// True if there is anything on it.
     pub fn is_empty(&self) -> bool {
         self.file.is_none()
     }
 
-    /// Keeps a packet; in front of the first one the latest greeting, without which nobody knows
-    /// the reference.
+    /// Records a packet. The latest greeting is recorded before the first packet, because it has
+    /// the reference voltage.
     pub fn keep(
         &mut self,
         packet: &Packet,

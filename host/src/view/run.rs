@@ -1,5 +1,5 @@
-//! A run to look back at: a file, or what was recorded on the page. Its samples are fitted as `fit`
-//! fits them; telemetry also shows the board's state at any time.
+//! A run to look back at: a file, or a recording made on the page. Its samples are fitted as by
+//! `fit`; telemetry also shows the board's state at any time.
 
 use crate::digits::time_s;
 use crate::fit_report;
@@ -28,23 +28,23 @@ const BY_HAND: &str = "select a part of the recording";
 /// Maximum size in memory of a run that a page opens, bytes: 3.5 hours of raw frames.
 const MAX_BYTES: usize = 256 << 20;
 
-/// Conversion of a file into a run.
+/// Options for opening a file as a run.
 #[derive(Clone, Debug)]
 pub struct How {
-    /// Settings instead of those of its board.
+    /// Settings that replace those of the board.
     pub settings: Option<Settings>,
     /// Rows per second of a table that does not state its times.
     pub rate_hz: Option<f64>,
     /// How to read a table.
     pub form: TableForm,
-    /// True if it was recorded here, so that its file goes with the command.
+    /// True if the run was recorded here; its file is removed when the command ends.
     pub is_recorded: bool,
     /// Maximum size in memory, bytes.
     pub max_bytes: usize,
 }
 
 impl Default for How {
-    /// A file that a page sends.
+    /// Options for a file that a page sends.
     fn default() -> Self {
         Self {
             settings: None,
@@ -56,7 +56,7 @@ impl Default for How {
     }
 }
 
-/// A part of a run, in its own time, seconds; each end is that of the run if it is missing.
+/// A part of a run, in the run's time, seconds; without an end it extends to that of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Part {
     pub from_s: Option<f64>,
@@ -70,11 +70,11 @@ pub struct Run {
     /// Rows per second of a table that does not state its times.
     rate_hz: Option<f64>,
     table: TableForm,
-    /// The samples, once somebody looks at them, or why there are none.
+    /// Samples, read at the first use, or the reason why there are none.
     recorded: OnceLock<Result<Recorded, String>>,
-    /// The fit of the whole run, or why there is none.
+    /// Fit of the whole run, or the reason why there is none.
     fit: OnceLock<Result<TableFit, String>>,
-    /// All but raw frames, in the order of their arrival.
+    /// All packets but raw frames, in order of arrival.
     packets: Vec<Packet>,
     frames: Vec<Raw>,
     /// A remark if frames were left out.
@@ -84,21 +84,21 @@ pub struct Run {
     max_bytes: usize,
 }
 
-/// A run in a few numbers, to compare it with others.
+/// Key figures of a run, for a comparison with other runs.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     pub name: String,
     pub from_s: f64,
     pub until_s: f64,
-    /// True for a table, which no board has sent.
+    /// True if the run is a table and not telemetry.
     pub is_table: bool,
     pub frames: usize,
     pub touches: usize,
-    /// The first contact.
+    /// Time of the first contact, seconds.
     pub contact_s: Option<f64>,
-    /// The estimate of the latest whole slide; without one the latest with a tone.
+    /// Estimate of the latest whole slide, or else the latest estimate with a tone.
     pub estimate: Option<crate::events::view::Estimate>,
-    /// Why no window of it has an estimate.
+    /// Reason why no window has an estimate.
     pub why_none: Option<String>,
     pub remark: Option<String>,
     /// The result of `fit`, as with `--json`.
@@ -119,8 +119,8 @@ struct Fitted<'a> {
 }
 
 impl Run {
-    /// Reads telemetry as it is; what `export` made of it, and telemetry with new settings, goes
-    /// through the library first. Other files are tables.
+    /// Opens a run. Telemetry is read as it is, but goes through the library first if it was
+    /// exported or has new settings. Other files are tables.
     pub fn open(name: &str, path: &Path, how: &How) -> Result<Self> {
         let mut run = Self {
             name: name.to_owned(),
@@ -171,7 +171,7 @@ impl Run {
         Ok(())
     }
 
-    /// The samples of the run, read at the first use.
+    /// Returns the samples of the run, which are read at the first use.
     pub fn recorded(&self) -> Result<&Recorded> {
         let read = || {
             let samples = self.samples()?;
@@ -196,7 +196,7 @@ impl Run {
         }
     }
 
-    /// The fit of a part, or of the part that `fit` chooses, by the code of `fit`.
+    /// Fits a part, or the part that `fit` would choose.
     fn fit(&self, part: Part) -> Result<TableFit> {
         let fit = || {
             let samples = self.samples()?;
@@ -211,7 +211,7 @@ impl Run {
         found.clone().map_err(|why| anyhow!(why))
     }
 
-    /// The fit of a part, as one JSON object.
+    /// Returns the fit of a part as one JSON object.
     pub fn fit_json(&self, part: Part) -> Result<serde_json::Value> {
         let fit = self.fit(part)?;
         Ok(serde_json::to_value(Fitted {
@@ -221,7 +221,7 @@ impl Run {
         })?)
     }
 
-    /// The frequency of windows over the run.
+    /// Returns the frequency in windows over the run.
     pub fn track(&self, steps: Steps) -> Result<Track> {
         let samples = self.samples()?;
         let mut points = Vec::new();
@@ -241,7 +241,7 @@ impl Run {
         Ok(Track::new(points, self.recorded()?, steps.window_s))
     }
 
-    /// The picture of the fit of a part, as SVG.
+    /// Draws the fit of a part as SVG.
     pub fn fit_svg(&self, part: Part) -> Result<String> {
         let fit = self.fit(part)?;
         let samples = self.samples()?.named(&self.name);
@@ -270,7 +270,7 @@ impl Run {
 
     fn take(&mut self, packet: Packet) {
         if self.starts.take(&packet.event) {
-            // The run's clock begins at zero again.
+            // The board has restarted, and with it the time axis.
             self.packets.clear();
             self.frames.clear();
             self.remark =
@@ -282,7 +282,7 @@ impl Run {
         }
     }
 
-    /// Refuses a run that would fill the memory: a short file may expand to a long one.
+    /// Fails if the run takes too much memory; a compressed file may expand to a large one.
     fn check_size(&self) -> Result<()> {
         let bytes = size_of_val(&*self.packets) + size_of_val(&*self.frames);
         ensure!(
@@ -293,7 +293,6 @@ impl Run {
         Ok(())
     }
 
-    /// The first and the last time.
     fn ends_s(&self) -> Option<(f64, f64)> {
         if self.form == Form::Table {
             return self.recorded().ok().map(Recorded::ends_s);
@@ -365,7 +364,6 @@ impl Run {
         seen.why_no_estimate(self.settings().window_s, BY_HAND)
     }
 
-    /// The settings of its board.
     pub fn settings(&self) -> Settings {
         self.hello()
             .map_or(Settings::DEFAULT, |hello| hello.settings)
@@ -381,7 +379,6 @@ impl Run {
             })
     }
 
-    /// The board's state at a time.
     pub fn at(&self, t_s: f64) -> Live {
         let mut live = Live::new(self.name.clone());
         let is_past = |packet: &&Packet| time_s(&packet.event).is_none_or(|then_s| then_s <= t_s);

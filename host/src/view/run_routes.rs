@@ -32,7 +32,7 @@ use futures_util::stream::StreamExt;
 use serde::Deserialize;
 use std::io::Write;
 
-/// Longest file that is taken, bytes: the 3.5 hours that 256 MiB of raw frames last.
+/// Maximum size of a file that is accepted, bytes: 3.5 hours of raw frames.
 const FILE_MAX: usize = 256 << 20;
 
 #[derive(Deserialize)]
@@ -62,11 +62,11 @@ impl Range {
     }
 }
 
-/// Steps of samples if nobody asks for another number, and at most.
+/// Default and maximum number of steps for thinned samples.
 const STEPS: usize = 1000;
 const STEPS_MAX: usize = 8000;
 
-/// Runs work that takes long next to the thread that serves the pages.
+/// Runs long work on a separate thread, so that pages are still served.
 async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
     tokio::task::spawn_blocking(work)
         .await
@@ -98,7 +98,8 @@ async fn add(State(app): State<App>, Query(named): Query<Named>, body: Body) -> 
     answer(added(app, named, body).await)
 }
 
-/// Opens a body as a run. It goes into a file part by part, since many may come at a time.
+/// Opens a body as a run. The body is written to a file in parts, because many large bodies may
+/// arrive at once.
 async fn added(app: App, Named { name, rate_hz }: Named, body: Body) -> Result<String> {
     let (mut file, mut length) = (app.runs.new_file()?, 0);
     let mut parts = body.into_data_stream();
@@ -165,7 +166,7 @@ struct Stepped {
     stride_s: Option<f64>,
 }
 
-/// Windows of a track at most: more take minutes, and no screen shows them.
+/// Maximum number of windows in a track: more take minutes, and no screen can show them.
 const WINDOWS_MAX: f64 = 5000.0;
 
 async fn track(
@@ -249,7 +250,6 @@ async fn record_latest(State(app): State<App>) -> Response {
     answer(on_a_thread(open).await)
 }
 
-/// A finished recording as a run.
 fn opened(app: &App, recorder: Recorder) -> Result<String> {
     ensure!(
         !recorder.is_empty(),

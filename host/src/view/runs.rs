@@ -1,4 +1,4 @@
-//! The runs that pages look back at, by their numbers, and their files.
+//! The runs that pages can look back at, by number, and their files.
 
 use super::run::{How, Run, Summary};
 use crate::settings_form;
@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
-/// Runs kept at a time.
+/// Maximum number of open runs.
 const MOST: usize = 32;
 
-/// Longest note, characters.
+/// Maximum length of a note, characters.
 const NOTE_MAX: usize = 200;
 
 pub struct Runs {
@@ -28,7 +28,6 @@ struct List {
 struct Kept {
     id: u64,
     run: Arc<Run>,
-    /// As it was opened.
     how: How,
     note: String,
     is_unsaved: bool,
@@ -40,7 +39,7 @@ impl List {
         found.context("this run is closed")
     }
 
-    /// Refuses one run more than there may be.
+    /// Fails if the maximum number of runs are open.
     fn check(&self) -> Result<()> {
         let is_full = self.runs.len() >= MOST;
         ensure!(!is_full, "{MOST} runs are open: close one first");
@@ -53,17 +52,17 @@ impl List {
 pub struct Numbered {
     pub id: u64,
     pub note: String,
-    /// Recorded here, and nobody has saved it yet.
+    /// True if the run was recorded here and has not been saved yet.
     pub is_unsaved: bool,
-    /// True if its file is outside the command's folder, where another program may change it.
+    /// True if the file is outside the command's folder, so that it may change.
     pub can_reload: bool,
     #[serde(flatten)]
     pub summary: Summary,
 }
 
 impl Runs {
-    /// No run yet. Files go to a folder whose owner removes it: a thread that serves a page may
-    /// hold this until the process ends, and then nothing is dropped.
+    /// Creates an empty list. Files go to `folder`, which its owner must remove: a thread that
+    /// serves a page may keep the list until the process ends, so it may never be dropped.
     pub fn new(folder: &Path) -> Self {
         Self {
             folder: folder.to_owned(),
@@ -71,19 +70,18 @@ impl Runs {
         }
     }
 
-    /// A new file in the folder.
     pub fn new_path(&self) -> PathBuf {
         let mut list = self.lock();
         list.next += 1;
         self.folder.join(list.next.to_string())
     }
 
-    /// A new file in the folder, which goes unless it becomes a run.
+    /// Creates a file in the folder, which is removed unless it becomes a run.
     pub fn new_file(&self) -> Result<NamedTempFile> {
         NamedTempFile::new_in(&self.folder).context("the temporary folder")
     }
 
-    /// Opens such a file as a run, and keeps it.
+    /// Opens a file of [`new_file`](Self::new_file) as a run, and keeps the file.
     pub fn add(&self, name: &str, file: NamedTempFile, how: How) -> Result<Numbered> {
         let path = file.into_temp_path();
         let opened = self.open(name, &path, how)?;
@@ -96,7 +94,7 @@ impl Runs {
         self.lock().check()?;
         let run = Arc::new(Run::open(name, path, &how)?);
         let mut list = self.lock();
-        // Others may have been opened meanwhile.
+        // Check again: more runs may have been opened in the meantime.
         list.check()?;
         list.next += 1;
         let kept = Kept {
@@ -111,7 +109,7 @@ impl Runs {
         Ok(numbered)
     }
 
-    /// Runs the library over a run's frames again, with some settings instead of its own.
+    /// Runs the library over a run's frames again, with some settings changed.
     pub fn again(&self, id: u64, json: &str) -> Result<Numbered> {
         let run = self.get(id)?;
         let settings = settings_form::with_json(&run.settings(), json)?;
@@ -122,13 +120,13 @@ impl Runs {
         self.replace(id, &how)
     }
 
-    /// Reads a run's file again, as it was opened at first.
+    /// Reads a run's file again, with the original options.
     pub fn reload(&self, id: u64) -> Result<Numbered> {
         let how = self.lock().kept(id)?.how.clone();
         self.replace(id, &how)
     }
 
-    /// Keeps somebody's note on a run.
+    /// Stores a note on a run.
     pub fn note(&self, id: u64, text: &str) -> Result<()> {
         let text = text.trim();
         ensure!(
@@ -139,7 +137,7 @@ impl Runs {
         Ok(())
     }
 
-    /// Remembers that somebody has a run's file.
+    /// Marks a run as saved.
     pub fn saved(&self, id: u64) -> Result<()> {
         self.lock().kept(id)?.is_unsaved = false;
         Ok(())
@@ -168,7 +166,7 @@ impl Runs {
         Ok(Arc::clone(&self.lock().kept(id)?.run))
     }
 
-    /// Forgets a run; its file too if it is in the folder.
+    /// Closes a run, and removes its file if this is in the folder.
     pub fn close(&self, id: u64) -> Result<()> {
         let run = self.get(id)?;
         self.lock().runs.retain(|kept| kept.id != id);

@@ -49,17 +49,16 @@ const RETRY: Duration = Duration::from_secs(1);
 /// builds need.
 const STACK_BYTES: usize = 8 << 20;
 
-/// A running server. Dropped, it ends.
+/// A running server. Dropping it stops it.
 #[derive(Debug)]
 pub struct Server {
-    /// With the port that it has.
+    /// Address, with the port in use.
     pub address: SocketAddr,
     _running: oneshot::Sender<()>,
 }
 
 impl Server {
-    /// Serves these paths, each answer guarded, at the first of some loopback addresses that is
-    /// free.
+    /// Serves these paths behind the guard, at the first free one of the loopback addresses.
     pub fn start(addresses: &[SocketAddr], routes: Router) -> Result<Self> {
         let listener = TcpListener::bind(addresses)
             .with_context(|| format!("a page cannot be served at {}", listed(addresses)))?;
@@ -72,11 +71,11 @@ impl Server {
         let (running, dropped) = oneshot::channel::<()>();
         let routes = routes.layer(from_fn_with_state(address, guard));
         let serve = async move {
-            // Fails only without a runtime.
+            // This fails only without a runtime.
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
                 return;
             };
-            // Does not wait for pages, which listen for ever.
+            // Do not wait for pages, which listen for ever.
             let served = axum::serve(listener, routes).into_future();
             select(std::pin::pin!(served), dropped).await;
         };
@@ -93,7 +92,7 @@ fn listed(addresses: &[SocketAddr]) -> String {
     all.join(" or ")
 }
 
-/// The page of `view`: the hub's messages and the runs.
+/// Returns the routes of `view`: the page, the hub's messages and the runs.
 pub fn routes(app: App) -> Router {
     with_files(run_routes::routes(), FILES)
         .route("/events", get(events))
@@ -235,7 +234,7 @@ impl Page {
                 Err(RecvError::Closed) => return None,
             }
         }
-        // The page is new, or was too slow: it gets the whole state, then the updates after it.
+        // A new or slow page gets the whole state, then later updates.
         let (message, updates) = self.hub.join(self.missed).ok()?;
         self.updates = Some(updates);
         Some(message)
@@ -281,7 +280,7 @@ mod tests {
         }
         let (kind, state) = next();
         let missed = state["missed"].as_u64().unwrap();
-        // All but the length of the queue.
+        // All updates but those in the queue were missed.
         assert!(
             kind == "state" && (900..1000).contains(&missed),
             "{kind}, {missed}"

@@ -5,8 +5,8 @@ use crate::listen::SILENT;
 use crate::live::{Connection, Live, Phase};
 use std::time::Duration;
 
-/// The status in a sentence. `age` is the time since the latest packet; `None` before the first
-/// one.
+/// Returns the status in a sentence. `age` is the time since the latest packet; `None` before the
+/// first one.
 pub fn status(live: &Live, age: Option<Duration>) -> String {
     match (&live.now.connection, age) {
         (Connection::Disconnected { why }, _) => {
@@ -33,7 +33,7 @@ pub fn status(live: &Live, age: Option<Duration>) -> String {
     }
 }
 
-/// The reason why raw frames do not come, if there is one.
+/// Returns the reason why there are no raw frames, if any.
 pub fn no_raw(raw: &RawFrames) -> Option<String> {
     match raw {
         RawFrames::On => None,

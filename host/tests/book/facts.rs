@@ -1,4 +1,4 @@
-//! Pins, settings and faults on the pages exist, and the reader in Python reads.
+//! Tests that pins, settings and faults on the pages exist, and that the Python reader works.
 
 use super::common::{directory, file, json_lines, run};
 use super::{blocks, read, root};
@@ -27,7 +27,7 @@ fn every_known_issue_has_a_test() {
     }
 }
 
-/// The pins' names in the table are those in the boards' files, as `PA4 as Cs`.
+/// The names of pins in the table are those in the boards' files, such as `PA4 as Cs`.
 #[test]
 fn the_wiring_is_the_firmwares() {
     let page = read(&root().join("docs/guide/2-build.md"));
@@ -82,7 +82,7 @@ fn the_wiring_is_the_firmwares() {
             "the line is not on {pins}"
         );
     }
-    // The Black Pill's pins stand in a sentence.
+    // The pins of the Black Pill are listed in a sentence.
     let code = read(&root().join("src/board/blackpill_f411.rs"));
     let (_, section) = page.split_once("### Black Pill").expect("its section");
     for (signal, name) in [
@@ -100,7 +100,7 @@ fn the_wiring_is_the_firmwares() {
     }
 }
 
-/// The inputs of the boards without another chip, in the order of the firmware.
+/// The page lists the inputs of boards without an external converter in the firmware's order.
 #[test]
 fn the_inputs_of_the_own_converters_are_the_firmwares() {
     let page = read(&root().join("docs/guide/2-build.md"));
@@ -127,8 +127,8 @@ fn the_inputs_of_the_own_converters_are_the_firmwares() {
     }
 }
 
-/// Every setting of the defaults has a row in the reference, with its default; and what is beyond
-/// a row's range is refused.
+/// Every setting has a row with its default in the reference, and values outside the range in the
+/// row are refused.
 #[test]
 fn every_setting_is_in_a_table_with_its_range() {
     let pages = read(&root().join("host/reference.md"));
@@ -158,7 +158,7 @@ fn every_setting_is_in_a_table_with_its_range() {
                 .is_some_and(|cell| cell.contains(&format!("`{name}`")))
         });
         let row = row.unwrap_or_else(|| panic!("{name} is in no table"));
-        // Numbers of the range, of which the last two are its bounds.
+        // Numbers in the range; the last two are the bounds.
         let cell = row[2].split(';').next().unwrap().replace(',', "");
         let range: Vec<f64> = cell
             .split(' ')
@@ -176,7 +176,7 @@ fn every_setting_is_in_a_table_with_its_range() {
             Some(u32::from_str_radix(hex, 16).unwrap().into())
         });
         assert_eq!(shown, Some(default), "{name}");
-        // The shortest period may not exceed the longest one, which is raised out of its way.
+        // The shortest period must not exceed the longest one, so raise the latter.
         let longest = (name == "array.period_min_mm").then_some("array.period_max_mm=100");
         let set = |value: f64| {
             let changes = longest.map(str::to_owned).into_iter();
@@ -190,7 +190,7 @@ fn every_setting_is_in_a_table_with_its_range() {
             assert!(set(wrong).is_err(), "{name} = {wrong}");
         }
         for right in [least, most] {
-            // A number of something is whole; others are rounded outwards by the page.
+            // The page rounds bounds outwards, except for whole numbers.
             let inwards = right + (0.5 * (least + most) - right) * 1e-3;
             assert!(
                 [*right, inwards].iter().any(|value| set(*value).is_ok()),
@@ -225,7 +225,7 @@ fn the_reader_in_python_reads_what_the_command_prints() {
     let folder = directory();
     let script = file(folder.path(), "reader.py", reader);
 
-    // Damage in between, and a beginning in the middle of a frame.
+    // Damaged bytes in between, and a start in the middle of a frame.
     let mut line: Vec<u8> = b"middle of a frame\0\0\x01\0".to_vec();
     let mut wire = [0; WIRE_MAX];
     let mut sink = |packet: &Packet| {
@@ -267,7 +267,7 @@ fn the_reader_in_python_reads_what_the_command_prints() {
         assert_eq!(read[0], printed["sequence"]);
         assert!((number(&read[1]) - number(&printed["t_s"])).abs() < 1e-9);
         assert_eq!(read[2], printed["status"]);
-        // They are f32 on the wire; each prints what reads back to the same.
+        // Values are f32 on the wire, and both texts parse to the same f32.
         assert_eq!(
             number(&read[3]) as f32,
             number(&printed["frequency_hz"]) as f32

@@ -1,10 +1,11 @@
-//! Every link leads to a file and a heading, those that the command prints included.
+//! Tests that every link leads to an existing file and heading, including links that the command
+//! prints.
 
 use super::{documents, read, root};
 use pulldown_cmark::{Event as Mark, Parser, Tag, TagEnd};
 use std::path::Path;
 
-/// The anchors of a page's headings, as GitHub and others make them.
+/// Returns the anchors of a page's headings, as GitHub generates them.
 fn anchors(page: &str) -> Vec<String> {
     let (mut anchors, mut heading): (Vec<String>, Option<String>) = (Vec::new(), None);
     for mark in Parser::new(page) {
@@ -28,7 +29,7 @@ fn anchors(page: &str) -> Vec<String> {
     anchors
 }
 
-/// Fails if a link from a page leads to no file, or to no heading of a page.
+/// Asserts that a link leads to a file and, if it has an anchor, to a heading.
 fn assert_leads(page: &Path, to: &str) {
     let (file, anchor) = to.split_once('#').unwrap_or((to, ""));
     let target = if file.is_empty() {

@@ -1,12 +1,12 @@
-//! Files that failed once: those of the folder `files` next to people's own, where it is, and made
-//! ones of the same kinds.
+//! Tests with files that once failed: from the folder `files` next to users' files, if present, and
+//! generated files of the same kinds.
 
 use super::common::{directory, json_lines, run, stderr, text};
 use super::made::made;
 use super::{Case, Doubted, Expected, Hz, Mm, Noted, Refused, TONE, judge, shared};
 use std::path::{Path, PathBuf};
 
-/// Files of the folder, options of `fit`, what it gives.
+/// Files of the folder, options of `fit`, and expected results.
 const FILES: [Case; 57] = [
     ("unit_time_hr.csv", &[], Noted(2.3, &["in hours"])),
     ("unit_time_ks.csv", &[], Hz(2.3)),
@@ -164,7 +164,7 @@ const FILES: [Case; 57] = [
     ),
 ];
 
-/// Made files of the same kinds, with a tone of 12.34 Hz.
+/// Generated files of the same kinds, with a tone of 12.34 Hz.
 const TWINS: [Case; 45] = [
     ("long_fast.csv", &[], Noted(160.0, &["around 160.00 Hz"])),
     ("two_phases.csv", &[], Hz(65.0)),
@@ -320,7 +320,7 @@ fn report(cases: impl Iterator<Item = (PathBuf, &'static [&'static str], Expecte
     );
 }
 
-/// The dates that are printed are those that `--from` takes.
+/// Printed dates are accepted by `--from`.
 #[test]
 fn printed_dates_choose_a_part() {
     let folder = directory();
@@ -341,7 +341,7 @@ fn printed_dates_choose_a_part() {
     assert_eq!(judge(&path, &["--from", from, "--to", to], TONE), None);
 }
 
-/// Nothing that a file does not have is in its events.
+/// The events contain nothing that is not in the file.
 #[test]
 fn replay_of_a_table_reports_its_own_channels_alone() {
     let folder = directory();

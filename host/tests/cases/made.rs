@@ -1,5 +1,5 @@
-//! The inputs of the cases, made anew: a tone of 12.34 Hz in three channels at 250 Hz, as
-//! instruments write it.
+//! Generates the inputs of the cases: a tone of 12.34 Hz in three channels at 250 Hz, in the
+//! formats of instruments.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -12,9 +12,9 @@ fn even_s(row: usize) -> f64 {
     row as f64 * 0.004
 }
 
-/// The three channels at a time, with a little noise that is the same everywhere.
+/// Returns the three channels at a time, with a little reproducible noise.
 fn channels(row: usize, t_s: f64) -> [f64; 3] {
-    // SplitMix64: equal everywhere.
+    // SplitMix64, which is the same on all platforms.
     let mut state = 1 + 1000 * row as u64;
     [10.0, 0.5, -0.8].map(|offset| {
         state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -43,7 +43,7 @@ fn evenly() -> Vec<f64> {
     (0..ROWS).map(even_s).collect()
 }
 
-/// A table of even rows whose stamps are written so.
+/// Writes a table of evenly spaced rows, with stamps formatted by `stamp`.
 fn stamped(header: &str, stamp: &dyn Fn(usize, f64) -> String) -> String {
     table(
         &format!("{header},ax,ay,az\n"),
@@ -56,7 +56,7 @@ fn plain() -> String {
     stamped("time_s", &|_, t_s| format!("{t_s:.3}"))
 }
 
-/// Text of every eleventh reading of the second channel.
+/// Writes a table in which `mark` replaces every eleventh reading of the second channel.
 fn lacking(mark: &str) -> String {
     table("time_s,ax,ay,az\n", &evenly(), &|row, t_s, [x, y, z]| {
         let y = if row % 11 == 4 { mark } else { &y };
@@ -64,7 +64,7 @@ fn lacking(mark: &str) -> String {
     })
 }
 
-/// `2025-03-30 01:59:58.004000`, from then on.
+/// Formats a time of day, counted from 01:59:58.
 fn clock(t_s: f64) -> String {
     let (hour, second) = if t_s < 2.0 {
         ("01:59", 58.0)
@@ -111,7 +111,7 @@ fn wav() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A table along which a finger moves over 2.5 mm, faster and faster.
+/// Writes a table of a finger that accelerates over a grating of 2.5 mm.
 fn by_place(header: &str, column: &dyn Fn(f64, f64) -> String) -> String {
     let mut csv = header.to_owned();
     for t_s in evenly() {
@@ -269,7 +269,7 @@ pub fn made(name: &str) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// Inputs of the kinds that failed once.
+/// Returns the input of a case that once failed.
 fn failing(name: &str) -> Vec<u8> {
     let numbered =
         |header: &str, stamp: &dyn Fn(usize) -> String| stamped(header, &|row, _| stamp(row));
@@ -387,7 +387,7 @@ fn failing(name: &str) -> Vec<u8> {
                 phase.sin() + noise
             )
         }),
-        // Two channels, and no series with two samples a row.
+        // Two channels that must not be taken for a series with two samples per row.
         "two_phases.csv" => table("time_s,a,b\n", &evenly(), &|row, t_s, _| {
             let noise = channels(row, 0.0)[1] - channels(0, 0.0)[1];
             let value = |phase: f64| (std::f64::consts::TAU * 65.0 * t_s + phase).sin() + noise;

@@ -1,4 +1,4 @@
-//! Recordings of the simulated finger, as a board would send them.
+//! Recordings of the simulated finger, as sent by a board.
 #![allow(dead_code, reason = "every program uses a part of it")]
 
 use ridgetone_finger::Pipeline;
@@ -9,12 +9,11 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 use std::path::{Path, PathBuf};
 
-/// What a board sends of the default scene up to a device time, with every frame as it was read.
+/// Returns the packets of the default scene up to a device time, with every raw frame.
 pub fn packets(until_s: f64) -> Vec<Packet> {
     packets_of(Input::default(), until_s)
 }
 
-/// The packets of a slide at another speed.
 pub fn packets_at(speed_mm_s: f64) -> Vec<Packet> {
     let mut input = Input::default();
     input.scene.speed_mm_s = speed_mm_s;
@@ -41,7 +40,7 @@ fn packets_of(input: Input, until_s: f64) -> Vec<Packet> {
         .collect()
 }
 
-/// The packets as a recording.
+/// Writes the packets to a recording.
 pub fn recorded(folder: &Path, packets: &[Packet]) -> PathBuf {
     recorded_as(folder, "touch.rec", packets)
 }

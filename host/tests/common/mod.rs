@@ -1,11 +1,11 @@
-//! Common to the tests of the command: running it, and files to run it on.
+//! Helpers for tests of the command: running the command, and files to run it on.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The command of the package that is tested, ready for arguments.
+/// Returns the command of the tested package, without arguments.
 pub fn ridgetone() -> Command {
     let program = option_env!("CARGO_BIN_EXE_ridgetone")
         .or(option_env!("CARGO_BIN_EXE_ridgetone-teletaction"));
@@ -30,7 +30,7 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).expect("UTF-8")
 }
 
-/// Standard output as JSON objects, one a line; the command must have succeeded.
+/// Parses standard output as one JSON object per line; the command must have succeeded.
 pub fn json_lines(output: &Output) -> Vec<serde_json::Value> {
     assert!(output.status.success(), "{}", stderr(output));
     stdout(output)
@@ -39,8 +39,8 @@ pub fn json_lines(output: &Output) -> Vec<serde_json::Value> {
         .collect()
 }
 
-/// The command failed with this status and printed one line of reason, which holds all of `parts`.
-/// On a busy machine its progress stands before it.
+/// Asserts that the command failed with this status and printed one line with all `parts`. On a
+/// busy machine, progress may precede this line.
 pub fn assert_one_line(output: &Output, status: i32, parts: &[&str]) {
     let all = stderr(output);
     let is_progress = |line: &&str| line.ends_with(" rows read") || line.ends_with(" rows checked");
@@ -57,7 +57,6 @@ pub fn assert_one_line(output: &Output, status: i32, parts: &[&str]) {
     }
 }
 
-/// A directory of this test's own.
 pub fn directory() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary directory")
 }
@@ -74,9 +73,9 @@ pub fn text(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
 }
 
-/// A table of `channels` columns: a tone of `frequency_hz` with an overtone, a little noise,
-/// amplitudes and phases of their own, sampled at `rate_hz`. With `jitter_s` stamps are rounded
-/// down to that.
+/// Returns a table of `channels` columns, sampled at `rate_hz`: a tone of `frequency_hz` with an
+/// overtone, a little noise, and different amplitudes and phases. Stamps are rounded down to
+/// multiples of `jitter_s`, if not zero.
 pub fn tone(
     channels: usize,
     rows: usize,
@@ -98,7 +97,7 @@ pub fn tone(
         };
         let _ = write!(csv, "\n{stamp_s:.6}");
         for c in 0..channels {
-            // Numerical Recipes' quick generator: it only has to be equal everywhere.
+            // Quick generator from Numerical Recipes: it must only be reproducible.
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let noise = f64::from(state >> 8) / f64::from(1 << 24) - 0.5;
             let phase = std::f64::consts::TAU * frequency_hz * t_s + c as f64;

@@ -1,4 +1,4 @@
-//! Flash for tests. A clone is the same flash: it outlives its board.
+//! Flash for tests. Clones share the content, so that it outlives the board.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use ridgetone_proto::store::WORD_BYTES;
@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 #[derive(Clone, Debug)]
 pub struct RamFlash {
     bytes: Arc<Mutex<Vec<u8>>>,
-    /// The flash refuses to be written.
+    /// True if writes fail.
     pub is_worn: bool,
 }
 

@@ -1,4 +1,4 @@
-//! A board's recording with every raw frame from its start on.
+//! A board's recording with every raw frame from the start.
 
 use hal_mock::Sliding;
 use ridgetone_finger::Pipeline;
@@ -7,7 +7,7 @@ use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
 
-/// The bytes that a board in front of a scene sends.
+/// Returns the bytes that a board sends for a scene.
 pub fn of(scene: Sliding, settings: Settings) -> Vec<u8> {
     let mut pipeline = Box::new(Pipeline::new(settings));
     pipeline.report_raw(u32::MAX);

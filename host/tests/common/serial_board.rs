@@ -1,5 +1,4 @@
-//! A board at a pseudo-terminal: it greets, answers requests and sends frames at their time, as a
-//! real one does.
+//! A board at a pseudo-terminal, which greets, answers requests and sends frames in real time.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use ridgetone_finger::{CONVERSION_NS, FRAME_NS};
@@ -18,7 +17,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Seconds that a byte takes at 921600 baud.
+/// Duration of a byte at 921600 baud, seconds.
 const BYTE_S: f64 = 10.0 / 921_600.0;
 
 #[derive(Default)]
@@ -26,25 +25,25 @@ struct Shared {
     /// UTC of the board's time 0, nanoseconds; 0 before it begins.
     begun_ns: AtomicU64,
     frames: AtomicU64,
-    /// Longest time by which a packet was late on the line, microseconds.
+    /// Maximum delay of a packet on the line, microseconds.
     late_us: AtomicU64,
     stops: AtomicBool,
 }
 
 pub struct SerialBoard {
-    /// Name of its port.
+    /// Name of the board's port.
     pub name: String,
     shared: Arc<Shared>,
 }
 
 impl SerialBoard {
-    /// A board of the default scan.
+    /// Creates a board with the default scan.
     pub fn new() -> Self {
         Self::of_rate(f64::from(FRAME_RATE_HZ))
     }
 
-    /// A board with this frame rate. Above the default rate the line takes no time, as the real one
-    /// carries only 1,100 frames a second.
+    /// Creates a board with this frame rate. Above the default rate the line takes no time, because
+    /// a real line carries only 1,100 frames per second.
     pub fn of_rate(rate_hz: f64) -> Self {
         let (end, name) = raw_end();
         let is_fast = rate_hz > f64::from(FRAME_RATE_HZ) + 1.0;
@@ -74,18 +73,18 @@ impl SerialBoard {
         self.shared.frames.load(Relaxed)
     }
 
-    /// Longest time by which a packet was late on the line, seconds.
+    /// Returns the maximum delay of a packet on the line, seconds.
     pub fn late_s(&self) -> f64 {
         self.shared.late_us.load(Relaxed) as f64 * 1e-6
     }
 
-    /// Ends the board; its line stays.
+    /// Stops the board, but keeps the line open.
     pub fn stop(&self) {
         self.shared.stops.store(true, Relaxed);
     }
 }
 
-/// A board's end of a line, and the name that the other end is opened by.
+/// Returns the board's end of a line, and the name of the far end.
 pub fn raw_end() -> (File, String) {
     let end =
         openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
@@ -120,7 +119,7 @@ impl BoardEnd {
             boot: Boot::UNKNOWN,
             t_us: 0,
         });
-        // Somebody opens the line, and wants frames.
+        // Wait until a program opens the line and requests frames.
         let mut wants = false;
         while !wants {
             self.send(hello.clone(), Instant::now());
@@ -166,7 +165,7 @@ impl BoardEnd {
         }
     }
 
-    /// Answers what was requested. Gives whether frames were.
+    /// Answers requests. Returns true if frames were requested.
     fn answer(&mut self, requests: &Receiver<Request>) -> bool {
         let mut wants = false;
         while let Ok(Request { number, command }) = requests.try_recv() {
@@ -179,7 +178,7 @@ impl BoardEnd {
         wants
     }
 
-    /// Sends a packet that is due; it has arrived when its last byte is through.
+    /// Sends a packet after the time that its bytes take on the line, and notes its delay.
     fn send(&mut self, event: Event, due: Instant) {
         let mut wire = [0; WIRE_MAX];
         let used = encode(
@@ -192,7 +191,7 @@ impl BoardEnd {
         .expect("it fits");
         self.sequence = self.sequence.wrapping_add(1);
         sleep(Duration::from_secs_f64(self.byte_s * used as f64));
-        // The other end may be closed.
+        // Writing fails if the far end is closed, which is ignored.
         let _ = self.end.write_all(&wire[..used]);
         self.shared
             .late_us
@@ -200,13 +199,13 @@ impl BoardEnd {
     }
 }
 
-/// The requests that arrive at a line.
+/// Returns a channel of the requests that arrive on a line.
 fn requests(mut end: File) -> Receiver<Request> {
     let (found, requests) = channel();
     std::thread::spawn(move || {
         let (mut inbox, mut bytes) = (Inbox::<REQUEST_WIRE_MAX>::new(), [0; 256]);
         loop {
-            // An error: nobody has the other end.
+            // Reading fails while the far end is closed.
             let Ok(count) = end.read(&mut bytes) else {
                 sleep(Duration::from_millis(10));
                 continue;
@@ -217,8 +216,7 @@ fn requests(mut end: File) -> Receiver<Request> {
                         .take()
                         .and_then(|mut frame| framing::decode(&mut frame))
                 {
-                    // A board that has ended answers nothing, but its line stays: what is on it can
-                    // still be read.
+                    // A stopped board answers nothing, but data on its line can still be read.
                     let _ = found.send(request);
                 }
             }

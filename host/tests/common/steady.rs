@@ -1,4 +1,4 @@
-//! One touch over and over on the emulated chip: nothing may drift, leak or get lost.
+//! Repeats a touch on the emulated chip: nothing may drift, leak or get lost.
 
 use hal_mock::{Options, Sliding, SlidingScene};
 use ridgetone_finger::converter::SCAN;
@@ -10,7 +10,7 @@ use ridgetone_proto::settings::FRAME_RATE_HZ;
 use ridgetone_proto::telemetry::{Event, Health, Packet, Span, Status};
 use std::time::Instant;
 
-/// Time from one touch to the next, seconds: longer than one lasts.
+/// Time between the starts of two touches, seconds; longer than a touch.
 const EVERY_S: f64 = 6.0;
 
 /// Tolerances of contact, slide and frequency: the requirements of `emulated.rs`.
@@ -143,7 +143,7 @@ pub fn run(end_s: f64) {
 
     let (first, last) = (seen.first.expect("health"), seen.last.expect("health"));
     println!("first and last health:\n{first:?}\n{last:?}");
-    // One a second, and one at the end.
+    // There is one health message per second, and one at the end.
     let seconds = u64::from(last.frames) / FRAME_RATE_HZ as u64;
     assert!(
         seen.healths.abs_diff(seconds + 1) <= 1,
@@ -161,7 +161,7 @@ pub fn run(end_s: f64) {
         (f64::from(last.frame_rate_hz) / rate_hz - 1.0).abs() < 2.0 / last.t_us as f64 + 1e-6,
         "{last:?}"
     );
-    // After two touches nothing goes much deeper.
+    // After two touches the stack must not grow much.
     let after_two = seen.after_two.expect("two touches").stack_used_bytes;
     println!(
         "stack: {after_two} bytes after two touches, {} at last, of {}",
@@ -217,7 +217,7 @@ impl Seen {
     }
 }
 
-/// How far times are from the truth, at least and at most, seconds.
+/// Minimum and maximum error of times, seconds.
 #[derive(Clone, Copy, Debug)]
 struct Spread {
     least_s: f64,

@@ -1,4 +1,4 @@
-//! A pseudo-terminal: a board's line, or a person's screen.
+//! A pseudo-terminal, used as a board's line or as a user's screen.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use rustix::fs::{Mode, OFlags, open};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Our end of it, and what was read there.
+/// The test's end of a pseudo-terminal, and everything read from it.
 pub struct Terminal {
     end: File,
     /// Path by which the other end is opened.
@@ -22,7 +22,7 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// A new one of `columns` columns and `rows` rows.
+    /// Opens a pseudo-terminal of `columns` columns and `rows` rows.
     pub fn new(columns: u16, rows: u16) -> Self {
         let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
             .expect("a terminal");
@@ -49,7 +49,7 @@ impl Terminal {
         }
     }
 
-    /// The other end, for a child.
+    /// Opens the far end, for a child process.
     pub fn other_end(&self) -> File {
         open(
             self.name.as_str(),
@@ -60,17 +60,16 @@ impl Terminal {
         .into()
     }
 
-    /// Our end as a file.
     pub fn into_file(self) -> File {
         self.end
     }
 
-    /// Types something.
+    /// Types the given bytes.
     pub fn send(&mut self, bytes: &[u8]) {
         self.end.write_all(bytes).expect("written");
     }
 
-    /// Reads until this stands on it.
+    /// Reads until the screen shows `part`.
     pub fn read_until(&mut self, part: &str) {
         let begun = Instant::now();
         while !self.shows(part) {
@@ -83,7 +82,6 @@ impl Terminal {
         }
     }
 
-    /// True if this stands on it.
     pub fn shows(&self, part: &str) -> bool {
         self.screen.screen().contents().contains(part)
     }
@@ -101,12 +99,12 @@ impl Terminal {
                 self.screen.process(&bytes[..length]);
                 true
             }
-            // The other end is closed.
+            // The far end is closed.
             _ => false,
         }
     }
 
-    /// Reads to the end, and gives all bytes since the beginning.
+    /// Reads to the end, and returns all bytes since the beginning.
     pub fn read_to_end(&mut self) -> String {
         while self.read() {}
         String::from_utf8_lossy(&self.received).into_owned()

@@ -1,4 +1,4 @@
-//! The commands that show, record and ask a board, on the emulated one.
+//! Tests commands that show, record and query a board, with the emulated board.
 
 use crate::common::{directory, json_lines, run, stderr, stdout, text};
 
@@ -88,7 +88,7 @@ fn the_emulated_board_reports_its_settings_takes_others_and_refuses_what_is_out_
     );
 }
 
-/// The chip's firmware with settings of a file says of the default scene what the library says on
+/// With settings from a file, the firmware reports the same for the default scene as the library on
 /// the PC.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
@@ -111,7 +111,7 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
         assert!(output.status.success(), "{}", stderr(&output));
         let mut lines = json_lines(&output);
         lines.retain_mut(|line| {
-            // Replies are counted along.
+            // Sequence numbers differ, because they include replies.
             line.as_object_mut().expect("an object").remove("sequence");
             line["type"] == "estimate"
         });
@@ -154,7 +154,7 @@ fn each_message_of_an_emulated_run_has_the_time_at_which_it_left_the_board() {
         assert!(left_s >= before_s, "{message}");
         before_s = left_s;
         if let Some(after_s) = of(message, "reported_after_s") {
-            // The line, and what waits in front of the event.
+            // Time on the line, including packets that wait in front of the event.
             let waited_s = left_s - of(message, "t_s").expect("a time") - after_s;
             assert!((-0.001..0.03).contains(&waited_s), "{waited_s}: {message}");
             events += 1;
@@ -182,7 +182,7 @@ fn the_emulated_board_obeys_commands() {
     }
 }
 
-/// The emulated board is well: what is not judged there says why.
+/// The emulated board passes its check, which gives a reason for each point that is not judged.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_board_passes_its_check() {

@@ -1,4 +1,4 @@
-//! The firmware with every addition checked for overflow, next to the usual one.
+//! Compares the firmware built with overflow checks to the release image.
 
 use ridgetone_host::emulator::image::{self, Firmware};
 use ridgetone_host::emulator::{self, Options, Outcome};
@@ -34,8 +34,8 @@ fn no_arithmetic_overflows_in_a_touch() {
             ),
             (0, 0, 0)
         );
-        // Health says how busy the processor is, and the converter when it was looked at, which
-        // differ; and other messages overtake a slower fit.
+        // Ignore health and converter messages, which depend on processor load and time, and
+        // the order, because messages may overtake a slower fit.
         let all = packets
             .into_iter()
             .map(|packet| packet.event)

@@ -25,7 +25,7 @@ impl Talked {
     }
 }
 
-/// The usual scene, with these bytes and then these commands sent as soon as the board has greeted.
+/// Runs the default scene, and sends these bytes and then these commands after the greeting.
 pub fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
     let elf = emulator::image::find().expect("an image");
     let mut requests = Requests::new(700);
@@ -121,7 +121,7 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
         .map(|(_, outcome)| outcome.clone())
         .collect();
     assert_eq!(outcomes, [Outcome::Done, refused, Outcome::Done]);
-    // The greeting comes again, with the settings in force.
+    // The greeting is repeated with the settings in force.
     let hello = run.packets.iter().filter_map(|packet| match &packet.event {
         Event::Hello(hello) => Some((hello.settings, hello.source)),
         _ => None,
@@ -158,7 +158,7 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
     );
 }
 
-/// Kept settings are in force after the restart that was ordered; others are not.
+/// After a requested restart, kept settings are in force and other settings are not.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn settings_that_are_kept_survive_a_restart() {
@@ -252,8 +252,8 @@ fn noise_on_the_line_is_counted_and_changes_nothing() {
         _ => None,
     });
     let damaged = damaged.next_back().expect("health");
-    // What is between two zeros is a frame. The last one is ended by the zero in front of the
-    // request.
+    // Bytes between two zeros are a frame. The zero in front of the request ends the last
+    // frame.
     let frames = noise
         .split(|byte| *byte == 0)
         .filter(|frame| !frame.is_empty())

@@ -18,7 +18,7 @@ const SPEED_MM_S: f64 = 125.4;
 const QUICK_US: u32 = 100;
 
 fn estimate(event: &Event) -> Option<Estimate> {
-    // The device's time begins with its first conversion, which is another on the PC.
+    // Ignore device time: it begins with the first conversion, which differs on the PC.
     if let Event::Estimate(estimate) = event {
         Some(Estimate {
             t_us: 0,
@@ -29,7 +29,7 @@ fn estimate(event: &Event) -> Option<Estimate> {
     }
 }
 
-/// A grating with ridges as wide as its grooves, under a skin with ridges of a width, or with none.
+/// Returns a grating with ridges as wide as its grooves, under a skin with or without ridges.
 fn grating(period_mm: f64, skin_ridge_mm: f64) -> Sliding {
     let (ridge_mm, hold_before_s, hold_after_s) = (0.5 * period_mm, 0.6, 0.5);
     let finger = Some(Finger {
@@ -46,8 +46,8 @@ fn grating(period_mm: f64, skin_ridge_mm: f64) -> Sliding {
     }
 }
 
-/// The image's estimates. They are those of the library from the same conversions, but
-/// for one at most that the image had no time for: it leaves that out and counts it.
+/// Returns the image's estimates, and asserts that they equal those of the library from the same
+/// conversions, except for at most one that the image had no time for and has counted.
 fn as_on_the_pc(scene: Sliding, settings: Settings) -> Vec<Estimate> {
     let elf = emulator::image::find().expect("an image");
     let input = Input {
@@ -77,8 +77,8 @@ fn as_on_the_pc(scene: Sliding, settings: Settings) -> Vec<Estimate> {
         ),
         (0, 0, 0)
     );
-    // The very conversions, from where the plan is in force: the image begins with the default
-    // plan, whose conversions last longer.
+    // Use the same conversions, from the moment when the plan is in force: the image begins with
+    // the default plan, whose conversions last longer.
     let is_quick = |pair: &[TimedConversion]| pair[1].t_us.wrapping_sub(pair[0].t_us) < QUICK_US;
     let first = outcome
         .conversions

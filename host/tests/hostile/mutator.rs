@@ -1,4 +1,4 @@
-//! Bytes that are damaged by the numbers of a seed.
+//! Damages bytes at random, reproducibly from a seed.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -23,10 +23,10 @@ const TOKENS: [&[u8]; 16] = [
     b"\xef\xbb\xbf",
 ];
 
-/// Maximum number of changes of a whole.
+/// Maximum number of changes to an input.
 const CHANGES_MAX: usize = 6;
 
-/// Maximum number of bytes of a piece that is removed, repeated or taken from another.
+/// Maximum length of a piece that is removed, repeated or copied from a different input, bytes.
 const PIECE_MAX: usize = 48;
 
 pub struct Mutator(ChaCha8Rng);
@@ -40,7 +40,7 @@ impl Mutator {
         self.0.next_u32() as usize % most.max(1)
     }
 
-    /// One of the wholes with changes.
+    /// Returns one of the intact inputs with changes.
     pub fn changed(&mut self, wholes: &[Vec<u8>]) -> Vec<u8> {
         let mut bytes = wholes[self.below(wholes.len())].clone();
         for _ in 0..=self.below(CHANGES_MAX) {
@@ -79,7 +79,7 @@ impl Mutator {
                 let token = TOKENS[self.below(TOKENS.len())];
                 self.insert(bytes, token);
             }
-            // Rarely, since most readers look at the end first.
+            // Truncate only rarely.
             _ if self.below(4) == 0 => bytes.truncate(at),
             _ => {}
         }

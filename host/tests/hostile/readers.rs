@@ -1,4 +1,4 @@
-//! Properties for any bytes in a file or a request. `lab/fuzz` tries them too.
+//! Properties that must be true for any bytes in a file or request. `lab/fuzz` tests these too.
 
 use hal_mock::{FileError, Scene, SlidingScene, parse_scene};
 use ridgetone_host::events::{JsonLines, text};
@@ -33,7 +33,7 @@ pub enum Reader {
 }
 
 impl Reader {
-    /// Reads, and panics if something does not hold. Gives whether the bytes were accepted.
+    /// Reads the bytes, and panics if a property is violated. Returns true if they were accepted.
     pub fn accepts(self, bytes: &[u8]) -> bool {
         match self {
             Self::Rows => rows(bytes),
@@ -46,7 +46,7 @@ impl Reader {
     }
 }
 
-/// A file with these bytes, in a folder of this thread.
+/// Writes the bytes to a file in a folder of this thread.
 fn file(name: &str, bytes: &[u8]) -> PathBuf {
     thread_local! {
         static FOLDER: TempDir = TempDir::new().expect("a folder");
@@ -56,7 +56,7 @@ fn file(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// Rows are complete, finite and no more than there are bytes, and are the same once more.
+/// Rows are complete, finite and no more than there are bytes, and a second pass returns the same.
 fn rows(bytes: &[u8]) -> bool {
     let path = file("rows", bytes);
     let Ok(samples) = Samples::file(&path) else {
@@ -69,7 +69,6 @@ fn rows(bytes: &[u8]) -> bool {
     first.is_ok()
 }
 
-/// The bits of all values and times.
 fn all_rows(samples: &Samples, most: usize) -> Result<Vec<u64>, FileError> {
     let name = samples.name().to_owned();
     let refuse = |error: anyhow::Error| FileError::new(&name, None, format!("{error:#}"));
@@ -126,7 +125,7 @@ fn mcap(bytes: &[u8]) -> bool {
     true
 }
 
-/// Settings of a file are valid, and the same when they are written and read again.
+/// Settings from a file are valid, and unchanged after they are written and read again.
 fn settings(bytes: &[u8]) -> bool {
     let Ok(settings) = settings_form::load(&file("settings.toml", bytes)) else {
         return false;
@@ -142,7 +141,7 @@ fn assert_written_and_read(settings: &Settings) {
     assert_eq!(read.expect("settings"), *settings, "{written}");
 }
 
-/// A scene gives voltages at all times.
+/// A scene has voltages at all times.
 fn scene(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return false;
@@ -175,7 +174,7 @@ fn request(bytes: &[u8]) -> bool {
     let mut again = [0; REQUEST_WIRE_MAX];
     let used = framing::encode(&request, &mut again).expect("it fits");
     let repeated = read(&again[..used - 1]).expect("a request");
-    // Not a number is not equal to itself.
+    // Compare as text, because NaN is not equal to itself.
     assert_eq!(format!("{repeated:?}"), format!("{request:?}"));
     if let Command::Set { settings, .. } = request.command
         && settings.validate().is_ok()

@@ -9,7 +9,6 @@ use std::sync::{Arc, Mutex};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// A port that nobody has.
 pub fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0")
         .and_then(|free| free.local_addr())
@@ -100,7 +99,7 @@ impl Drop for Broker {
 
 /// A message at a subscriber.
 pub struct Received {
-    /// True if the broker had kept it.
+    /// True if the broker retained the message.
     pub is_retained: bool,
     pub topic: String,
     pub message: Value,
@@ -199,10 +198,10 @@ impl Received {
     }
 }
 
-/// Passes connections on, until it is cut.
+/// Relays connections until it is cut.
 pub struct Relay {
     pub port: u16,
-    /// The ends of all connections; none: it is cut.
+    /// Ends of all connections; `None` if the relay is cut.
     ends: Arc<Mutex<Option<Vec<TcpStream>>>>,
 }
 
@@ -233,14 +232,13 @@ impl Relay {
         Self { port, ends }
     }
 
-    /// Breaks all connections; what is on the way is lost.
+    /// Breaks all connections; data in transit is lost.
     pub fn cut(&self) {
         for end in self.ends.lock().expect("ends").take().into_iter().flatten() {
             let _ = end.shutdown(Shutdown::Both);
         }
     }
 
-    /// True if somebody is connected.
     pub fn is_used(&self) -> bool {
         self.ends
             .lock()

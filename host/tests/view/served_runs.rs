@@ -62,7 +62,7 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
     let get = |path: &str| request(&address, path, &address, LONG);
     let at = |query: &str| json(&get(&format!("/runs/{id}/state.json?{query}")).2);
 
-    // At a time it is what the board had sent by then.
+    // The state at a time is made of all packets sent by then.
     let lines = common::json_lines(&common::run(&[
         "monitor",
         "--file",
@@ -216,7 +216,7 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
         post(&address, "/runs?name=x", "http://example.org", &bytes).0,
         403
     );
-    // The command's own file is there from the beginning, and the first one goes.
+    // The command's own file is open from the beginning; close the first run.
     let names = |text: &str| {
         json(text)
             .as_array()
@@ -241,7 +241,7 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
 fn what_is_recorded_and_the_last_minute_are_runs_that_the_commands_read() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(f64::INFINITY));
-    // Slowly: it must not be over before it is recorded.
+    // Play slowly, so that the file does not end before the recording does.
     let view = View::start(&["--file", common::text(&path), "--pace", "0.5"]);
     let (address, origin) = (
         view.address().to_owned(),
@@ -345,7 +345,7 @@ fn a_table_is_read_as_its_options_say() {
     }
 }
 
-/// However it ends, with a page at the other end.
+/// However the command ends, its folder is removed, even while a page is connected.
 #[test]
 fn the_folder_of_runs_goes_with_the_command() {
     let folder = common::directory();

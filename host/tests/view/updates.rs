@@ -54,7 +54,7 @@ fn window(strips: &Strips, from_s: f64, until_s: f64) -> (Vec<f64>, Vec<Vec<f64>
     )
 }
 
-/// Values less their straight line.
+/// Subtracts the fitted straight line from values.
 fn about_line(t_s: &[f64], values: &[f64]) -> Vec<f64> {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (level, middle) = (mean(values), mean(t_s));
@@ -68,7 +68,7 @@ fn squares(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum()
 }
 
-/// Square of a plain Fourier sum.
+/// Returns the squared magnitude of a Fourier sum.
 fn power(values: &[f64], angle: impl Fn(usize) -> f64) -> f64 {
     let sum = |wave: fn(f64) -> f64| -> f64 {
         let waves = (0..values.len()).map(|n| values[n] * wave(angle(n)));
@@ -237,7 +237,7 @@ fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
 }
 
-/// What the page does with an update (`host/assets/view/model.js`).
+/// Applies an update like the page does (`host/assets/view/model.js`).
 fn add(early: &mut Value, update: &Value) {
     let live = &mut early["live"];
     let extend = |to: &mut Value, new: &Value| {

@@ -1,4 +1,4 @@
-//! Messages given to the connection and not confirmed.
+//! Messages passed to the connection but not confirmed.
 
 use super::super::queue::Queued;
 use std::collections::{HashMap, VecDeque};

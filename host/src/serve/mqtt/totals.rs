@@ -1,5 +1,5 @@
-//! The totals in a status: what has been published since this command started, and what was lost.
-//! A subscriber that was away compares them with what it got.
+//! Totals of messages published and lost since this command started, for the status. A subscriber
+//! that was disconnected compares them with the messages that it received.
 
 use super::super::message::{Lost, Message};
 use super::super::topic::{Names, Topic};
@@ -30,14 +30,14 @@ impl Totals {
         }
     }
 
-    /// A message is published, perhaps again.
+    /// Counts a message as published; one that is published again is counted once.
     pub fn publish(&mut self, message: &Message) {
         if let Some(index) = message.index {
             self.published[message.finger].insert(message.topic, index + 1);
         }
     }
 
-    /// A message will be published again.
+    /// Takes a message back out of the published count, because it will be published again.
     pub fn take_back(&mut self, message: &Message) {
         if let Some(index) = message.index
             && let Some(count) = self.published[message.finger].get_mut(&message.topic)
