@@ -10,7 +10,7 @@ use crate::hypotheses::{Noise, Other, Tested, Z_LINE};
 use crate::impulses::{self, Impulses};
 use crate::late::{Delays, Late};
 use crate::lean::follow::{Loop, ROWS, Tracked};
-use crate::lean::{self, Lean};
+use crate::lean::{self, Lean, Reference, Task};
 use crate::legendre::legendre;
 use crate::limits::{CHANNELS_MAX, DEGREE_MAX, FRAMES_MIN};
 use crate::lines::Lines;
@@ -65,18 +65,48 @@ impl Fitter {
         }
     }
 
-    /// Fits all usable channels of a span.
+    /// Fits all usable channels of a span: first without what the scene may contain beyond lines in
+    /// white noise, and with it only if this fit is not good.
     ///
     /// # Errors
     /// If frames were overwritten before they were read.
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
-        if Lean::takes(span, scene) {
-            return self.fit_lean(span, scene);
+        let mut fit = Fit::without_tone(Status::Nothing, 0);
+        if !self.fit_plain(span, scene, &mut fit)? {
+            self.fit_all(span, scene, None, &mut fit)?;
         }
-        let fit = self.fit_all(span, scene, None);
-        self.end_loop();
-        fit
+        Ok(fit)
+    }
+
+    /// Fits a lean scene, or a window that contains no more. False if it contains more, or might.
+    /// Not inlined, so that other fits do not need its stack.
+    #[inline(never)]
+    fn fit_plain(
+        &mut self,
+        span: &mut FrameSpan,
+        scene: &Scene,
+        fit: &mut Fit,
+    ) -> Result<bool, Overwritten> {
+        let mut task = Task {
+            scene: scene.plain(),
+            reference: Reference::default(),
+            usable: None,
+        };
+        if !Lean::takes(span, &task.scene) {
+            return Ok(false);
+        }
+        let is_lean = Lean::takes(span, scene);
+        if !is_lean {
+            task.usable = usable_of_plain(span)?;
+            if task.usable.is_none() {
+                return Ok(false);
+            }
+        }
+        task.reference = Reference::new(span)?;
+        let mut solution = lean::Solution::NONE;
+        self.fit_lean(span, &task, &mut solution, fit)?;
+        Ok(is_lean || fit.status == Status::Good)
     }
 
     /// Tracks the line of the latest fit through the frames after its window, one by one: the span
@@ -102,28 +132,23 @@ impl Fitter {
         Loop::new(self.loop_rows()).end();
     }
 
-    /// Fits a lean scene. Not inlined, so that other scenes do not need its stack.
+    /// Fits a lean scene, or a window that may contain more, in the memory of a solution, so that
+    /// no stack frame is larger than 4 KiB.
     #[inline(never)]
-    fn fit_lean(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
-        let mut solution = lean::Solution::NONE;
-        self.fit_lean_in(span, scene, &mut solution)
-    }
-
-    /// Fits a lean scene in the memory of a solution, so that no stack frame is larger than 4 KiB.
-    #[inline(never)]
-    fn fit_lean_in(
+    fn fit_lean(
         &mut self,
         span: &mut FrameSpan,
-        scene: &Scene,
+        task: &Task,
         solution: &mut lean::Solution,
-    ) -> Result<Fit, Overwritten> {
+        fit: &mut Fit,
+    ) -> Result<(), Overwritten> {
         let power = self.workspace.memory.as_flattened_mut();
-        let fit = Lean::new(self.blocks.rows(), power, solution).fit(span, scene);
-        match &fit {
-            Ok(fit) => Loop::new(self.loop_rows()).start(span, solution, fit),
-            Err(_) => self.end_loop(),
+        let fitted = Lean::new(self.blocks.rows(), power, solution).fit(span, task, fit);
+        match fitted {
+            Ok(()) => Loop::new(self.loop_rows()).start(span, solution, fit),
+            Err(Overwritten) => self.end_loop(),
         }
-        fit
+        fitted
     }
 
     /// Fits all usable channels of a span along a path, and corrects the delay of each channel.
@@ -141,9 +166,9 @@ impl Fitter {
         // `black_box`: otherwise the compiler would call the only such function directly.
         let correct = core::hint::black_box(correct);
         let correction = Correction { delays, correct };
-        let fit = self.fit_all(span, scene, Some(correction));
-        self.end_loop();
-        fit
+        let mut fit = Fit::without_tone(Status::Nothing, 0);
+        self.fit_all(span, scene, Some(correction), &mut fit)?;
+        Ok(fit)
     }
 
     #[inline(never)]
@@ -152,16 +177,18 @@ impl Fitter {
         span: &mut FrameSpan,
         scene: &Scene,
         correction: Option<Correction>,
-    ) -> Result<Fit, Overwritten> {
+        fit: &mut Fit,
+    ) -> Result<(), Overwritten> {
+        self.end_loop();
         let statistics = Statistics::collect(span)?;
-        let mut fit = Fit::without_tone(Status::Nothing, statistics.frames);
+        *fit = Fit::without_tone(Status::Nothing, statistics.frames);
         if statistics.width == 0 {
-            return Ok(fit);
+            return Ok(());
         }
         // With more gaps than frames the frequency is ambiguous.
         if statistics.frames < FRAMES_MIN || 2 * statistics.frames < span.frames {
             fit.status = Status::TooShort;
-            return Ok(fit);
+            return Ok(());
         }
         let Self {
             impulses,
@@ -183,13 +210,20 @@ impl Fitter {
             workspace,
             correction,
         };
-        window.fit(&mut memory, scene, &mut fit);
-        if window.is_lost {
-            Err(Overwritten)
-        } else {
-            Ok(fit)
-        }
+        window.fit(&mut memory, scene, fit);
+        let is_lost = window.is_lost;
+        // The fit has overwritten the loop.
+        self.end_loop();
+        if is_lost { Err(Overwritten) } else { Ok(()) }
     }
+}
+
+/// Mask of the usable channels of a window; `None` if one is clipped. Not inlined, so that its sums
+/// do not lie under a fit.
+#[inline(never)]
+fn usable_of_plain(span: &mut FrameSpan) -> Result<Option<u16>, Overwritten> {
+    let statistics = Statistics::collect(span)?;
+    Ok(statistics.is_plain().then(|| statistics.usable()))
 }
 
 impl<'d, 's> WindowFrames<'d, 's> {

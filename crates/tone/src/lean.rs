@@ -8,6 +8,7 @@
 mod blocks;
 mod declaration;
 pub mod follow;
+mod plain;
 mod reference;
 mod search;
 mod solve;
@@ -22,7 +23,7 @@ use crate::source::{Overwritten, Values};
 pub use blocks::LEAN_ROWS;
 use blocks::{BLOCKS_FEWER, Blocks, LINES, Pass};
 use declaration::Tested;
-use reference::Reference;
+pub use reference::Reference;
 use search::{Comb, Peak, Search};
 pub use solve::Solution;
 use verdict::{Line, Verdict};
@@ -42,16 +43,28 @@ const STARTS: [f32; 3] = [0.0, -0.5, 0.5];
 /// Maximum distance from the expected frequency, cycles; a tone further away counts as a different
 /// tone.
 const EXPECTED_NEAR: f32 = 0.45;
+/// Number of cycles below which a curved baseline resembles a tone.
+const CYCLES_CURVED: f32 = 5.0;
 /// Minimum number of cycles of a subharmonic of a peak.
 const CYCLES_PART: f32 = 0.8;
 /// Threshold for keeping a line: one in a thousand by chance.
 const Z_KEPT: f32 = 3.1;
+
+/// A fit of a lean scene.
+pub struct Task {
+    pub scene: Scene,
+    pub reference: Reference,
+    /// Mask of the usable channels if the window may contain more than the scene.
+    pub usable: Option<u16>,
+}
 
 /// The lean path, with memory that is free between fits.
 pub struct Lean<'m> {
     search: Search<'m>,
     blocks: Blocks<'m>,
     solution: &'m mut Solution,
+    /// True if the fundamental is the strongest line.
+    is_lowest_strongest: bool,
 }
 
 impl<'m> Lean<'m> {
@@ -64,6 +77,7 @@ impl<'m> Lean<'m> {
             search: Search::new(points, power),
             blocks: Blocks::new(blocks),
             solution,
+            is_lowest_strongest: false,
         }
     }
 
@@ -81,16 +95,74 @@ impl<'m> Lean<'m> {
             && matches!(span.domain(), Domain::Time { .. })
     }
 
-    /// Fits all usable channels of a span.
+    /// Fits all usable channels of a span. If the window may contain more than the scene, the fit is
+    /// good only if it does not.
     #[inline(never)]
-    pub fn fit(&mut self, span: &mut FrameSpan, scene: &Scene) -> Result<Fit, Overwritten> {
+    pub fn fit(
+        &mut self,
+        span: &mut FrameSpan,
+        task: &Task,
+        fit: &mut Fit,
+    ) -> Result<(), Overwritten> {
         if span.frames < FRAMES_MIN {
-            return Ok(Fit::without_tone(Status::TooShort, span.frames));
+            (fit.status, fit.frames) = (Status::TooShort, span.frames);
+            return Ok(());
         }
-        let reference = Reference::new(span)?;
-        if reference.width == 0 {
-            return Ok(Fit::without_tone(Status::Nothing, 0));
+        if task.reference.width == 0 {
+            return Ok(());
         }
+        self.fit_any(span, task, fit)?;
+        if let Some(usable) = task.usable
+            && fit.status == Status::Good
+            && !(fit.usable == usable && self.is_plain(span, task, fit)?)
+        {
+            fit.status = Status::Unsteady;
+        }
+        Ok(())
+    }
+
+    /// True if the frames contain only what was fitted. Adds the movement to the fit.
+    #[inline(never)]
+    fn is_plain(
+        &mut self,
+        span: &mut FrameSpan,
+        task: &Task,
+        fit: &mut Fit,
+    ) -> Result<bool, Overwritten> {
+        let per_cycle = span.frequency(1.0);
+        let (cycles, harmonics) = (fit.tests.cycles, usize::from(task.scene.harmonics()));
+        if fit.tests.beside > plain::Z
+            || cycles < CYCLES_CURVED
+            || Self::lines(span, cycles, harmonics) < harmonics.min(LINES)
+            || !self.is_lowest_strongest
+        {
+            return Ok(false);
+        }
+        let tested = Tested {
+            solution: self.solution,
+            place: 0,
+            harmonics,
+        };
+        let fitted = plain::Fitted {
+            reference: &task.reference,
+            tested,
+            cycles,
+        };
+        let plain = plain::test(span, &fitted, self.search.scratch())?;
+        fit.frequency += per_cycle * plain.step;
+        fit.movement = plain.movement(cycles, per_cycle * span.per_u());
+        Ok(plain.is_met())
+    }
+
+    /// Fits near the expected frequency, or anywhere.
+    #[inline(never)]
+    fn fit_any(
+        &mut self,
+        span: &mut FrameSpan,
+        task: &Task,
+        fit: &mut Fit,
+    ) -> Result<(), Overwritten> {
+        let scene = &task.scene;
         let per_cycle = span.frequency(1.0);
         let harmonics = usize::from(scene.harmonics());
         if let Some(expected) = span.expected {
@@ -99,10 +171,10 @@ impl<'m> Lean<'m> {
                 cycles,
                 is_searched: false,
             };
-            let fit = self.fit_at(span, &reference, &peak, harmonics)?;
+            self.fit_at(span, task, &peak, fit)?;
             let moved = f32::abs(fit.frequency / per_cycle - peak.cycles);
             if fit.status == Status::Good && moved < EXPECTED_NEAR {
-                return Ok(fit);
+                return Ok(());
             }
         }
         let band = scene.band.over(per_cycle);
@@ -111,22 +183,22 @@ impl<'m> Lean<'m> {
             most: band.most * harmonics as f32,
             ..band
         };
-        let peak = self.search.peak(span, &reference, lines)?;
-        let fit = self.fit_at(span, &reference, &peak, harmonics)?;
+        let peak = self.search.peak(span, &task.reference, lines)?;
+        self.fit_at(span, task, &peak, fit)?;
         if harmonics == 1 || !matches!(fit.status, Status::Ambiguous | Status::NoTone) {
-            return Ok(fit);
+            return Ok(());
         }
         // The peak may be a harmonic.
-        match self.part_of(span, &reference, &peak, scene)? {
-            None => Ok(fit),
-            Some(Part::Likelier(peak)) => self.fit_at(span, &reference, &peak, harmonics),
+        match self.part_of(span, &task.reference, &peak, scene)? {
+            None => {}
+            Some(Part::Likelier(peak)) => self.fit_at(span, task, &peak, fit)?,
             Some(Part::Close(cycles)) => {
                 let frequency = span.frequency(cycles);
                 let share = 1.0;
-                let other_tone = Some(OtherTone { frequency, share });
-                Ok(Fit { other_tone, ..fit })
+                fit.other_tone = Some(OtherTone { frequency, share });
             }
         }
+        Ok(())
     }
 
     /// Number of harmonics below half the frame rate, at least 1.
@@ -200,14 +272,15 @@ impl<'m> Lean<'m> {
     fn fit_at(
         &mut self,
         span: &mut FrameSpan,
-        reference: &Reference,
+        task: &Task,
         peak: &Peak,
-        harmonics: usize,
-    ) -> Result<Fit, Overwritten> {
+        fit: &mut Fit,
+    ) -> Result<(), Overwritten> {
+        let (reference, harmonics) = (&task.reference, usize::from(task.scene.harmonics()));
         let lines = Self::lines(span, peak.cycles, harmonics);
         self.solution.choose((2 << lines) - 2);
         let mut cycles = peak.cycles;
-        let max = Blocks::max(span.frames, lines);
+        let max = Blocks::max(span.frames, harmonics);
         let is_open = peak.is_searched && harmonics == 1 && cycles < CYCLES_FEW;
         for pass in 1..=PASSES {
             let (blocks, solution) = (&mut self.blocks, &mut *self.solution);
@@ -221,7 +294,8 @@ impl<'m> Lean<'m> {
             blocks.collect(span, reference, pass, scratch)?;
             let frames = blocks.frames();
             if frames < FRAMES_MIN as f32 || 2.0 * frames < span.frames as f32 {
-                return Ok(Fit::without_tone(Status::TooShort, frames as u32));
+                *fit = Fit::without_tone(Status::TooShort, frames as u32);
+                return Ok(());
             }
             if is_open {
                 solution.start(blocks, reference, &STARTS);
@@ -261,6 +335,7 @@ impl<'m> Lean<'m> {
                 strongest = line;
             }
         }
+        self.is_lowest_strongest = strongest.place == 0;
         let tested = Tested {
             solution,
             place: strongest.place,
@@ -284,7 +359,8 @@ impl<'m> Lean<'m> {
             declared: &declared,
             second,
         };
-        Ok(verdict.fit(span, blocks))
+        verdict.fit(span, blocks, fit);
+        Ok(())
     }
 }
 

@@ -115,6 +115,16 @@ impl Scene {
         }
     }
 
+    /// The scene without curved baselines, coloured or shared noise, and impulses.
+    pub(crate) const fn plain(&self) -> Self {
+        Self {
+            harmonics: self.harmonics,
+            speed: self.speed,
+            band: self.band,
+            ..Self::LEAN
+        }
+    }
+
     /// Maximum number of harmonics, limited to the fit's capacity.
     pub(crate) fn harmonics(&self) -> u8 {
         self.harmonics.clamp(1, HARMONICS_MAX as u8)

@@ -228,6 +228,17 @@ impl Statistics {
         Ok(statistics)
     }
 
+    /// True if no channel is clipped.
+    pub fn is_plain(&self) -> bool {
+        !self.stay && self.clipped == [0.0; CHANNELS_MAX]
+    }
+
+    /// Mask of the channels that are fitted.
+    pub fn usable(&self) -> u16 {
+        let order = self.order.iter().take(self.width);
+        order.fold(0, |mask, channel| mask | 1 << channel)
+    }
+
     /// Visits the frames, centred and scaled.
     fn visit(
         &self,

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{even, normal};
-use ridgetone_tone::{Fitter, FrameSpan, Frames, Scene, Status, Tracked};
+use ridgetone_tone::{Fitter, FrameSpan, Frames, Scene, Speed, Status, Tracked};
 use std::f64::consts::TAU;
 
 /// Frames between fits: 0.05 s at 241 frames a second.
@@ -237,11 +237,16 @@ fn there_is_nothing_to_follow_without_a_good_fit_of_one_line_in_white_noise() {
         harmonics: 4,
         ..Scene::LEAN
     };
+    let moving = Scene {
+        speed: Speed::MayMove,
+        ..Scene::DEFAULT
+    };
     for (name, overtone, scene, expected) in [
         ("lean", 0.0, Scene::LEAN, true),
         ("more lines are possible", 0.0, several, true),
         ("more lines are there", 0.5, several, false),
-        ("default", 0.0, Scene::DEFAULT, false),
+        ("default", 0.0, Scene::DEFAULT, true),
+        ("the speed may change", 0.0, moving, false),
     ] {
         let values = tone(overtone);
         let mut frames = Frames::new(&values, 4).unwrap();

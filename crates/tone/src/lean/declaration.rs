@@ -44,7 +44,7 @@ impl Declared {
 
 /// Lines of lower fundamentals that have the tested line as a harmonic: frequency relative to the
 /// tested line, and number of harmonics that the fundamental needs.
-const PARTS: [(f32, usize); 7] = [
+pub const PARTS: [(f32, usize); 7] = [
     (1.0 / 2.0, 2),
     (3.0 / 2.0, 3),
     (1.0 / 3.0, 3),

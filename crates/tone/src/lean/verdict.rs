@@ -93,9 +93,9 @@ impl Line {
 }
 
 impl Verdict<'_> {
-    pub fn fit(&self, span: &FrameSpan, blocks: &Blocks) -> Fit {
+    pub fn fit(&self, span: &FrameSpan, blocks: &Blocks, fit: &mut Fit) {
         let solution = self.solution;
-        let mut fit = Fit::without_tone(Status::NoTone, blocks.frames() as u32);
+        *fit = Fit::without_tone(Status::NoTone, blocks.frames() as u32);
         let freedom = solution.freedom;
         let width = self.reference.width as f32;
         let [[p, q], [_, r]] = self.fundamental.covariance;
@@ -106,7 +106,7 @@ impl Verdict<'_> {
             solution.coefficients.get(own),
             solution.coefficients.get(own + 1),
         ) else {
-            return fit;
+            return;
         };
         for c in 0..CHANNELS_MAX {
             if self.reference.inverse[c] <= 0.0 {
@@ -153,7 +153,7 @@ impl Verdict<'_> {
             let (sigma, rounding) = (span.frequency(sigma), f32::EPSILON * fit.frequency);
             fit.sigma = square_root(sigma * sigma + rounding * rounding);
             fit.harmonics = solution.orders().last().map_or(1, |order| *order as u8);
-            self.fill_overtones(&mut fit);
+            self.fill_overtones(fit);
             fit.other_tone = self.second.map(|second| OtherTone {
                 frequency: span.frequency(second.cycles),
                 share: second.power,
@@ -165,7 +165,6 @@ impl Verdict<'_> {
                 channel.phase_variance = f32::INFINITY;
             }
         }
-        fit
     }
 
     /// Ratios of the overtones to the fundamental.
