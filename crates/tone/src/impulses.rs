@@ -23,7 +23,7 @@ struct Impulse {
     off: f32,
 }
 
-/// Outliers, in the order of their places.
+/// Outliers, sorted by `place`.
 #[derive(Debug)]
 pub struct Impulses {
     list: [Impulse; IMPULSES_MAX],
@@ -67,7 +67,7 @@ impl Impulses {
         Ahead(self.list.get(..self.count).unwrap_or_default())
     }
 
-    /// Inserts an outlier in the order of places, after those at the same place.
+    /// Inserts an outlier sorted by `place`, after any at the same place.
     fn add(&mut self, place: u32, off: f32) {
         let list = self.list.get_mut(..=self.count).unwrap_or_default();
         let mut before = list.iter_mut().rev();

@@ -18,11 +18,12 @@ use core::f32::consts::PI;
 /// which stays in the result.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Delays {
-    /// Delay of each channel behind its frame's position, frames, at most one; negative if earlier.
+    /// Delay of each channel relative to its frame's position, in frames, at most one; negative if
+    /// earlier.
     pub frames: Values,
-    /// Time constant of a first-order low-pass before the converter, frames; 0: none. Positions
-    /// along the path are taken to be delayed by this time constant already; fast harmonics are
-    /// delayed less and attenuated, each by its own frequency.
+    /// Time constant of a first-order low-pass before the converter, in frames; 0 if none.
+    /// Positions along the path are assumed to include this delay already; fast harmonics are
+    /// delayed less than that and attenuated, depending on their frequency.
     pub low_pass: f32,
 }
 
@@ -55,7 +56,7 @@ pub struct Late {
     last: u32,
     /// Time constant of the low-pass, frames.
     low_pass: f32,
-    /// Mean response to each line, by order.
+    /// Mean response to each line, by line number.
     mean: [Response; HARMONICS_MAX + 1],
     trajectory: Trajectory,
     lines: Lines,

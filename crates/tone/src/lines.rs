@@ -27,7 +27,7 @@ impl Lines {
         let mut ahead = self.0;
         core::iter::from_fn(move || {
             let number = ahead.trailing_zeros();
-            // The lowest bit is cleared.
+            // Clear the lowest set bit.
             ahead &= ahead.checked_sub(1)?;
             Some(number as usize)
         })

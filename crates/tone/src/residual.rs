@@ -1,4 +1,4 @@
-//! Residuals of the frames after a solution and its modulation.
+//! Residuals of the frames after subtracting a solution and its modulation.
 
 use crate::frame::Frame;
 use crate::legendre::{baselines, legendre_after};
@@ -15,7 +15,7 @@ use core::ops::Range;
 pub struct Motion {
     /// Phase of the unit line, radians.
     pub phase: [f32; DEGREES_MAX],
-    /// Fraction of the amplitude.
+    /// Relative amplitude.
     pub amplitude: [f32; DEGREES_MAX],
     /// Highest degree.
     pub degrees: usize,

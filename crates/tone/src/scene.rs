@@ -63,12 +63,12 @@ pub struct Scene {
 pub struct Band {
     /// Minimum frequency.
     pub least: f32,
-    /// Maximum frequency; 0 is half the frame rate.
+    /// Maximum frequency; 0 means half the frame rate.
     pub most: f32,
 }
 
 impl Band {
-    /// Converts the band to a different unit, which equals `unit` in the present one.
+    /// Converts the band to multiples of `unit`.
     pub(crate) fn over(&self, unit: f32) -> Self {
         Self {
             least: self.least / unit,

@@ -7,8 +7,8 @@ use crate::matrix::{Factor, Square, invert};
 use crate::source::Values;
 use crate::statistics::Products;
 
-/// The two factors of a line in each channel, of unit variance after projecting out all other
-/// unknowns.
+/// The two factors of a line in each channel, scaled to unit variance after projecting out all
+/// other unknowns.
 pub type LineFactors = [Values; 2];
 
 /// Shape of the model: lines, and degree of the baseline.
@@ -42,7 +42,8 @@ pub struct ProjectedModel<'b> {
     pub shape: &'b Shape,
     /// Factor of the normal equations.
     pub factor: Factor<'b, UNKNOWNS_MAX>,
-    /// The part of the channels that the model explains; `None` where the blocks have residuals.
+    /// The part of the channels that the model explains; `None` if the blocks already hold
+    /// residuals.
     pub projections: Option<&'b Rows>,
 }
 
@@ -53,8 +54,8 @@ pub struct Solution {
     pub shape: Shape,
     /// Factor of the normal equations.
     pub lower: Square<UNKNOWNS_MAX>,
-    /// Levels, then cosine and sine of each line: projections of the channels onto orthonormal
-    /// functions, and once solved the coefficients.
+    /// Levels, then cosine and sine of each line: at first the projections of the channels onto
+    /// orthonormal functions, and once solved the coefficients.
     pub rows: Rows,
 }
 
@@ -88,7 +89,7 @@ impl Solution {
         }
     }
 
-    /// Residual products of the channels after the projections, on and below the diagonal.
+    /// Products of the channels' residuals after the projections, on and below the diagonal.
     pub fn residuals(&self, all: &Products) -> Square<CHANNELS_MAX> {
         let mut residuals = all.matrix;
         if all.may_share {
@@ -127,8 +128,8 @@ impl Solution {
         inverse
     }
 
-    /// The factors of the lines, each orthonormal after projecting out all other unknowns, once
-    /// solved.
+    /// The factors of the lines of a solved solution, orthonormal after projecting out all other
+    /// unknowns.
     #[inline(never)]
     pub fn line_factors(&self) -> [LineFactors; HARMONICS_MAX] {
         let inverse = self.inverse();
@@ -163,14 +164,14 @@ impl Solution {
 pub struct Power {
     /// Both factors together.
     pub all: f32,
-    /// Power that is not of a single waveform in all channels.
+    /// Power beyond that of a single waveform common to all channels.
     pub second: f32,
     /// Sum of the squared eigenvalues.
     pub squares: f32,
 }
 
 impl Power {
-    /// Weighted by the inverse of the noise's covariance.
+    /// Computes the power, weighted by the inverse noise covariance `weights`.
     pub fn new(factors: &LineFactors, weights: &Square<CHANNELS_MAX>) -> Self {
         let [a, b, c] = [
             form(&factors[0], weights, &factors[0]),

@@ -6,14 +6,14 @@ use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
 use crate::source::{Overwritten, Values};
 
-/// A tone clips its channel once per period. A channel at its highest or lowest value in more than
-/// this fraction of the frames, with an unbroken run or gap longer than that, is clipped by its
-/// level.
+/// A channel at its highest or lowest value in more than this fraction of the frames is left out,
+/// unless it is clipped by a tone. A tone clips once per period, so no run of clipped frames and no
+/// gap between them is longer than this fraction.
 const STAYS: f32 = 0.25;
-/// Maximum ratio of a rounded sine's counts at its extreme value and at the next one: the time
-/// spent within h of the extreme grows with the root of h.
+/// Maximum ratio of a rounded, unclipped sine's counts at its extreme value and at the next one.
+/// The time spent within h of the extreme is proportional to the root of h.
 const AT_END: f32 = 1.0 + core::f32::consts::SQRT_2;
-/// Minimum variance about level and slope, relative to the mean square, that sums resolve.
+/// Minimum variance about level and slope, relative to the mean square, that the sums resolve.
 const LEFT_MIN: f32 = 1e-3;
 
 /// Level, slope and scale of the channels that are used.
@@ -39,12 +39,12 @@ pub struct Statistics {
     pub stay: bool,
 }
 
-/// True if `count` frames at an end of the range suggest clipping by the level.
+/// True if `count` is more than the fraction [`STAYS`] of the frames.
 fn is_long(count: f32, frames: u32) -> bool {
     count > STAYS * frames as f32
 }
 
-/// Sums of one channel, of values relative to the first.
+/// Sums of one channel's values relative to the first.
 #[derive(Clone, Copy)]
 struct Sums {
     first: f32,
@@ -159,7 +159,8 @@ impl End {
 }
 
 impl Statistics {
-    /// Reads the span for levels and slopes, and again if sums do not resolve the scales.
+    /// Reads the span to measure levels, slopes and scales, and again if the sums do not resolve
+    /// the scales.
     #[inline(never)]
     pub fn collect(span: &mut FrameSpan) -> Result<Self, Overwritten> {
         let wanted = span.channels()?;
@@ -298,13 +299,13 @@ pub struct Products {
     pub count: f32,
     /// True if products between channels are summed.
     pub may_share: bool,
-    /// Frame that waits to be added together with the next one.
+    /// Frame waiting to be added together with the next one.
     pending: Option<Values>,
 }
 
 impl Products {
-    /// Empty products, between channels if these may share noise; values are rounded to multiples
-    /// of `step`.
+    /// Creates empty products, including those between channels if `may_share`; values are rounded
+    /// to multiples of `step`.
     pub fn new(statistics: &Statistics, step: f32, may_share: bool) -> Self {
         Self {
             matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
@@ -351,11 +352,11 @@ impl Products {
     }
 
     /// Weighted power that rounding may add to a line in the first `width` channels. Without other
-    /// noise all its power may be in one line; noise spreads it by the square of the noise's
-    /// characteristic function (B. Widrow, I. Kollar, M.-C. Liu, "Statistical theory of
+    /// noise, all of this power may fall into one line; noise reduces it by the square of the
+    /// noise's characteristic function (B. Widrow, I. Kollar, M.-C. Liu, "Statistical theory of
     /// quantization", IEEE Transactions on Instrumentation and Measurement 45, 1996, 353-361).
     pub fn rounding(&self, weights: &Square<CHANNELS_MAX>, width: usize) -> f32 {
-        // A step is the root of 12 standard deviations of rounding.
+        // A step is sqrt(12) standard deviations of the rounding error.
         const SPREAD: f32 = core::f32::consts::PI * core::f32::consts::PI / 3.0;
         let of_channel = |k: usize| {
             let power = weights[k][k] * self.squares_min[k];

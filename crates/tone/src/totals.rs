@@ -67,7 +67,7 @@ pub fn list_len(shape: &Shape) -> usize {
     2 * (2 * shape.lines.max() + 1) + 2 * shape.lines.count() * shape.first_line()
 }
 
-/// Products of a shape's lines with all its functions, from a list of totals.
+/// Computes the products of a shape's lines with all its functions from a list of totals.
 #[inline(never)]
 pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
     let mut totals = Totals::default();

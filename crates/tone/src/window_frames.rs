@@ -14,7 +14,7 @@ use crate::source::Values;
 use crate::statistics::Statistics;
 use core::ops::Range;
 
-/// Maximum rounding step of a level, as a fraction of the channel's standard deviation.
+/// Maximum rounding error of a level, as a fraction of the channel's standard deviation.
 const COARSE: f32 = 1e-5;
 
 /// Channel numbers, levels, slopes and inverse scales of a group of four channels; unused channels
@@ -22,8 +22,8 @@ const COARSE: f32 = 1e-5;
 #[derive(Clone, Copy, Default)]
 struct Units {
     from: [u8; 4],
-    /// Large levels, subtracted before the slope; zero for other channels. Rounding a large level
-    /// plus the slope would cause steps that repeat over the window.
+    /// Large levels, subtracted before the slope; zero for other channels. Rounding the sum of a
+    /// large level and the slope would cause steps that repeat over the window.
     coarse: [f32; 4],
     level: [f32; 4],
     slope: [f32; 4],
