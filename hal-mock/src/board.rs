@@ -1,5 +1,5 @@
-//! The chip on a simulated board: its pins as embedded-hal 1.0 traits on one virtual clock. No pin
-//! ever fails.
+//! The chip on a simulated board: its pins as embedded-hal 1.0 traits on one virtual clock. Pin
+//! operations cannot fail.
 
 use crate::chip::{Ads1258, Options};
 use crate::scene::Scene;
@@ -17,7 +17,7 @@ pub struct SimulatedBoard(Arc<Mutex<State>>);
 struct State {
     chip: Ads1258,
     now_ns: u64,
-    /// SPI clock in hertz; 0: SPI bytes take no time.
+    /// SPI clock in hertz; at 0, SPI bytes take no time.
     sclk_hz: u32,
     read_fill: u8,
     poll_ns: u64,
@@ -41,12 +41,12 @@ pub type ResetPin = ChipPin;
 #[derive(Clone)]
 pub struct DrdyPin(SimulatedBoard);
 
-/// Delays in virtual time: they cost nothing and are exact.
+/// Exact delays in virtual time, without real waiting.
 #[derive(Clone)]
 pub struct VirtualDelay(SimulatedBoard);
 
 impl SimulatedBoard {
-    /// A chip in its power-up state in front of `scene`, at time 0.
+    /// Creates a board at time 0, with a chip in its power-up state that samples `scene`.
     pub fn new(scene: impl Scene + 'static, options: Options) -> Self {
         let chip = Ads1258::new(Box::new(scene), options);
         Self(Arc::new(Mutex::new(State {
@@ -118,8 +118,8 @@ impl SimulatedBoard {
     }
 
     /// Moves time to the next falling edge of DRDY (strictly later than now) and returns its time
-    /// in nanoseconds. Returns `None` and leaves the time if the scene has ended or no conversion
-    /// runs.
+    /// in nanoseconds. Returns `None` and leaves the time unchanged if the scene has ended or no
+    /// conversion runs.
     pub fn wait_for_drdy(&self) -> Option<u64> {
         let mut state = self.lock();
         if state.chip.ended() {
@@ -132,7 +132,7 @@ impl SimulatedBoard {
     }
 
     /// Calls `f` with the chip while the board is locked. Read [`now_ns`](Self::now_ns) before the
-    /// call: inside it would deadlock.
+    /// call: inside `f` it would deadlock.
     pub fn with_chip<R>(&self, f: impl FnOnce(&mut Ads1258) -> R) -> R {
         f(&mut self.lock().chip)
     }
@@ -247,8 +247,8 @@ impl embedded_hal_async::spi::SpiDevice for ChipSpi {
     }
 }
 
-/// A wait for a falling edge moves virtual time to it. Other waits stay pending: no driver waits
-/// for DRDY to rise.
+/// Waiting for a falling edge moves virtual time to the edge. Waiting for DRDY to rise stays
+/// pending, because no driver does so.
 #[cfg(feature = "async")]
 impl embedded_hal_async::digital::Wait for DrdyPin {
     async fn wait_for_high(&mut self) -> Result<(), Infallible> {

@@ -1,9 +1,9 @@
-//! Faults of the chip, its bus and DRDY, and the effect of each while it is in force.
+//! Faults of the chip, its bus and DRDY, and their effects while they last.
 
 use super::Ads1258;
 
-/// A fault, from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by
-/// [`Injection`](super::Injection)s.
+/// A fault. It lasts from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or is scheduled by an
+/// [`Injection`](super::Injection).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the sentence of each variant names its fields")]
 pub enum Fault {
@@ -149,7 +149,7 @@ impl Ads1258 {
             Fault::Reference { .. } => analog.reference_v = reference_v,
             Fault::Clock { .. } => self.set_clock_error(error_ppm),
             Fault::Input { .. } => faults.held = None,
-            // The other faults happen once and do not last.
+            // All other faults are single events, so there is nothing to end.
             _ => {}
         }
     }

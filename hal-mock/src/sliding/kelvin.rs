@@ -16,7 +16,7 @@ impl Lag {
     /// Advances by `dt_s` > 0 seconds, exactly for an input that moves linearly from `from` to
     /// `to`.
     pub(crate) fn advance(&mut self, dt_s: f64, from: f64, to: f64) -> f64 {
-        // A steady ramp is followed with a delay of the time constant.
+        // The value follows a steady ramp with a delay of one time constant.
         let behind = (to - from) / dt_s * self.time_s;
         self.value = to - behind + (self.value - from + behind) * libm::exp(-dt_s / self.time_s);
         self.value

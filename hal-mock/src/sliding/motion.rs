@@ -108,7 +108,8 @@ impl Motion {
         }
     }
 
-    /// Speed at the tone's frequency in mm/s: without ramps and ripple; for a hand, the peak speed.
+    /// Speed that determines the tone's frequency, in mm/s: without ramps and ripple; for a hand,
+    /// the peak speed.
     pub(crate) fn tone_speed_mm_s(&self) -> f64 {
         match self {
             Self::Steady { speed_mm_s, .. } => *speed_mm_s,
