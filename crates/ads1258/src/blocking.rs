@@ -107,7 +107,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// [`configure`](Self::configure) detects.
     ///
     /// # Errors
-    /// [`Error::Id`] if ID4 is that of the other one.
+    /// [`Error::Id`] if ID4 is that of the other model.
     pub fn read_id(&mut self) -> Result<u8, Error<SPI::Error>> {
         codec::check_id(self.read_register(Register::Id)?, self.model)
     }
