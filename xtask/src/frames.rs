@@ -1,5 +1,5 @@
-//! Stack frames of an image's functions: a large value built on the stack, instead of in place as
-//! expected, shows as a frame of its size.
+//! Checks the stack frames of an image's functions: a large value that is built on the stack,
+//! instead of in place, shows up as a frame of its size.
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};

@@ -1,4 +1,4 @@
-//! Building and checking the firmware images.
+//! Builds and checks the firmware images.
 
 use crate::inspect::{self, DMA, DRDY, Interrupt, Sizes, USART2_DMA, USART3_DMA};
 use crate::inspect::{TIM6, USART2, USART3};
@@ -85,8 +85,8 @@ impl Board {
         Self::StylusF405,
     ];
 
-    /// The board's image, which handles the interrupts of DRDY or the ADC's DMA, of the line and
-    /// its DMA, or of the stylus's timer.
+    /// Returns the board's image, with the interrupts that it must handle: of DRDY, of the ADC's
+    /// DMA or of the stylus's timer, and of the line and its DMA.
     pub const fn image(self) -> Image {
         let (name, interrupts): (_, &[_]) = match self {
             Self::FeatherF405 => ("feather-f405", &[DRDY, USART3, USART3_DMA]),
@@ -148,7 +148,8 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     if image != COUNTS && profile == USUAL {
         frames::check(&bytes).with_context(unfit)?;
     }
-    // A benchmark and the loop may panic, and overflow checks are panics.
+    // Not checked: the benchmark and the loop, which may panic, and overflow checks, which are
+    // panics.
     if !interrupts.is_empty() && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
     }
@@ -159,7 +160,7 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let folder = target_dir().join("firmware").join(folder);
     create(&folder)?;
     let path = folder.join(binary).with_extension("elf");
-    // A newer file would make cargo rebuild the command that embeds it.
+    // Write only changes: a newer file would make cargo rebuild the command that embeds it.
     if !read(&path).is_ok_and(|there| there == bytes) {
         write(&path, &bytes)?;
     }

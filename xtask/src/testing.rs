@@ -134,8 +134,8 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     .context("tests of streams")
 }
 
-/// Work that keeps at most one core busy: links images, builds the wheel, or waits. Output is
-/// printed at the end, because other tests print meanwhile.
+/// Does the work that keeps at most one core busy: links images, builds the wheel, or waits. Output
+/// is printed at the end, because other tests print meanwhile.
 fn run_beside(images: Sender<Built>) -> Result<()> {
     images::build_tested()?;
     let built: Result<Built> = IMAGES

@@ -1,4 +1,4 @@
-//! Finding and running programs, in an environment without cargo's variables.
+//! Finds and runs programs, in an environment without cargo's variables.
 
 use anyhow::{Context, Result, anyhow, ensure};
 use std::path::{Path, PathBuf};
@@ -54,7 +54,7 @@ pub fn clean(program: impl AsRef<std::ffi::OsStr>) -> Command {
     command
 }
 
-/// A cargo command, from words in one text and further words.
+/// Creates a cargo command from the words of a text and further words.
 pub fn cargo<'a>(words: &str, more: impl IntoIterator<Item = &'a str>) -> Command {
     let mut cargo = clean("cargo");
     cargo.args(words.split_whitespace()).args(more);
