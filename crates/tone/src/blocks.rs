@@ -38,7 +38,7 @@ pub const fn rows(lines: usize, points: usize) -> usize {
 /// Below this, errors of rotated blocks dominate.
 const LEFT_MIN: f32 = 1e-3;
 
-/// Sums over the blocks of a window.
+/// Sums over the frames of each block of a window.
 #[derive(Debug)]
 pub struct Blocks {
     rows: [Values; ROWS],

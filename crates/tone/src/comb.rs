@@ -131,7 +131,7 @@ impl Refinement<'_> {
         multiples(unit).fold(Lines::NONE.with(unit), Lines::with)
     }
 
-    /// Finds the likeliest comb at a `trajectory`, over baselines of some `degrees`, whose
+    /// Finds the likeliest comb at a `trajectory`, with a baseline of one of the `degrees`, whose
     /// fundamental is in the band. Rotates the blocks to its unit line, and keeps its weights if it
     /// is the best comb of the window so far.
     pub fn best(

@@ -195,8 +195,8 @@ impl<'t> Tested<'t> {
     }
 
     /// Normal deviate of a line in all channels over the loudest noise bin next to it; minus
-    /// infinity with too few bins. Compared with the mean of the bins, noise whose spectrum rises,
-    /// falls or has a wide peak would pass for a line.
+    /// infinity with too few bins. If lines were compared with the mean of the bins, noise with a
+    /// rising, falling or widely peaked spectrum would pass for a line.
     fn over_loudest(&self, noise_bins: &NoiseBins, number: usize) -> f32 {
         let (followed, width) = (self.followed, self.width as f32);
         let place = self.shape.lines.index(number) % HARMONICS_MAX;

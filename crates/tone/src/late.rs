@@ -1,7 +1,7 @@
 //! Multiplexing delays and an input low-pass, in fits along a path: each channel is sampled at its
-//! own position, and harmonics are shifted and attenuated at high speed. At the mean speed that is
-//! a constant phase and gain, which stays in the waves; the effect of deviations from the mean
-//! speed is computed from the waves and subtracted.
+//! own position, and harmonics are shifted and attenuated at high speed. At the mean speed the
+//! effect is a constant phase and gain, which stays in the waves; the effect of deviations from the
+//! mean speed is computed from the waves and subtracted.
 
 mod find;
 
@@ -62,8 +62,8 @@ pub struct Late {
     lines: Lines,
     /// Cosine and sine of each line.
     waves: [Values; 2 * HARMONICS_MAX],
-    /// Subtracts the change from a frame. A pointer, so that firmware without delays does not link
-    /// the function.
+    /// Function that subtracts the change from a frame. A pointer, so that firmware without delays
+    /// does not link it.
     subtract: fn(&Self, &Domain, &mut Frame),
 }
 

@@ -139,7 +139,7 @@ fn counts(i: usize, n: usize) -> bool {
 /// Covariance of a walk whose second degree has variance 1: of degrees 2 to n, then of [`ends`].
 struct Walk {
     covariance: Square<DEGREES_MAX>,
-    /// Covariances of each entry with the mean.
+    /// Covariance of each entry with the mean.
     mean: [f32; DEGREES_MAX],
     /// Variance of the mean.
     variance: f32,
@@ -251,7 +251,8 @@ impl Evidence<'_> {
         self.scale * self.covariance[i][j]
     }
 
-    /// Estimates the mean for a walk of variance `variance`; the log weight is without the prior.
+    /// Estimates the mean for a walk of variance `variance`; the log weight does not include the
+    /// prior.
     #[inline(never)]
     fn answer(&self, walk: &Walk, variance: f32, matrix: &mut Square<DEGREES_MAX>) -> Answer {
         // The degrees above the first, which is the one to estimate.

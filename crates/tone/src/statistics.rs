@@ -1,4 +1,5 @@
-//! First passes: level, slope and scale of each channel; then the products of the channels.
+//! First passes over the frames: level, slope and scale of each channel, then the products of the
+//! channels.
 
 use crate::covariance::{ROUNDING, add_product, add_products};
 use crate::frame_span::FrameSpan;
@@ -80,7 +81,7 @@ impl Sums {
         self.ends().any(|end| is_long(end.run_max as f32, frames))
     }
 
-    /// True if the channel is clipped by its level, or takes few values.
+    /// True if the channel is clipped because of its level, or takes only a few values.
     fn is_left_out(&self, frames: u32) -> bool {
         self.ends().any(|end| {
             let gap = end.gap_max.max(frames - end.latest);

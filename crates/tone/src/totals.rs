@@ -9,10 +9,10 @@ use crate::matrix::Square;
 use crate::phase::{Wave, line_products};
 use crate::solve::Shape;
 
-/// Multiples of the unit line whose sums are kept.
+/// Number of multiples of the unit line whose sums are kept.
 pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
 
-/// Functions of all lines: cosine and sine of each.
+/// Maximum number of functions of the lines: cosine and sine of each.
 pub const LINE_FUNCTIONS: usize = 2 * HARMONICS_MAX;
 /// Products of functions of the lines.
 pub type OfLines = Square<LINE_FUNCTIONS>;

@@ -8,7 +8,7 @@ use core::f32::consts::{FRAC_1_PI, PI};
 /// The phase of the unit line at `u`: pi x cycles x u + sum of moved[k] P_k(u), radians.
 #[derive(Clone, Copy, Debug)]
 pub struct Trajectory {
-    /// Frequency of the linear term, cycles per window, without what polynomials of odd degree add.
+    /// Frequency of the linear term, cycles per window; polynomials of odd degree add to it.
     pub cycles: f32,
     /// Coefficients by degree, radians; 0 and 1 are unused.
     pub moved: [f32; MOVES_MAX + 1],

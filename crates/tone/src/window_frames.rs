@@ -157,7 +157,7 @@ impl WindowFrames<'_, '_> {
         self.is_lost |= read.is_err();
     }
 
-    /// Visits the frames, or their residuals after a model.
+    /// Visits the frames, or their residuals after subtracting a model.
     pub fn visit_residuals(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
         let width = self.width();
         self.visit(|frame| match model {

@@ -55,7 +55,8 @@ fn far_off<'v>(
     })
 }
 
-/// Replaces impulses in the residuals of a solution, and returns their number. `memory` is scratch.
+/// Finds impulses in the residuals of a solution, which later visits subtract. Returns their
+/// number; `memory` is scratch.
 #[inline(never)]
 pub fn replace(
     window: &mut WindowFrames,
