@@ -158,7 +158,7 @@ impl spi::ErrorType for ChipSpi {
     type Error = Infallible;
 }
 
-/// One transaction keeps CS low from its beginning to its end.
+/// CS stays low for the whole transaction.
 impl SpiDevice for ChipSpi {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
         let mut state = self.0.lock();

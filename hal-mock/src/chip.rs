@@ -33,10 +33,10 @@ use timing::Timing;
 /// The simulated chip.
 ///
 /// All times are virtual nanoseconds and must not decrease from call to call; a call with an
-/// earlier time acts at the latest time seen. Scene time zero is the first start condition (rising
-/// START or pulse convert) after construction, so measurements do not depend on the duration of the
-/// start-up. Each conversion samples the scene once, at the middle of the filter's aperture:
-/// [`sample_delay_ns`](Self::sample_delay_ns) before its DRDY edge.
+/// earlier time takes effect at the latest time. Scene time zero is the first start condition
+/// (rising START or pulse convert) after construction, so measurements do not depend on the
+/// duration of the start-up. Each conversion samples the scene once, at the middle of the filter's
+/// aperture: [`sample_delay_ns`](Self::sample_delay_ns) before its DRDY edge.
 pub struct Ads1258 {
     scene: Box<dyn Scene>,
     options: Options,

@@ -25,7 +25,7 @@ impl Conversion {
         self.epoch_ns + clock.ns(cycle)
     }
 
-    /// Counts the remaining time from `now_ns`, so that the clock may change.
+    /// Counts the remaining cycles from `now_ns`, so that the clock may change.
     pub(crate) fn rebased(self, clock: Clock, now_ns: u64) -> Self {
         let passed = clock.cycles(now_ns.saturating_sub(self.epoch_ns));
         Self {
