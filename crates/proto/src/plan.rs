@@ -308,7 +308,7 @@ impl Plan {
         }
     }
 
-    /// Number of frames in a time, rounded.
+    /// Number of frames in a duration, rounded.
     pub const fn frames_in(&self, seconds: f32) -> u32 {
         (seconds * self.frame_rate_hz() + 0.5) as u32
     }
