@@ -1,5 +1,5 @@
-//! `release`: the images of the real boards as files for every way of flashing, and the command and
-//! the Python package with embedded images, all with checksums.
+//! `release`: writes the images of the real boards as files for every way of flashing, and the
+//! command and the Python package with embedded images, all with checksums.
 
 mod command;
 mod empty_root;

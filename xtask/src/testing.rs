@@ -1,4 +1,4 @@
-//! `test`: the tests on the PC and one emulated run of each kind; `--all` runs everything,
+//! `test`: runs the tests on the PC and one emulated run of each kind; `--all` runs everything,
 //! `--fresh` the random tests.
 
 use crate::images::{self, Board, Image};
@@ -58,7 +58,7 @@ pub fn prepare() -> Result<()> {
     images::build(Board::FeatherF405.image()).map(drop)
 }
 
-/// Runs all tests that take at most minutes.
+/// Runs all tests that take no more than a few minutes.
 pub fn short() -> Result<()> {
     prepare()?;
     announce("tests on this PC; beside them the other images, of which each keeps one core busy");

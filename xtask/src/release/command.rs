@@ -1,5 +1,5 @@
-//! The command `ridgetone` with embedded firmware images, so that `ridgetone demo` needs neither a
-//! checkout nor a compiler: static for Linux, or for this system.
+//! Builds the command `ridgetone` with embedded firmware images, so that `ridgetone demo` needs
+//! neither a checkout nor a compiler: statically for Linux, or for this system.
 
 use super::empty_root::EmptyRoot;
 use crate::images::Board;

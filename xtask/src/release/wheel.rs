@@ -1,4 +1,5 @@
-//! The Python package as a wheel for any Linux on this processor, with embedded firmware images.
+//! Builds the Python package as a wheel for any Linux on this processor, with embedded firmware
+//! images.
 
 use super::command::{EMBEDDED, Made, check_embedded, images};
 use super::empty_root::EmptyRoot;
