@@ -23,8 +23,8 @@ use core::f32::consts::{FRAC_1_PI, PI};
 const FUNCTIONS: usize = 2 * HARMONICS_MAX;
 const ROWS: usize = rows(BLOCK_LINES, POINTS_MAX);
 
-/// Returns the number of rows that `lines` lines (cosine and sine, all blocks) or a transform of
-/// `points` points need.
+/// Number of rows for cosine and sine of `lines` lines in all blocks, or for a transform of
+/// `points` points.
 pub const fn rows(lines: usize, points: usize) -> usize {
     let transform = points.div_ceil(CHANNELS_MAX) + LEAN_ROWS;
     if 2 * lines > transform {
@@ -34,7 +34,7 @@ pub const fn rows(lines: usize, points: usize) -> usize {
     }
 }
 
-/// Minimum fraction of a function's energy that remains after projecting out the earlier functions.
+/// Minimum fraction of a function's energy that remains after projecting out the earlier ones.
 /// Below this, errors of rotated blocks dominate.
 const LEFT_MIN: f32 = 1e-3;
 
@@ -72,7 +72,6 @@ pub struct Pass {
 }
 
 impl Blocks {
-    /// Empty blocks; all zeros.
     pub const fn new() -> Self {
         Self {
             rows: [[0.0; CHANNELS_MAX]; ROWS],
@@ -158,12 +157,10 @@ impl Blocks {
         self.ends[b % BLOCKS_MAX]
     }
 
-    /// True if `u` is in block `b`.
     fn is_in(&self, b: usize, u: f32) -> bool {
         u < self.end(b) && (b == 0 || u >= self.end(b - 1))
     }
 
-    /// Block that contains `u`.
     fn block(&self, u: f32) -> usize {
         let ends = self.ends.get(..self.count).unwrap_or_default();
         let b = ends.partition_point(|end| *end <= u);
@@ -238,7 +235,6 @@ impl Blocks {
         self.count.min(BLOCKS_MAX)
     }
 
-    /// Middle of a block.
     pub fn middle(&self, b: usize) -> f32 {
         let start = b.checked_sub(1).map_or(-1.0, |before| self.end(before));
         0.5 * (start + self.end(b))
@@ -248,7 +244,6 @@ impl Blocks {
         self.lines
     }
 
-    /// Rows of a block's lines.
     fn rows_of(&mut self, b: usize, lines: usize) -> &mut [Values] {
         let first = 2 * b * lines;
         self.rows
@@ -338,7 +333,6 @@ impl Blocks {
             .take(self.count())
     }
 
-    /// Number of groups of four channels in use.
     pub fn groups(&self) -> usize {
         self.groups
     }
@@ -370,9 +364,8 @@ impl Blocks {
         }
     }
 
-    /// Largest difference in rotation between adjacent blocks when turning from one trajectory to
-    /// another, in radians of the unit line. Blocks turn as a whole, so this measures the error
-    /// within them.
+    /// Largest difference in rotation between adjacent blocks from one trajectory to another, in
+    /// radians of the unit line: a measure of the error within rotated blocks.
     pub fn twist(&self, from: &Trajectory, to: &Trajectory) -> f32 {
         let turned = |b: usize| {
             let u = self.middle(b);

@@ -21,7 +21,6 @@ pub struct Comb {
     pub score: f32,
     /// Phase of the fundamental.
     pub trajectory: Trajectory,
-    /// Lines and baseline of the comb.
     pub shape: Shape,
     /// Refined phase of the candidate's unit line.
     pub unit: Trajectory,
@@ -41,7 +40,6 @@ pub struct CompetingComb {
 }
 
 impl CompetingComb {
-    /// No competing comb.
     pub const NONE: Self = Self {
         score: f32::NEG_INFINITY,
         cycles: 0.0,

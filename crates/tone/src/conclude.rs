@@ -44,9 +44,7 @@ const FEW_SAMPLES: f32 = 1.2;
 /// The mean frequency, in cycles per window.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mean {
-    /// Mean frequency.
     pub cycles: f32,
-    /// Standard deviation.
     pub sigma: f32,
     /// Estimate of the mean phase.
     pub phase: MeanPhase,
@@ -111,7 +109,6 @@ fn noise_of_clipped(tested: &Tested, solution: &Solution, clipped: &Values) -> f
 /// Variance inflation: residual scatter relative to the line noise.
 struct Scale {
     factor: f32,
-    /// Degrees of freedom.
     freedom: f32,
 }
 
@@ -249,9 +246,7 @@ impl Reading {
 
 /// Figures that determine the status.
 pub struct Figures<'v> {
-    /// Results of the tests.
     pub tests: &'v Tests,
-    /// The mean frequency.
     pub mean: &'v Mean,
     /// A line outside the comb.
     pub other: &'v Other,
@@ -259,7 +254,6 @@ pub struct Figures<'v> {
     pub competing: &'v CompetingComb,
     /// Number of the strongest line.
     pub strongest: usize,
-    /// Number of the second strongest line.
     pub second: usize,
     /// Frequency of the loudest line, cycles per window, if above half the frame rate: its alias
     /// could equally be the tone.
@@ -272,14 +266,11 @@ pub struct Figures<'v> {
     pub is_crowded: bool,
     /// True if a channel stays at an end of its range.
     pub stay: bool,
-    /// Number of lines.
     pub lines: usize,
-    /// Band of frequencies.
     pub nyquist: Nyquist,
 }
 
 impl Figures<'_> {
-    /// Status of a tested tone.
     pub fn status(&self) -> Status {
         let (tests, mean) = (self.tests, self.mean);
         let is_lost = mean.phase.unfollowed > FOLLOWED * FOLLOWED;
@@ -346,7 +337,6 @@ impl Figures<'_> {
     }
 }
 
-/// Fills in the results of the channels.
 #[inline(never)]
 pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistics, fit: &mut Fit) {
     let first = solution.shape.first_line();

@@ -16,7 +16,6 @@ pub const ROUNDING: f32 = 5e-7;
 pub struct Samples {
     /// Number of channels.
     pub width: usize,
-    /// Number of samples.
     pub count: f32,
     /// Effective number: equally weighted samples with the same information.
     pub effective: f32,
@@ -27,7 +26,6 @@ pub struct Samples {
 /// A shrunk covariance and its inverse.
 #[derive(Clone, Copy, Debug)]
 pub struct Covariance {
-    /// Variances of the channels.
     pub variances: Values,
     /// Shrinkage towards the diagonal.
     pub shrinkage: f32,
@@ -36,7 +34,6 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// No covariance yet.
     pub const NONE: Self = Self {
         variances: [0.0; CHANNELS_MAX],
         shrinkage: 1.0,

@@ -87,7 +87,6 @@ impl<'a> FrameSpan<'a> {
         })
     }
 
-    /// Times or positions of the frames.
     pub(crate) fn domain(&self) -> &Domain<'a> {
         &self.domain
     }

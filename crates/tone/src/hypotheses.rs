@@ -46,7 +46,6 @@ const BETWEEN: [usize; 2] = [1, 3];
 /// A line outside the comb.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Other {
-    /// Normal deviate of the line.
     pub deviate: f32,
     /// Frequency, cycles per window.
     pub cycles: f32,
@@ -60,19 +59,16 @@ pub struct Other {
 
 /// Noise bins to fill in, and inverse noise covariance.
 pub struct Noise<'n> {
-    /// Noise bins.
     pub noise_bins: &'n mut NoiseBins,
     /// Products of the noise bins with the channels.
     pub memory: &'n mut [Values],
     /// Inverse covariance of the channels' noise.
     pub weights: &'n Square<CHANNELS_MAX>,
-    /// Products of the channels.
     pub all: &'n Products,
 }
 
 /// Inputs of the tests.
 pub struct Tested<'t> {
-    /// The tone.
     pub followed: &'t Followed,
     /// Power of each line over the noise next to the lines.
     pub powers: [Power; HARMONICS_MAX],
@@ -86,16 +82,13 @@ pub struct Tested<'t> {
     pub loudest: usize,
     /// Mask of the channels in which the tone is significant by itself.
     pub with_tone: u16,
-    /// The fitted model.
     pub shape: Shape,
-    /// Band of frequencies.
     pub nyquist: Nyquist,
     /// Number of channels.
     pub width: usize,
 }
 
 impl<'t> Tested<'t> {
-    /// Prepares the tests of a tone.
     #[inline(never)]
     pub fn new(
         followed: &'t Followed,
@@ -195,8 +188,8 @@ impl<'t> Tested<'t> {
     }
 
     /// Normal deviate of a line in all channels over the loudest noise bin next to it; minus
-    /// infinity with too few bins. If lines were compared with the mean of the bins, noise with a
-    /// rising, falling or widely peaked spectrum would pass for a line.
+    /// infinity with too few bins. With the mean of the bins instead, noise with a rising, falling
+    /// or widely peaked spectrum would pass for a line.
     fn over_loudest(&self, noise_bins: &NoiseBins, number: usize) -> f32 {
         let (followed, width) = (self.followed, self.width as f32);
         let place = self.shape.lines.index(number) % HARMONICS_MAX;
@@ -209,8 +202,8 @@ impl<'t> Tested<'t> {
         if below.min(above) < SIDE_MIN {
             return f32::NEG_INFINITY;
         }
-        // Correlated noise spans few directions, and the weights may suppress it in the bins but
-        // not in the line. So the line is also tested with the channels' variances alone.
+        // Correlated noise spans few directions, and weights may suppress it in the bins but not in
+        // the line. So also test with the channels' variances alone.
         let of_channels = followed.loudest[number % followed.loudest.len()] * followed.taken;
         let ratio = self.powers[place].all / loudest;
         let ratio = ratio.min(self.plains[place] / of_channels.max(f32::MIN_POSITIVE));
@@ -433,7 +426,6 @@ impl Bins {
         self.lines.iter().all(far)
     }
 
-    /// True if a bin is at a multiple of the fundamental.
     fn is_multiple(&self, i: usize) -> bool {
         let x = self.at(i);
         let nearest = libm::roundf(x / self.cycles).max(1.0);

@@ -14,7 +14,6 @@ pub use find::replace;
 /// Places per frame, one for each channel.
 const CHANNELS: u32 = CHANNELS_MAX as u32;
 
-/// An outlier.
 #[derive(Clone, Copy, Debug, Default)]
 struct Impulse {
     /// Sixteen times the frame number, plus the channel.
@@ -34,7 +33,6 @@ pub struct Impulses {
 pub struct Ahead<'i>(&'i [Impulse]);
 
 impl Ahead<'_> {
-    /// Subtracts the outliers of a frame.
     #[inline]
     pub fn subtract(&mut self, frame: &mut Frame) {
         while let Some((first, others)) = self.0.split_first() {

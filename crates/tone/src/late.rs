@@ -52,7 +52,6 @@ pub struct Late {
     frames: Values,
     /// Mean step of `u` per frame.
     step: f32,
-    /// Number of the last frame.
     last: u32,
     /// Time constant of the low-pass, frames.
     low_pass: f32,
@@ -68,7 +67,6 @@ pub struct Late {
 }
 
 impl Late {
-    /// Mean responses of the low-pass to the lines.
     fn mean_response(&self, domain: &Domain) -> [Response; HARMONICS_MAX + 1] {
         let mut mean = [Response::default(); HARMONICS_MAX + 1];
         for frame in 0..=self.last {
@@ -93,7 +91,6 @@ impl Late {
         (domain.u(after) - domain.u(before)) / (after - before).max(1) as f32
     }
 
-    /// Subtracts the effect of the delays from a frame.
     pub fn subtract(&self, domain: &Domain, frame: &mut Frame) {
         (self.subtract)(self, domain, frame);
     }

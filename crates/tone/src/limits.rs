@@ -15,10 +15,10 @@ pub const BLOCKS_MAX: usize = 16;
 /// Capacity in lines on the chip, added over all blocks; with five harmonics, fewer blocks fit.
 #[cfg(any(test, not(feature = "long-windows")))]
 pub const BLOCK_LINES_CHIP: usize = BLOCKS_MAX * (HARMONICS_MAX - 1);
-/// Capacity in lines, added over all blocks (blocks times lines per block).
+/// Capacity in lines, added over all blocks.
 #[cfg(not(feature = "long-windows"))]
 pub const BLOCK_LINES: usize = BLOCK_LINES_CHIP;
-/// Capacity in lines, added over all blocks (blocks times lines per block).
+/// Capacity in lines, added over all blocks.
 #[cfg(feature = "long-windows")]
 pub const BLOCK_LINES: usize = BLOCKS_MAX * HARMONICS_MAX;
 /// Number of degrees of phase and amplitude that are tested beyond the fitted ones.

@@ -10,7 +10,6 @@ use crate::normal::MOVEMENT_MAX;
 
 /// Highest degree in the sums over the tail of a walk.
 const DEGREES_WALK: usize = 47;
-/// Number of kinds of walk.
 const WALKS: usize = 3;
 /// Maximum number of times a walk's strength is doubled, starting from half the sigma of the second
 /// degree.
@@ -25,9 +24,7 @@ pub struct Evidence<'e> {
     pub phase: [f32; DEGREES_MAX],
     /// Covariance of the coefficients, up to `scale`.
     pub covariance: &'e Square<MOVEMENT_MAX>,
-    /// Variance inflation.
     pub scale: f32,
-    /// Number of degrees.
     pub count: usize,
     /// Degrees of freedom of the noise.
     pub freedom: f32,
@@ -38,7 +35,6 @@ pub struct Evidence<'e> {
 /// Half of the phase gained over the window relative to the trajectory, radians.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MeanPhase {
-    /// Mean.
     pub mean: f32,
     /// Variance, including the degrees that are not fitted.
     pub variance: f32,
@@ -122,8 +118,8 @@ fn entry<T: Copy + Default, const N: usize>(table: &[[T; N]], row: usize, column
     entry.copied().unwrap_or_default()
 }
 
-/// Returns the sum of all odd degrees above `n`, as a degree and a row. It is half the phase that
-/// these degrees add from one end of the window to the other.
+/// Returns the sum of all odd degrees above `n`, as a degree and a row: half the phase that they
+/// add from end to end of the window.
 fn ends(order: usize, n: usize) -> (usize, Row) {
     let k = if n.is_multiple_of(2) { n + 1 } else { n + 2 };
     let share = 1.0 / (2 * k - 1) as f32;
@@ -141,14 +137,12 @@ struct Walk {
     covariance: Square<DEGREES_MAX>,
     /// Covariance of each entry with the mean.
     mean: [f32; DEGREES_MAX],
-    /// Variance of the mean.
     variance: f32,
     /// Mean square of the degrees above n.
     tail: f32,
 }
 
 impl Walk {
-    /// A walk of strength zero.
     const NONE: Self = Self {
         covariance: [[0.0; DEGREES_MAX]; DEGREES_MAX],
         mean: [0.0; DEGREES_MAX],
@@ -173,7 +167,7 @@ impl Walk {
             let (k, one) = at(i);
             for j in 0..=i {
                 let (l, other) = at(j);
-                // Offset between the rows, whose entries are two degrees of white noise apart.
+                // Offset between the rows, whose entries are two degrees apart.
                 let shift = k.abs_diff(l) / 2;
                 if k.abs_diff(l) % 2 != 0 || shift > order {
                     continue;
@@ -288,7 +282,6 @@ impl Evidence<'_> {
         }
     }
 
-    /// Averages over all models.
     #[inline(never)]
     pub fn mean_phase(&self) -> MeanPhase {
         let mut matrix = [[0.0; DEGREES_MAX]; DEGREES_MAX];

@@ -47,7 +47,6 @@ pub const TWIST_MAX: f32 = 0.1;
 pub struct Followed {
     /// Phase of the fundamental.
     pub trajectory: Trajectory,
-    /// Lines and baseline.
     pub shape: Shape,
     /// Variances of the residuals over all frames.
     pub variances: Values,
@@ -186,8 +185,8 @@ impl Followed {
     }
 }
 
-/// Weight of each line's noise bins: the line's share of the information on the frequency, divided
-/// by its number of noise-bin functions.
+/// Weight of each line's noise bins: the line's share of the information, divided by its number of
+/// functions.
 #[inline(never)]
 fn noise_weights(
     solution: &Solution,
@@ -367,7 +366,7 @@ impl Refinement<'_> {
         followed: &Followed,
     ) {
         let shape = workspace.solution.shape;
-        // Save only the lines: a second solution here would determine the maximum stack depth.
+        // Save only the lines: a second solution would set the maximum stack depth.
         let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
         let pairs = lines.iter_mut().zip(workspace.solution.lines());
         pairs.for_each(|(kept, row)| *kept = *row);

@@ -27,7 +27,6 @@ const LEFT_LINE: f32 = 0.16;
 /// One function of a noise bin: its cosine or its sine.
 #[derive(Clone, Copy, Debug)]
 pub struct Member {
-    /// Number of the line.
     pub line: u8,
     /// Offset from the line, cycles per window.
     offset: i8,
@@ -47,7 +46,6 @@ impl Member {
         (self.line, self.offset) == (other.line, other.offset)
     }
 
-    /// True if the bin is above the line.
     pub fn is_above(&self) -> bool {
         self.offset > 0
     }
@@ -56,11 +54,9 @@ impl Member {
 /// Frequencies of the lines, cycles per window.
 #[derive(Clone, Copy, Debug)]
 pub struct LineFrequencies {
-    /// Numbers of the lines.
     pub lines: Lines,
     /// Frequency of the unit line.
     pub cycles: f32,
-    /// Band of frequencies.
     pub nyquist: Nyquist,
     /// Half-width of the noise band around a line, cycles per window.
     pub band: usize,
@@ -71,7 +67,6 @@ pub struct LineFrequencies {
 pub struct NoiseBins {
     members: [Member; NOISE_BINS_MAX],
     count: usize,
-    /// Frequencies of the lines.
     place: LineFrequencies,
     /// Power of the functions near the lines, in units of the residuals' variances.
     pub nearest: f32,
@@ -139,12 +134,10 @@ struct TurnedLine<'l> {
     number: usize,
     /// Products with the baselines.
     baselines: [Turned; DEGREE_MAX + 1],
-    /// Products with the channels.
     values: [Values; 4],
     /// Energy of the cosine, shifted forwards and backwards; that of the sine is `frames` less
     /// this.
     squares: [f32; 2],
-    /// Number of frames.
     frames: f32,
 }
 
@@ -264,7 +257,6 @@ impl<'l> TurnedLine<'l> {
 }
 
 impl NoiseBins {
-    /// Empty; all zeros.
     pub const fn new() -> Self {
         Self {
             members: [Member::NONE; NOISE_BINS_MAX],

@@ -21,7 +21,6 @@ const _: () = assert!(DEGREES_MAX * LIST_MAX <= NOISE_BINS_MAX * CHANNELS_MAX);
 pub struct Degrees {
     /// Degrees of the phase, from the first on.
     pub phase: usize,
-    /// Degrees of the amplitude.
     pub amplitude: usize,
 }
 
@@ -40,7 +39,6 @@ impl Degrees {
         }
     }
 
-    /// Number of unknowns.
     pub fn count(self) -> usize {
         self.phase + self.amplitude
     }
@@ -56,9 +54,7 @@ pub fn degrees_max(blocks: &Blocks) -> usize {
 pub struct Normal {
     /// Information matrix, lower triangle.
     pub matrix: Square<MOVEMENT_MAX>,
-    /// Right-hand side.
     pub right: [f32; MOVEMENT_MAX],
-    /// Requested degrees.
     pub degrees: Degrees,
 }
 
@@ -69,9 +65,9 @@ pub struct Normal {
 struct Weighted {
     /// Products of the lines' weighted coefficients with those of all unknowns.
     fitted: OfModel,
-    /// Products of the channels with the derivative with respect to phase, per block.
+    /// Channels times the derivative with respect to phase, per block.
     phases: [f32; BLOCKS_MAX],
-    /// Products of the channels with the derivative with respect to amplitude, per block.
+    /// Channels times the derivative with respect to amplitude, per block.
     amplitudes: [f32; BLOCKS_MAX],
 }
 
@@ -160,7 +156,6 @@ fn turn_rows<const N: usize>(rows: &mut [[f32; N]; LINE_FUNCTIONS], lines: Lines
 }
 
 impl Normal {
-    /// No equations; all zeros.
     pub const NONE: Self = Self {
         matrix: [[0.0; MOVEMENT_MAX]; MOVEMENT_MAX],
         right: [0.0; MOVEMENT_MAX],
@@ -296,7 +291,6 @@ impl Normal {
         }
     }
 
-    /// Projects out the model.
     #[inline(never)]
     fn project(&mut self, solution: &Solution, weighted: &Weighted, memory: &[f32]) {
         let shape = &solution.shape;

@@ -23,19 +23,15 @@ const CYCLES_MIN: f32 = 0.4;
 
 /// Inputs of the steps, apart from the blocks.
 pub struct Refinement<'r> {
-    /// Products of all channels.
     pub all: &'r Products,
     /// Number of channels.
     pub width: usize,
     /// Number of valid frames.
     pub frames: f32,
-    /// Maximum number of harmonics.
     pub harmonics: usize,
     /// True if channels may share noise.
     pub may_share: bool,
-    /// True if the noise is white.
     pub is_white: bool,
-    /// Band of frequencies.
     pub nyquist: Nyquist,
     /// Allowed band of the fundamental, cycles per window.
     pub band: Band,
@@ -44,9 +40,7 @@ pub struct Refinement<'r> {
 /// Model to refine, and when to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
-    /// Lines and baseline.
     pub shape: Shape,
-    /// Maximum number of steps.
     pub max: usize,
     /// Degrees of the phase.
     pub degrees: usize,

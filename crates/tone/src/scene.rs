@@ -76,7 +76,6 @@ impl Band {
         }
     }
 
-    /// True if the band contains a frequency.
     pub(crate) fn has(&self, frequency: f32) -> bool {
         frequency >= self.least && (self.most <= 0.0 || frequency <= self.most)
     }
@@ -120,7 +119,6 @@ impl Scene {
         self.harmonics.clamp(1, HARMONICS_MAX as u8)
     }
 
-    /// Highest degree of the baseline.
     pub(crate) fn degree_max(&self) -> usize {
         match self.baseline {
             Baseline::Slope => 1,
@@ -128,7 +126,6 @@ impl Scene {
         }
     }
 
-    /// Prior probability of a constant speed.
     pub(crate) fn steady(&self) -> f32 {
         match self.speed {
             Speed::Steady => 0.95,
@@ -136,12 +133,10 @@ impl Scene {
         }
     }
 
-    /// True if the noise is declared white.
     pub(crate) fn is_white(&self) -> bool {
         self.noise == Noise::White
     }
 
-    /// True if noise may be correlated between channels.
     pub(crate) fn may_share(&self) -> bool {
         self.channels == Channels::MayShare
     }

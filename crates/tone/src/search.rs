@@ -14,7 +14,6 @@ use crate::workspace::Workspace;
 use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
 use core::ops::Range;
 
-/// Number of peaks to try.
 pub const PEAKS: usize = 2;
 /// With more frames and more channels than this, pairs of channels are mixed before the transform.
 const FRAMES_FEW: u32 = 128;
@@ -52,8 +51,8 @@ pub fn candidates(
     }
     let (mut found, mut from) = ([Peak::default(); PEAKS], scene.band.least / unit);
     let mut each = window.frames_each();
-    // A long window is searched in several passes: each halves the frames per point, which doubles
-    // the band but halves the resolution.
+    // A long window takes several passes: each halves the frames per point, which doubles the band
+    // at half the resolution.
     while each > 0 {
         let reached = end.min(window.cycles_max() / each as f32 - 0.25);
         let sums = workspace.sums();

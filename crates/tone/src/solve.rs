@@ -14,9 +14,7 @@ pub type LineFactors = [Values; 2];
 /// Shape of the model: lines, and degree of the baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
-    /// Numbers of the lines.
     pub lines: Lines,
-    /// Degree of the baseline.
     pub degree: usize,
 }
 
@@ -60,7 +58,6 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// Empty solution; all zeros.
     pub const NONE: Self = Self {
         shape: Shape {
             lines: Lines::NONE,
@@ -75,7 +72,6 @@ impl Solution {
         Factor::of(&self.lower, self.shape.unknowns()).backward_rows(&mut self.rows);
     }
 
-    /// Factor of the normal equations.
     pub fn factor(&self) -> Factor<'_, UNKNOWNS_MAX> {
         Factor::of(&self.lower, self.shape.unknowns())
     }
@@ -121,7 +117,6 @@ impl Solution {
         self.rows.get(first..end).unwrap_or_default()
     }
 
-    /// The inverse of the normal equations.
     pub fn inverse(&self) -> Square<UNKNOWNS_MAX> {
         let mut inverse = self.lower;
         invert(&mut inverse, self.shape.unknowns());
@@ -166,7 +161,6 @@ pub struct Power {
     pub all: f32,
     /// Power beyond that of a single waveform common to all channels.
     pub second: f32,
-    /// Sum of the squared eigenvalues.
     pub squares: f32,
 }
 

@@ -89,13 +89,11 @@ impl<'m> Spectrum<'m> {
         (self.transforms.len() / self.points).clamp(1, CHANNELS_MAX)
     }
 
-    /// Clears the transforms of the first channels.
     pub fn clear(&mut self, channels: usize) {
         let used = (channels * self.points.get()).min(self.transforms.len());
         self.transforms[..used].fill(0.0);
     }
 
-    /// Adds a value to a point of a channel.
     pub fn put(&mut self, channel: usize, point: usize, value: f32) {
         if self.transformed.contains(&point)
             && let place = channel * self.points.get() + point - self.transformed.start
@@ -183,7 +181,6 @@ impl<'m> Spectrum<'m> {
         entry(self.cos, bin)
     }
 
-    /// Highest bin.
     pub fn last(&self) -> usize {
         self.bins() - 1
     }

@@ -8,8 +8,8 @@ use crate::matrix::Square;
 use crate::source::{Overwritten, Values};
 
 /// A channel at its highest or lowest value in more than this fraction of the frames is left out,
-/// unless it is clipped by a tone. A tone clips once per period, so no run of clipped frames and no
-/// gap between them is longer than this fraction.
+/// unless a tone clips it. A tone clips once per period, so that no run of clipped frames and no
+/// gap between them is longer than this.
 const STAYS: f32 = 0.25;
 /// Maximum ratio of a rounded, unclipped sine's counts at its extreme value and at the next one.
 /// The time spent within h of the extreme is proportional to the root of h.
@@ -112,7 +112,6 @@ struct End {
     latest: u32,
     /// Length of the latest run of frames at the outermost value.
     run: u32,
-    /// Length of the longest run.
     run_max: u32,
     /// Longest distance between frames at the outermost value, or from the window's start.
     gap_max: u32,
@@ -318,7 +317,6 @@ impl Products {
         }
     }
 
-    /// Adds a frame.
     #[inline]
     pub fn add(&mut self, values: &Values, width: usize) {
         self.count += 1.0;

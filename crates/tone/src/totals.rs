@@ -22,7 +22,6 @@ pub type OfModel = [[f32; UNKNOWNS_MAX]; LINE_FUNCTIONS];
 /// Maximum length of a list of totals.
 pub const LIST_MAX: usize = 2 * (2 * HARMONICS_MAX + 1) + (DEGREE_MAX + 1) * LINE_FUNCTIONS;
 
-/// Sums over all blocks.
 #[derive(Clone, Debug, Default)]
 pub struct Totals {
     /// Sums of the multiples of the phase.
@@ -62,7 +61,6 @@ impl Totals {
     }
 }
 
-/// Length of a shape's list of totals.
 pub fn list_len(shape: &Shape) -> usize {
     2 * (2 * shape.lines.max() + 1) + 2 * shape.lines.count() * shape.first_line()
 }

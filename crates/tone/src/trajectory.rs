@@ -17,7 +17,6 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Trajectory of a constant frequency.
     pub fn steady(cycles: f32) -> Self {
         Self {
             cycles,

@@ -53,7 +53,6 @@ impl Units {
         groups
     }
 
-    /// Centres and scales values.
     #[inline(always)]
     fn change(&self, u: f32, values: &Values) -> [f32; 4] {
         core::array::from_fn(|k| {
@@ -64,17 +63,11 @@ impl Units {
     }
 }
 
-/// The frames of a window.
 pub struct WindowFrames<'d, 's> {
-    /// Source of the frames.
     pub span: &'d mut FrameSpan<'s>,
-    /// Levels, slopes and scales.
     pub statistics: Statistics,
-    /// Time or position of the frames.
     pub domain: Domain<'s>,
-    /// Outliers.
     pub impulses: &'d mut Impulses,
-    /// Mains hum.
     pub hum: Option<Hum>,
     /// Corrections for multiplexing delay.
     pub late: Option<Late>,
@@ -83,7 +76,6 @@ pub struct WindowFrames<'d, 's> {
 }
 
 impl WindowFrames<'_, '_> {
-    /// Number of channels.
     pub fn width(&self) -> usize {
         self.statistics.width.min(CHANNELS_MAX)
     }
@@ -101,7 +93,6 @@ impl WindowFrames<'_, '_> {
         }
     }
 
-    /// Band of frequencies.
     pub fn nyquist(&self) -> Nyquist {
         Nyquist {
             max: self.cycles_max(),
@@ -119,7 +110,6 @@ impl WindowFrames<'_, '_> {
         self.count().div_ceil(max as u32).max(1)
     }
 
-    /// Visits the frames.
     pub fn visit(&mut self, mut visit: impl FnMut(&Frame)) {
         self.visit_channels(0..self.width(), &mut visit);
     }

@@ -33,9 +33,7 @@ pub struct Workspace {
     /// Scratch memory: products of noise bins with the channels, sums over blocks for the normal
     /// equations, or sums of transforms.
     pub memory: [Values; ROWS],
-    /// Noise bins.
     pub noise_bins: NoiseBins,
-    /// The latest solution.
     pub solution: Solution,
     /// Normal equations of the modulation; finally its covariance.
     pub normal: Normal,
@@ -46,7 +44,6 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// All zeros.
     pub const fn new() -> Self {
         Self {
             memory: [[0.0; CHANNELS_MAX]; ROWS],

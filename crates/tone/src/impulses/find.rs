@@ -11,8 +11,8 @@ use crate::window_frames::WindowFrames;
 
 /// Threshold for an impulse among some thousands of values, standard deviations.
 const Z_IMPULSE: f32 = 4.8;
-/// Threshold for a step between adjacent values, relative to that for a value: about the square
-/// root of 2, because a step has the noise of two values.
+/// Threshold for a step between adjacent values, relative to that for a value: about the root of 2,
+/// as a step has the noise of two values.
 const STEP: f32 = 1.41;
 /// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
 const MEAN_MAGNITUDE: f32 = 0.797_884_6;
