@@ -13,7 +13,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 #[derive(Clone)]
 pub struct SimulatedBoard(Arc<Mutex<State>>);
 
-/// State shared by the handles.
 struct State {
     chip: Ads1258,
     now_ns: u64,

@@ -10,7 +10,6 @@ use clap::ValueEnum;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// A firmware image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Image {
     package: &'static str,
@@ -34,7 +33,6 @@ pub const OVERFLOW_CHECKED: Image = Image {
 /// The profile of all images except those for one test, in the workspace's `Cargo.toml`.
 const USUAL: &str = "image";
 
-/// An image with the usual profile.
 const fn image(
     name: &'static str,
     package: &'static str,
@@ -148,8 +146,7 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     if image != COUNTS && profile == USUAL {
         frames::check(&bytes).with_context(unfit)?;
     }
-    // Not checked: the benchmark and the loop, which may panic, and overflow checks, which are
-    // panics.
+    // Benchmark and loop may panic, and overflow checks are panics, so these are not checked.
     if !interrupts.is_empty() && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
     }
@@ -167,14 +164,12 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     Ok((path, sizes))
 }
 
-/// Builds the images of all real boards.
 pub fn build_real() -> Result<()> {
     Board::REAL
         .into_iter()
         .try_for_each(|board| build(board.image()).map(drop))
 }
 
-/// Builds the images that tests run.
 pub fn build_tested() -> Result<()> {
     build_real()?;
     build(Board::Minimal.image()).map(drop)

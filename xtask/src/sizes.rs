@@ -8,7 +8,6 @@ use anyhow::{Context, Result};
 use object::{Object, ObjectSymbol};
 use std::collections::BTreeMap;
 
-/// Start of RAM.
 const RAM_ADDRESS: u64 = 0x2000_0000;
 
 /// Sum of symbols without crate or name, and of all rows below [`SMALL`].

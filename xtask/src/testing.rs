@@ -32,7 +32,6 @@ const WAITING: &str = "the_commands_that_take_long_run";
 /// Module of the tests of the page of `touch` in a browser.
 const PAGES: &str = "page::";
 
-/// The test that takes the picture.
 const PICTURE: &str = "test_the_picture_of_the_page_shows_the_period_of_the_first_scene";
 
 /// Images that only long tests need, with the environment variables for their paths.
@@ -109,8 +108,8 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     let images = images.recv().context("there are no images")?;
     announce("long tests, and tests of the emulated firmware");
     // Not `--lib`, which would also build the Python package's library, which has no tests. The
-    // whole workspace, because a subset has fewer features, which forces a rebuild. All tests, even
-    // after a failure, so that one run of an hour shows every failure.
+    // whole workspace, because a subset has fewer features, which forces a rebuild. Do not stop at
+    // a failure: one run of an hour then shows all.
     let mut long = test("--tests --no-fail-fast -- --ignored");
     let elsewhere = NEVER.into_iter().chain([PAGES, WAITING]);
     long.args(elsewhere.flat_map(|name| ["--skip", name]));

@@ -53,7 +53,6 @@ pub(crate) struct Faults {
     pub(crate) held: Option<(u8, f64)>,
     /// Constant level of DOUT at the processor, true for high.
     dout_stuck: Option<bool>,
-    /// True if the chip receives nothing.
     pub(crate) is_cut: bool,
     /// Bits of DIN and DOUT to invert in later bytes, by the count of bytes exchanged since
     /// construction.
@@ -61,7 +60,6 @@ pub(crate) struct Faults {
     exchanged: u64,
     /// Constant level of DRDY at the processor, true for high.
     pub(crate) drdy_stuck: Option<bool>,
-    /// Number of the chip's next edges that do not arrive.
     pub(crate) edges_lost: u32,
     pub(crate) edge_repeated_ns: Option<u64>,
     /// Beginning and period of a storm of DRDY edges.

@@ -47,7 +47,6 @@ impl Processor {
     }
 }
 
-/// Builds the command for this system.
 pub fn host() -> Result<Made> {
     let path = build(None)?;
     Ok(named(&format!("{OS}-{ARCH}{EXE_SUFFIX}"), path))

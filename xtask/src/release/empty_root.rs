@@ -36,7 +36,6 @@ impl EmptyRoot {
         &self.folder
     }
 
-    /// Copies a file into the directory.
     pub fn add(&self, file: &Path, name: &str) -> Result<()> {
         let copied = fs::copy(file, self.folder.join(name));
         copied.with_context(|| format!("cannot copy {}", file.display()))?;

@@ -20,7 +20,6 @@ const COPY_PYTHON: &str = "xtask/src/release/bare_python.py";
 const OLDEST: &str = "manylinux2014";
 const TAG: &str = "manylinux_2_17_";
 
-/// Frequency of the test tone, Hz.
 const TONE_HZ: f64 = 43.3;
 
 /// Builds the wheel, checks that it contains the images and works with an old glibc, and tries it
