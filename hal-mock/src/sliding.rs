@@ -295,7 +295,7 @@ impl Scene for SlidingScene {
     }
 }
 
-/// Half a cosine from 0 to 1 while `x` goes from 0 to 1.
+/// Rises from 0 to 1 as half a cosine while `x` goes from 0 to 1.
 fn step(x: f64) -> f64 {
     0.5 - 0.5 * libm::cos(core::f64::consts::PI * x.clamp(0.0, 1.0))
 }

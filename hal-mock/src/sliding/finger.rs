@@ -53,7 +53,7 @@ pub struct Finger {
     pub creep_s: f64,
     /// Normal force in N, > 0. Default 1 (paper, section 3.1).
     pub force_n: f64,
-    /// Overshoot of the force at the touch, as a fraction of it, >= 0. Default 0.6: plausible.
+    /// Relative overshoot of the force at the touch, >= 0. Default 0.6: plausible.
     pub overshoot: f64,
     /// Friction: tangential over normal force at full slip, >= 0. Default 0.5: plausible.
     pub friction: f64,

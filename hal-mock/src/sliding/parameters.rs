@@ -20,7 +20,7 @@ pub struct Sliding {
     pub ridge_mm: f64,
     /// Position of a ridge at the touch, in mm ahead of the middle of the contact.
     pub start_mm: f64,
-    /// Slides from units 2 and 4 to units 1 and 3 instead of the other way.
+    /// True to slide from units 2 and 4 to units 1 and 3 instead of the other way round.
     pub reverse: bool,
     /// Distance slid in mm, > 0.
     pub slide_mm: f64,
