@@ -45,7 +45,7 @@ const NAME_BYTES_MAX: u32 = 1000;
 /// Finds the places that panic in an ELF image.
 fn places(image: &[u8]) -> Result<Places> {
     let file = object::File::parse(image).context("no ELF file")?;
-    // Initial values of statics may refer to a place, as constants do.
+    // Initial values of statics may contain locations, as constants do.
     let sections: Vec<(u64, &[u8])> = [".rodata", ".data", ".text"]
         .iter()
         .filter_map(|name| file.section_by_name(name))

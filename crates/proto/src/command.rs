@@ -13,7 +13,7 @@ pub const REQUEST_WIRE_MAX: usize = 136;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Command {
-    /// Send `hello`, which includes the settings in force.
+    /// Send `hello`, which includes the current settings.
     Greet,
     /// Use these settings from the next window on; with `keep`, also after the next start. About
     /// every 512th time, storing them loses 1 to 2 s of conversions ([`Outcome::DoneErased`]), but

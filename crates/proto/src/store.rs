@@ -173,8 +173,8 @@ impl<F: NorFlash> FlashStore<F> {
         (checksum(&content) == u32::from_le_bytes(*sum)).then_some(content)
     }
 
-    /// Finds the latest valid record before `limit`. Searches from the last slot backwards, where
-    /// the newest record usually is, to compute few checksums.
+    /// Finds the latest valid record before `limit`. Searches backwards from the last slot: the
+    /// newest record is usually there, so few checksums are computed.
     fn latest_before(&mut self, limit: Age) -> Option<Found> {
         let mut latest: Option<Found> = None;
         for slot in (0..Self::ALL).rev() {

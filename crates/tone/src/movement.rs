@@ -69,8 +69,8 @@ pub struct Followed {
     pub count: f32,
     /// Effective number: equally weighted functions with the same information.
     pub effective: f32,
-    /// True if residual modulation is subtracted from the noise: in the first iteration, then if
-    /// significant.
+    /// True if residual modulation is subtracted from the noise: in the first iteration, then only
+    /// if significant.
     pub moves: bool,
     /// Variance inflation for the degrees of freedom of the subtracted modulation.
     pub taken: f32,

@@ -148,7 +148,7 @@ pub struct Travel {
 }
 
 impl Travel {
-    /// Travel with nothing known.
+    /// Travel about which nothing is known.
     pub const NONE: Self = Self {
         status: TravelStatus::Nothing,
         direction: Direction::Unknown,

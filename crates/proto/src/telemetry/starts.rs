@@ -15,7 +15,7 @@ pub struct Starts {
 }
 
 impl Starts {
-    /// Creates a detector before the first event.
+    /// Creates a detector that has seen no event.
     pub const fn new() -> Self {
         Self { latest_us: None }
     }
