@@ -1,5 +1,5 @@
-//! The chip on a simulated board: its pins as embedded-hal 1.0 traits on one virtual clock. No pin
-//! ever fails.
+//! The chip on a simulated board: its pins as embedded-hal 1.0 traits on one virtual clock. Pin
+//! operations cannot fail.
 
 use crate::chip::{Ads1258, Options};
 use crate::scene::Scene;
@@ -13,11 +13,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 #[derive(Clone)]
 pub struct SimulatedBoard(Arc<Mutex<State>>);
 
-/// State shared by the handles.
 struct State {
     chip: Ads1258,
     now_ns: u64,
-    /// SPI clock in hertz; 0: SPI bytes take no time.
+    /// SPI clock in hertz; at 0, SPI bytes take no time.
     sclk_hz: u32,
     read_fill: u8,
     poll_ns: u64,
@@ -41,12 +40,12 @@ pub type ResetPin = ChipPin;
 #[derive(Clone)]
 pub struct DrdyPin(SimulatedBoard);
 
-/// Delays in virtual time: they cost nothing and are exact.
+/// Exact delays in virtual time, without real waiting.
 #[derive(Clone)]
 pub struct VirtualDelay(SimulatedBoard);
 
 impl SimulatedBoard {
-    /// A chip in its power-up state in front of `scene`, at time 0.
+    /// Creates a board at time 0, with a chip in its power-up state that samples `scene`.
     pub fn new(scene: impl Scene + 'static, options: Options) -> Self {
         let chip = Ads1258::new(Box::new(scene), options);
         Self(Arc::new(Mutex::new(State {
@@ -118,8 +117,8 @@ impl SimulatedBoard {
     }
 
     /// Moves time to the next falling edge of DRDY (strictly later than now) and returns its time
-    /// in nanoseconds. Returns `None` and leaves the time if the scene has ended or no conversion
-    /// runs.
+    /// in nanoseconds. Returns `None` and leaves the time unchanged if the scene has ended or no
+    /// conversion runs.
     pub fn wait_for_drdy(&self) -> Option<u64> {
         let mut state = self.lock();
         if state.chip.ended() {
@@ -132,7 +131,7 @@ impl SimulatedBoard {
     }
 
     /// Calls `f` with the chip while the board is locked. Read [`now_ns`](Self::now_ns) before the
-    /// call: inside it would deadlock.
+    /// call: inside `f` it would deadlock.
     pub fn with_chip<R>(&self, f: impl FnOnce(&mut Ads1258) -> R) -> R {
         f(&mut self.lock().chip)
     }
@@ -158,7 +157,7 @@ impl spi::ErrorType for ChipSpi {
     type Error = Infallible;
 }
 
-/// One transaction keeps CS low from its beginning to its end.
+/// CS stays low for the whole transaction.
 impl SpiDevice for ChipSpi {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
         let mut state = self.0.lock();
@@ -247,8 +246,8 @@ impl embedded_hal_async::spi::SpiDevice for ChipSpi {
     }
 }
 
-/// A wait for a falling edge moves virtual time to it. Other waits stay pending: no driver waits
-/// for DRDY to rise.
+/// Waiting for a falling edge moves virtual time to the edge. Waiting for DRDY to rise stays
+/// pending, because no driver does so.
 #[cfg(feature = "async")]
 impl embedded_hal_async::digital::Wait for DrdyPin {
     async fn wait_for_high(&mut self) -> Result<(), Infallible> {

@@ -1,7 +1,7 @@
 //! A behavioural ADS1258: SPI bytes and pin levels in, SPI bytes and DRDY out, in virtual
 //! nanoseconds.
 //!
-//! Source of every fact: the TI datasheet SBAS297G, unless an item names another.
+//! All facts are from the TI datasheet SBAS297G, unless another source is named.
 
 mod clock;
 mod code;
@@ -33,10 +33,10 @@ use timing::Timing;
 /// The simulated chip.
 ///
 /// All times are virtual nanoseconds and must not decrease from call to call; a call with an
-/// earlier time acts at the latest time seen. Scene time zero is the first start condition (rising
-/// START or pulse convert) after construction, so measurements do not depend on the duration of the
-/// start-up. Each conversion samples the scene once, at the middle of the filter's aperture:
-/// [`sample_delay_ns`](Self::sample_delay_ns) before its DRDY edge.
+/// earlier time takes effect at the latest time. Scene time zero is the first start condition
+/// (rising START or pulse convert) after construction, so measurements do not depend on the
+/// duration of the start-up. Each conversion samples the scene once, at the middle of the filter's
+/// aperture: [`sample_delay_ns`](Self::sample_delay_ns) before its DRDY edge.
 pub struct Ads1258 {
     scene: Box<dyn Scene>,
     options: Options,
@@ -55,7 +55,7 @@ pub struct Ads1258 {
     /// Time of scene zero.
     zero_ns: Option<u64>,
     conversion: Option<Conversion>,
-    /// CHID of the latest slot begun; `None`: the scan begins at the top.
+    /// CHID of the slot begun last; `None` if the scan begins at the top.
     last_chid: Option<u8>,
     outcome: Outcome,
     /// The latest two results; a reset keeps them.
@@ -67,7 +67,8 @@ pub struct Ads1258 {
 }
 
 impl Ads1258 {
-    /// A chip in its power-up state at time 0: registers at their defaults, START low, RESET high.
+    /// Creates a chip in its power-up state at time 0: registers at their defaults, START low,
+    /// RESET high.
     pub fn new(input: Box<dyn Scene>, options: Options) -> Self {
         let clock = Clock::new(options.clock_hz, options.clock_error_ppm);
         Self {
@@ -156,7 +157,7 @@ impl Ads1258 {
             .is_some_and(|t_s| t_s >= self.scene.end_s())
     }
 
-    /// Scene time now, in seconds; `None` before the first start condition.
+    /// Current scene time, in seconds; `None` before the first start condition.
     pub fn scene_time_s(&self) -> Option<f64> {
         self.zero_ns
             .map(|zero_ns| self.now_ns.saturating_sub(zero_ns) as f64 * 1e-9)
@@ -167,15 +168,16 @@ impl Ads1258 {
         self.zero_ns
     }
 
-    /// Time from the sampling of the input to the DRDY edge with the present settings, nanoseconds
-    /// (rounded down): 64 (N + 4) tCLK, half the length of the symmetric filter; with CHOP, half a
-    /// pass more.
+    /// Time from the sampling of the input to the DRDY edge with the current settings, in
+    /// nanoseconds (rounded down): 64 (N + 4) tCLK, half the length of the symmetric filter; with
+    /// CHOP, half a pass more.
     pub fn sample_delay_ns(&self) -> u64 {
         self.clock
             .ns(Timing::of(&self.registers).sample_delay_cycles())
     }
 
-    /// Time from one DRDY edge to the next with the present settings, in nanoseconds, rounded down.
+    /// Time from one DRDY edge to the next with the current settings, in nanoseconds (rounded
+    /// down).
     pub fn conversion_period_ns(&self) -> u64 {
         self.clock.ns(Timing::of(&self.registers).period_cycles())
     }
@@ -185,8 +187,8 @@ impl Ads1258 {
         self.clock.ns(cycles)
     }
 
-    /// The latest two results, newest first, without faults of the bus: flags and CHID without NEW,
-    /// and the code.
+    /// The latest two results, newest first, unaffected by bus faults: flags and CHID with NEW
+    /// cleared, and the code.
     pub fn latest_results(&self) -> [(u8, i32); 2] {
         // Extend the sign: a poisoned code has only its lower 24 bits.
         self.latest
@@ -208,7 +210,7 @@ impl Ads1258 {
         &mut self.options.analog
     }
 
-    /// The options as constructed, with the present physical values.
+    /// The options as constructed, with the current physical values.
     pub fn options(&self) -> &Options {
         &self.options
     }

@@ -16,19 +16,20 @@ const PAGES: u32 = 2;
 pub struct CutFlash<const PAGE_BYTES: u32> {
     /// Content of the flash.
     pub bytes: Vec<u8>,
-    /// Operations until power is lost; `None`: power stays on.
+    /// Operations until power is lost; `None` if power stays on.
     left: Option<u64>,
     /// Operations begun: words programmed and pages erased.
     pub done: u64,
     /// True if power is lost.
     pub is_off: bool,
-    /// Operations outside the pages or programming words that are not erased. Must be zero.
+    /// Number of operations outside the pages, or that program words without erasing them first.
+    /// Must be zero.
     pub wrong: u64,
     /// Number of pages erased.
     pub erased: u64,
     /// Number of reads of any length.
     pub reads: u64,
-    /// True if a bit was cleared since power came on.
+    /// True if a bit was cleared since power-up.
     pub is_marked: bool,
     random: ChaCha8Rng,
 }
@@ -56,7 +57,8 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         self
     }
 
-    /// Switches the power on. Operation `left` from now on, counted from 0, loses power half-way.
+    /// Switches the power on. Power is lost again half-way through operation `left`, counted from
+    /// 0.
     pub fn power(mut self, left: Option<u64>) -> Self {
         (self.left, self.is_off, self.is_marked) = (left, false, false);
         self

@@ -39,7 +39,7 @@ pub fn tangential(x_mm: f64, z_mm: f64) -> Stress {
     stress(x, z, [x * x * x, x * z * z, z * x * x])
 }
 
-/// Stresses from their values times pi r^4 / 2.
+/// Divides scaled stresses by pi r^4 / 2.
 fn stress(x: f64, z: f64, scaled: [f64; 3]) -> Stress {
     let r2 = x * x + z * z;
     let [x, z, xz] = scaled.map(|value| 2.0 / (PI * r2 * r2) * value);

@@ -1,15 +1,16 @@
-//! Makes untrusted text safe for a terminal: file names, names of columns, lines of a file.
+//! Makes untrusted text safe for a terminal: file names, column names, lines of a file.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
 /// Longest message, characters.
 const MAX: usize = 1200;
-/// Characters kept from the end of a longer message, which has the reason.
+/// Characters kept from the end of a longer message, where the reason is.
 const END: usize = 400;
 
-/// Escapes, as Rust does, control characters, which could clear a terminal or set its title, and
-/// marks that reverse the direction of the following text. Line breaks and tabs become spaces.
+/// Escapes control characters, which could clear a terminal or set its title, and marks that
+/// reverse the direction of the following text, in Rust's notation. Line breaks and tabs become
+/// spaces.
 pub fn escaped(text: &str) -> Cow<'_, str> {
     if !text.contains(is_active) {
         return Cow::Borrowed(text);

@@ -1,6 +1,6 @@
 //! Seeded random numbers that are the same on every platform: ChaCha8, and Gaussian numbers by the
-//! Box-Muller method with `libm`. Without the feature `scenes`, which brings both, the numbers
-//! differ: they come from SplitMix64 and the standard library.
+//! Box-Muller method with `libm`. Without the feature `scenes`, which brings both crates, the
+//! numbers come from SplitMix64 and the standard library instead, and differ.
 
 #[cfg(feature = "scenes")]
 use rand_chacha::{

@@ -40,7 +40,7 @@ pub struct Constant {
 }
 
 impl Default for Constant {
-    /// 0 V everywhere, without end.
+    /// 0 V on every input, without end.
     fn default() -> Self {
         Self {
             volts: [0.0; INPUTS],

@@ -1,5 +1,5 @@
-//! Scenes from short TOML files: the keys are the fields of [`Sliding`], all with defaults; its
-//! parts are tables.
+//! Reads scenes from short TOML files. The keys are the fields of [`Sliding`], all with defaults;
+//! nested structs are tables.
 //!
 //! ```
 //! let scene = hal_mock::parse_scene("a.toml", "period_mm = 2.6\nspeed_mm_s = 15", 241.14)?;
@@ -83,7 +83,7 @@ struct Key {
     value: Range<usize>,
 }
 
-/// Lists the keys of all tables; no two tables share a name.
+/// Lists the keys of all tables; no key name occurs in two tables.
 fn keys(table: &DeTable<'_>) -> Vec<Key> {
     let mut all = Vec::new();
     for (key, value) in table {

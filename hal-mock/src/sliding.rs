@@ -40,8 +40,8 @@ pub const TABLE_2: [(f64, f64); 10] = [
     (48.0, 2.6),
 ];
 
-/// Seconds from touch to full load and to the peak of the contact spike, and from the beginning of
-/// the release to its end.
+/// Seconds from touch to full load and to the peak of the contact spike; also the duration of the
+/// release.
 const RISE_S: f64 = 0.010;
 /// Time constant of the contact spike's decay, seconds.
 const DECAY_S: f64 = 0.040;
@@ -69,7 +69,7 @@ pub struct Truth {
     pub end_s: f64,
 }
 
-/// Creep of the skin over each input.
+/// State of the skin's creep over each input.
 #[derive(Clone, Copy, Debug)]
 pub struct SkinState([Delay; INPUTS]);
 
@@ -190,7 +190,7 @@ impl SlidingScene {
         self.noise_v
     }
 
-    /// Position in mm of a ridge, ahead of the middle of the contact.
+    /// Position of a ridge ahead of the middle of the contact, in mm.
     pub fn position_mm(&self, t_s: f64) -> f64 {
         let slid_mm = self.motion.place_mm(t_s - self.truth.slide_start_s);
         self.parameters.start_mm + self.direction() * slid_mm
@@ -220,7 +220,7 @@ impl SlidingScene {
         let pressed_v = if load > 0.0 {
             let drag =
                 libm::tanh(self.motion.speed_mm_s(t_s - self.truth.slide_start_s) / SLIP_MM_S);
-            // Without contact there is no tone either.
+            // The load also scales the tone: without contact there is none.
             load * channel.loaded_v(self.position_mm(t_s) / self.parameters.period_mm, drag)
         } else {
             0.0
@@ -295,7 +295,7 @@ impl Scene for SlidingScene {
     }
 }
 
-/// Half a cosine from 0 to 1 while `x` goes from 0 to 1.
+/// Rises from 0 to 1 as half a cosine while `x` goes from 0 to 1.
 fn step(x: f64) -> f64 {
     0.5 - 0.5 * libm::cos(core::f64::consts::PI * x.clamp(0.0, 1.0))
 }

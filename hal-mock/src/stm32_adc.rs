@@ -1,4 +1,4 @@
-//! Samples of the STM32's own 12-bit ADC behind the amplifiers of the wiring page. The caller
+//! Simulates the STM32's own 12-bit ADC behind the amplifiers of the wiring page. The caller
 //! decides when to sample.
 //!
 //! Not modelled: offset and gain errors (up to 3 steps each), nonlinearity (integral 1.5 to 3
@@ -11,8 +11,8 @@ use crate::scene::Scene;
 /// Number of codes of the ADC.
 const STEPS: f64 = 4096.0;
 /// Noise of a sample in steps, including rounding. The datasheets' typical signal-to-noise ratio,
-/// 65 to 68 dB (ADC dynamic accuracy, from memory), is 0.8 to 0.6; a board's supply, which is the
-/// reference, adds some.
+/// 65 to 68 dB (ADC dynamic accuracy, from memory), corresponds to 0.8 to 0.6; a board's supply,
+/// which is the reference, adds some noise.
 const NOISE_STEPS: f64 = 1.0;
 /// Idle voltage of a bridge, volts: half of 5 V.
 const IDLE_V: f64 = 2.5;

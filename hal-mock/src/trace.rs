@@ -30,9 +30,9 @@ pub type TraceFrame = [f64; INPUTS];
 ///
 /// - **Frames at about the scan's own rate are held**: frame k is what scan k converts, unchanged.
 ///   The chip's clock has to run as the recording's did: [`clock_error_ppm`](Self::clock_error_ppm).
-/// - **Frames at another rate are resampled** by a windowed sinc with the lower rate's band. Of a
-///   faster recording it takes the noise above the scan's band and leaves the rest white. A slower
-///   recording has no noise above its own band, so that neighbouring scans are alike.
+/// - **Frames at another rate are resampled** by a windowed sinc with the lower rate's band. This
+///   removes a faster recording's noise above the scan's band; the rest stays white. A slower
+///   recording has no noise above its own band, so neighbouring scans are correlated.
 /// - **A missing frame** is a conversion without a result; a missing reading in a frame is beyond
 ///   the scale, with OVF.
 pub struct Trace {
@@ -46,7 +46,7 @@ impl Trace {
     /// without a clock error; `None` is a missing frame.
     ///
     /// # Errors
-    /// A rate that is not positive, no frame, or more than 1,048,576.
+    /// If the rate is not positive, or there are no frames, or more than 1,048,576.
     pub fn new(
         frames: Vec<Option<TraceFrame>>,
         rate_hz: f64,
@@ -71,7 +71,7 @@ impl Trace {
     /// to 16 columns of volts, the k-th for AINk. Gaps in the stamps are missing frames.
     ///
     /// # Errors
-    /// A file in another layout, with the line.
+    /// If the file has a different layout; the error names the line.
     pub fn parse(csv: &[u8], file: &str, scan_rate_hz: f64) -> Result<Self, FileError> {
         let refuse = |line, why: String| FileError::new(file, Some(line), why);
         let text = core::str::from_utf8(csv).map_err(|error| refuse(1, error.to_string()))?;

@@ -1,4 +1,4 @@
-//! The chip through embedded-hal.
+//! Tests the chip through embedded-hal.
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::{Operation, SpiDevice};

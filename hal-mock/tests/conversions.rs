@@ -1,4 +1,4 @@
-//! Order, timing, codes and flags of conversions.
+//! Tests the order, timing, codes and flags of conversions.
 mod common;
 use common::{chip, next, read, started, write};
 use hal_mock::{Ads1258, Constant, Fault, Options, Scene};

@@ -1,4 +1,4 @@
-//! Scheduled faults: each has its effect at its time, and ends.
+//! Tests scheduled faults: each takes effect at its time, and ends.
 mod common;
 use common::{chip, next, read, write};
 use hal_mock::{Ads1258, Fault, Injection};
@@ -52,7 +52,7 @@ fn lost_edges_cost_their_results() {
         .iter()
         .map(|edge| edge.1)
         .collect();
-    // All conversions but three arrived; the chip counts those as overwritten.
+    // The chip counts conversions whose edge did not arrive as overwritten.
     let counters = chip.counters();
     assert_eq!(
         (counters.conversions - ids.len() as u64, counters.lost),
@@ -123,7 +123,7 @@ fn dout_stuck_reads_as_it_and_the_result_is_gone() {
             .filter(|edge| edge.1 == all && edge.2 == code)
             .collect();
         assert!((5..=6).contains(&stuck.len()), "{}", stuck.len());
-        // To the chip, all results were read.
+        // From the chip's point of view, all results were read.
         assert_eq!(chip.counters().lost, 0);
     }
 }
@@ -133,8 +133,8 @@ fn nothing_reaches_the_chip_over_a_cut_bus() {
     let mut chip = with(Fault::BusCut { high: true }, 0.001);
     let edges = serve(&mut chip, 4_000_000);
     let cut = edges.iter().filter(|edge| edge.1 == 0xFF).count() as u64;
-    // Nothing was read: each result was overwritten by the next, except the last, which may still
-    // be unread.
+    // No result was read: each was overwritten by the next, except the last, which may still be
+    // unread.
     assert!(
         cut >= 5 && (cut - 1..=cut).contains(&chip.counters().lost),
         "{cut} {:?}",
@@ -144,8 +144,8 @@ fn nothing_reaches_the_chip_over_a_cut_bus() {
 
 #[test]
 fn a_bit_of_the_command_makes_another_command() {
-    // 30h, read by command, becomes with bit 6 70h, a register write from 00h: it writes the zeros
-    // that follow.
+    // With bit 6 inverted, 30h (read by command) becomes 70h, a register write from 00h: it writes
+    // the zeros that follow.
     let command = |mask| Fault::DinFlip {
         bytes_ahead: 0,
         mask,
@@ -153,7 +153,7 @@ fn a_bit_of_the_command_makes_another_command() {
     let mut chip = with(command(0x40), 0.0);
     serve(&mut chip, 2_500_000);
     assert_eq!(chip.registers()[..4], [0, 0, 0, 0]);
-    // With bit 5 it becomes 10h, a direct read: the status comes one byte early.
+    // With bit 5 inverted, it becomes 10h, a direct read: the status comes one byte early.
     let mut chip = with(command(0x20), 0.0);
     let edges = serve(&mut chip, 4_000_000);
     let number = edges

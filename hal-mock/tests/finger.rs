@@ -1,4 +1,4 @@
-//! The physical finger against a direct sum of line loads, and against the paper's observations.
+//! Compares the physical finger with a direct sum of line loads, and with the paper's observations.
 
 mod common;
 
@@ -54,8 +54,8 @@ struct Line {
 }
 
 impl Line {
-    /// Without grooves, 1 N spread as a parabola over a contact with its middle at `lean_mm`;
-    /// ridges carry `fraction` times as much.
+    /// Creates a line of a load that is a parabola around `lean_mm`; ridges carry `fraction` times
+    /// as much as without grooves. `None` outside the contact.
     fn new(finger: &Finger, at_mm: f64, lean_mm: f64, fraction: f64) -> Option<Self> {
         let half_mm = finger.contact_mm / 2.0;
         let width_mm = PI * finger.contact_mm / 4.0;
@@ -321,7 +321,7 @@ fn overtones_and_phases_come_out_of_the_geometry() {
             "{period_mm} mm: {:.2} mV, {ratios:.3?}, lag {lag:.3} of {expected:.3} rad",
             1e3 * fundamental_v
         );
-        // The cover is a low-pass: coarser gratings are stronger, and so are their overtones.
+        // The cover is a low-pass: coarser gratings have stronger tones and overtones.
         assert!(fundamental_v > before && (3e-3..12e-3).contains(&fundamental_v));
         assert!(
             (0.05..0.4).contains(&ratios[0]) && ratios[1] < 0.4 * ratios[0],
@@ -367,11 +367,12 @@ fn under_a_long_contact_the_lag_is_that_of_the_pitch() {
     }
 }
 
-/// Under pressure p(s) cos(k s) a sensor at s sees a wave of the complex number k - i p'/p. A cover
-/// of the response R(k) makes a phase of that, d ln R / dk times p'/p; under a parabola of half
-/// width a the units, half a pitch b from its middle, have 4 b / (a^2 - b^2) of p'/p between them.
-/// R of normal strain is (1 + 3 k z) exp(-k z), of shear k z exp(-k z). To first order: the ends
-/// themselves, which the units see too, count as the length to the power of -4.
+/// Under the pressure p(s) cos(k s), a sensor at s sees a wave with the complex wave number k - i
+/// p'/p. A cover with the response R(k) turns the imaginary part into a phase of d ln R / dk times
+/// p'/p. Under a parabola of half-width a, p'/p differs by 4 b / (a^2 - b^2) between units half a
+/// pitch b to either side of its middle. R is (1 + 3 k z) exp(-k z) for normal strain and k z
+/// exp(-k z) for shear. This is first order: the direct effect of the ends on the units falls with
+/// the length to the power of -4.
 #[test]
 fn the_pull_of_the_contacts_ends_is_the_closed_form() {
     for (contact_mm, off_max) in [(16.0, 0.09), (30.0, 0.05), (60.0, 0.02)] {
@@ -509,7 +510,7 @@ fn the_hold_creeps_and_the_filter_takes_its_share() {
         (tone / (0.95 / (18.4615_f64 / 3.882).hypot(1.0)) - 1.0).abs() < 5e-3,
         "{tone}"
     );
-    // A human finger creeps by more.
+    // A human finger creeps more.
     let (_, held, ..) = record(Finger {
         relaxation_s: 1.42,
         creep_s: 2.14,

@@ -1,10 +1,10 @@
-//! SPI bytes against the datasheet.
+//! Compares SPI bytes with the datasheet.
 mod common;
 use common::{chip, code, next, read, started, write};
 use hal_mock::{Ads1258, Constant, Fault, Options};
 
-/// Time of the first transfer, nanoseconds. At DRATE 3 a conversion takes 663 cycles or more: late
-/// enough for one, too early for two.
+/// Time of the first transfer, nanoseconds. At DRATE 3 a conversion takes 663 cycles or more, so
+/// one has finished by then, but not two.
 const ONE: u64 = 60_000;
 
 fn transfer<const N: usize>(chip: &mut Ads1258, now_ns: u64, mut bytes: [u8; N]) -> [u8; N] {
@@ -54,8 +54,8 @@ fn a_written_register_reads_back_and_no_other_changes() {
     assert_eq!(chip.registers(), expected);
 }
 
-/// Writes three values from GPIOD on: the third would go to register 0Ah, but is taken as a command
-/// instead (here a reserved one).
+/// Writes three values, starting at GPIOD. The third would go to register 0Ah, but is taken as a
+/// command instead (here a reserved one).
 #[test]
 fn multiple_access_ends_after_the_last_register() {
     let mut chip = chip(|_| ());

@@ -1,4 +1,4 @@
-//! Scene files: those that ship, the shortest, and errors in others.
+//! Tests the shipped scene files, the shortest one, and the errors for invalid ones.
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, load_scene, parse_scene};
 use std::path::PathBuf;
@@ -51,7 +51,7 @@ fn the_example_has_every_key_at_its_default() {
     );
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenes/every_key.toml");
     let text = std::fs::read_to_string(path).unwrap();
-    // The error for an unknown key lists every key: the example must have all of them.
+    // The error for an unknown key lists every key, and the example must have all of them.
     for table in [
         "",
         "[stimulator]\n",

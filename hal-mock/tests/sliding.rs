@@ -1,4 +1,4 @@
-//! The sliding scene against its own ground truth and the paper's tables.
+//! Compares the sliding scene with its own ground truth and the paper's tables.
 use hal_mock::{Noisy, Scene, Sliding, SlidingScene, TABLE_2};
 use std::f64::consts::TAU;
 

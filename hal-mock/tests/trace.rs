@@ -1,4 +1,4 @@
-//! Traces, held or resampled, and the CSV of a scene.
+//! Tests traces, held or resampled, and the CSV of a scene.
 use hal_mock::{Scene, Sliding, SlidingScene, Trace, write_csv};
 
 /// A recording in front of a chip with ten scans a second.
@@ -6,7 +6,7 @@ fn trace(text: &str) -> Trace {
     Trace::parse(text.as_bytes(), "t.csv", 10.0).unwrap()
 }
 
-/// Creates a CSV file with a row for each of `rows`, at `rate_hz` from 7 s on.
+/// Creates a CSV file with a row for each of `rows`, at `rate_hz`, starting at 7 s.
 fn csv(rate_hz: f64, rows: impl Iterator<Item = usize>, value: impl Fn(f64) -> String) -> String {
     let row = |row| {
         format!(
@@ -86,7 +86,7 @@ fn a_missing_frame_is_no_result_and_a_missing_reading_overflows() {
     for row in (0..40).chain(50..60).chain(90..100) {
         assert!((at(row) - f64::from(row)).abs() < 1e-9, "row {row}");
     }
-    // Missing frames have no result, and missing readings are beyond the scale.
+    // Missing frames have no result, and missing readings are out of range.
     assert!((40..50).all(|row| at(row).is_nan()));
     assert!((60..90).all(|row| at(row) == f64::INFINITY));
 }

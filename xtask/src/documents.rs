@@ -1,4 +1,4 @@
-//! Every `cargo xtask` command in a document is a task with these options.
+//! Tests that every `cargo xtask` command in a document exists, with its options.
 
 use crate::Arguments;
 use crate::tools::{clean, output_of, root};
@@ -6,7 +6,7 @@ use clap::Parser;
 use std::collections::BTreeSet;
 use std::fs;
 
-/// Every page except the changelog, which names removed tasks.
+/// Reads every page except the changelog, which names removed tasks.
 fn documents() -> Vec<String> {
     let mut git = clean("git");
     let pages = output_of(git.args(["ls-files", "--", "*.md"])).expect("the pages");

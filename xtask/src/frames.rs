@@ -1,5 +1,5 @@
-//! Stack frames of an image's functions: a large value built on the stack, instead of in place as
-//! expected, shows as a frame of its size.
+//! Checks the stack frames of an image's functions: a large value that is built on the stack,
+//! instead of in place, shows up as a frame of its size.
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};
@@ -112,7 +112,7 @@ mod tests {
         for (what, code, bytes) in cases {
             let text: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
             let size = text.len() as u64;
-            // After a function with a small frame.
+            // The function follows one with a small frame.
             let text = [&[0x81, 0xB0, 0x00, 0xBF][..], &text].concat();
             let image = elf::image(&[(".text", text)], &[("small", 1, 4), ("what", 5, size)]);
             let checked = check(&image);

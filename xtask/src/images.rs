@@ -1,4 +1,4 @@
-//! Building and checking the firmware images.
+//! Builds and checks the firmware images.
 
 use crate::inspect::{self, DMA, DRDY, Interrupt, Sizes, USART2_DMA, USART3_DMA};
 use crate::inspect::{TIM6, USART2, USART3};
@@ -10,7 +10,6 @@ use clap::ValueEnum;
 use std::path::PathBuf;
 use std::process::Command;
 
-/// A firmware image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Image {
     package: &'static str,
@@ -34,7 +33,6 @@ pub const OVERFLOW_CHECKED: Image = Image {
 /// The profile of all images except those for one test, in the workspace's `Cargo.toml`.
 const USUAL: &str = "image";
 
-/// An image with the usual profile.
 const fn image(
     name: &'static str,
     package: &'static str,
@@ -85,8 +83,8 @@ impl Board {
         Self::StylusF405,
     ];
 
-    /// The board's image, which handles the interrupts of DRDY or the ADC's DMA, of the line and
-    /// its DMA, or of the stylus's timer.
+    /// Returns the board's image, with the interrupts that it must handle: of DRDY, of the ADC's
+    /// DMA or of the stylus's timer, and of the line and its DMA.
     pub const fn image(self) -> Image {
         let (name, interrupts): (_, &[_]) = match self {
             Self::FeatherF405 => ("feather-f405", &[DRDY, USART3, USART3_DMA]),
@@ -148,7 +146,7 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     if image != COUNTS && profile == USUAL {
         frames::check(&bytes).with_context(unfit)?;
     }
-    // A benchmark and the loop may panic, and overflow checks are panics.
+    // Benchmark and loop may panic, and overflow checks are panics, so these are not checked.
     if !interrupts.is_empty() && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
     }
@@ -159,21 +157,19 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let folder = target_dir().join("firmware").join(folder);
     create(&folder)?;
     let path = folder.join(binary).with_extension("elf");
-    // A newer file would make cargo rebuild the command that embeds it.
+    // Write only changes: a newer file would make cargo rebuild the command that embeds it.
     if !read(&path).is_ok_and(|there| there == bytes) {
         write(&path, &bytes)?;
     }
     Ok((path, sizes))
 }
 
-/// Builds the images of all real boards.
 pub fn build_real() -> Result<()> {
     Board::REAL
         .into_iter()
         .try_for_each(|board| build(board.image()).map(drop))
 }
 
-/// Builds the images that tests run.
 pub fn build_tested() -> Result<()> {
     build_real()?;
     build(Board::Minimal.image()).map(drop)

@@ -1,5 +1,5 @@
-//! Checks that an image contains code. Without its link arguments an empty image links without
-//! complaint.
+//! Checks that an image contains code: without its link arguments, an empty image would link
+//! without an error.
 
 use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, ObjectSymbol, Symbol};
@@ -10,15 +10,15 @@ pub type Interrupt = (&'static str, usize);
 
 /// DRDY's falling edge.
 pub const DRDY: Interrupt = ("EXTI4", 10);
-/// Half a buffer from the processor's own ADC.
+/// Half a buffer is full of samples of the processor's own ADC.
 pub const DMA: Interrupt = ("DMA2_STREAM0", 56);
 /// USARTs for the line.
 pub const USART2: Interrupt = ("USART2", 38);
 pub const USART3: Interrupt = ("USART3", 39);
-/// Half a receive buffer of USART2, and of USART3.
+/// Half of the receive buffer is full, of USART2 or USART3.
 pub const USART2_DMA: Interrupt = ("DMA1_STREAM5", 16);
 pub const USART3_DMA: Interrupt = ("DMA1_STREAM1", 12);
-/// A sample of the stylus.
+/// Timer of the stylus's samples.
 pub const TIM6: Interrupt = ("TIM6_DAC", 54);
 
 /// Number of the processor's own vectors, before the first interrupt's.
@@ -107,7 +107,7 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
     })
 }
 
-/// Chip of an image, by its probe-rs name, which build.rs puts into a symbol's name.
+/// Returns the probe-rs name of an image's chip, which build.rs puts into a symbol's name.
 pub fn chip(image: &[u8]) -> Result<String> {
     let file = object::File::parse(image).context("no ELF file")?;
     let mut names = file.symbols().filter_map(|symbol| symbol.name().ok());

@@ -16,7 +16,7 @@ pub fn run() -> Result<()> {
     git.args(["ls-files", "--cached", "--others", "--exclude-standard"]);
     let paths = output_of(git.args(["--", "*.rs"]))?;
     let mut sources = Vec::new();
-    // A file that is deleted but not committed does not exist.
+    // Git also lists files whose deletion is not committed.
     for path in paths.lines().filter(|path| root().join(path).exists()) {
         let text = fs::read_to_string(root().join(path));
         sources.push((path, text.with_context(|| format!("cannot read {path}"))?));

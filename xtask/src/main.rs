@@ -55,7 +55,7 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         scene: Option<PathBuf>,
     },
-    /// Runs the campaigns of lab and writes their pages in docs/results, all or one.
+    /// Runs the campaigns of lab, all or one, and writes their pages in docs/results.
     Results {
         /// Run this campaign only.
         #[arg(value_parser = PossibleValuesParser::new(results::TOPICS))]
@@ -65,8 +65,8 @@ enum Task {
         #[arg(long)]
         short: bool,
     },
-    /// Counts the instructions of the fit in each scene on the emulator, next to a Hann FFT, IEEE
-    /// 1057 and the image that gets flashed, and measures the scan plans: docs/results/counts.json.
+    /// Counts the instructions of the fit in each scene, of a Hann FFT, of IEEE 1057 and of the
+    /// flashed image on the emulator, and measures the scan plans. Writes docs/results/counts.json.
     Counts,
     /// Injects ten thousand faults and prints their consequences: one thousand with --quick; a
     /// hundred thousand with --full, which fills in docs/results/faults.md and takes most of an
@@ -87,44 +87,44 @@ enum Task {
         #[arg(long, conflicts_with = "all")]
         fresh: bool,
     },
-    /// Takes docs/view.png: the page during a touch of hal-mock/scenes/c1.toml.
+    /// Takes the picture docs/view.png: the page during a touch of hal-mock/scenes/c1.toml.
     Pictures,
-    /// Writes what follows from the description of the messages in host/src/events/view.rs: their
-    /// JSON schemas, the lists of host/reference.md and Python's classes.
+    /// Generates the messages' JSON schemas, the lists in host/reference.md and Python's classes
+    /// from host/src/events/view.rs.
     Events,
-    /// Builds what makes the sound of `ridgetone touch`, teletaction/assets/touch/stimulus.wasm:
-    /// after a change of teletaction/src/stimulus/.
+    /// Builds teletaction/assets/touch/stimulus.wasm, which makes the sound of `ridgetone touch`.
+    /// Run this after a change of teletaction/src/stimulus/.
     Worklet,
-    /// Writes the list of settings in host/reference.md and Python's class: after a change of the
-    /// table in crates/proto/src/settings.rs.
+    /// Writes the list of settings in host/reference.md and Python's class. Run this after a change
+    /// of the table in crates/proto/src/settings.rs.
     Settings,
-    /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M,
-    /// a browser, a broker of MQTT, Python.
+    /// Finds or installs the tools for the firmware and its tests: the core library for Cortex-M, a
+    /// browser, an MQTT broker, Python.
     Setup,
-    /// Builds the firmware images, checks that there is code in them, no unknown panic and no large
-    /// stack frame, and prints their sizes, of flash by crate and of RAM by static.
+    /// Builds the firmware images, checks that they contain code, no unknown panics and no large
+    /// stack frames, and prints their sizes: flash by crate, RAM by static.
     Firmware {
         /// Build this board's image only.
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
     /// Builds the images of the real boards as ELF and raw files, static commands for Linux and a
-    /// Python wheel with two embedded images, and their SHA-256 checksums, and says what cannot be
-    /// made here.
+    /// Python wheel with two embedded images, and their SHA-256 checksums, and reports what cannot
+    /// be made here.
     Release {
         /// Make only this package and its two images; fails if that is not possible.
         #[arg(long, value_enum)]
         only: Option<release::Package>,
     },
     /// Packs the published crates, builds each from its package alone, without network, and fails
-    /// if one lacks its licences, README or description. Says if they have no `repository` yet.
+    /// if one lacks its licences, README or description. Reports if they have no `repository` yet.
     Package {
         /// Before a release: also fail without a `repository`.
         #[arg(long)]
         publish: bool,
     },
-    /// Refuses what clippy does not know: files that import from each other in a circle, tuples as
-    /// parameters, crates in two versions, licences that ask for more than to be named.
+    /// Refuses what clippy does not check: files that import from each other in a circle, tuples as
+    /// parameters, crates in two versions, licences that require more than attribution.
     Lint,
     /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,

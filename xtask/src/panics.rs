@@ -1,6 +1,6 @@
 //! Finds the panics in an image. Every call that may panic refers to a `core::panic::Location`:
-//! file, line, column. The linker drops unreferenced ones, so those in an image are its panics,
-//! inlined or not.
+//! file, line, column. The linker drops unreferenced locations, so those left in an image are its
+//! panics, inlined or not.
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection};
@@ -10,9 +10,9 @@ use std::collections::{BTreeMap, BTreeSet};
 /// version, and the file), maximum number of places, and why they cannot occur. An additional place
 /// is an error: avoid the panic, or give the reason here.
 ///
-/// An index that a loop counts, or that is the number of an unknown or harmonic of a shape, is
-/// bounded by `Settings`: no conversion, byte or request supplies it. Avoiding the compiler's check
-/// would cost instructions.
+/// An index that is a loop counter, or that numbers a shape's unknowns or harmonics, is bounded by
+/// `Settings`; it never comes from a conversion, a received byte or a request. Avoiding its bounds
+/// check would cost instructions.
 const ALLOWED: &str = "
 crates/finger/src/frame.rs        1  a taxel's number, from a mask of 16 bits
 crates/finger/src/touch/onset.rs  1  indices are counted by loops within a shape's bounds, never taken from data
@@ -45,7 +45,7 @@ const NAME_BYTES_MAX: u32 = 1000;
 /// Finds the places that panic in an ELF image.
 fn places(image: &[u8]) -> Result<Places> {
     let file = object::File::parse(image).context("no ELF file")?;
-    // Initial values of statics may refer to a place, as constants do.
+    // Initial values of statics may contain locations, as constants do.
     let sections: Vec<(u64, &[u8])> = [".rodata", ".data", ".text"]
         .iter()
         .filter_map(|name| file.section_by_name(name))

@@ -1,4 +1,4 @@
-//! The Python package: its wheel in a separate environment, and its tests there.
+//! Builds the Python package's wheel in a separate environment, and runs its tests there.
 
 use crate::setup;
 use crate::tools::{announce, cargo, clean, output_of, run, target_dir};
@@ -44,7 +44,7 @@ pub fn install(python: &Path, requirements: &str) -> Result<bool> {
 }
 
 /// Runs the tests of the page in a browser, all or those whose names contain `only`. Without a
-/// browser or PyPI it says so and runs none.
+/// browser or PyPI, prints the reason and runs none.
 pub fn run_page_tests(only: Option<&str>, environment: &[(&str, PathBuf)]) -> Result<()> {
     announce("the page in a browser");
     let python = self::environment()?;

@@ -1,5 +1,5 @@
-//! `release`: the images of the real boards as files for every way of flashing, and the command and
-//! the Python package with embedded images, all with checksums.
+//! `release`: writes the images of the real boards as files for every way of flashing, and the
+//! command and the Python package with embedded images, all with checksums.
 
 mod command;
 mod empty_root;
@@ -59,8 +59,8 @@ impl Package {
 
 /// Builds all images, or those that package `only` embeds, writes them as ELF and as raw bytes (for
 /// dfu-util, and for an ST-LINK's drive), checks that these contain the image's sections, makes
-/// package `only` or all that can be made here, and writes the checksums. A static command replaces
-/// this system's own.
+/// package `only` or all that can be made here, and writes the checksums. On Linux, the static
+/// command takes the place of the one for this system.
 pub fn run(only: Option<Package>) -> Result<()> {
     let folder = target_dir().join(FOLDER);
     remove(&folder)?;
@@ -118,7 +118,7 @@ fn sum_line(name: &str, bytes: &[u8]) -> String {
     format!("{sum}  {name}\n")
 }
 
-/// Segments to load into flash, at their physical addresses, not where they run.
+/// Segments to load into flash, at their load addresses (physical), not where they run.
 fn segments(elf: &[u8]) -> Result<Vec<Segment>> {
     let file = FileHeader32::<Endianness>::parse(elf).context("no ELF file")?;
     let endian = file.endian().context("an ELF file of unknown endianness")?;
@@ -138,7 +138,8 @@ fn segments(elf: &[u8]) -> Result<Vec<Segment>> {
     Ok(segments)
 }
 
-/// Raw bytes from the first segment's address on; gaps are as in erased flash.
+/// Joins segments to raw bytes, starting at the first segment's address. Gaps are filled like
+/// erased flash.
 fn raw(segments: &[Segment]) -> Result<Vec<u8>> {
     let first = segments.first().context("nothing to load")?.address;
     let mut bytes = Vec::new();

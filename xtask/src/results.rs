@@ -1,4 +1,4 @@
-//! `results`: the campaigns of `lab`, in the Python package's environment.
+//! `results`: runs the campaigns of `lab` in the Python package's environment.
 
 use crate::python;
 use crate::tools::{announce, clean, run};
@@ -10,8 +10,8 @@ pub const TOPICS: [&str; 7] = [
 ];
 
 /// Runs the campaigns, all or one. With `is_short` each takes a twentieth of the windows and fails
-/// if a requirement is missed by more than its statistical error. Without PyPI it says so and runs
-/// none.
+/// if a requirement is missed by more than its statistical error. Without PyPI, runs none: fails,
+/// or with `is_short` prints the reason.
 pub fn measure(topic: Option<&str>, is_short: bool) -> Result<()> {
     let python = python::environment()?;
     if !python::install(&python, "lab/requirements.txt")? {

@@ -1,4 +1,4 @@
-//! `setup`: the tools of the firmware and the tests.
+//! `setup`: finds or installs the tools for the firmware and the tests.
 
 use crate::install;
 use crate::toolchain::{TARGET, Toolchain};

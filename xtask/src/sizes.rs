@@ -1,14 +1,13 @@
-//! Flash by crate and RAM by static in an image, to see where it grows. The linker refuses an image
-//! that exceeds the part's memory (`memory.x`).
+//! Lists an image's flash by crate and RAM by static, to show where it grows. The linker refuses an
+//! image that exceeds the part's memory (`memory.x`).
 //!
-//! The compiler may inline functions across crates: code counts for the crate that it was inlined
-//! into.
+//! The compiler may inline functions across crates; such code counts for the crate that it was
+//! inlined into.
 
 use anyhow::{Context, Result};
 use object::{Object, ObjectSymbol};
 use std::collections::BTreeMap;
 
-/// Start of RAM.
 const RAM_ADDRESS: u64 = 0x2000_0000;
 
 /// Sum of symbols without crate or name, and of all rows below [`SMALL`].
@@ -56,8 +55,8 @@ fn rows(memory: &str, used: &BTreeMap<String, u64>) -> String {
 }
 
 /// Crate of a function or constant: the first name before `::`. Names without it are interrupt
-/// handlers, in capitals, nameless constants, and additions of compiler and linker. A stylus's
-/// binary is named like a finger's.
+/// handlers, in capitals, nameless constants, and additions of compiler and linker. The stylus's
+/// binary counts under the finger's name.
 fn crate_of(name: &str) -> &str {
     let is_part = |character: char| character.is_ascii_alphanumeric() || character == '_';
     match name.split_once("::") {

@@ -1,4 +1,4 @@
-//! `test`: the tests on the PC and one emulated run of each kind; `--all` runs everything,
+//! `test`: runs the tests on the PC and one emulated run of each kind; `--all` runs everything,
 //! `--fresh` the random tests.
 
 use crate::images::{self, Board, Image};
@@ -32,7 +32,6 @@ const WAITING: &str = "the_commands_that_take_long_run";
 /// Module of the tests of the page of `touch` in a browser.
 const PAGES: &str = "page::";
 
-/// The test that takes the picture.
 const PICTURE: &str = "test_the_picture_of_the_page_shows_the_period_of_the_first_scene";
 
 /// Images that only long tests need, with the environment variables for their paths.
@@ -58,7 +57,7 @@ pub fn prepare() -> Result<()> {
     images::build(Board::FeatherF405.image()).map(drop)
 }
 
-/// Runs all tests that take at most minutes.
+/// Runs all tests that take no more than a few minutes.
 pub fn short() -> Result<()> {
     prepare()?;
     announce("tests on this PC; beside them the other images, of which each keeps one core busy");
@@ -109,8 +108,8 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     let images = images.recv().context("there are no images")?;
     announce("long tests, and tests of the emulated firmware");
     // Not `--lib`, which would also build the Python package's library, which has no tests. The
-    // whole workspace, because a subset has fewer features, which forces a rebuild. All tests, even
-    // after a failure, so that one run of an hour shows every failure.
+    // whole workspace, because a subset has fewer features, which forces a rebuild. Do not stop at
+    // a failure: one run of an hour then shows all.
     let mut long = test("--tests --no-fail-fast -- --ignored");
     let elsewhere = NEVER.into_iter().chain([PAGES, WAITING]);
     long.args(elsewhere.flat_map(|name| ["--skip", name]));
@@ -134,8 +133,8 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     .context("tests of streams")
 }
 
-/// Work that keeps at most one core busy: links images, builds the wheel, or waits. Output is
-/// printed at the end, because other tests print meanwhile.
+/// Does the work that keeps at most one core busy: links images, builds the wheel, or waits. Output
+/// is printed at the end, because other tests print meanwhile.
 fn run_beside(images: Sender<Built>) -> Result<()> {
     images::build_tested()?;
     let built: Result<Built> = IMAGES

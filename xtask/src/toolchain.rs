@@ -1,7 +1,7 @@
 //! The compiler and the core library for the Cortex-M4F, from one of two sources:
 //!
 //! 1. `rustup target add thumbv7em-none-eabihf`: what most people have.
-//! 2. Debian's packages, with the library's sources, which cargo builds along: for machines where
+//! 2. Debian's packages, with the library's sources, which cargo compiles: for machines where
 //!    rustup may not download.
 //!
 //! The environment variable `RIDGETONE_TOOLCHAIN` forces a source: `rustup` or `debian`.
@@ -19,7 +19,7 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 /// Environment variable that forces a source.
 const FORCE: &str = "RIDGETONE_TOOLCHAIN";
 
-/// Packages of source 2: Debian 12 keeps a current compiler for the web browsers.
+/// Packages of source 2. Debian 12 has a recent compiler because its web browsers need one.
 const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
 
 /// Oldest usable compiler (`rust-version` of the workspace): 1.88.

@@ -1,11 +1,10 @@
-//! Finding and running programs, in an environment without cargo's variables.
+//! Finds and runs programs, in an environment without cargo's variables.
 
 use anyhow::{Context, Result, anyhow, ensure};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::{env, fs, thread};
 
-/// The workspace's root directory.
 pub fn root() -> &'static Path {
     let xtask = Path::new(env!("CARGO_MANIFEST_DIR"));
     xtask.parent().unwrap_or(xtask)
@@ -54,7 +53,7 @@ pub fn clean(program: impl AsRef<std::ffi::OsStr>) -> Command {
     command
 }
 
-/// A cargo command, from words in one text and further words.
+/// Creates a cargo command from the words of a text and further words.
 pub fn cargo<'a>(words: &str, more: impl IntoIterator<Item = &'a str>) -> Command {
     let mut cargo = clean("cargo");
     cargo.args(words.split_whitespace()).args(more);
@@ -128,12 +127,10 @@ pub fn remove(folder: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Reads a file.
 pub fn read(path: &Path) -> Result<Vec<u8>> {
     fs::read(path).with_context(|| format!("cannot read {}", path.display()))
 }
 
-/// Writes a file.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -63,7 +63,7 @@ pub fn main() {
             ..Options::default()
         },
     );
-    board.set_poll_ns(1_000); // each look at DRDY takes 1 us of virtual time
+    board.set_poll_ns(1_000); // each poll of DRDY takes 1 us of virtual time
     let mut adc = Ads1258::new(board.spi());
     let inputs_v = run(&mut adc, &mut board.start_pin(), &mut board.drdy_pin())
         .expect("the simulated chip answers");

@@ -56,7 +56,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// Reads as many registers as `values` has elements, starting at `first`, in one transaction.
     ///
     /// # Errors
-    /// [`Error::RegisterRange`] if `values` is empty or leads beyond ID. On an error `values` is
+    /// [`Error::RegisterRange`] if `values` is empty or extends beyond ID. On an error `values` is
     /// unchanged.
     pub fn read_registers(
         &mut self,
@@ -87,7 +87,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// must be low.
     ///
     /// # Errors
-    /// [`Error::RegisterRange`] if `values` is empty or leads beyond GPIOD (ID is read-only).
+    /// [`Error::RegisterRange`] if `values` is empty or extends beyond GPIOD (ID is read-only).
     pub fn write_registers(
         &mut self,
         first: Register,
@@ -107,7 +107,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// [`configure`](Self::configure) detects.
     ///
     /// # Errors
-    /// [`Error::Id`] if ID4 is that of the other one.
+    /// [`Error::Id`] if ID4 is that of the other model.
     pub fn read_id(&mut self) -> Result<u8, Error<SPI::Error>> {
         codec::check_id(self.read_register(Register::Id)?, self.model)
     }

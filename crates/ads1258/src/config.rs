@@ -77,9 +77,10 @@ pub struct Config {
     pub bypass: bool,
     /// CLKENB: CLKIO outputs the clock when the crystal is in use.
     pub clock_output: bool,
-    /// SPIRST: the SPI port forgets a transfer when SCLK rests for 256 tCLK (16 us at 16 MHz)
-    /// instead of 4096 tCLK, or after that time of any transfer: see
-    /// [`sclk_min_hz`](Self::sclk_min_hz). Leave it off: a transfer that is interrupted for longer would be cut.
+    /// SPIRST: the SPI port drops a transfer when SCLK pauses for 256 tCLK (16 us at 16 MHz)
+    /// instead of 4096 tCLK, or perhaps that long after its start: see
+    /// [`sclk_min_hz`](Self::sclk_min_hz). Leave this off: a transfer that is interrupted for
+    /// longer would be cut off.
     pub short_spi_timeout: bool,
     /// GPIOC: bit n makes GPIOn an input if set, an output if clear.
     pub gpio_inputs: u8,

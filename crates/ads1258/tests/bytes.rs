@@ -1,4 +1,4 @@
-//! Every method, byte for byte, against scripted SPI transactions.
+//! Compares every method, byte for byte, with scripted SPI transactions.
 
 use ads1258::{
     Ads1258, Channel, Config, ConfigError, Conversion, Error, Model, Mux, RESET_LOW_US, Register,

@@ -58,7 +58,7 @@ fn channel_ids_and_names() {
         assert_eq!(channel.to_string(), name);
     }
     assert!((0x1E..=0xFF).all(|id| Channel::from_id(id).is_none()));
-    // Numbers out of range have the unused id.
+    // Numbers out of range map to the unused id.
     assert_eq!(Channel::Differential(8).id(), 0x19);
     assert_eq!(Channel::Single(16).id(), 0x19);
     assert_eq!(Channel::Single(255).id(), 0x19);

@@ -1,4 +1,4 @@
-//! The rate formula against the datasheet's table, and the rates of whole scans.
+//! Compares the rate formula with the datasheet's table, and tests the rates of whole scans.
 
 use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, Mux, Sysred};
 

@@ -1,4 +1,4 @@
-//! Register bits of all combinations of settings.
+//! Tests the register bits for all combinations of settings.
 
 use ads1258::{
     CLOCK_MAX_HZ, CLOCK_MIN_HZ, Config, ConfigError, DataRate, Delay, IdleMode, Mux, Register,

@@ -1,4 +1,4 @@
-//! The driver against the simulated chip, which has its own register map and rate formula.
+//! Tests the driver with the simulated chip, which has its own register map and rate formula.
 
 use ads1258::{
     Ads1258, Channel, Config, Conversion, DataRate, Delay, Error, Mux, POWER_UP_TICKS, Register,
@@ -447,8 +447,8 @@ fn nothing_relies_on_what_the_datasheet_leaves_open() {
     }
 }
 
-/// If the interface's time-out counts from a frame's start, a slow SCLK cuts frames; SCLK from
-/// [`Config::sclk_min_hz`] does not.
+/// If the interface's time-out counts from a frame's start, a slow SCLK cuts frames off; an SCLK of
+/// at least [`Config::sclk_min_hz`] does not.
 #[test]
 fn from_the_least_sclk_on_no_frame_is_cut() {
     let min_hz = SCAN.sclk_min_hz();

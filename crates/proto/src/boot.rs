@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Number of bytes, from the end of a source file's name, that a record keeps.
+/// Number of bytes that a record keeps of a source file's name, from its end.
 pub const FILE_BYTES: usize = 24;
 
 /// Cause of the last reset (RM0090, RCC_CSR).
@@ -153,7 +153,7 @@ impl SettingsSource {
     }
 }
 
-/// Reason for the firmware's start, and conditions found.
+/// Reason for the firmware's start, and the conditions at start-up.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Boot {
     /// Cause of the last reset.
@@ -167,7 +167,7 @@ pub struct Boot {
 }
 
 impl Boot {
-    /// Boot with nothing known.
+    /// A start about which nothing is known.
     pub const UNKNOWN: Self = Self {
         cause: ResetCause::Unknown,
         oscillator: Oscillator::Unknown,

@@ -13,11 +13,11 @@ pub const REQUEST_WIRE_MAX: usize = 136;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Command {
-    /// Send `hello`, which includes the settings in force.
+    /// Send `hello`, which includes the current settings.
     Greet,
-    /// Use these settings from the next window on; with `keep` also after the next start. About
-    /// every 512th time, storing costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but never
-    /// during a touch.
+    /// Use these settings from the next window on; with `keep`, also after the next start. About
+    /// every 512th time, storing them loses 1 to 2 s of conversions ([`Outcome::DoneErased`]), but
+    /// never during a touch.
     Set {
         /// All settings.
         settings: Settings,
@@ -42,8 +42,8 @@ pub enum Command {
 /// A command with its number, which the reply repeats.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
-    /// Chosen by the PC. A repeated number is a repeated request: the board replies, but does not
-    /// execute it twice.
+    /// Number chosen by the PC. A repeated number means a repeated request: the board replies, but
+    /// does not execute the command twice.
     pub number: u16,
     /// The command.
     pub command: Command,
@@ -87,12 +87,12 @@ pub enum Outcome {
     Done,
     /// A setting is outside its bounds; nothing has changed.
     Setting(SettingsError),
-    /// In force, but not stored: the flash failed, or a page would have to be erased during a
-    /// touch.
+    /// The settings are used, but not stored: the flash failed, or a page would have to be erased
+    /// during a touch.
     NotStored,
     /// The board is executing a different request; send this one again.
     Busy,
-    /// Done, but a sector of the flash was erased: conversions of 1 to 2 s were lost, and are
+    /// Done, but a sector of the flash was erased: 1 to 2 s of conversions were lost, and are
     /// reported as lost.
     DoneErased,
 }

@@ -53,12 +53,12 @@ impl FaultKind {
     /// True if the fault may change a measured frequency by more than the estimate's uncertainty,
     /// so that no estimate is [`Good`](crate::telemetry::Status::Good).
     ///
-    /// A fault does not if the fit leaves out the missing values and knows the times of all other
-    /// frames: [`Self::Lost`], [`Self::Repeated`], [`Self::Bus`] (corrected or left out) and
-    /// [`Self::Overload`] (the channel is left out; if it returns shortly before a window's end it
-    /// can hide the end of the slide, which the qualification checks).
+    /// These faults do not, because the fit leaves out the missing values and knows the times of
+    /// all other frames: [`Self::Lost`], [`Self::Repeated`], [`Self::Bus`] (corrected or left out)
+    /// and [`Self::Overload`] (the channel is left out; if it returns shortly before a window's end
+    /// it can hide the end of the slide, which the qualification checks).
     ///
-    /// All others do. After [`Self::BusDead`], [`Self::Silent`], [`Self::Registers`] and
+    /// All other faults do. After [`Self::BusDead`], [`Self::Silent`], [`Self::Registers`] and
     /// [`Self::NoAnswer`] the scan restarts at a different time; with [`Self::Channel`] and
     /// [`Self::Clock`] its rate is unknown; in a [`Self::Storm`] times may belong to other edges;
     /// with [`Self::Supply`] and [`Self::Reference`] the codes are not specified.

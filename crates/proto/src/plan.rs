@@ -17,7 +17,8 @@ pub const FRAME_RATE_MAX_HZ: f32 = 23_740.0;
 const READ_TWICE_NS: u32 = 96_000;
 /// Maximum number of frames of a window: the size of the estimator's longest transform on the chip.
 const TRANSFORM_FRAMES: u32 = 1024;
-/// Maximum frames of touch detection from a window's end until the fit has read it: 0.4 s.
+/// Maximum number of touch-detection frames from a window's end until the fit has read the window:
+/// 0.4 s.
 const LATE_TOUCH_FRAMES: u32 = 96;
 /// Frames reserved for the same delay by a plan without averages: 0.75 s.
 const LATE_FRAMES: u32 = 180;
@@ -139,7 +140,7 @@ impl Plan {
     pub const HAND: Self = Self::fastest(u16::MAX);
     /// The first piezoresistor of each unit at 5.8 kHz, for fine texture.
     pub const TEXTURE: Self = Self::fastest(0x1111);
-    /// Two facing piezoresistors, one of each column of units, at 11.7 kHz.
+    /// Two facing piezoresistors, one in each column of units, at 11.7 kHz.
     pub const VIBRATION: Self = Self::fastest(0x0011);
     /// One input at 23.3 kHz.
     pub const SINGLE: Self = Self::fastest(0x0001);
@@ -214,7 +215,7 @@ impl Plan {
         })
     }
 
-    /// The same plan with a different clock of the converter.
+    /// The same plan with a different converter clock.
     pub const fn with_clock(self, adc_clock_hz: u32) -> Self {
         Self {
             adc_clock_hz,
@@ -291,7 +292,7 @@ impl Plan {
         (RING_FRAMES * self.frames_a_row()) as u32
     }
 
-    /// Maximum number of frames of a window that may be set.
+    /// Maximum number of frames in a window, limited by the ring and the transform.
     pub const fn window_frames_max(&self) -> u32 {
         let averaged = self.frames_averaged();
         let late = if averaged > 1 {
@@ -307,12 +308,12 @@ impl Plan {
         }
     }
 
-    /// Number of frames in a time, rounded.
+    /// Number of frames in a duration, rounded.
     pub const fn frames_in(&self, seconds: f32) -> u32 {
         (seconds * self.frame_rate_hz() + 0.5) as u32
     }
 
-    /// Resolution of window bounds: parts of a second of which they are whole numbers.
+    /// Resolution of window bounds, in steps per second.
     const fn parts(&self) -> f32 {
         if self.frames_averaged() > 1 {
             1000.0
@@ -333,8 +334,8 @@ impl Plan {
         parts as u32 as f32 / self.parts()
     }
 
-    /// Shortest stride, seconds: a frame, or the frames that touch detection averages, in whole
-    /// tenths of a millisecond.
+    /// Shortest stride, seconds: a frame, or the frames that touch detection averages, rounded down
+    /// to tenths of a millisecond.
     pub const fn stride_min_s(&self) -> f32 {
         let frames = self.frames_averaged() as f32;
         (1e4 * frames / self.frame_rate_hz()) as u32 as f32 / 1e4
@@ -367,8 +368,8 @@ impl Plan {
         }
     }
 
-    /// Checks the rules common to all converters. The error is the first broken rule. Each
-    /// converter checks itself if it can run the plan.
+    /// Checks the rules common to all converters. The error is the first broken rule. Whether a
+    /// converter can run the plan is checked by that converter.
     pub fn validate(&self) -> Result<(), PlanError> {
         within(&BOUNDS, &[self.channels() as f32, self.frame_rate_hz()])
     }

@@ -47,8 +47,8 @@ table::settings! {
             because "the ADS1258 takes a reference of 0.5 V up to its supply";
     }
 
-    /// Where the sliding phase comes from. By the protocol of the stimulus (paper, equations 4 and
-    /// 5) it starts `delay_s` after the contact spike and covers `length_mm` at `speed_mm_s`.
+    /// Source of the sliding phase. By the protocol of the stimulus (paper, equations 4 and 5), the
+    /// phase starts `delay_s` after the contact spike and covers `length_mm` at `speed_mm_s`.
     slide: Slide "Slides" {
         /// Source of slides: found in the signal, timed by the protocol of the stimulus, or always
         /// (every frame is part of a slide, without contact and hold).
@@ -65,15 +65,15 @@ table::settings! {
             because "the protocol that the stimulus follows";
     }
 
-    /// Positions of the piezoresistors, and what is known of the gratings. With it phases give a
-    /// spatial period.
+    /// Positions of the piezoresistors, and prior knowledge of the gratings. With these, the phases
+    /// determine a spatial period.
     ///
     /// The default has four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is
     /// piezoresistor k + 1 of unit u + 1; units 2 and 4 are in front. Pitch and edge phase were
     /// measured on the simulated finger with a contact 8 mm long (`host/tests/calibrate.rs`); their
-    /// uncertainty is that of a finger on which nobody has measured them ([`Array::is_calibrated`]).
-    /// **Measure them on your own finger**: they change with the force. The possible periods are
-    /// those of the paper's gratings with a margin, as far as the answer is unique.
+    /// uncertainty is that of an uncalibrated finger ([`Array::is_calibrated`]). **Measure them on
+    /// your own finger**: they change with the force. The possible periods are those of the paper's
+    /// gratings with a margin, limited to the range in which the answer is unique.
     array: Array "Array" {
         /// Effective spacing of the two sensor columns along the motion, from phase.
         12 pitch_mm: f32 = 2.364, "mm", Between(0.1, 100.0),
@@ -105,10 +105,10 @@ table::settings! {
             because "a taxel may be in one mask; these bits are in two";
     }
 
-    /// Content of a window next to the tone. Effects that are not declared are not modelled: the
-    /// fit takes fewer instructions, and is wrong or refuses if they are present
-    /// (`docs/results/trade.md`). With none of them the scene is lean, and has a short fit of its
-    /// own.
+    /// Content of a window in addition to the tone. Effects that are not declared are not modelled:
+    /// the fit takes fewer instructions, and is wrong or refuses if they are present
+    /// (`docs/results/trade.md`). If none is declared, the scene is lean and has its own, short
+    /// fit.
     scene: Declared "Scene" {
         /// The tone may have overtones, up to `harmonics`; otherwise it is a single sine.
         31 overtones: bool = true, "", Any;

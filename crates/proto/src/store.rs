@@ -1,8 +1,8 @@
 //! Settings that survive a loss of power at any moment, and an update of the firmware.
 //!
 //! Records follow each other in two pages of flash. Each has a number and, written last, a
-//! checksum. The record with the highest number and a matching checksum is valid; if a write was
-//! interrupted or a page is worn, the record before it. When a page is full, the other page is
+//! checksum. The record with the highest number and a matching checksum is valid. If a write was
+//! interrupted or a page is worn, that is the record before. When a page is full, the other page is
 //! erased for the next record, never the page with the valid record.
 //!
 //! Erasing stops the STM32F405 for 1 to 2 s, because its code is in the same bank of flash (RM0090,
@@ -173,8 +173,8 @@ impl<F: NorFlash> FlashStore<F> {
         (checksum(&content) == u32::from_le_bytes(*sum)).then_some(content)
     }
 
-    /// Finds the latest valid record before `limit`. Searches from the last slot backwards, where
-    /// the newest record usually is, to compute few checksums.
+    /// Finds the latest valid record before `limit`. Searches backwards from the last slot: the
+    /// newest record is usually there, so few checksums are computed.
     fn latest_before(&mut self, limit: Age) -> Option<Found> {
         let mut latest: Option<Found> = None;
         for slot in (0..Self::ALL).rev() {
@@ -192,7 +192,7 @@ impl<F: NorFlash> FlashStore<F> {
     }
 
     fn is_erased(&mut self, slot: Slot) -> bool {
-        // Compare words, because a start checks thousands of slots.
+        // Compare words for speed, because a start checks thousands of slots.
         self.read::<RECORD_BYTES>(slot)
             .as_chunks::<WORD_BYTES>()
             .0
@@ -206,8 +206,8 @@ impl<F: NorFlash> FlashStore<F> {
         self.is_erased(next) || self.whole(next).is_some()
     }
 
-    /// Finds the next free slot after a record, or the first slot: in the same page, or in the
-    /// other page, which is erased for it.
+    /// Finds a free slot for the next record: in the same page as `after`, or the first one of the
+    /// other page, which is erased if necessary.
     fn next_slot(
         &mut self,
         after: Option<Slot>,

@@ -1,4 +1,4 @@
-//! The store of settings in a flash that loses power, wears out, or was written by different
+//! Tests the store of settings in flash that loses power, wears out, or was written by different
 //! firmware.
 
 #[path = "store/other_firmware.rs"]
@@ -181,7 +181,7 @@ fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
             CutFlash::<{ 10 * RECORD_BYTES }>::new(seed).with_bytes(|_| random.next_u32() as u8);
         let mut store = FlashStore::new(flash);
         assert_eq!(store.load(), DAMAGED);
-        // Not without permission to erase.
+        // A full page needs permission to erase.
         assert_eq!(store.save(Some(&settings(5)), false), Err(NotStored));
         assert_eq!(store.save(Some(&settings(5)), true), Ok(Saved::Erasing));
         assert_eq!(store.load(), (settings(5), STORED));
@@ -221,7 +221,7 @@ fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
     assert_eq!(store.release().wrong, 0);
 }
 
-/// During a touch nothing is erased, and stored settings stay.
+/// During a touch nothing may be erased, and the stored settings remain.
 #[test]
 fn a_full_page_is_not_erased_without_permission() {
     let mut store = empty::<{ 2 * RECORD_BYTES }>();

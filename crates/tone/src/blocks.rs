@@ -1,7 +1,7 @@
-//! Sums of a pass over the frames, for each of a few blocks: products of every channel with level,
-//! slope and lines, and sums of the lines themselves. All later steps work on these sums.
+//! A pass over the frames sums, for each of a few blocks, the products of every channel with level,
+//! slope and lines, and the lines themselves. All later steps work on these sums.
 //!
-//! Within a block, modulation is taken to be constant and baselines to be straight.
+//! Within a block, modulation is assumed constant and baselines straight.
 
 use crate::lean::LEAN_ROWS;
 use crate::legendre::baselines;
@@ -19,11 +19,12 @@ use crate::trajectory::Trajectory;
 use crate::window_frames::WindowFrames;
 use core::f32::consts::{FRAC_1_PI, PI};
 
-/// Maximum number of functions of a block: cosine and sine of each line.
+/// Maximum number of functions in a block: cosine and sine of each line.
 const FUNCTIONS: usize = 2 * HARMONICS_MAX;
 const ROWS: usize = rows(BLOCK_LINES, POINTS_MAX);
 
-/// Rows of memory: cosine and sine of each line in all blocks, or a transform.
+/// Number of rows for cosine and sine of `lines` lines in all blocks, or for a transform of
+/// `points` points.
 pub const fn rows(lines: usize, points: usize) -> usize {
     let transform = points.div_ceil(CHANNELS_MAX) + LEAN_ROWS;
     if 2 * lines > transform {
@@ -33,19 +34,19 @@ pub const fn rows(lines: usize, points: usize) -> usize {
     }
 }
 
-/// Minimum fraction of a function that the earlier functions leave; below, errors of rotated blocks
-/// dominate.
+/// Minimum fraction of a function's energy that remains after projecting out the earlier ones.
+/// Below this, errors of rotated blocks dominate.
 const LEFT_MIN: f32 = 1e-3;
 
-/// Sums over the blocks of a window.
+/// Sums over the frames of each block of a window.
 #[derive(Debug)]
 pub struct Blocks {
     rows: [Values; ROWS],
     /// Sums of cosine and sine of each multiple of the phase.
     waves: [[Wave; WAVES]; BLOCKS_MAX],
-    /// Sums of cosine and sine of each line times the distance from the block's middle.
+    /// Sums of each line's cosine and sine, times the distance from the block's middle.
     moments: [Wave; BLOCK_LINES],
-    /// Ends of the blocks.
+    /// End of each block, as `u`.
     ends: [f32; BLOCKS_MAX],
     /// Products of the baselines with the channels.
     levels: [Values; DEGREE_MAX + 1],
@@ -60,18 +61,17 @@ pub struct Blocks {
 
 /// Parameters of a pass over the frames.
 pub struct Pass {
-    /// The unit line's phase.
+    /// Phase of the unit line, divided by `scale`.
     pub trajectory: Trajectory,
-    /// Phase of the unit line relative to the trajectory's: 1, or a half.
+    /// Ratio of the unit line's phase to the trajectory's: 1, or a half.
     pub scale: f32,
     /// Lines for which products with the channels are needed.
     pub lines: Lines,
-    /// Highest multiple of the unit for which sums are needed.
+    /// Highest multiple of the unit line for which sums are needed.
     pub multiple_max: usize,
 }
 
 impl Blocks {
-    /// Empty blocks; all zeros.
     pub const fn new() -> Self {
         Self {
             rows: [[0.0; CHANNELS_MAX]; ROWS],
@@ -97,8 +97,8 @@ impl Blocks {
         &mut self.rows
     }
 
-    /// Divides a window into blocks for passes of up to `lines` lines, and sums up the products of
-    /// the baselines and of the channels.
+    /// Divides a window into blocks for passes with up to `lines` lines. Sums the products of the
+    /// baselines with the channels, and of the channels with each other.
     #[inline(never)]
     pub fn start(&mut self, window: &mut WindowFrames, lines: usize, may_share: bool) -> Products {
         self.divide(window.count(), BLOCKS_MAX.min(BLOCK_LINES / lines.max(1)));
@@ -137,7 +137,7 @@ impl Blocks {
         products.finish()
     }
 
-    /// Adds a block's products with the baselines.
+    /// Adds a block's contribution to `gram` and `levels`.
     fn add_levels(&mut self, b: usize, sums: &[Values; 2], moments: &[f32; 3]) {
         let [count, first, second] = moments;
         let baselines = baselines(self.middle(b));
@@ -157,19 +157,17 @@ impl Blocks {
         self.ends[b % BLOCKS_MAX]
     }
 
-    /// True if `u` is in a block.
     fn is_in(&self, b: usize, u: f32) -> bool {
         u < self.end(b) && (b == 0 || u >= self.end(b - 1))
     }
 
-    /// Block that contains `u`.
     fn block(&self, u: f32) -> usize {
         let ends = self.ends.get(..self.count).unwrap_or_default();
         let b = ends.partition_point(|end| *end <= u);
         b.min(self.count.saturating_sub(1))
     }
 
-    /// Passes over the frames of the window, or over their residuals after a model.
+    /// Sums over the frames of the window, or over their residuals after subtracting a model.
     #[inline(never)]
     pub fn collect(&mut self, window: &mut WindowFrames, pass: &Pass, model: Option<&Model>) {
         self.lines = pass.lines;
@@ -237,7 +235,6 @@ impl Blocks {
         self.count.min(BLOCKS_MAX)
     }
 
-    /// Middle of a block.
     pub fn middle(&self, b: usize) -> f32 {
         let start = b.checked_sub(1).map_or(-1.0, |before| self.end(before));
         0.5 * (start + self.end(b))
@@ -247,7 +244,6 @@ impl Blocks {
         self.lines
     }
 
-    /// Rows of a block's lines.
     fn rows_of(&mut self, b: usize, lines: usize) -> &mut [Values] {
         let first = 2 * b * lines;
         self.rows
@@ -255,7 +251,7 @@ impl Blocks {
             .unwrap_or_default()
     }
 
-    /// Index of a line among those of all blocks.
+    /// Index of a block's line in `moments`, and of its pair in `rows`.
     fn index(&self, b: usize, line: usize) -> usize {
         (b * self.lines.count() + self.lines.index(line)) % BLOCK_LINES
     }
@@ -266,7 +262,7 @@ impl Blocks {
         [&self.rows[row], &self.rows[row + 1]]
     }
 
-    /// Sums of a multiple of the phase in a block.
+    /// Sums of cosine and sine of a multiple of the phase over a block.
     pub fn wave(&self, b: usize, multiple: usize) -> Wave {
         self.waves[b % BLOCKS_MAX][multiple.min(WAVES - 1)]
     }
@@ -278,8 +274,8 @@ impl Blocks {
             .map(|[value, slope]| [0, 1].map(|i| value * wave[i] + slope * moment[i]))
     }
 
-    /// Weighted sums over all blocks: multiples of the phase, and products of the lines of a shape
-    /// with its baselines.
+    /// Sums over all blocks, weighted by block: the multiples of the phase, and the products of a
+    /// shape's lines with its baselines.
     pub fn totals(&self, shape: &Shape, weights: &[f32; BLOCKS_MAX]) -> Totals {
         let max = (2 * shape.lines.max()).min(self.multiple_max);
         let mut totals = Totals::default();
@@ -310,7 +306,7 @@ impl Blocks {
             for (i, sums) in pair.iter_mut().enumerate() {
                 *sums = [0.0; CHANNELS_MAX];
                 let groups = sums.as_chunks_mut::<4>().0.iter_mut().enumerate();
-                // A group's sums stay in registers.
+                // Keep a group's sums in registers.
                 for (g, sums) in groups.take(self.groups) {
                     let [mut a, mut b, mut c, mut d] = [0.0; 4];
                     for pair in self.pairs(line) {
@@ -337,7 +333,6 @@ impl Blocks {
             .take(self.count())
     }
 
-    /// Number of groups of four channels in use.
     pub fn groups(&self) -> usize {
         self.groups
     }
@@ -369,8 +364,8 @@ impl Blocks {
         }
     }
 
-    /// Largest rotation between adjacent blocks on the way from one trajectory to another, radians
-    /// of the unit line: the error left within rotated blocks.
+    /// Largest difference in rotation between adjacent blocks from one trajectory to another, in
+    /// radians of the unit line: a measure of the error within rotated blocks.
     pub fn twist(&self, from: &Trajectory, to: &Trajectory) -> f32 {
         let turned = |b: usize| {
             let u = self.middle(b);
@@ -381,11 +376,11 @@ impl Blocks {
             .fold(0.0, f32::max)
     }
 
-    /// Adds the effect of a modulation of phase and amplitude, `moved`, on the lines of a shape in
-    /// a block: to the channels' products with lines and with the shape's baselines.
+    /// Modulates a shape's lines in block `b` by `moved` (phase, relative amplitude): adds the
+    /// effect to the channels' products with the lines and with the shape's baselines.
     pub fn add(&mut self, b: usize, shape: &Shape, coefficients: &[Values], moved: [f32; 2]) {
         let [phase, amplitude] = moved;
-        // The coefficients stay; the modulation is applied to the products.
+        // Apply the modulation to the products rather than to the coefficients.
         let gain = |line: usize, [cos, sin]: Wave| {
             let turn = phase * line as f32;
             [amplitude * cos - turn * sin, amplitude * sin + turn * cos]
@@ -434,7 +429,7 @@ impl Solution {
         let totals = blocks.totals(&shape, &[1.0; BLOCKS_MAX]);
         totals.of_shape(&shape, &mut self.lower[first..]);
         blocks.products(&shape, &mut self.rows[first..]);
-        // Clears what an earlier solution left in the last group.
+        // Clear what an earlier solution left in the last group.
         self.rows[shape.unknowns()..].fill([0.0; CHANNELS_MAX]);
         let factor = Factor::with_pivots(&mut self.lower, shape.unknowns(), LEFT_MIN);
         factor.forward_rows(&mut self.rows);
@@ -470,7 +465,7 @@ impl Batch {
     /// groups of four channels in use.
     #[inline(never)]
     fn add_to(&mut self, rows: &mut [Values], groups: usize) {
-        // Clear weights of an earlier batch.
+        // Clear the weights of an earlier batch.
         self.weights[self.count.min(BATCH)..].fill([0.0; FUNCTIONS]);
         let [one, two, three, four] = self
             .values

@@ -11,7 +11,7 @@ use crate::solve::{Power, Shape, Solution};
 use crate::trajectory::Trajectory;
 use crate::workspace::Workspace;
 
-/// Minimum number of functions of noise bins for a covariance.
+/// Minimum number of noise-bin functions (cosines and sines) for a covariance.
 const NOISE_BINS_MIN: usize = 4;
 
 /// A refined candidate.
@@ -21,11 +21,10 @@ pub struct Comb {
     pub score: f32,
     /// Phase of the fundamental.
     pub trajectory: Trajectory,
-    /// Lines and baseline of the comb.
     pub shape: Shape,
-    /// Refined phase of the unit line that was tried.
+    /// Refined phase of the candidate's unit line.
     pub unit: Trajectory,
-    /// Lines that stand out of the local noise.
+    /// Lines that stand out of the local noise, as multiples of `unit`.
     pub kept: Lines,
     /// Best-scoring comb at a different frequency.
     pub competing: CompetingComb,
@@ -34,14 +33,13 @@ pub struct Comb {
 /// A comb at a different frequency.
 #[derive(Clone, Copy, Debug)]
 pub struct CompetingComb {
-    /// Score, finally relative to the likeliest comb.
+    /// Score; in the end, relative to the likeliest comb's.
     pub score: f32,
     /// Cycles per window.
     pub cycles: f32,
 }
 
 impl CompetingComb {
-    /// No competing comb.
     pub const NONE: Self = Self {
         score: f32::NEG_INFINITY,
         cycles: 0.0,
@@ -50,7 +48,7 @@ impl CompetingComb {
 
 impl Refinement<'_> {
     /// Fits the comb at a `trajectory`, to which the blocks are already rotated, with a baseline of
-    /// `degree`. Leaves the blocks at the refined unit line.
+    /// `degree`. Leaves the blocks rotated to the refined unit line.
     #[inline(never)]
     pub fn comb(
         &self,
@@ -100,8 +98,8 @@ impl Refinement<'_> {
     }
 
     /// Selects the lines whose power over the local noise exceeds the Bayesian penalty plus the
-    /// possible power of rounding. Returns the line whose multiples have the most power, with these
-    /// multiples, or line 1 if no line passes. Aliased lines cannot be the unit.
+    /// power that rounding may add. Of these, returns the line whose multiples have the most power,
+    /// with these multiples, or line 1 if no line passes. Aliased lines cannot be the unit line.
     #[inline(never)]
     fn lines_there(&self, workspace: &Workspace, cycles: f32) -> Lines {
         let rounding = self.all.rounding(&workspace.weights, self.width);
@@ -131,8 +129,9 @@ impl Refinement<'_> {
         multiples(unit).fold(Lines::NONE.with(unit), Lines::with)
     }
 
-    /// Likeliest comb at a `trajectory` over baselines of some degrees, with its fundamental in the
-    /// band. Rotates the blocks to its unit line and keeps the weights of the best comb so far.
+    /// Finds the likeliest comb at a `trajectory`, with a baseline of one of the `degrees`, whose
+    /// fundamental is in the band. Rotates the blocks to its unit line, and keeps its weights if it
+    /// is the best comb of the window so far.
     pub fn best(
         &self,
         blocks: &mut Blocks,
@@ -173,9 +172,9 @@ impl Refinement<'_> {
         best
     }
 
-    /// Upper bound on the scores of all combs at the blocks' trajectory with a baseline of up to
-    /// `degree` and at least as many unknowns as `min`: the likelihood of all lines at the penalty
-    /// of `min`.
+    /// Upper bound on the score of any comb at the blocks' trajectory with a baseline of up to
+    /// `degree` and at least as many unknowns as `min`: the likelihood of all lines less the
+    /// penalty for `min`.
     pub fn bound(
         &self,
         blocks: &Blocks,
@@ -224,7 +223,7 @@ impl Refinement<'_> {
         samples.invert(&mut workspace.weights, Some(&variances));
     }
 
-    /// Log likelihood less the penalty of the unknowns.
+    /// Log likelihood less the penalty for the unknowns.
     pub fn score(&self, solution: &Solution) -> f32 {
         self.likelihood(solution) - self.price(&solution.shape)
     }
@@ -248,7 +247,7 @@ impl Refinement<'_> {
         -0.5 * self.bartlett() * log_det
     }
 
-    /// Penalty of the unknowns by the Bayesian information criterion.
+    /// Penalty for a shape's unknowns, by the Bayesian information criterion.
     fn price(&self, shape: &Shape) -> f32 {
         let unknowns = self.width as f32 * shape.unknowns() as f32 + 1.0;
         0.5 * unknowns * libm::logf(self.frames)

@@ -25,28 +25,26 @@ use core::f32::consts::PI;
 
 /// Minimum log odds against a different frequency: a thousand to one.
 const ODDS: f32 = 6.9;
-/// Minimum number of cycles to recognise a period.
+/// Minimum number of cycles needed to recognise a period.
 pub const CYCLES: f32 = 1.15;
-/// Minimum number of cycles if all channels have one waveform, or there are at most two channels:
-/// any bump looks like a period.
+/// Minimum number of cycles if all channels have the same waveform, or if there are at most two
+/// channels: any single bump could then pass for a period.
 pub const CYCLES_ONE: f32 = 2.0;
-/// Maximum RMS phase beyond the fitted degrees, radians; above, a cycle may be lost.
+/// Maximum RMS phase beyond the fitted degrees, radians. With more, a cycle may be lost.
 const FOLLOWED: f32 = 0.2;
-/// Power of another line, as a fraction of the tone's, that counts as a second tone.
+/// Minimum power of a second tone, as a fraction of the tone's.
 const SECOND_TONE: f32 = 0.125;
 /// Maximum RMS change of the amplitude, as a fraction.
 const FADING: f32 = 0.7;
 /// Maximum relative sigma of a frequency.
 pub const SIGMA_MAX: f32 = 0.1;
-/// Relative inflation of sigma, times the degrees of freedom.
+/// Relative inflation of sigma for few samples, times the degrees of freedom.
 const FEW_SAMPLES: f32 = 1.2;
 
 /// The mean frequency, in cycles per window.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Mean {
-    /// Mean frequency.
     pub cycles: f32,
-    /// Standard deviation.
     pub sigma: f32,
     /// Estimate of the mean phase.
     pub phase: MeanPhase,
@@ -54,7 +52,8 @@ pub struct Mean {
     pub scale: f32,
 }
 
-/// Mean frequency and its uncertainty; `clipped` are fractions of the frames by channel.
+/// Returns the mean frequency and its uncertainty; `clipped` is the fraction of clipped frames in
+/// each channel.
 #[inline(never)]
 pub fn mean(
     tested: &Tested,
@@ -84,7 +83,8 @@ pub fn mean(
 }
 
 /// Variance inflation for clipped channels, weighted by their information on the frequency. Clipped
-/// frames carry neither noise nor information, so the other frames carry all of both.
+/// frames carry neither noise nor information, so a channel's other frames have more noise than its
+/// average.
 fn noise_of_clipped(tested: &Tested, solution: &Solution, clipped: &Values) -> f32 {
     if clipped.iter().all(|clipped| *clipped <= 0.0) {
         return 1.0;
@@ -109,13 +109,12 @@ fn noise_of_clipped(tested: &Tested, solution: &Solution, clipped: &Values) -> f
 /// Variance inflation: residual scatter relative to the line noise.
 struct Scale {
     factor: f32,
-    /// Degrees of freedom.
     freedom: f32,
 }
 
 impl Scale {
-    /// Noise at the distances from the lines that affect the mean frequency, corrected for few
-    /// samples.
+    /// Noise at those offsets from the lines that affect the mean frequency, relative to the line
+    /// noise, with a small-sample correction.
     fn new(tested: &Tested, noise_bins: &NoiseBins, blocks: &Blocks) -> Self {
         let (followed, lines) = (tested.followed, tested.shape.lines);
         let n = followed.fitted.phase;
@@ -131,7 +130,7 @@ impl Scale {
         let places = places.get(..blocks.count()).unwrap_or_default();
         let level = places.iter().map(|[_, value]| value).sum::<f32>() / places.len() as f32;
         let (mut last, mut seen_there) = (f32::NAN, 0.0);
-        // Cosine and sine of a bin are adjacent and share a result.
+        // Cosine and sine of a bin are adjacent, so the last result is kept for the second.
         let mut sees = |distance: f32| {
             if distance != last {
                 let (mut cos, mut sin) = (0.0, 0.0);
@@ -165,7 +164,7 @@ impl Scale {
         let few = 1.0 + FEW_SAMPLES / freedom;
         let correlated = 1.0 - followed.noise.shrinkage;
         let width = tested.width as f32;
-        // Fraction of the noise that the modulation's functions absorb.
+        // Fraction of the noise that fitting the modulation absorbs.
         let (mut all, mut each) = (0.0, 0.0);
         for power in &tested.powers {
             all += power.all * power.all;
@@ -184,7 +183,7 @@ impl Scale {
     }
 }
 
-/// Frequency modulation from the coefficients of the phase.
+/// Computes the frequency modulation from the coefficients of the phase.
 pub fn movement(
     followed: &Followed,
     covariance: &Square<MOVEMENT_MAX>,
@@ -215,7 +214,8 @@ pub fn movement(
     }
     let unit = PI * mean.cycles;
     let wander = crate::sqrt((square - noise).max(0.0)) / unit;
-    // Least-squares slope of the frequency by `u`: three times the even coefficients.
+    // Least-squares slope of the frequency over `u`: three times the sum of the coefficients of
+    // even degree.
     let even = core::array::from_fn(|i| if i % 2 == 1 { 1.0 } else { 0.0 });
     let chirp = 3.0 * phase.iter().zip(&even).map(|(x, w)| x * w).sum::<f32>() / PI;
     let chirp_sigma = 3.0 * crate::sqrt(variance(&even)) / PI;
@@ -246,9 +246,7 @@ impl Reading {
 
 /// Figures that determine the status.
 pub struct Figures<'v> {
-    /// Results of the tests.
     pub tests: &'v Tests,
-    /// The mean frequency.
     pub mean: &'v Mean,
     /// A line outside the comb.
     pub other: &'v Other,
@@ -256,10 +254,9 @@ pub struct Figures<'v> {
     pub competing: &'v CompetingComb,
     /// Number of the strongest line.
     pub strongest: usize,
-    /// Number of the second strongest line.
     pub second: usize,
-    /// Frequency of the loudest line, cycles per window, if beyond half the frame rate: its alias
-    /// may as well be a tone.
+    /// Frequency of the loudest line, cycles per window, if above half the frame rate: its alias
+    /// could equally be the tone.
     pub image: Option<f32>,
     /// Frequency of the strongest noise bin near a line, cycles per window.
     pub nearest: f32,
@@ -269,14 +266,11 @@ pub struct Figures<'v> {
     pub is_crowded: bool,
     /// True if a channel stays at an end of its range.
     pub stay: bool,
-    /// Number of lines.
     pub lines: usize,
-    /// Band of frequencies.
     pub nyquist: Nyquist,
 }
 
 impl Figures<'_> {
-    /// Status of a tested tone.
     pub fn status(&self) -> Status {
         let (tests, mean) = (self.tests, self.mean);
         let is_lost = mean.phase.unfollowed > FOLLOWED * FOLLOWED;
@@ -316,7 +310,7 @@ impl Figures<'_> {
         } else if tests.between > Z_BETWEEN {
             0.5 * self.mean.cycles
         } else if self.is_faint() {
-            // The strongest line alone.
+            // The strongest overtone could be a tone of its own.
             let line = if self.strongest > 1 {
                 self.strongest
             } else {
@@ -343,7 +337,6 @@ impl Figures<'_> {
     }
 }
 
-/// Fills in the results of the channels.
 #[inline(never)]
 pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistics, fit: &mut Fit) {
     let first = solution.shape.first_line();
@@ -374,7 +367,7 @@ pub fn channels(followed: &Followed, solution: &Solution, statistics: &Statistic
     }
 }
 
-/// Complex ratios of the overtones to the fundamental, the same in all channels whatever their
+/// Complex ratios of the overtones to the fundamental, common to all channels whatever their
 /// delays.
 pub fn overtones(solution: &Solution, variances: &Values, width: usize) -> [[f32; 2]; OVERTONES] {
     let mut ratios = [[0.0; 2]; OVERTONES];

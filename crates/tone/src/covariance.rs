@@ -2,13 +2,13 @@
 //!
 //! O. Ledoit, M. Wolf, "A well-conditioned estimator for large-dimensional covariance matrices",
 //! Journal of Multivariate Analysis 88 (2004), 365-411; here correlations are shrunk towards zero,
-//! and variances towards those over all frames, up to a factor.
+//! and variances towards a common multiple of those over all frames.
 
 use crate::limits::CHANNELS_MAX;
 use crate::matrix::{Factor, Square, invert};
 use crate::source::Values;
 
-/// Rounding that is added to variances, relative to a channel's own variance.
+/// Rounding variance that is added, as a fraction of a channel's own variance.
 pub const ROUNDING: f32 = 5e-7;
 
 /// Number and kind of the noise samples.
@@ -16,9 +16,8 @@ pub const ROUNDING: f32 = 5e-7;
 pub struct Samples {
     /// Number of channels.
     pub width: usize,
-    /// Number of samples.
     pub count: f32,
-    /// Effective number: samples of equal weight with the same information.
+    /// Effective number: equally weighted samples with the same information.
     pub effective: f32,
     /// True if channels may be correlated.
     pub may_share: bool,
@@ -27,7 +26,6 @@ pub struct Samples {
 /// A shrunk covariance and its inverse.
 #[derive(Clone, Copy, Debug)]
 pub struct Covariance {
-    /// Variances of the channels.
     pub variances: Values,
     /// Shrinkage towards the diagonal.
     pub shrinkage: f32,
@@ -36,7 +34,6 @@ pub struct Covariance {
 }
 
 impl Covariance {
-    /// No covariance yet.
     pub const NONE: Self = Self {
         variances: [0.0; CHANNELS_MAX],
         shrinkage: 1.0,
@@ -46,7 +43,7 @@ impl Covariance {
 
 impl Samples {
     /// Shrinks the covariance, and replaces the samples' products (on and below the diagonal) by
-    /// the inverse covariance; `all` are variances over all frames.
+    /// the inverse covariance; `all` holds variances over all frames.
     #[inline(never)]
     pub fn invert(&self, products: &mut Square<CHANNELS_MAX>, all: Option<&Values>) -> Covariance {
         let c = self.width.min(CHANNELS_MAX);
@@ -91,7 +88,7 @@ impl Samples {
         }
     }
 
-    /// Variances, shrunk towards the shape of those over all frames.
+    /// Shrinks the samples' variances `own` towards a common multiple of `all`.
     fn shrunk(&self, own: &Values, all: &Values) -> Values {
         let mut variances = *own;
         let count = self.width.min(CHANNELS_MAX);
@@ -110,15 +107,15 @@ impl Samples {
     }
 }
 
-/// The product x' W y; unused channels have zeros.
+/// Returns x' W y; unused channels must be zero.
 pub fn form(x: &Values, weights: &Square<CHANNELS_MAX>, y: &Values) -> f32 {
     let rows = x.iter().zip(weights).filter(|(x, _)| **x != 0.0);
     rows.map(|(x, row)| x * row.iter().zip(y).map(|(w, y)| w * y).sum::<f32>())
         .sum()
 }
 
-/// The product x' W x for symmetric weights, by groups of four up to the diagonal; unused channels
-/// have zeros.
+/// Returns x' W x for symmetric weights, in groups of four up to the diagonal; unused channels must
+/// be zero.
 pub fn power(x: &Values, weights: &Square<CHANNELS_MAX>) -> f32 {
     let groups = x.as_chunks::<4>().0;
     let mut power = 0.0;
@@ -153,7 +150,7 @@ pub fn add_products(products: &mut [Values], [one, other]: [&Values; 2]) {
 }
 
 /// Adds `weight` times the products of the channels of a sample, on and below the diagonal; unused
-/// channels have zeros.
+/// channels must be zero.
 pub fn add_product(products: &mut Square<CHANNELS_MAX>, weight: f32, values: &Values) {
     for (k, row) in products.iter_mut().enumerate() {
         let own = weight * values[k];
@@ -199,7 +196,7 @@ mod tests {
         (products[0][1], products[1][0]) = (45.0, 45.0);
         let covariance = SAMPLES.invert(&mut products, None);
         assert!(covariance.shrinkage < 0.03 && covariance.channels < 1.2);
-        // The inverse of 1 and r is 1 and -r, over 1 - r^2.
+        // The inverse of [[1, r], [r, 1]] is [[1, -r], [-r, 1]] / (1 - r^2).
         let r = -products[0][1] / products[0][0];
         assert!(r > 0.87, "{r}");
         assert!((products[0][0] * (1.0 - r * r) - 1.0).abs() < 1e-4);

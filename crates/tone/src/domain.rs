@@ -1,6 +1,6 @@
-//! Domain of a span (time, or position along a path), as `u` from -1 to 1.
+//! Maps the frames of a span to `u`, from -1 to 1, by time or by position along a path.
 
-/// `u` of the frames of a span.
+/// Domain of a span: how `u` follows from a frame's number.
 #[derive(Clone, Copy)]
 pub enum Domain<'a> {
     /// Time.
@@ -23,8 +23,8 @@ pub enum Domain<'a> {
     },
 }
 
-/// Interval of the positions that add to the path length, frames, so that encoder steps do not
-/// lengthen the path.
+/// Path length is summed over strides of this many frames, so that encoder steps do not lengthen
+/// the path.
 const STRIDE_FRAMES: u32 = 8;
 
 impl<'a> Domain<'a> {
@@ -55,7 +55,7 @@ impl<'a> Domain<'a> {
         }
         let range = 0.5 * (max - min);
         let travel = (0.5 * length / range).max(1.0);
-        // As in time, the ends lie half a frame beyond the first and the last one.
+        // As in time, the ends lie half a frame beyond the first and last frames.
         let half = range * (1.0 + travel / frames.max(1) as f32);
         (range > 0.0).then_some(Self::Position {
             position,

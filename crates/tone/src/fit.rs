@@ -5,8 +5,8 @@ use crate::limits::{CHANNELS_MAX, OVERTONES};
 /// Status of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// A tone common to the channels; 1.96 sigma cover its mean frequency over the window,
-    /// modulation included, in 95 of 100 windows.
+    /// A tone common to the channels. In 95 of 100 windows, its mean frequency over the window,
+    /// modulation included, is within 1.96 sigma.
     Good,
     /// The channels have no common tone that is significant against their noise.
     NoTone,
@@ -16,8 +16,8 @@ pub enum Status {
     Nothing,
     /// A different frequency explains the window about as well: see [`Fit::other_tone`].
     Ambiguous,
-    /// A tone without a reliable interval: its phase is not followed, its amplitude comes or goes,
-    /// or a channel stays at an end of its range for a quarter of the window.
+    /// A tone without a reliable confidence interval: its phase cannot be followed, it fades in or
+    /// out, or a channel stays at an end of its range for a quarter of the window.
     Unsteady,
 }
 
@@ -44,7 +44,7 @@ pub struct ChannelFit {
     pub residual: f32,
 }
 
-/// Frequency modulation within the window; zeros without a tone.
+/// Frequency modulation within the window; zeros if there is no tone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Movement {
     /// Deviation of the frequency from its mean, RMS over the window, as a fraction of the mean
@@ -52,8 +52,8 @@ pub struct Movement {
     pub wander: f32,
     /// Standard deviation of `wander`.
     pub wander_sigma: f32,
-    /// Rate of change of the frequency: hertz per second; cycles per frame squared without a frame
-    /// rate; cycles per unit squared along a path.
+    /// Rate of change of the frequency, in hertz per second; without a frame rate, in cycles per
+    /// frame squared; along a path, in cycles per unit squared.
     pub chirp: f32,
     /// Standard deviation of `chirp`.
     pub chirp_sigma: f32,
@@ -71,7 +71,7 @@ pub struct OtherTone {
 /// Test statistics behind a status, for diagnosis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tests {
-    /// Log odds against the likeliest comb at another frequency.
+    /// Log odds against the likeliest comb at a different frequency.
     pub margin: f32,
     /// Normal deviate of the strongest line over the local noise.
     pub line: f32,
@@ -85,20 +85,20 @@ pub struct Tests {
     pub beside: f32,
     /// Power outside the lines relative to the tone.
     pub beside_share: f32,
-    /// Phase that is not followed, RMS, radians.
+    /// RMS phase beyond the fitted degrees, radians.
     pub unfollowed: f32,
     /// RMS change of the amplitude, as a fraction.
     pub fading: f32,
     /// Cycles in the window.
     pub cycles: f32,
-    /// True if any bump may look like this tone: all channels have one waveform, or there are at
-    /// most two channels.
+    /// True if any single bump could pass for this tone: all channels have the same waveform, or
+    /// there are at most two channels.
     pub one_shape: bool,
-    /// Probability of a constant frequency.
+    /// Probability that the frequency is constant.
     pub steady: f32,
     /// Degree of the baseline.
     pub degree: u8,
-    /// Number of degrees of the phase that are fitted.
+    /// Number of fitted degrees of the phase.
     pub degrees: u8,
     /// Mask of the fitted lines; bit k is line k.
     pub lines: u16,
@@ -124,14 +124,14 @@ pub struct Fit {
     /// Number of the highest harmonic that was found.
     pub harmonics: u8,
     /// Complex ratios of the second and higher harmonics to the fundamental (real and imaginary
-    /// part), common to all channels whatever their gains and delays. Zeros for missing harmonics,
-    /// and without a tone.
+    /// part), common to all channels whatever their gains and delays. Zero for missing harmonics,
+    /// and if there is no tone.
     pub overtones: [[f32; 2]; OVERTONES],
     /// Number of frames that were used.
     pub frames: u32,
     /// Bit k: channel k was used.
     pub usable: u16,
-    /// Bit k: the tone is significant in channel k alone.
+    /// Bit k: the tone is significant in channel k by itself.
     pub with_tone: u16,
     /// Results of each channel; zeros if not used.
     pub channels: [ChannelFit; CHANNELS_MAX],

@@ -14,8 +14,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Index of the transform point for this frame; a point sums `each` of `frames` evenly spaced
-    /// frames.
+    /// Index of the transform point to which the frame is added. Points are `each` frames apart in
+    /// a window of `frames` frames.
     pub fn point(&self, domain: &Domain, frames: u32, each: u32) -> usize {
         let number = match domain {
             Domain::Time { .. } => self.number,

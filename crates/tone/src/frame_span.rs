@@ -15,7 +15,7 @@ pub struct FrameSpan<'a> {
     pub(crate) frames: u32,
     /// Frequency of a known interferer, cycles per frame.
     pub(crate) interferer: Option<f32>,
-    /// Quantization step in the unit of the frames; 0: none.
+    /// Quantization step in the unit of the frames; 0 if none.
     pub(crate) quantization_step: f32,
     /// Expected frequency, in the unit of the result.
     pub(crate) expected: Option<f32>,
@@ -25,7 +25,7 @@ pub struct FrameSpan<'a> {
 }
 
 impl<'a> FrameSpan<'a> {
-    /// The `frames` frames of `source` from frame number `first` on.
+    /// Creates a span of `frames` frames of `source`, starting at frame `first`.
     pub fn new(source: &'a mut dyn FrameSource, first: u32, frames: u32) -> Self {
         Self {
             source,
@@ -58,7 +58,7 @@ impl<'a> FrameSpan<'a> {
         }
     }
 
-    /// Declares that values are rounded to multiples of `step`: residuals are taken to be no
+    /// Declares that values are rounded to multiples of `step`. Residuals are then assumed to be no
     /// smaller than the rounding.
     pub fn with_quantization(self, step: f32) -> Self {
         Self {
@@ -68,7 +68,7 @@ impl<'a> FrameSpan<'a> {
     }
 
     /// Expects a tone near a frequency, usually that of the previous window, in the unit of the
-    /// result. If a good tone is found there, no other frequency is searched, which takes half the
+    /// result. If a good tone is found there, no other frequency is searched, which halves the
     /// instructions.
     pub fn expecting(self, frequency: f32) -> Self {
         Self {
@@ -87,12 +87,11 @@ impl<'a> FrameSpan<'a> {
         })
     }
 
-    /// Times or positions of the frames.
     pub(crate) fn domain(&self) -> &Domain<'a> {
         &self.domain
     }
 
-    /// Frames per window, or along a path per pass over its range at the mean speed.
+    /// Number of frames in the window; along a path, per pass over its range at the mean speed.
     pub(crate) fn effective_frames(&self) -> f32 {
         match self.domain {
             Domain::Time { .. } => self.frames as f32,
@@ -169,11 +168,11 @@ impl<'a> FrameSpan<'a> {
         Ok(())
     }
 
-    /// Channels that are valid in at least nine tenths as many frames as the best one. Frames
-    /// without one of these channels do not count.
+    /// Mask of the channels that are valid in at least nine tenths as many frames as the best one.
+    /// Frames that lack one of these channels are not used.
     pub(crate) fn channels(&mut self) -> Result<u16, Overwritten> {
         let mut counts = [0u32; CHANNELS_MAX];
-        // Consecutive frames mostly have the same channels.
+        // Consecutive frames mostly have the same channels, so count them in runs.
         let (mut mask, mut run) = (0, 0);
         let mut add = |mask: u16, run: u32| {
             for (c, count) in counts.iter_mut().enumerate() {

@@ -7,10 +7,8 @@ use crate::frame::Frame;
 use crate::phase::{cos_sin, from_turns};
 use crate::source::Values;
 
-/// Fitted hum.
 #[derive(Clone, Copy, Debug)]
 pub struct Hum {
-    /// Cycles per frame.
     pub cycles_per_frame: f32,
     /// Frame number of the window's centre, where the phase is zero.
     middle: f32,
@@ -19,7 +17,6 @@ pub struct Hum {
 }
 
 impl Hum {
-    /// Subtracts the hum from a frame.
     pub fn subtract(&self, frame: &mut Frame) {
         let turns = self.cycles_per_frame * (frame.number as f32 - self.middle);
         let (cos, sin) = cos_sin(from_turns(turns));

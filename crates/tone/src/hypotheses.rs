@@ -1,4 +1,4 @@
-//! Tests of a tone, each a normal deviate from one formula.
+//! Tests of a tone. All compute a normal deviate by the same formula.
 
 use crate::blocks::{Blocks, Pass};
 use crate::covariance::power;
@@ -18,18 +18,20 @@ use crate::statistics::Products;
 use crate::window_frames::WindowFrames;
 use crate::workspace::Workspace;
 
-/// Threshold for a line over the local noise: 1e-5 by chance, which is 1e-3 over a hundred bins.
+/// Threshold for a line over the local noise. Noise exceeds it in one bin with a probability of
+/// 1e-5, in a hundred bins of 1e-3.
 pub const Z_LINE: f32 = 4.3;
-/// Threshold for the larger of two lines: one in a thousand by chance.
+/// Threshold for the larger of two lines; noise exceeds it once in a thousand windows.
 pub const Z_BETWEEN: f32 = 3.3;
-/// Power of another line that is ignored, as a fraction of the tone's.
+/// Maximum power of another line that is ignored, as a fraction of the tone's.
 const OTHER: f32 = 1e-2;
-/// Maximum power of a line relative to a sum of squares: cosine and sine are not quite orthogonal
-/// over a few cycles.
+/// Maximum power of a line relative to a sum of squares. It is above 1 because cosine and sine are
+/// not quite orthogonal over a few cycles.
 const OF_SQUARES: f32 = 1.22;
 /// Minimum distance of another line from the comb, cycles per window.
 const CLEAR_CYCLES: f32 = 0.9;
-/// Distance of the noise bands from another line, and half-width of each, cycles per window.
+/// Distance from a line to the centre of a noise band, and half-width of the band, cycles per
+/// window.
 const NOISE_CYCLES: f32 = 2.5;
 const NOISE_WIDTH: f32 = 1.6;
 /// Minimum number of bins for the local noise.
@@ -38,62 +40,55 @@ const PLACES_MIN: usize = 4;
 const SIDE_MIN: usize = 3;
 /// Minimum number of cycles of a line in a single channel: slower lines look like level and slope.
 const CYCLES_OWN: f32 = 1.0;
-/// Lines between those of the comb, in halves of the fundamental.
+/// Lines tested between the harmonics, in halves of the fundamental.
 const BETWEEN: [usize; 2] = [1, 3];
 
 /// A line outside the comb.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Other {
-    /// Normal deviate of the line.
     pub deviate: f32,
     /// Frequency, cycles per window.
     pub cycles: f32,
     /// Power relative to the tone.
     pub share: f32,
-    /// Normal deviate of a line in a single channel without the tone.
+    /// Normal deviate of the most significant line in any channel that lacks the tone.
     pub own: f32,
-    /// Frequency of the single channel's line, cycles per window.
+    /// Frequency of the line in the channel that lacks the tone, cycles per window.
     pub own_cycles: f32,
 }
 
 /// Noise bins to fill in, and inverse noise covariance.
 pub struct Noise<'n> {
-    /// Noise bins.
     pub noise_bins: &'n mut NoiseBins,
     /// Products of the noise bins with the channels.
     pub memory: &'n mut [Values],
     /// Inverse covariance of the channels' noise.
     pub weights: &'n Square<CHANNELS_MAX>,
-    /// Products of the channels.
     pub all: &'n Products,
 }
 
-/// Input of the tests.
+/// Inputs of the tests.
 pub struct Tested<'t> {
-    /// The tone.
     pub followed: &'t Followed,
     /// Power of each line over the noise next to the lines.
     pub powers: [Power; HARMONICS_MAX],
-    /// Power of each line over each channel's noise variance.
+    /// Power of each line, summed over the channels in units of their noise variances.
     plains: [f32; HARMONICS_MAX],
     /// Power of the tone in units of the residuals' variances.
     power: f32,
     /// Power of the tone in units of the channels' variances.
     plain: f32,
-    /// Loudest line, in units of the channels' variances.
+    /// Number of the line with the most power, in units of the channels' variances.
     pub loudest: usize,
-    /// Mask of the channels in which the tone is significant alone.
+    /// Mask of the channels in which the tone is significant by itself.
     pub with_tone: u16,
-    /// The fitted model.
     pub shape: Shape,
-    /// Band of frequencies.
     pub nyquist: Nyquist,
     /// Number of channels.
     pub width: usize,
 }
 
 impl<'t> Tested<'t> {
-    /// Prepares the tests of a tone.
     #[inline(never)]
     pub fn new(
         followed: &'t Followed,
@@ -149,7 +144,7 @@ impl<'t> Tested<'t> {
         }
     }
 
-    /// Tests the lines over their noise bins, and the power next to the lines.
+    /// Tests the lines against their noise bins, and the power next to the lines.
     #[inline(never)]
     pub fn near(&self, noise_bins: &NoiseBins, tests: &mut Tests) {
         let (followed, powers) = (self.followed, &self.powers);
@@ -179,7 +174,7 @@ impl<'t> Tested<'t> {
         }
         let channels = followed.noise.channels;
         if noise_bins.count() == 0 {
-            // For white noise, all frames count.
+            // In white noise, every frame is a noise sample.
             (own.sum, own.count) = (followed.count, followed.count);
         }
         tests.fundamental = if own.count > 3.0 {
@@ -193,8 +188,8 @@ impl<'t> Tested<'t> {
     }
 
     /// Normal deviate of a line in all channels over the loudest noise bin next to it; minus
-    /// infinity with too few bins. With the bins' mean instead, noise whose spectrum rises, falls,
-    /// or has a wide peak would pass for a line.
+    /// infinity with too few bins. With the mean of the bins instead, noise with a rising, falling
+    /// or widely peaked spectrum would pass for a line.
     fn over_loudest(&self, noise_bins: &NoiseBins, number: usize) -> f32 {
         let (followed, width) = (self.followed, self.width as f32);
         let place = self.shape.lines.index(number) % HARMONICS_MAX;
@@ -207,18 +202,18 @@ impl<'t> Tested<'t> {
         if below.min(above) < SIDE_MIN {
             return f32::NEG_INFINITY;
         }
-        // Correlated noise has few directions, and weights may hide it next to the line, so each
-        // channel is also tested by itself.
+        // Correlated noise spans few directions, and weights may suppress it in the bins but not in
+        // the line. So also test with the channels' variances alone.
         let of_channels = followed.loudest[number % followed.loudest.len()] * followed.taken;
         let ratio = self.powers[place].all / loudest;
         let ratio = ratio.min(self.plains[place] / of_channels.max(f32::MIN_POSITIVE));
-        // Channels with correlated noise may share a line of noise.
+        // Channels with correlated noise may have a noise line in common.
         let channels = 1.0 + followed.noise.shrinkage * (followed.noise.channels - 1.0);
         let count = 2 * (below + above);
         deviate(ratio, 2.0 * channels, count as f32 * channels)
     }
 
-    /// Most significant line in the residuals of the comb.
+    /// Finds the most significant line in the residuals of the comb.
     #[inline(never)]
     pub fn other(
         &self,
@@ -292,7 +287,7 @@ impl<'t> Tested<'t> {
         found
     }
 
-    /// Model of the frames: a solution without modulation, and the modulation.
+    /// Model of the frames: a solution without modulation, plus the modulation.
     pub fn model<'m>(&self, solution: &'m Solution) -> Model<'m> {
         Model {
             solution,
@@ -303,7 +298,7 @@ impl<'t> Tested<'t> {
 
     /// Normal deviate of the lines at half and three halves of the fundamental over their local
     /// noise, in the residuals: evidence of a comb at half the frequency. The solution must be
-    /// projected; if the tone is modulated, solved.
+    /// projected, and also solved if the tone is modulated.
     #[inline(never)]
     pub fn between(
         &self,
@@ -345,7 +340,7 @@ impl<'t> Tested<'t> {
             weights,
             all,
         } = noise;
-        // Rounding may have all its power in one line, shared by cosine and sine.
+        // All rounding power may fall into one line, half of it in the cosine and half in the sine.
         let rounding = 0.5 * all.rounding(weights, self.width);
         let mut found = f32::NEG_INFINITY;
         for number in BETWEEN {
@@ -431,7 +426,6 @@ impl Bins {
         self.lines.iter().all(far)
     }
 
-    /// True if a bin is at a multiple of the fundamental.
     fn is_multiple(&self, i: usize) -> bool {
         let x = self.at(i);
         let nearest = libm::roundf(x / self.cycles).max(1.0);

@@ -14,7 +14,6 @@ pub use find::replace;
 /// Places per frame, one for each channel.
 const CHANNELS: u32 = CHANNELS_MAX as u32;
 
-/// An outlier.
 #[derive(Clone, Copy, Debug, Default)]
 struct Impulse {
     /// Sixteen times the frame number, plus the channel.
@@ -23,7 +22,7 @@ struct Impulse {
     off: f32,
 }
 
-/// Outliers, in the order of their places.
+/// Outliers, sorted by `place`.
 #[derive(Debug)]
 pub struct Impulses {
     list: [Impulse; IMPULSES_MAX],
@@ -34,7 +33,6 @@ pub struct Impulses {
 pub struct Ahead<'i>(&'i [Impulse]);
 
 impl Ahead<'_> {
-    /// Subtracts the outliers of a frame.
     #[inline]
     pub fn subtract(&mut self, frame: &mut Frame) {
         while let Some((first, others)) = self.0.split_first() {
@@ -67,7 +65,7 @@ impl Impulses {
         Ahead(self.list.get(..self.count).unwrap_or_default())
     }
 
-    /// Inserts an outlier in the order of places, after those at the same place.
+    /// Inserts an outlier sorted by `place`, after any at the same place.
     fn add(&mut self, place: u32, off: f32) {
         let list = self.list.get_mut(..=self.count).unwrap_or_default();
         let mut before = list.iter_mut().rev();

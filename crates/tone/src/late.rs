@@ -1,7 +1,7 @@
 //! Multiplexing delays and an input low-pass, in fits along a path: each channel is sampled at its
-//! own position, and harmonics are shifted and attenuated at high speed. At the mean speed that is
-//! a constant phase and gain, which stays in the waves; the effect of deviations from the mean
-//! speed is computed from the waves and subtracted.
+//! own position, and harmonics are shifted and attenuated at high speed. At the mean speed the
+//! effect is a constant phase and gain, which stays in the waves; the effect of deviations from the
+//! mean speed is computed from the waves and subtracted.
 
 mod find;
 
@@ -18,11 +18,12 @@ use core::f32::consts::PI;
 /// which stays in the result.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Delays {
-    /// Delay of each channel behind its frame's position, frames, at most one; negative if earlier.
+    /// Delay of each channel relative to its frame's position, in frames, at most one; negative if
+    /// earlier.
     pub frames: Values,
-    /// Time constant of a first-order low-pass before the converter, frames; 0: none. Positions
-    /// along the path are taken to be delayed by this time constant already; fast harmonics are
-    /// delayed less and attenuated, each by its own frequency.
+    /// Time constant of a first-order low-pass before the converter, in frames; 0 if none.
+    /// Positions along the path are assumed to include this delay already; fast harmonics are
+    /// delayed less than that and attenuated, depending on their frequency.
     pub low_pass: f32,
 }
 
@@ -51,23 +52,21 @@ pub struct Late {
     frames: Values,
     /// Mean step of `u` per frame.
     step: f32,
-    /// Number of the last frame.
     last: u32,
     /// Time constant of the low-pass, frames.
     low_pass: f32,
-    /// Mean response to each line, by order.
+    /// Mean response to each line, by line number.
     mean: [Response; HARMONICS_MAX + 1],
     trajectory: Trajectory,
     lines: Lines,
     /// Cosine and sine of each line.
     waves: [Values; 2 * HARMONICS_MAX],
-    /// Subtracts the change from a frame. A pointer, so that firmware without delays does not link
-    /// the function.
+    /// Function that subtracts the change from a frame. A pointer, so that firmware without delays
+    /// does not link it.
     subtract: fn(&Self, &Domain, &mut Frame),
 }
 
 impl Late {
-    /// Mean responses of the low-pass to the lines.
     fn mean_response(&self, domain: &Domain) -> [Response; HARMONICS_MAX + 1] {
         let mut mean = [Response::default(); HARMONICS_MAX + 1];
         for frame in 0..=self.last {
@@ -92,7 +91,6 @@ impl Late {
         (domain.u(after) - domain.u(before)) / (after - before).max(1) as f32
     }
 
-    /// Subtracts the effect of the delays from a frame.
     pub fn subtract(&self, domain: &Domain, frame: &mut Frame) {
         (self.subtract)(self, domain, frame);
     }

@@ -4,7 +4,7 @@
 pub const CHANNELS_MAX: usize = 16;
 /// Maximum number of harmonics, the fundamental included.
 pub const HARMONICS_MAX: usize = 5;
-/// Harmonics above the first whose ratios to it are reported.
+/// Number of harmonics above the fundamental whose ratios to it are reported.
 pub const OVERTONES: usize = 3;
 /// Highest degree of a curved baseline.
 pub const DEGREE_MAX: usize = 4;
@@ -12,16 +12,16 @@ pub const DEGREE_MAX: usize = 4;
 pub const UNKNOWNS_MAX: usize = DEGREE_MAX + 1 + 2 * HARMONICS_MAX;
 /// Maximum number of blocks of a window.
 pub const BLOCKS_MAX: usize = 16;
-/// Lines of all blocks on the chip; with five harmonics fewer blocks fit.
+/// Capacity in lines on the chip, added over all blocks; with five harmonics, fewer blocks fit.
 #[cfg(any(test, not(feature = "long-windows")))]
 pub const BLOCK_LINES_CHIP: usize = BLOCKS_MAX * (HARMONICS_MAX - 1);
-/// Lines of all blocks.
+/// Capacity in lines, added over all blocks.
 #[cfg(not(feature = "long-windows"))]
 pub const BLOCK_LINES: usize = BLOCK_LINES_CHIP;
-/// Lines of all blocks.
+/// Capacity in lines, added over all blocks.
 #[cfg(feature = "long-windows")]
 pub const BLOCK_LINES: usize = BLOCKS_MAX * HARMONICS_MAX;
-/// Degrees of phase and amplitude that are tested beyond the fitted ones.
+/// Number of degrees of phase and amplitude that are tested beyond the fitted ones.
 pub const MOVES: usize = 4;
 /// Maximum number of degrees of the phase, and of the amplitude, that are fitted.
 pub const MOVES_MAX: usize = 10;
@@ -29,9 +29,9 @@ pub const MOVES_MAX: usize = 10;
 pub const DEGREES_MAX: usize = MOVES_MAX + MOVES - 1;
 /// Maximum distance of a noise bin from its line, cycles per window.
 pub const BAND: usize = 4;
-/// Maximum number of functions of a comb's noise bins.
+/// Maximum number of noise-bin functions (cosines and sines) for a comb.
 pub const NOISE_BINS_COMB: usize = 4 * (BAND / 2) * HARMONICS_MAX;
-/// Maximum number of functions of noise bins.
+/// Maximum number of noise-bin functions.
 pub const NOISE_BINS_MAX: usize = 64;
 /// Longest transform on the chip, points.
 pub const POINTS_CHIP: usize = 1024;

@@ -1,11 +1,9 @@
 //! Sets of lines: multiples 1 to 15 of a unit line.
 
-/// Set of line numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lines(u16);
 
 impl Lines {
-    /// Empty set.
     pub const NONE: Self = Self(0);
 
     /// The lines 1 to `max`.
@@ -27,7 +25,7 @@ impl Lines {
         let mut ahead = self.0;
         core::iter::from_fn(move || {
             let number = ahead.trailing_zeros();
-            // The lowest bit is cleared.
+            // Clear the lowest set bit.
             ahead &= ahead.checked_sub(1)?;
             Some(number as usize)
         })
@@ -37,7 +35,6 @@ impl Lines {
         self.0.count_ones() as usize
     }
 
-    /// True if a line is in the set.
     pub fn has(self, number: usize) -> bool {
         number < 16 && self.0 >> number & 1 == 1
     }
@@ -53,7 +50,6 @@ impl Lines {
         self.0.checked_ilog2().unwrap_or(0) as usize
     }
 
-    /// Greatest common divisor of the numbers.
     pub fn divisor(self) -> usize {
         fn common(a: usize, b: usize) -> usize {
             if b == 0 { a } else { common(b, a % b) }
@@ -61,13 +57,11 @@ impl Lines {
         self.iter().fold(0, common)
     }
 
-    /// Multiplies the numbers by a factor.
     pub fn times(self, factor: usize) -> Self {
         self.iter()
             .fold(Self::NONE, |lines, number| lines.with(number * factor))
     }
 
-    /// Divides the numbers by a common divisor.
     pub fn over(self, divisor: usize) -> Self {
         self.iter().fold(Self::NONE, |lines, number| {
             lines.with(number / divisor.max(1))

@@ -3,7 +3,7 @@
 /// A square matrix, of which the first `n` rows and columns are used.
 pub type Square<const N: usize> = [[f32; N]; N];
 
-/// A pivot below this fraction of its diagonal is rounding: the unknown is left out.
+/// A pivot below this fraction of its diagonal is rounding error, and its unknown is left out.
 pub const PIVOT_MIN: f32 = 2e-6;
 
 /// Lower factor L of A = L L', in the lower triangle of a matrix. A linearly dependent unknown has
@@ -20,7 +20,8 @@ impl<'a, const N: usize> Factor<'a, N> {
         Self::with_pivots(a, n, PIVOT_MIN)
     }
 
-    /// Factors in place, without unknowns whose pivot is below a fraction `min` of the diagonal.
+    /// Factors in place, leaving out unknowns whose pivot is below a fraction `min` of the
+    /// diagonal.
     pub fn with_pivots(a: &'a mut Square<N>, n: usize, min: f32) -> Self {
         let n = n.min(N);
         for i in 0..n {
@@ -44,7 +45,7 @@ impl<'a, const N: usize> Factor<'a, N> {
         Self { lower: a, n }
     }
 
-    /// Factor in the first `n` rows and columns of a matrix that is already factored.
+    /// Wraps the first `n` rows and columns of a matrix that is already factored.
     pub fn of(lower: &'a Square<N>, n: usize) -> Self {
         Self { lower, n }
     }
@@ -128,8 +129,8 @@ impl<'a, const N: usize> Factor<'a, N> {
         2.0 * pivots.map(libm::logf).sum::<f32>()
     }
 
-    /// Log determinant of A with squared pivots raised to at least `min`, also of unknowns left
-    /// out.
+    /// Log determinant of A, with squared pivots raised to at least `min`, including those of
+    /// unknowns left out.
     pub fn log_det_above(&self, min: &[f32; N]) -> f32 {
         let pivots = self.lower.iter().enumerate().take(self.n);
         let squares = pivots.map(|(i, row)| row[i] * row[i]);

@@ -1,32 +1,30 @@
-//! Mean frequency over the window and its uncertainty: an average over a steady phase and over
-//! three kinds of random walk of various strengths, weighted by their evidence.
+//! Mean frequency over the window and its uncertainty: an average over models (a steady phase, and
+//! three kinds of random walk of various strengths), each weighted by its evidence.
 //!
-//! A walk is white noise integrated once, twice or three times, in Legendre polynomials, in which
-//! integration is tridiagonal.
+//! A walk is white noise integrated once, twice or three times. Both are expanded in Legendre
+//! polynomials, for which integration is a tridiagonal matrix.
 
 use crate::limits::DEGREES_MAX;
 use crate::matrix::{Factor, Square};
 use crate::normal::MOVEMENT_MAX;
 
-/// Highest degree of a walk that is summed.
+/// Highest degree in the sums over the tail of a walk.
 const DEGREES_WALK: usize = 47;
-/// Number of kinds of walk.
 const WALKS: usize = 3;
-/// Maximum number of doublings of a walk's strength, from half the noise of the second degree on.
+/// Maximum number of times a walk's strength is doubled, starting from half the sigma of the second
+/// degree.
 const STRENGTHS: usize = 20;
-/// Maximum strength of a walk: its second degree, radians.
+/// Maximum strength of a walk: standard deviation of its second degree, radians.
 const WALK_MAX: f32 = 8.0;
 
-/// Estimate of a phase, by degree from 1 on.
+/// Estimated phase, by degree from 1 on.
 #[derive(Clone, Debug)]
 pub struct Evidence<'e> {
     /// Coefficients, radians.
     pub phase: [f32; DEGREES_MAX],
     /// Covariance of the coefficients, up to `scale`.
     pub covariance: &'e Square<MOVEMENT_MAX>,
-    /// Variance inflation.
     pub scale: f32,
-    /// Number of degrees.
     pub count: usize,
     /// Degrees of freedom of the noise.
     pub freedom: f32,
@@ -34,21 +32,20 @@ pub struct Evidence<'e> {
     pub steady: f32,
 }
 
-/// Half of the phase gained over the window, radians.
+/// Half of the phase gained over the window relative to the trajectory, radians.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MeanPhase {
-    /// Mean.
     pub mean: f32,
     /// Variance, including the degrees that are not fitted.
     pub variance: f32,
-    /// Mean square of the phase beyond the estimated degrees.
+    /// Mean square of the phase beyond the fitted degrees.
     pub unfollowed: f32,
     /// Posterior probability of a steady phase.
     pub steady: f32,
 }
 
-/// Coefficients of one degree k of a walk, by the white noise of degrees k - order, k - order +
-/// 2..., whose variances are the degrees plus a half.
+/// Weights of the white noise of degrees k - order, k - order + 2... that make up degree k of a
+/// walk. White noise of a degree has the degree plus one half as its variance.
 type Row = [f32; WALKS + 1];
 
 const fn row(order: usize, k: isize) -> Row {
@@ -72,7 +69,7 @@ const fn row(order: usize, k: isize) -> Row {
     row
 }
 
-/// Variance of a walk's coefficient.
+/// Variance of a walk's coefficient of degree k.
 const fn square(order: usize, k: isize) -> f32 {
     let (row, mut sum, mut a) = (row(order, k), 0.0, 0);
     while a <= order {
@@ -97,7 +94,7 @@ const ROWS: [[Row; DEGREES_MAX + 3]; WALKS + 1] = {
     rows
 };
 
-/// Mean square of a walk beyond each degree, if the second degree has variance 1.
+/// Mean square of a walk beyond each degree, for a variance of 1 of the second degree.
 const TAILS: [[f32; DEGREES_MAX + 1]; WALKS + 1] = {
     let mut tails = [[0.0; DEGREES_MAX + 1]; WALKS + 1];
     let mut order = 1;
@@ -115,38 +112,37 @@ const TAILS: [[f32; DEGREES_MAX + 1]; WALKS + 1] = {
     tails
 };
 
-/// Entry of a table; zero outside.
+/// Entry of a table; zero outside the table.
 fn entry<T: Copy + Default, const N: usize>(table: &[[T; N]], row: usize, column: usize) -> T {
     let entry = table.get(row).and_then(|row| row.get(column));
     entry.copied().unwrap_or_default()
 }
 
-/// Sum of all odd degrees above `n`, which is half the phase that they add from end to end, as a
-/// degree and its row.
+/// Returns the sum of all odd degrees above `n`, as a degree and a row: half the phase that they
+/// add from end to end of the window.
 fn ends(order: usize, n: usize) -> (usize, Row) {
     let k = if n.is_multiple_of(2) { n + 1 } else { n + 2 };
     let share = 1.0 / (2 * k - 1) as f32;
     (k, entry(&ROWS, order - 1, k - 1).map(|x| x * share))
 }
 
-/// True if entry `i` contributes to the mean: odd degrees (entry 0 is degree 2), and the ends.
+/// True if entry `i` contributes to the mean: an odd degree (entry 0 is degree 2), or the last
+/// entry, that of [`ends`].
 fn counts(i: usize, n: usize) -> bool {
     i + 1 == n || i % 2 == 1
 }
 
-/// Covariance of a walk whose second degree has variance 1: of degrees 2 to n, and of the ends.
+/// Covariance of a walk whose second degree has variance 1: of degrees 2 to n, then of [`ends`].
 struct Walk {
     covariance: Square<DEGREES_MAX>,
-    /// Covariances of each entry with the mean.
+    /// Covariance of each entry with the mean.
     mean: [f32; DEGREES_MAX],
-    /// Variance of the mean.
     variance: f32,
     /// Mean square of the degrees above n.
     tail: f32,
 }
 
 impl Walk {
-    /// A walk of strength zero.
     const NONE: Self = Self {
         covariance: [[0.0; DEGREES_MAX]; DEGREES_MAX],
         mean: [0.0; DEGREES_MAX],
@@ -171,7 +167,7 @@ impl Walk {
             let (k, one) = at(i);
             for j in 0..=i {
                 let (l, other) = at(j);
-                // Degrees of white noise common to both.
+                // Offset between the rows, whose entries are two degrees apart.
                 let shift = k.abs_diff(l) / 2;
                 if k.abs_diff(l) % 2 != 0 || shift > order {
                     continue;
@@ -202,11 +198,11 @@ impl Walk {
     }
 }
 
-/// Estimate of one model.
+/// Estimate under one model.
 #[derive(Clone, Copy, Default)]
 struct Answer {
     log_weight: f32,
-    /// Mean beyond the first degree.
+    /// Mean, relative to the coefficient of the first degree.
     mean: f32,
     variance: f32,
     unfollowed: f32,
@@ -249,10 +245,11 @@ impl Evidence<'_> {
         self.scale * self.covariance[i][j]
     }
 
-    /// Estimate by a walk of variance `variance`, without its prior.
+    /// Estimates the mean for a walk of variance `variance`; the log weight does not include the
+    /// prior.
     #[inline(never)]
     fn answer(&self, walk: &Walk, variance: f32, matrix: &mut Square<DEGREES_MAX>) -> Answer {
-        // The first degree is the one to estimate.
+        // The degrees above the first, which is the one to estimate.
         let n = self.count.min(DEGREES_MAX).saturating_sub(1);
         let (mut z, mut q) = ([0.0; DEGREES_MAX], [0.0; DEGREES_MAX]);
         let own_rows = self.covariance.iter().map(|row| &row[1..]);
@@ -285,7 +282,6 @@ impl Evidence<'_> {
         }
     }
 
-    /// Average over all models.
     #[inline(never)]
     pub fn mean_phase(&self) -> MeanPhase {
         let mut matrix = [[0.0; DEGREES_MAX]; DEGREES_MAX];

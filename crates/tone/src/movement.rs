@@ -1,5 +1,5 @@
-//! Joint estimate of phase and amplitude modulation and of the noise next to the lines; degrees are
-//! added until none is missing.
+//! Estimates phase and amplitude modulation jointly with the noise next to the lines, adding
+//! degrees until the next ones are not significant.
 
 use crate::blocks::Blocks;
 use crate::covariance::{Covariance, ROUNDING, Samples};
@@ -21,18 +21,19 @@ use core::ops::Range;
 const STEPS: usize = 6;
 /// Maximum number of iterations.
 const TURNS: usize = 7;
-/// Minimum number of iterations: the first uses the noise next to a comb that is not at its
-/// optimum. A second one cuts the outliers reported as good, from tones that start or end in the
-/// window, to a third.
+/// Minimum number of iterations. The first takes the noise next to a comb that is not yet at its
+/// optimum. With a second, only a third as many outliers, from tones that start or end in the
+/// window, are reported as good.
 const TURNS_MIN: usize = 2;
 /// Iterations after which the lines are chosen again.
 const LINES_AGAIN: [usize; 2] = [2, 4];
-/// Threshold for subtracting modulation from the noise: one in twenty by chance. Missing real
-/// modulation costs more than subtracting a spurious one.
+/// Threshold for subtracting modulation from the noise; chance exceeds it once in twenty. Missing
+/// real modulation costs more than subtracting spurious modulation.
 const Z_TAKEN: f32 = 1.64;
-/// Minimum number of functions of noise bins with all harmonics in the model.
+/// Minimum number of noise-bin functions with all harmonics in the model; with fewer, the model has
+/// only the tone's lines.
 const NOISE_BINS_WHOLE: usize = 8;
-/// Minimum number of functions of noise bins for a noise estimate.
+/// Minimum number of noise-bin functions for a noise estimate.
 const NOISE_BINS_MIN: usize = 3;
 /// Noise samples required per degree.
 const SAMPLES_PER_DEGREE: usize = 4;
@@ -46,7 +47,6 @@ pub const TWIST_MAX: f32 = 0.1;
 pub struct Followed {
     /// Phase of the fundamental.
     pub trajectory: Trajectory,
-    /// Lines and baseline.
     pub shape: Shape,
     /// Variances of the residuals over all frames.
     pub variances: Values,
@@ -60,15 +60,17 @@ pub struct Followed {
     pub seen: [f32; MOVEMENT_MAX],
     /// The noise next to the lines.
     pub noise: Covariance,
-    /// Power of the loudest noise bin next to each line, by line number, over each channel's noise.
+    /// Power of the loudest noise bin next to each line, by line number, in units of the channels'
+    /// noise variances.
     pub loudest: [f32; HARMONICS_MAX + 1],
     /// Weight of the noise bins of each line, by index.
     pub weights: [f32; HARMONICS_MAX],
-    /// Number of functions of noise bins; of frames, in white noise.
+    /// Number of noise-bin functions; in white noise, of frames less unknowns.
     pub count: f32,
-    /// Effective number: functions of equal weight.
+    /// Effective number: equally weighted functions with the same information.
     pub effective: f32,
-    /// True if residual modulation is subtracted from the noise: at first, and if significant.
+    /// True if residual modulation is subtracted from the noise: in the first iteration, then only
+    /// if significant.
     pub moves: bool,
     /// Variance inflation for the degrees of freedom of the subtracted modulation.
     pub taken: f32,
@@ -183,7 +185,8 @@ impl Followed {
     }
 }
 
-/// Weight of each line's noise bins: the line's share of the information, over its number of bins.
+/// Weight of each line's noise bins: the line's share of the information, divided by its number of
+/// functions.
 #[inline(never)]
 fn noise_weights(
     solution: &Solution,
@@ -204,8 +207,9 @@ fn noise_weights(
 }
 
 impl Refinement<'_> {
-    /// Estimates the modulation of a comb, at which the blocks must be, into `followed`;
-    /// `recollect` passes over the window again. Returns false if there are too few noise bins.
+    /// Estimates the modulation of a comb, to which the blocks must be rotated, and stores it in
+    /// `followed`; `recollect` passes over the window again. Returns false if there are too few
+    /// noise bins.
     #[inline(never)]
     pub fn follow(
         &self,
@@ -362,7 +366,7 @@ impl Refinement<'_> {
         followed: &Followed,
     ) {
         let shape = workspace.solution.shape;
-        // A second solution would be the deepest use of the stack.
+        // Save only the lines: a second solution would set the maximum stack depth.
         let mut lines = [[0.0; CHANNELS_MAX]; 2 * HARMONICS_MAX];
         let pairs = lines.iter_mut().zip(workspace.solution.lines());
         pairs.for_each(|(kept, row)| *kept = *row);
@@ -379,7 +383,8 @@ impl Refinement<'_> {
     /// Collects the noise bins of the projected solution.
     fn collect_noise_bins(&self, blocks: &Blocks, workspace: &mut Workspace, cycles: f32) {
         let shape = workspace.solution.shape;
-        // Harmonics too weak to be kept do not count as noise if enough bins remain without them.
+        // Project out harmonics too weak to be kept, so that they do not count as noise, if enough
+        // bins remain.
         let whole = Shape {
             lines: self.lines(cycles).and(shape.lines),
             ..shape

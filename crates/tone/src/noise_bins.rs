@@ -1,7 +1,7 @@
-//! Noise bins: functions a few cycles per window to either side of each line, with the model
-//! projected out, and their products with the residuals.
+//! Noise bins: cosine and sine functions a few cycles per window to either side of each line, with
+//! the model projected out, and their products with the residuals.
 //!
-//! The bins are whole cycles apart, and so nearly orthogonal.
+//! The bins are whole cycles apart, so they are nearly orthogonal.
 
 use crate::blocks::Blocks;
 use crate::covariance::{add_product, power};
@@ -19,15 +19,14 @@ use crate::totals::WAVES;
 const NEAR_CYCLES: f32 = 1.5;
 /// Minimum distance between noise bins of different lines, cycles per window.
 pub const APART: f32 = 0.85;
-/// Minimum fraction of a function's power outside the model.
+/// Minimum fraction of a function's power that the model does not explain.
 const LEFT_MIN: f32 = 0.25;
-/// Minimum fraction of the power of a tested line outside the model.
+/// Minimum fraction of a tested line's power that the model does not explain.
 const LEFT_LINE: f32 = 0.16;
 
-/// A function of a noise bin: cosine or sine.
+/// One function of a noise bin: its cosine or its sine.
 #[derive(Clone, Copy, Debug)]
 pub struct Member {
-    /// Number of the line.
     pub line: u8,
     /// Offset from the line, cycles per window.
     offset: i8,
@@ -47,7 +46,6 @@ impl Member {
         (self.line, self.offset) == (other.line, other.offset)
     }
 
-    /// True if the bin is above the line.
     pub fn is_above(&self) -> bool {
         self.offset > 0
     }
@@ -56,24 +54,21 @@ impl Member {
 /// Frequencies of the lines, cycles per window.
 #[derive(Clone, Copy, Debug)]
 pub struct LineFrequencies {
-    /// Numbers of the lines.
     pub lines: Lines,
     /// Frequency of the unit line.
     pub cycles: f32,
-    /// Band of frequencies.
     pub nyquist: Nyquist,
     /// Half-width of the noise band around a line, cycles per window.
     pub band: usize,
 }
 
-/// Noise bins, of unit variance in white noise.
+/// Noise bins, scaled to unit variance in white noise.
 #[derive(Debug)]
 pub struct NoiseBins {
     members: [Member; NOISE_BINS_MAX],
     count: usize,
-    /// Frequencies of the lines.
     place: LineFrequencies,
-    /// Power of the functions nearest to the lines, over the residuals' variances.
+    /// Power of the functions near the lines, in units of the residuals' variances.
     pub nearest: f32,
 }
 
@@ -85,7 +80,7 @@ fn turned([c, s]: Wave, [cos, sin]: Wave) -> Turned {
     [c * cos, s * sin, s * cos, c * sin]
 }
 
-/// The wave rotated forwards or backwards.
+/// Returns the wave rotated forwards or backwards, from its products.
 fn wave([cc, ss, sc, cs]: Turned, is_forwards: bool) -> Wave {
     if is_forwards {
         [cc - ss, sc + cs]
@@ -94,11 +89,11 @@ fn wave([cc, ss, sc, cs]: Turned, is_forwards: bool) -> Wave {
     }
 }
 
-/// Sums over the blocks of waves that are shifted by some cycles per window.
+/// Sums over the blocks of waves shifted by some cycles per window.
 struct Sums {
     /// Cosine and sine of the shift in each block.
     turns: [Wave; crate::limits::BLOCKS_MAX],
-    /// Multiples of the phase.
+    /// Products of each multiple of the phase with the shift.
     multiples: [Turned; WAVES],
 }
 
@@ -139,11 +134,10 @@ struct TurnedLine<'l> {
     number: usize,
     /// Products with the baselines.
     baselines: [Turned; DEGREE_MAX + 1],
-    /// Products with the channels.
     values: [Values; 4],
-    /// Energy of the cosine, shifted forwards and backwards; the sine has the rest of `frames`.
+    /// Energy of the cosine, shifted forwards and backwards; that of the sine is `frames` less
+    /// this.
     squares: [f32; 2],
-    /// Number of frames.
     frames: f32,
 }
 
@@ -165,7 +159,7 @@ impl<'l> TurnedLine<'l> {
         }
         let mut values = [[0.0; CHANNELS_MAX]; 4];
         for g in 0..blocks.groups().min(CHANNELS_MAX / 4) {
-            // A group's sums stay in registers.
+            // Keep a group's sums in registers.
             let mut own = [[0.0; 4]; 4];
             for (pair, [cos, sin]) in blocks.pairs(number).zip(&sums.turns) {
                 let [c, s] = pair.each_ref().map(|row| &row.as_chunks::<4>().0[g]);
@@ -192,8 +186,8 @@ impl<'l> TurnedLine<'l> {
         }
     }
 
-    /// Products of the cosine or the sine with the channels, of unit variance after projecting out
-    /// the model. `None` if the model explains too much of the function.
+    /// Products of the cosine or the sine with the channels, scaled to unit variance after
+    /// projecting out the model. `None` if the model explains too much of the function.
     fn values(&self, is_forwards: bool, is_sine: bool, min: f32) -> Option<Values> {
         let ProjectedModel {
             shape,
@@ -263,7 +257,6 @@ impl<'l> TurnedLine<'l> {
 }
 
 impl NoiseBins {
-    /// Empty; all zeros.
     pub const fn new() -> Self {
         Self {
             members: [Member::NONE; NOISE_BINS_MAX],
@@ -347,7 +340,7 @@ impl NoiseBins {
         self.place.nyquist.seen(cycles)
     }
 
-    /// Cycles per window from a function to the nearest line.
+    /// Distance of a function from the nearest line, cycles per window.
     pub fn distance(&self, member: &Member) -> f32 {
         let (place, x) = (&self.place, self.seen(member));
         let lines = place.lines.iter();
@@ -384,7 +377,7 @@ impl NoiseBins {
         self.members.get(..self.count).unwrap_or_default()
     }
 
-    /// Weighted sum over the functions of the products of the channels.
+    /// Sums the products of the channels over the functions, each with its weight.
     pub fn products(
         &self,
         memory: &[Values],
@@ -404,8 +397,8 @@ impl NoiseBins {
         strongest.map_or(0.0, |member| self.seen(member))
     }
 
-    /// Measures the power of the functions, over the noise covariance and over the residuals'
-    /// variances.
+    /// Measures the power of each function relative to the noise covariance, and of those near the
+    /// lines relative to the residuals' variances.
     pub fn measure(
         &mut self,
         memory: &[Values],
@@ -456,8 +449,8 @@ impl NoiseBins {
     }
 }
 
-/// Products with the channels of a line's cosine and sine, of unit variance after projecting out a
-/// model. `None` if the model explains too much of either.
+/// Products of a line's cosine and sine with the channels, scaled to unit variance after projecting
+/// out a model. `None` if the model explains too much of either.
 pub fn line(blocks: &Blocks, model: ProjectedModel, number: usize) -> Option<[Values; 2]> {
     let sums = Sums::new(blocks, 0, number + model.shape.lines.max());
     let line = TurnedLine::new(blocks, model, &sums, number);

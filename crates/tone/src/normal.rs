@@ -21,7 +21,6 @@ const _: () = assert!(DEGREES_MAX * LIST_MAX <= NOISE_BINS_MAX * CHANNELS_MAX);
 pub struct Degrees {
     /// Degrees of the phase, from the first on.
     pub phase: usize,
-    /// Degrees of the amplitude.
     pub amplitude: usize,
 }
 
@@ -40,7 +39,6 @@ impl Degrees {
         }
     }
 
-    /// Number of unknowns.
     pub fn count(self) -> usize {
         self.phase + self.amplitude
     }
@@ -51,27 +49,25 @@ pub fn degrees_max(blocks: &Blocks) -> usize {
     DEGREES_MAX.min(blocks.count().saturating_sub(2))
 }
 
-/// Normal equations: the phase's degrees, then the amplitude's.
+/// Normal equations; the unknowns are the phase's degrees, then the amplitude's.
 #[derive(Clone, Debug)]
 pub struct Normal {
-    /// Information, in the lower triangle.
+    /// Information matrix, lower triangle.
     pub matrix: Square<MOVEMENT_MAX>,
-    /// Right-hand side.
     pub right: [f32; MOVEMENT_MAX],
-    /// Requested degrees.
     pub degrees: Degrees,
 }
 
 /// Products of the tone, weighted by the inverse noise covariance.
 ///
-/// The derivative by the amplitude is the tone itself; the derivative by the phase is each line
-/// times its number, rotated by a quarter turn.
+/// The derivative with respect to amplitude is the tone itself; that with respect to phase is each
+/// line times its number, rotated by a quarter turn.
 struct Weighted {
     /// Products of the lines' weighted coefficients with those of all unknowns.
     fitted: OfModel,
-    /// Channels times the derivative by the phase, per block.
+    /// Channels times the derivative with respect to phase, per block.
     phases: [f32; BLOCKS_MAX],
-    /// Channels times the derivative by the amplitude, per block.
+    /// Channels times the derivative with respect to amplitude, per block.
     amplitudes: [f32; BLOCKS_MAX],
 }
 
@@ -114,7 +110,7 @@ impl Weighted {
         weighted
     }
 
-    /// Products of the lines' coefficients with rows.
+    /// Multiplies rows by the weighted products of the lines' coefficients.
     fn weigh(&self, rows: &OfModel, shape: &Shape, weighed: &mut OfModel) {
         let (first, unknowns) = (shape.first_line(), shape.unknowns());
         for (own, weights) in weighed.iter_mut().zip(&self.fitted).take(unknowns - first) {
@@ -140,7 +136,7 @@ impl Weighted {
     }
 }
 
-/// Part of the information: between phases, mixed, or between amplitudes.
+/// Part of the information matrix: phase-phase, amplitude-phase or amplitude-amplitude.
 #[derive(Clone, Copy)]
 enum Kind {
     Phases,
@@ -148,7 +144,8 @@ enum Kind {
     Amplitudes,
 }
 
-/// Turns pairs of rows from the derivative by the amplitude into that by the phase.
+/// Converts pairs of rows from the derivative with respect to amplitude to that with respect to
+/// phase.
 fn turn_rows<const N: usize>(rows: &mut [[f32; N]; LINE_FUNCTIONS], lines: Lines) {
     for ([one, other], line) in rows.as_chunks_mut::<2>().0.iter_mut().zip(lines.iter()) {
         let number = line as f32;
@@ -159,7 +156,6 @@ fn turn_rows<const N: usize>(rows: &mut [[f32; N]; LINE_FUNCTIONS], lines: Lines
 }
 
 impl Normal {
-    /// No equations; all zeros.
     pub const NONE: Self = Self {
         matrix: [[0.0; MOVEMENT_MAX]; MOVEMENT_MAX],
         right: [0.0; MOVEMENT_MAX],
@@ -169,8 +165,8 @@ impl Normal {
         },
     };
 
-    /// Sets up the equations of a modulation on top of a solution; `memory` is for a list of each
-    /// degree.
+    /// Sets up the equations of a modulation on top of a solution; `memory` holds one list of
+    /// totals for each degree.
     #[inline(never)]
     pub fn make(
         &mut self,
@@ -213,12 +209,12 @@ impl Normal {
         }
     }
 
-    /// Adds all parts of the information.
+    /// Adds all parts of the information matrix.
     #[inline(never)]
     fn inform_all(&mut self, blocks: &Blocks, solution: &Solution, weighted: &Weighted) {
         let lines = solution.shape.lines;
         let mut power = weighted.power(solution.shape.first_line());
-        // Steps of the phase alone need no amplitudes.
+        // Steps that refine only the phase need no amplitudes.
         let has_amplitude = self.degrees.amplitude > 0;
         if has_amplitude {
             self.inform(blocks, lines, Kind::Amplitudes, &power);
@@ -236,7 +232,7 @@ impl Normal {
         self.inform(blocks, lines, Kind::Phases, &power);
     }
 
-    /// Adds one part of the information from all blocks.
+    /// Adds one part of the information matrix, summed over all blocks.
     fn inform(&mut self, blocks: &Blocks, lines: Lines, kind: Kind, power: &OfLines) {
         let Degrees { phase, amplitude } = self.degrees.bounded();
         let (rows, columns) = match kind {
@@ -295,7 +291,6 @@ impl Normal {
         }
     }
 
-    /// Projects out the model.
     #[inline(never)]
     fn project(&mut self, solution: &Solution, weighted: &Weighted, memory: &[f32]) {
         let shape = &solution.shape;
@@ -361,7 +356,7 @@ fn product(one: &[f32], other: &[f32]) -> f32 {
 #[inline(always)]
 fn dot(one: &Values, other: &Values, groups: usize) -> f32 {
     let pairs = one.iter().zip(other).map(|(x, y)| x * y);
-    // All groups together need no loop.
+    // A constant number of channels needs no loop.
     if groups == CHANNELS_MAX / 4 {
         pairs.sum()
     } else {

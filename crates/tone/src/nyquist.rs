@@ -14,7 +14,6 @@ pub struct Nyquist {
 }
 
 impl Nyquist {
-    /// Empty band.
     pub const NONE: Self = Self {
         max: 0.0,
         aliases: false,

@@ -4,16 +4,17 @@
 //! pair of polynomials costs about 65 and is the same on every machine to the last bit. The phase
 //! is a 32-bit fraction of a turn, so that advancing it wraps exactly, however long the window.
 
-/// One turn as a phase, in units of `u32`: 2^32.
+/// Units of a phase per turn: 2^32.
 pub(crate) const TURN: f32 = 4_294_967_296.0;
 
 /// A cosine and a sine, or sums of them.
 pub(crate) type Wave = [f32; 2];
 
-/// A phase from turns (any sign, magnitude below 2^31): the fraction of a turn in units of 2^-32.
+/// Converts turns (any sign, magnitude below 2^31) to a phase: the fraction of a turn in units of
+/// 2^-32.
 pub fn from_turns(turns: f32) -> u32 {
-    // The nearest whole turns are subtracted first, exactly, so that the fraction keeps all its
-    // bits; half a turn to either side fits into 32 bits, which the FPU converts itself.
+    // Subtracting the nearest whole number of turns is exact, so the fraction keeps all its bits.
+    // Half a turn to either side fits into 32 bits, so the FPU can convert it.
     let fraction = turns - (turns + 0.5f32.copysign(turns)) as i32 as f32;
     (fraction * TURN) as i32 as u32
 }

@@ -14,45 +14,39 @@ use crate::statistics::Products;
 use crate::trajectory::Trajectory;
 use crate::workspace::Workspace;
 
-/// Maximum number of steps of a comb at a time.
+/// Maximum number of steps per refinement of a comb.
 const STEPS: usize = 2;
 /// Damping, as a fraction of the information.
 const DAMPING: f32 = 1e-6;
 /// Minimum number of cycles of the unit line.
 const CYCLES_MIN: f32 = 0.4;
 
-/// Input of the steps besides the blocks.
+/// Inputs of the steps, apart from the blocks.
 pub struct Refinement<'r> {
-    /// Products of all channels.
     pub all: &'r Products,
     /// Number of channels.
     pub width: usize,
     /// Number of valid frames.
     pub frames: f32,
-    /// Maximum number of harmonics.
     pub harmonics: usize,
     /// True if channels may share noise.
     pub may_share: bool,
-    /// True if the noise is white.
     pub is_white: bool,
-    /// Band of frequencies.
     pub nyquist: Nyquist,
-    /// Cycles per window that the fundamental may have.
+    /// Allowed band of the fundamental, cycles per window.
     pub band: Band,
 }
 
 /// Model to refine, and when to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
-    /// Lines and baseline.
     pub shape: Shape,
-    /// Maximum number of steps.
     pub max: usize,
     /// Degrees of the phase.
     pub degrees: usize,
-    /// A step of less than this many sigmas is the last.
+    /// Stops after a step of less than this many sigmas.
     pub last: f32,
-    /// Source of the channels' noise.
+    /// Source of the channels' noise covariance.
     pub noise: Known,
 }
 
@@ -69,7 +63,7 @@ impl Steps {
     }
 }
 
-/// Source of the channels' noise.
+/// Source of the channels' noise covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Known {
     /// Covariance of the residuals at the first step.
@@ -79,8 +73,8 @@ pub enum Known {
 }
 
 impl Refinement<'_> {
-    /// Harmonics of a fundamental that appear clear of zero, of half the frame rate and, if
-    /// aliased, of each other.
+    /// Harmonics of a fundamental whose apparent frequencies are clear of zero, of half the frame
+    /// rate and, if aliased, of each other.
     pub fn lines(&self, cycles: f32) -> Lines {
         let seen = |line: usize| self.nyquist.seen(line as f32 * cycles);
         (2..=self.harmonics).fold(Lines::up_to(1), |lines, line| {
@@ -95,7 +89,7 @@ impl Refinement<'_> {
         })
     }
 
-    /// Refines a `trajectory`, to which the blocks are rotated.
+    /// Refines a `trajectory`, to which the blocks are rotated before and after.
     #[inline(never)]
     pub fn refine(
         &self,
@@ -133,7 +127,7 @@ impl Refinement<'_> {
             step.iter_mut().for_each(|x| *x *= scale);
             let before = *trajectory;
             trajectory.step(step);
-            // `clamp` may panic.
+            // Not `clamp`, which may panic.
             trajectory.cycles = trajectory.cycles.max(CYCLES_MIN).min(self.nyquist.max);
             blocks.turn(&before, trajectory);
             let mut sizes = step.iter().zip(&information);
@@ -143,8 +137,8 @@ impl Refinement<'_> {
         }
     }
 
-    /// Weighs the channels by the inverse covariance of the residuals after the projections, from
-    /// `count` samples.
+    /// Weights the channels by the inverse covariance of the projected solution's residuals,
+    /// estimated from `count` samples.
     #[inline(never)]
     pub fn weigh(&self, workspace: &mut Workspace, count: f32) -> Covariance {
         workspace.weights = workspace.solution.residuals(self.all);

@@ -1,4 +1,4 @@
-//! Residuals of the frames after a solution and its modulation.
+//! Residuals of the frames after subtracting a solution and its modulation.
 
 use crate::frame::Frame;
 use crate::legendre::{baselines, legendre_after};
@@ -15,9 +15,8 @@ use core::ops::Range;
 pub struct Motion {
     /// Phase of the unit line, radians.
     pub phase: [f32; DEGREES_MAX],
-    /// Fraction of the amplitude.
+    /// Relative amplitude.
     pub amplitude: [f32; DEGREES_MAX],
-    /// Highest degree.
     pub degrees: usize,
 }
 
@@ -36,7 +35,6 @@ impl Motion {
     }
 }
 
-/// A model of the frames.
 #[derive(Clone, Debug)]
 pub struct Model<'m> {
     /// The solved fit.
@@ -51,7 +49,6 @@ pub struct Model<'m> {
 pub type Functions = [[f32; 4]; UNKNOWNS_MAX.div_ceil(4)];
 
 impl Model<'_> {
-    /// Values of the functions at `u`.
     pub fn functions(&self, u: f32) -> Functions {
         let shape = &self.solution.shape;
         let mut multiples = phase::powers(self.trajectory.at(u, 1.0));

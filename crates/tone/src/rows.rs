@@ -28,7 +28,7 @@ pub fn add_rows(
 pub fn add_all(sums: &mut Values, groups: usize, rows: &[Values], factors: &[f32]) {
     let sums = sums.as_chunks_mut::<4>().0.iter_mut().enumerate();
     for (g, sums) in sums.take(groups) {
-        // A group's sums stay in registers.
+        // Keep a group's sums in registers.
         let [mut a, mut b, mut c, mut d] = *sums;
         for (row, factor) in rows.iter().zip(factors) {
             let Some(row) = row.as_chunks::<4>().0.get(g) else {

@@ -63,12 +63,12 @@ pub struct Scene {
 pub struct Band {
     /// Minimum frequency.
     pub least: f32,
-    /// Maximum frequency; 0 is half the frame rate.
+    /// Maximum frequency; 0 means half the frame rate.
     pub most: f32,
 }
 
 impl Band {
-    /// Converts the band to a different unit, which equals `unit` in the present one.
+    /// Converts the band to multiples of `unit`.
     pub(crate) fn over(&self, unit: f32) -> Self {
         Self {
             least: self.least / unit,
@@ -76,7 +76,6 @@ impl Band {
         }
     }
 
-    /// True if the band contains a frequency.
     pub(crate) fn has(&self, frequency: f32) -> bool {
         frequency >= self.least && (self.most <= 0.0 || frequency <= self.most)
     }
@@ -130,7 +129,6 @@ impl Scene {
         self.harmonics.clamp(1, HARMONICS_MAX as u8)
     }
 
-    /// Highest degree of the baseline.
     pub(crate) fn degree_max(&self) -> usize {
         match self.baseline {
             Baseline::Slope => 1,
@@ -138,7 +136,6 @@ impl Scene {
         }
     }
 
-    /// Prior probability of a constant speed.
     pub(crate) fn steady(&self) -> f32 {
         match self.speed {
             Speed::Steady => 0.95,
@@ -146,12 +143,10 @@ impl Scene {
         }
     }
 
-    /// True if the noise is declared white.
     pub(crate) fn is_white(&self) -> bool {
         self.noise == Noise::White
     }
 
-    /// True if noise may be correlated between channels.
     pub(crate) fn may_share(&self) -> bool {
         self.channels == Channels::MayShare
     }

@@ -14,15 +14,14 @@ use crate::workspace::Workspace;
 use core::f32::consts::FRAC_1_SQRT_2 as ROOT_HALF;
 use core::ops::Range;
 
-/// Number of peaks to try.
 pub const PEAKS: usize = 2;
-/// Above both limits, on frames and on channels, pairs of channels are mixed before the transform.
+/// With more frames and more channels than this, pairs of channels are mixed before the transform.
 const FRAMES_FEW: u32 = 128;
 const CHANNELS_FEW: usize = 8;
 /// Minimum number of cycles of a peak.
 const CYCLES_PEAK: f32 = 0.5;
 /// Minimum noise assumed, as a fraction of a channel's variance: with less, a faint overtone would
-/// stand out as far as the tone.
+/// stand out as much as the tone.
 const CLEAR: f32 = 1e-4;
 /// Lower limit of Wilks' ratio.
 const LEFT_MIN: f32 = 1e-7;
@@ -34,8 +33,8 @@ struct Peak {
     height: f32,
 }
 
-/// Peaks to try, cycles per window, the likeliest first, zero-filled; `all` are the products of the
-/// channels.
+/// Returns the peaks to try in cycles per window, likeliest first, padded with zeros; `all` holds
+/// the products of the channels.
 #[inline(never)]
 pub fn candidates(
     window: &mut WindowFrames,
@@ -52,7 +51,8 @@ pub fn candidates(
     }
     let (mut found, mut from) = ([Peak::default(); PEAKS], scene.band.least / unit);
     let mut each = window.frames_each();
-    // Half the frames per point cover twice the band of a long window, at half the resolution.
+    // A long window takes several passes: each halves the frames per point, which doubles the band
+    // at half the resolution.
     while each > 0 {
         let reached = end.min(window.cycles_max() / each as f32 - 0.25);
         let sums = workspace.sums();
@@ -97,8 +97,8 @@ fn whitened<'m>(
     let domain = window.domain;
     let frames = window.count();
     let mut spectrum = Spectrum::new(window, each, sums, transforms)?;
-    // Rows of the inverse factor whiten the channels. A long window has enough power for half as
-    // many: sums or differences of two.
+    // Rows of the inverse factor whiten the channels. In a long window half as many mixtures
+    // suffice: sums or differences of two rows.
     let mut mixtures = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
     if may_share {
         let rows = mixtures.iter_mut().zip(&all.matrix).enumerate();
@@ -130,7 +130,7 @@ fn whitened<'m>(
         let end = (first + spectrum.channels()).min(width);
         spectrum.clear(end - first);
         let together = mixtures.get(first..end).unwrap_or_default();
-        // Mixtures of independent channels do not use the channels before them.
+        // Mixtures of independent channels do not depend on the channels before their own.
         let channels = if may_share { 0 } else { per_mixture * first }..per_mixture * end;
         window.visit_channels(channels, &mut |frame| {
             let point = frame.point(&domain, frames, each);

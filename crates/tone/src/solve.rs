@@ -7,16 +7,14 @@ use crate::matrix::{Factor, Square, invert};
 use crate::source::Values;
 use crate::statistics::Products;
 
-/// The two factors of a line in each channel, of unit variance after projecting out all other
-/// unknowns.
+/// The two factors of a line in each channel, scaled to unit variance after projecting out all
+/// other unknowns.
 pub type LineFactors = [Values; 2];
 
 /// Shape of the model: lines, and degree of the baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
-    /// Numbers of the lines.
     pub lines: Lines,
-    /// Degree of the baseline.
     pub degree: usize,
 }
 
@@ -42,7 +40,8 @@ pub struct ProjectedModel<'b> {
     pub shape: &'b Shape,
     /// Factor of the normal equations.
     pub factor: Factor<'b, UNKNOWNS_MAX>,
-    /// The part of the channels that the model explains; `None` where the blocks have residuals.
+    /// The part of the channels that the model explains; `None` if the blocks already hold
+    /// residuals.
     pub projections: Option<&'b Rows>,
 }
 
@@ -53,13 +52,12 @@ pub struct Solution {
     pub shape: Shape,
     /// Factor of the normal equations.
     pub lower: Square<UNKNOWNS_MAX>,
-    /// Levels, then cosine and sine of each line: projections of the channels onto orthonormal
-    /// functions, and once solved the coefficients.
+    /// Levels, then cosine and sine of each line: at first the projections of the channels onto
+    /// orthonormal functions, and once solved the coefficients.
     pub rows: Rows,
 }
 
 impl Solution {
-    /// Empty solution; all zeros.
     pub const NONE: Self = Self {
         shape: Shape {
             lines: Lines::NONE,
@@ -74,7 +72,6 @@ impl Solution {
         Factor::of(&self.lower, self.shape.unknowns()).backward_rows(&mut self.rows);
     }
 
-    /// Factor of the normal equations.
     pub fn factor(&self) -> Factor<'_, UNKNOWNS_MAX> {
         Factor::of(&self.lower, self.shape.unknowns())
     }
@@ -88,7 +85,7 @@ impl Solution {
         }
     }
 
-    /// Residual products of the channels after the projections, on and below the diagonal.
+    /// Products of the channels' residuals after the projections, on and below the diagonal.
     pub fn residuals(&self, all: &Products) -> Square<CHANNELS_MAX> {
         let mut residuals = all.matrix;
         if all.may_share {
@@ -120,15 +117,14 @@ impl Solution {
         self.rows.get(first..end).unwrap_or_default()
     }
 
-    /// The inverse of the normal equations.
     pub fn inverse(&self) -> Square<UNKNOWNS_MAX> {
         let mut inverse = self.lower;
         invert(&mut inverse, self.shape.unknowns());
         inverse
     }
 
-    /// The factors of the lines, each orthonormal after projecting out all other unknowns, once
-    /// solved.
+    /// The factors of the lines of a solved solution, orthonormal after projecting out all other
+    /// unknowns.
     #[inline(never)]
     pub fn line_factors(&self) -> [LineFactors; HARMONICS_MAX] {
         let inverse = self.inverse();
@@ -163,14 +159,13 @@ impl Solution {
 pub struct Power {
     /// Both factors together.
     pub all: f32,
-    /// Power that is not of a single waveform in all channels.
+    /// Power beyond that of a single waveform common to all channels.
     pub second: f32,
-    /// Sum of the squared eigenvalues.
     pub squares: f32,
 }
 
 impl Power {
-    /// Weighted by the inverse of the noise's covariance.
+    /// Computes the power, weighted by the inverse noise covariance `weights`.
     pub fn new(factors: &LineFactors, weights: &Square<CHANNELS_MAX>) -> Self {
         let [a, b, c] = [
             form(&factors[0], weights, &factors[0]),

@@ -20,12 +20,12 @@ impl core::error::Error for Overwritten {}
 
 /// Source of frames for a fit: memory, or a locked ring that another task writes to.
 pub trait FrameSource {
-    /// Calls `show` once with at least one and up to `most` consecutive frames from frame number
-    /// `first` on: their values, and for each frame a mask of the channels that hold a valid value
-    /// (bit k is channel k; 0 is a missing frame).
+    /// Calls `show` once with at least one and up to `most` consecutive frames, starting at frame
+    /// `first`: their values, and for each frame a mask of the channels with a valid value (bit k
+    /// is channel k; 0 is a missing frame).
     ///
     /// # Errors
-    /// If frame `first` is not, or no longer, available; `show` is then not called.
+    /// If frame `first` is not available, or no longer; `show` is then not called.
     fn read(
         &mut self,
         first: u32,

@@ -9,11 +9,11 @@ use core::ops::Range;
 
 /// Shortest transform, points.
 const POINTS_MIN: usize = 128;
-/// Transform points per piece (zero padding), within the longest transform.
+/// Zero padding: length of the transform relative to the data, up to the longest transform.
 const OVERSAMPLING: usize = 2;
-/// Minimum fraction of a cosine or sine that level and slope leave for a line.
+/// Minimum fraction of a line's energy that remains after projecting out level and slope.
 const LEFT_MIN: f32 = 2e-3;
-/// Above this many cycles per window, level and slope are taken to be orthogonal to lines.
+/// Above this many cycles per window, lines are assumed orthogonal to level and slope.
 const CYCLES_FAR: f32 = 12.0;
 
 /// Memory of a spectrum's sums.
@@ -24,8 +24,8 @@ pub struct Sums<'m> {
     pub more: &'m mut [f32],
 }
 
-/// Products of the channels with cosine and sine at each bin: squares and cross products, summed
-/// over the channels; or their powers.
+/// For each bin, the squares and cross product of the channels' cosine and sine sums, added over
+/// the channels; or only their power.
 pub struct Spectrum<'m> {
     /// Transforms of some channels, one after the other.
     transforms: &'m mut [f32],
@@ -33,18 +33,18 @@ pub struct Spectrum<'m> {
     cos: &'m mut [f32],
     sin: &'m mut [f32],
     both: &'m mut [f32],
-    /// Pieces of the window.
+    /// Number of points in the window.
     count: f32,
-    /// Pieces that are transformed.
+    /// Points of the window that are transformed.
     transformed: Range<usize>,
     /// Number of frames that are transformed.
     frames: f32,
 }
 
 impl<'m> Spectrum<'m> {
-    /// Empty spectrum of a window with `each` frames per point, with memory for sums and
-    /// transforms. It covers the middle of a window that has more points than a transform. `None`
-    /// if the memory is too small.
+    /// Creates an empty spectrum of a window with `each` frames per point. It covers only the
+    /// middle of a window with more points than the longest transform. `None` if the memory is too
+    /// small.
     pub fn new(
         window: &WindowFrames,
         each: u32,
@@ -89,13 +89,11 @@ impl<'m> Spectrum<'m> {
         (self.transforms.len() / self.points).clamp(1, CHANNELS_MAX)
     }
 
-    /// Clears the transforms of the first channels.
     pub fn clear(&mut self, channels: usize) {
         let used = (channels * self.points.get()).min(self.transforms.len());
         self.transforms[..used].fill(0.0);
     }
 
-    /// Adds a value to a point of a channel.
     pub fn put(&mut self, channel: usize, point: usize, value: f32) {
         if self.transformed.contains(&point)
             && let place = channel * self.points.get() + point - self.transformed.start
@@ -118,7 +116,7 @@ impl<'m> Spectrum<'m> {
             let (x, y) = (weight * re, weight * im);
             *cos += x * re;
             *sin += y * im;
-            // The transform's sine has the other sign.
+            // The transform's sine has the opposite sign.
             *both -= x * im;
         }
     }
@@ -151,12 +149,12 @@ impl<'m> Spectrum<'m> {
         self.cos.len()
     }
 
-    /// Cycles per window of a bin.
+    /// Frequency of a bin, cycles per window.
     pub fn cycles(&self, bin: f32) -> f32 {
         bin * self.count / self.points.get() as f32
     }
 
-    /// Bin of a number of cycles per window.
+    /// Bin at a frequency in cycles per window.
     pub fn bin(&self, cycles: f32) -> f32 {
         cycles / self.cycles(1.0)
     }
@@ -183,13 +181,12 @@ impl<'m> Spectrum<'m> {
         entry(self.cos, bin)
     }
 
-    /// Highest bin.
     pub fn last(&self) -> usize {
         self.bins() - 1
     }
 
     /// Squares and cross product of the channels' products with orthonormal cosine and sine, after
-    /// projecting out level and slope; zeros if a bin is too low.
+    /// projecting out level and slope; zeros if the bin's frequency is too low.
     pub fn line(&self, bin: usize) -> [f32; 3] {
         let [cos, sin, both] = [&*self.cos, &*self.sin, &*self.both].map(|sums| entry(sums, bin));
         let Some(Geometry { c, s, even, odd }) = self.geometry(bin) else {
@@ -213,12 +210,12 @@ impl<'m> Spectrum<'m> {
                 odd: 0.5 * n,
             });
         }
-        // Phase from the first piece to the window's centre, about which cosines are even.
+        // Phase from the first point to the window's centre, about which cosines are even.
         let (c, s) = cos_sin(from_turns(0.5 * x * (1.0 - 1.0 / self.count)));
         let angle = PI * x;
         let (cosine, sine) = cos_sin(from_turns(0.5 * x));
         let level = sine / angle;
-        // The mean of u sin(angle u) over -1 to 1, against the mean square of u.
+        // Mean of u sin(angle u) over -1 to 1. The mean square of u is one third.
         let slope = (level - cosine) / angle;
         let even = 0.5 + 0.5 * level * cosine - level * level;
         let odd = 0.5 - 0.5 * level * cosine - 3.0 * slope * slope;
@@ -249,8 +246,8 @@ struct Geometry {
 }
 
 impl Geometry {
-    /// Products with cosine and sine about the centre, from products with those about the first
-    /// piece.
+    /// Converts products with cosine and sine of zero phase at the first point to those of zero
+    /// phase at the centre.
     fn centred(&self, cosine: f32, sine: f32) -> (f32, f32) {
         (
             self.c * cosine + self.s * sine,

@@ -1,4 +1,5 @@
-//! First passes: level, slope and scale of each channel; then the products of the channels.
+//! First passes over the frames: level, slope and scale of each channel, then the products of the
+//! channels.
 
 use crate::covariance::{ROUNDING, add_product, add_products};
 use crate::frame_span::FrameSpan;
@@ -6,14 +7,14 @@ use crate::limits::CHANNELS_MAX;
 use crate::matrix::Square;
 use crate::source::{Overwritten, Values};
 
-/// A tone clips its channel once per period. A channel at its highest or lowest value in more than
-/// this fraction of the frames, with an unbroken run or gap longer than that, is clipped by its
-/// level.
+/// A channel at its highest or lowest value in more than this fraction of the frames is left out,
+/// unless a tone clips it. A tone clips once per period, so that no run of clipped frames and no
+/// gap between them is longer than this.
 const STAYS: f32 = 0.25;
-/// Maximum ratio of a rounded sine's counts at its extreme value and at the next one: the time
-/// spent within h of the extreme grows with the root of h.
+/// Maximum ratio of a rounded, unclipped sine's counts at its extreme value and at the next one.
+/// The time spent within h of the extreme is proportional to the root of h.
 const AT_END: f32 = 1.0 + core::f32::consts::SQRT_2;
-/// Minimum variance about level and slope, relative to the mean square, that sums resolve.
+/// Minimum variance about level and slope, relative to the mean square, that the sums resolve.
 const LEFT_MIN: f32 = 1e-3;
 
 /// Level, slope and scale of the channels that are used.
@@ -39,12 +40,12 @@ pub struct Statistics {
     pub stay: bool,
 }
 
-/// True if `count` frames at an end of the range suggest clipping by the level.
+/// True if `count` is more than the fraction [`STAYS`] of the frames.
 fn is_long(count: f32, frames: u32) -> bool {
     count > STAYS * frames as f32
 }
 
-/// Sums of one channel, of values relative to the first.
+/// Sums of one channel's values relative to the first.
 #[derive(Clone, Copy)]
 struct Sums {
     first: f32,
@@ -80,7 +81,7 @@ impl Sums {
         self.ends().any(|end| is_long(end.run_max as f32, frames))
     }
 
-    /// True if the channel is clipped by its level, or takes few values.
+    /// True if the channel is clipped because of its level, or takes only a few values.
     fn is_left_out(&self, frames: u32) -> bool {
         self.ends().any(|end| {
             let gap = end.gap_max.max(frames - end.latest);
@@ -111,7 +112,6 @@ struct End {
     latest: u32,
     /// Length of the latest run of frames at the outermost value.
     run: u32,
-    /// Length of the longest run.
     run_max: u32,
     /// Longest distance between frames at the outermost value, or from the window's start.
     gap_max: u32,
@@ -159,7 +159,8 @@ impl End {
 }
 
 impl Statistics {
-    /// Reads the span for levels and slopes, and again if sums do not resolve the scales.
+    /// Reads the span to measure levels, slopes and scales, and again if the sums do not resolve
+    /// the scales.
     #[inline(never)]
     pub fn collect(span: &mut FrameSpan) -> Result<Self, Overwritten> {
         let wanted = span.channels()?;
@@ -309,13 +310,13 @@ pub struct Products {
     pub count: f32,
     /// True if products between channels are summed.
     pub may_share: bool,
-    /// Frame that waits to be added together with the next one.
+    /// Frame waiting to be added together with the next one.
     pending: Option<Values>,
 }
 
 impl Products {
-    /// Empty products, between channels if these may share noise; values are rounded to multiples
-    /// of `step`.
+    /// Creates empty products, including those between channels if `may_share`; values are rounded
+    /// to multiples of `step`.
     pub fn new(statistics: &Statistics, step: f32, may_share: bool) -> Self {
         Self {
             matrix: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
@@ -327,7 +328,6 @@ impl Products {
         }
     }
 
-    /// Adds a frame.
     #[inline]
     pub fn add(&mut self, values: &Values, width: usize) {
         self.count += 1.0;
@@ -362,11 +362,11 @@ impl Products {
     }
 
     /// Weighted power that rounding may add to a line in the first `width` channels. Without other
-    /// noise all its power may be in one line; noise spreads it by the square of the noise's
-    /// characteristic function (B. Widrow, I. Kollar, M.-C. Liu, "Statistical theory of
+    /// noise, all of this power may fall into one line; noise reduces it by the square of the
+    /// noise's characteristic function (B. Widrow, I. Kollar, M.-C. Liu, "Statistical theory of
     /// quantization", IEEE Transactions on Instrumentation and Measurement 45, 1996, 353-361).
     pub fn rounding(&self, weights: &Square<CHANNELS_MAX>, width: usize) -> f32 {
-        // A step is the root of 12 standard deviations of rounding.
+        // A step is sqrt(12) standard deviations of the rounding error.
         const SPREAD: f32 = core::f32::consts::PI * core::f32::consts::PI / 3.0;
         let of_channel = |k: usize| {
             let power = weights[k][k] * self.squares_min[k];

@@ -9,10 +9,10 @@ use crate::matrix::Square;
 use crate::phase::{Wave, line_products};
 use crate::solve::Shape;
 
-/// Multiples of the unit line whose sums are kept.
+/// Number of multiples of the unit line whose sums are kept.
 pub const WAVES: usize = 2 * HARMONICS_MAX + 4;
 
-/// Functions of all lines: cosine and sine of each.
+/// Maximum number of functions of the lines: cosine and sine of each.
 pub const LINE_FUNCTIONS: usize = 2 * HARMONICS_MAX;
 /// Products of functions of the lines.
 pub type OfLines = Square<LINE_FUNCTIONS>;
@@ -22,7 +22,6 @@ pub type OfModel = [[f32; UNKNOWNS_MAX]; LINE_FUNCTIONS];
 /// Maximum length of a list of totals.
 pub const LIST_MAX: usize = 2 * (2 * HARMONICS_MAX + 1) + (DEGREE_MAX + 1) * LINE_FUNCTIONS;
 
-/// Sums over all blocks.
 #[derive(Clone, Debug, Default)]
 pub struct Totals {
     /// Sums of the multiples of the phase.
@@ -62,12 +61,11 @@ impl Totals {
     }
 }
 
-/// Length of a shape's list of totals.
 pub fn list_len(shape: &Shape) -> usize {
     2 * (2 * shape.lines.max() + 1) + 2 * shape.lines.count() * shape.first_line()
 }
 
-/// Products of a shape's lines with all its functions, from a list of totals.
+/// Computes the products of a shape's lines with all its functions from a list of totals.
 #[inline(never)]
 pub fn unfold(shape: &Shape, list: &[f32], products: &mut OfModel) {
     let mut totals = Totals::default();

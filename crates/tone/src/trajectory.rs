@@ -8,7 +8,7 @@ use core::f32::consts::{FRAC_1_PI, PI};
 /// The phase of the unit line at `u`: pi x cycles x u + sum of moved[k] P_k(u), radians.
 #[derive(Clone, Copy, Debug)]
 pub struct Trajectory {
-    /// Cycles per window of the linear term; polynomials of odd degree come on top.
+    /// Frequency of the linear term, cycles per window; polynomials of odd degree add to it.
     pub cycles: f32,
     /// Coefficients by degree, radians; 0 and 1 are unused.
     pub moved: [f32; MOVES_MAX + 1],
@@ -17,7 +17,6 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Trajectory of a constant frequency.
     pub fn steady(cycles: f32) -> Self {
         Self {
             cycles,
@@ -49,7 +48,7 @@ impl Trajectory {
         steady.wrapping_add(from_turns(0.5 * FRAC_1_PI * scale * self.movement(u)))
     }
 
-    /// Adds a step to the phase, by degree from 1 on.
+    /// Adds a step to the phase; `step` is by degree, from 1 on.
     pub fn step(&mut self, step: &[f32]) {
         for (k, x) in step.iter().enumerate() {
             if k == 0 {

@@ -14,7 +14,7 @@ use crate::source::Values;
 use crate::statistics::Statistics;
 use core::ops::Range;
 
-/// Maximum rounding step of a level, as a fraction of the channel's standard deviation.
+/// Maximum rounding error of a level, as a fraction of the channel's standard deviation.
 const COARSE: f32 = 1e-5;
 
 /// Channel numbers, levels, slopes and inverse scales of a group of four channels; unused channels
@@ -22,8 +22,8 @@ const COARSE: f32 = 1e-5;
 #[derive(Clone, Copy, Default)]
 struct Units {
     from: [u8; 4],
-    /// Large levels, subtracted before the slope; zero for other channels. Rounding a large level
-    /// plus the slope would cause steps that repeat over the window.
+    /// Large levels, subtracted before the slope; zero for other channels. Rounding the sum of a
+    /// large level and the slope would cause steps that repeat over the window.
     coarse: [f32; 4],
     level: [f32; 4],
     slope: [f32; 4],
@@ -53,7 +53,6 @@ impl Units {
         groups
     }
 
-    /// Centres and scales values.
     #[inline(always)]
     fn change(&self, u: f32, values: &Values) -> [f32; 4] {
         core::array::from_fn(|k| {
@@ -64,17 +63,11 @@ impl Units {
     }
 }
 
-/// The frames of a window.
 pub struct WindowFrames<'d, 's> {
-    /// Source of the frames.
     pub span: &'d mut FrameSpan<'s>,
-    /// Levels, slopes and scales.
     pub statistics: Statistics,
-    /// Time or position of the frames.
     pub domain: Domain<'s>,
-    /// Outliers.
     pub impulses: &'d mut Impulses,
-    /// Mains hum.
     pub hum: Option<Hum>,
     /// Corrections for multiplexing delay.
     pub late: Option<Late>,
@@ -83,7 +76,6 @@ pub struct WindowFrames<'d, 's> {
 }
 
 impl WindowFrames<'_, '_> {
-    /// Number of channels.
     pub fn width(&self) -> usize {
         self.statistics.width.min(CHANNELS_MAX)
     }
@@ -101,7 +93,6 @@ impl WindowFrames<'_, '_> {
         }
     }
 
-    /// Band of frequencies.
     pub fn nyquist(&self) -> Nyquist {
         Nyquist {
             max: self.cycles_max(),
@@ -119,7 +110,6 @@ impl WindowFrames<'_, '_> {
         self.count().div_ceil(max as u32).max(1)
     }
 
-    /// Visits the frames.
     pub fn visit(&mut self, mut visit: impl FnMut(&Frame)) {
         self.visit_channels(0..self.width(), &mut visit);
     }
@@ -157,7 +147,7 @@ impl WindowFrames<'_, '_> {
         self.is_lost |= read.is_err();
     }
 
-    /// Visits the frames, or their residuals after a model.
+    /// Visits the frames, or their residuals after subtracting a model.
     pub fn visit_residuals(&mut self, model: Option<&Model>, mut visit: impl FnMut(&Frame)) {
         let width = self.width();
         self.visit(|frame| match model {

@@ -12,8 +12,8 @@ use crate::spectrum::Sums;
 
 const ROWS: usize = rows(POINTS_MAX);
 
-/// Rows of scratch memory. On a PC the transform sums need the most; on the chip a third of these
-/// sums is in the memory of the normal equations.
+/// Number of rows of scratch memory. On a PC the transform sums need the most; on the chip a third
+/// of these sums is kept in the memory of the normal equations.
 pub const fn rows(points: usize) -> usize {
     if points > POINTS_CHIP {
         (3 * points / 2).div_ceil(CHANNELS_MAX)
@@ -27,15 +27,13 @@ const _: () = assert!(KEPT >= NOISE_BINS_COMB && KEPT * CHANNELS_MAX >= 2 * IMPU
 const _: () = assert!(rows(POINTS_CHIP) * CHANNELS_MAX >= POINTS_CHIP);
 const _: () = assert!(size_of::<Square<MOVEMENT_MAX>>() / 4 >= POINTS_CHIP / 2);
 
-/// Memory of the steps.
+/// Memory for the steps of a fit.
 #[derive(Debug)]
 pub struct Workspace {
     /// Scratch memory: products of noise bins with the channels, sums over blocks for the normal
     /// equations, or sums of transforms.
     pub memory: [Values; ROWS],
-    /// Noise bins.
     pub noise_bins: NoiseBins,
-    /// The latest solution.
     pub solution: Solution,
     /// Normal equations of the modulation; finally its covariance.
     pub normal: Normal,
@@ -46,7 +44,6 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// All zeros.
     pub const fn new() -> Self {
         Self {
             memory: [[0.0; CHANNELS_MAX]; ROWS],

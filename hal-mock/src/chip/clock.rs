@@ -1,4 +1,4 @@
-//! Converts clock cycles to nanoseconds exactly: integers only, from the absolute count, so no
+//! Converts clock cycles to nanoseconds with integers, always from the absolute count, so that no
 //! rounding error accumulates.
 
 use super::Ads1258;
@@ -36,9 +36,9 @@ impl Clock {
 }
 
 impl Ads1258 {
-    /// Changes the nominal frequency on CLKIO; with 0 Hz, no clock, the chip neither converts nor
-    /// answers. The first clock begins the power-up; a clock that starts begins a conversion if
-    /// START is high.
+    /// Changes the nominal frequency on CLKIO. At 0 Hz (no clock) the chip neither converts nor
+    /// answers. The first clock begins the power-up; when a stopped clock starts, a conversion
+    /// begins if START is high.
     pub fn set_clock(&mut self, now_ns: u64, clock_hz: u32) {
         self.advance_to(now_ns);
         let was_clocked = self.is_clocked();

@@ -1,4 +1,4 @@
-//! From physical values to the 24-bit code and its flags.
+//! Converts physical values to the 24-bit code and its flags.
 
 use super::options::Analog;
 use super::slot::{GAIN, OFFSET, REF, SINGLE, Slot, TEMP, VCC};

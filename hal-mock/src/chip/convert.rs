@@ -7,7 +7,8 @@ use super::registers::{BYPAS, CHOP, IDLMOD, Registers};
 use super::slot::{OFFSET, Slot, next_slot};
 use super::timing::Timing;
 
-/// A running conversion, with the settings at its start: a register write acts on the next one.
+/// A running conversion, with the settings at its start: a register write affects only the next
+/// one.
 #[derive(Clone, Debug)]
 pub(crate) struct Conversion {
     /// Time of the start condition, cycle 0.
@@ -24,7 +25,7 @@ impl Conversion {
         self.epoch_ns + clock.ns(cycle)
     }
 
-    /// Counts the remaining time from `now_ns`, so that the clock may change.
+    /// Counts the remaining cycles from `now_ns`, so that the clock may change.
     pub(crate) fn rebased(self, clock: Clock, now_ns: u64) -> Self {
         let passed = clock.cycles(now_ns.saturating_sub(self.epoch_ns));
         Self {
@@ -144,7 +145,7 @@ impl Ads1258 {
         if self.options.noise {
             ideal += code::noise_sigma(c.registers.drate(), chop, &analog) * self.noise.gaussian();
         }
-        // The recording lacks this reading.
+        // NaN: the recording lacks this reading, so there is no new result.
         if ideal.is_nan() {
             return Outcome {
                 new: false,

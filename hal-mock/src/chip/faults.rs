@@ -1,9 +1,9 @@
-//! Faults of the chip, its bus and DRDY, and the effect of each while it is in force.
+//! Faults of the chip, its bus and DRDY, and their effects while they last.
 
 use super::Ads1258;
 
-/// A fault, from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by
-/// [`Injection`](super::Injection)s.
+/// A fault. It lasts from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or is scheduled by an
+/// [`Injection`](super::Injection).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the sentence of each variant names its fields")]
 pub enum Fault {
@@ -53,7 +53,6 @@ pub(crate) struct Faults {
     pub(crate) held: Option<(u8, f64)>,
     /// Constant level of DOUT at the processor, true for high.
     dout_stuck: Option<bool>,
-    /// True if the chip receives nothing.
     pub(crate) is_cut: bool,
     /// Bits of DIN and DOUT to invert in later bytes, by the count of bytes exchanged since
     /// construction.
@@ -61,7 +60,6 @@ pub(crate) struct Faults {
     exchanged: u64,
     /// Constant level of DRDY at the processor, true for high.
     pub(crate) drdy_stuck: Option<bool>,
-    /// Number of the chip's next edges that do not arrive.
     pub(crate) edges_lost: u32,
     pub(crate) edge_repeated_ns: Option<u64>,
     /// Beginning and period of a storm of DRDY edges.
@@ -149,7 +147,7 @@ impl Ads1258 {
             Fault::Reference { .. } => analog.reference_v = reference_v,
             Fault::Clock { .. } => self.set_clock_error(error_ppm),
             Fault::Input { .. } => faults.held = None,
-            // The other faults happen once and do not last.
+            // All other faults are single events, so there is nothing to end.
             _ => {}
         }
     }

@@ -9,8 +9,8 @@ enum State {
     /// After CS low or the time-out: a command or a direct read.
     #[default]
     FrameStart,
-    /// After a finished command: another command may follow without toggling CS, a direct read may
-    /// not.
+    /// After a finished command: another command may follow without toggling CS, but not a direct
+    /// read.
     Command,
     /// Read by command: the result is latched at the command, so a DRDY edge does not change it.
     Data { bytes: [u8; 4], at: usize },
@@ -30,12 +30,12 @@ enum State {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Interface {
     state: State,
-    /// End of the latest byte.
+    /// Start of the time-out: end of the latest byte, or the frame's first SCLK edge.
     idle_since_ns: Option<u64>,
 }
 
 impl Ads1258 {
-    /// One CS-framed transaction at one instant: DIN bytes in, DOUT bytes out, in place.
+    /// Transfers a CS frame at a single instant, in place: DIN bytes in, DOUT bytes out.
     pub fn transfer(&mut self, now_ns: u64, bytes: &mut [u8]) {
         self.select(now_ns);
         for byte in bytes {
@@ -44,13 +44,13 @@ impl Ads1258 {
         self.deselect(now_ns);
     }
 
-    /// CS low.
+    /// Pulls CS low.
     pub fn select(&mut self, now_ns: u64) {
         self.advance_to(now_ns);
         self.interface = Interface::default();
     }
 
-    /// CS high: the interface forgets an unfinished command.
+    /// Pulls CS high: the interface drops an unfinished command.
     pub fn deselect(&mut self, now_ns: u64) {
         self.select(now_ns);
     }
@@ -58,7 +58,9 @@ impl Ads1258 {
     /// Exchanges one byte within a frame: `din` in, DOUT out. The first SCLK edge is at
     /// `first_sclk_ns`, the last at `last_sclk_ns`; the byte acts at the first. The interface is
     /// reset if SCLK was idle for 4096 tCLK (SPIRST = 0) or 256 tCLK (SPIRST = 1) since the
-    /// previous byte, or, by an option, if the frame began that long ago.
+    /// previous byte; or, with
+    /// [`Options::timeout_from_frame_start`](super::Options::timeout_from_frame_start), if the
+    /// frame began that long ago.
     pub fn exchange(&mut self, first_sclk_ns: u64, last_sclk_ns: u64, din: u8) -> u8 {
         self.advance_to(first_sclk_ns);
         let [din_errors, dout_errors] = self.faults.next();
@@ -214,8 +216,8 @@ impl Ads1258 {
 }
 
 impl State {
-    /// Stays in this state while more registers follow; else the command ends: after a single
-    /// access, or after address 09h.
+    /// Stays in this state while more registers follow. The command ends after a single access, or
+    /// after address 09h.
     fn or_end(self, address: u8, several: bool) -> Self {
         if several && usize::from(address) + 1 < REGISTERS {
             self

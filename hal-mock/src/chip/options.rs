@@ -38,11 +38,11 @@ impl Default for Analog {
     }
 }
 
-/// Choices at construction.
+/// Options at construction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Nominal clock in hertz, default 15,728,640 (32.768 kHz crystal x 480); the chip allows up to
-    /// 16,000,000. 0: no clock yet, see `Ads1258::set_clock`.
+    /// 16,000,000. 0 means no clock yet: see `Ads1258::set_clock`.
     pub clock_hz: u32,
     /// Error of the clock in parts per million; positive is fast. Default 0.
     pub clock_error_ppm: f64,
@@ -53,16 +53,16 @@ pub struct Options {
     pub noise: bool,
     /// Seed of noise and poison, default 1.
     pub seed: u64,
-    /// The byte that DOUT carries where the datasheet leaves it undefined. `None`, the default:
-    /// seeded random bytes.
+    /// Poison: the byte that DOUT carries where the datasheet leaves it undefined; `None`, the
+    /// default, for seeded random bytes.
     pub poison: Option<u8>,
     /// The ID register, default 8Bh. Only bit 4 (0 = ADS1258) is guaranteed by the datasheet.
     pub id: u8,
-    /// CHID in the status byte in fixed-channel mode, which the datasheet does not specify. `None`,
-    /// the default: poison.
+    /// CHID in the status byte in fixed-channel mode, which the datasheet does not specify; `None`,
+    /// the default, for poison.
     pub fixed_channel_chid: Option<u8>,
-    /// True if the scan skips the readings that CHOP excludes; false, the default, converts them to
-    /// poison. Not specified.
+    /// True if the scan skips the readings that CHOP excludes; if false, the default, it converts
+    /// them to poison. Not specified.
     pub chop_skips_internal: bool,
     /// True if the first conversion after START also contains the switching delay DLY; not
     /// specified. Default false.
@@ -76,8 +76,8 @@ pub struct Options {
     pub timeout_from_frame_start: bool,
     /// Faults to inject, by scene time. Default none.
     pub injections: Vec<Injection>,
-    /// Clock cycles without answers after construction or after the first clock. Default 0; the
-    /// datasheet has 2^18 (16.4 ms) after power-up.
+    /// Clock cycles after construction or after the first clock during which the chip does not
+    /// answer. Default 0; the datasheet specifies 2^18 (16.4 ms) after power-up.
     pub power_up_cycles: u64,
 }
 
@@ -109,7 +109,7 @@ pub struct Counters {
     pub conversions: u64,
     /// Results that were read at least once.
     pub read: u64,
-    /// Results overwritten unread by the next one.
+    /// Results overwritten by the next one before they were read.
     pub lost: u64,
     /// Register bytes written over SPI.
     pub register_writes: u64,

@@ -21,7 +21,7 @@ impl Ads1258 {
         self.latest_fall_ns
     }
 
-    /// Time of the next falling edge that will arrive, according to the faults in force; later than
+    /// Time of the next falling edge that will arrive, given the current faults; always later than
     /// now. `None` while idle, in reset, stalled, stuck, or when no input is selected.
     pub fn next_drdy_fall_ns(&self) -> Option<u64> {
         if self.is_drdy_stuck() {

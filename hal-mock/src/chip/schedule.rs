@@ -1,8 +1,9 @@
 //! Schedules faults in the chip's virtual time, so that they act at the same moments with every
 //! driver.
 //!
-//! A fault acts right after an edge of DRDY, before its result is read, so an edge that was
-//! announced keeps its time. While nothing is converted, the fault acts at its own time.
+//! A fault acts right after an edge of DRDY, before its result is read, so that the time of an edge
+//! does not change after it was announced. While no conversion runs, the fault acts at its
+//! scheduled time.
 
 use super::Ads1258;
 use super::faults::Fault;
@@ -15,7 +16,7 @@ pub struct Injection {
     pub at_s: f64,
     /// Duration, seconds; ignored for single events.
     pub lasts_s: f64,
-    /// Kind of the disturbance.
+    /// The fault.
     pub fault: Fault,
 }
 
@@ -65,7 +66,7 @@ impl Ads1258 {
         &self.schedule.log
     }
 
-    /// Time of the chip's next event: a result, or, while nothing is converted, an injection.
+    /// Time of the chip's next event: a result or, while no conversion runs, an injection.
     pub fn next_event_ns(&self) -> Option<u64> {
         self.next_result_ns()
             .or_else(|| Some(self.next_step_ns()?.max(self.now_ns)))

@@ -2,7 +2,7 @@
 
 use super::registers::{CHOP, MUXDIF, MUXMOD, MUXSCH, MUXSG0, MUXSG1, Registers, SYSRED};
 
-/// One measurement of the multiplexer.
+/// One setting of the multiplexer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slot {
     /// A channel of the scan, by its CHID.

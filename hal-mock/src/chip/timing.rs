@@ -44,7 +44,7 @@ impl Timing {
     }
 
     /// Cycles from the start condition in standby to the first result: 128 (N + 4) + 68 without
-    /// chopping. Chopping needs two passes. The datasheet does not specify if DLY counts here:
+    /// chopping. Chopping needs two passes. The datasheet does not specify whether DLY counts here:
     /// `with_delay` decides.
     pub(crate) fn first_cycles(self, with_delay: bool) -> u64 {
         let pass = 128 * self.n + SETTLE_CYCLES + if with_delay { 128 * self.td } else { 0 };

@@ -35,7 +35,7 @@ use core::f64::consts::{PI, TAU};
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Finger {
-    /// Seed of the differences between piezoresistors: the same number is the same finger. Default
+    /// Seed of the differences between piezoresistors; the same seed makes the same finger. Default
     /// 1.
     pub finger_seed: u64,
     /// Thickness of the cover over the sensors in mm, > 0. Default 1.3 (paper, section 2.2).
@@ -53,7 +53,7 @@ pub struct Finger {
     pub creep_s: f64,
     /// Normal force in N, > 0. Default 1 (paper, section 3.1).
     pub force_n: f64,
-    /// Overshoot of the force at the touch, as a fraction of it, >= 0. Default 0.6: plausible.
+    /// Relative overshoot of the force at the touch, >= 0. Default 0.6: plausible.
     pub overshoot: f64,
     /// Friction: tangential over normal force at full slip, >= 0. Default 0.5: plausible.
     pub friction: f64,
@@ -130,7 +130,7 @@ pub(crate) struct Grating {
 
 /// Harmonics of a channel. Higher ones are less than a thousandth of the fundamental for the
 /// paper's gratings; under a ridged skin a hundredth of the load, at frequencies where the bridge's
-/// filter removes most of it.
+/// filter removes most of them.
 const HARMONICS: usize = 24;
 
 /// Points of the integral over the contact: its error is a millionth of the tone.
@@ -209,8 +209,7 @@ impl Finger {
         let mut random = Random::new(self.finger_seed, Stream::Skin);
         std::array::from_fn(|input| {
             // Piezoresistors 1 and 3 are on opposite sides of the mesa: shear tilts it and
-            // stretches one of them while it compresses the other. Pressure does the same to all
-            // four.
+            // stretches one of them while it compresses the other. Pressure affects all four alike.
             let tilt = [1.0, 0.0, -1.0, 0.0][input % 4];
             let gain = self.sensitivity * (1.0 + self.spread * random.symmetric());
             let resistance = 1.0 + self.resistance_spread * random.symmetric();
@@ -277,8 +276,8 @@ impl Finger {
         series
     }
 
-    /// Position at which the skin passes on the load of a point: the middle of its ridge, with the
-    /// load relative to a smooth skin; `None` in a groove.
+    /// Returns the position to which the skin passes on the load at a point, the middle of the
+    /// skin's ridge, and the load relative to a smooth skin; `None` in a groove.
     fn borne(&self, s_mm: f64) -> Option<(f64, f64)> {
         if self.skin_ridge_mm == 0.0 {
             return Some((s_mm, 1.0));

@@ -13,10 +13,10 @@ impl Lag {
         Self { time_s, value: 0.0 }
     }
 
-    /// Advances by `dt_s` > 0 seconds, exactly for an input that moves linearly from `from` to
-    /// `to`.
+    /// Advances by `dt_s` > 0 seconds and returns the value, which is exact for an input that moves
+    /// linearly from `from` to `to`.
     pub(crate) fn advance(&mut self, dt_s: f64, from: f64, to: f64) -> f64 {
-        // A steady ramp is followed with a delay of the time constant.
+        // The value follows a steady ramp with a delay of one time constant.
         let behind = (to - from) / dt_s * self.time_s;
         self.value = to - behind + (self.value - from + behind) * libm::exp(-dt_s / self.time_s);
         self.value
@@ -77,7 +77,7 @@ mod tests {
     fn a_released_body_creeps_back() {
         let mut body = KelvinBody::new(1.42, 2.14);
         body.advance(3.0, 1.0, 1.0);
-        // Neglects the part that springs back at once.
+        // Skip the part that springs back at once.
         let released = body.advance(1e-9, 0.0, 0.0);
         let later = body.advance(1.8, 0.0, 0.0);
         assert!((later / released - (-1.8f64 / 2.14).exp()).abs() < 1e-6);

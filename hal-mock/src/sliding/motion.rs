@@ -13,7 +13,7 @@ pub struct Stimulator {
     /// Error of the mean speed, in percent, -99 to 1000. Default 0.
     pub speed_error_percent: f64,
     /// Amplitude of the speed's ripple in percent of the speed, 0 to 99. Default 0. The seed sets
-    /// its phase.
+    /// the phase.
     pub ripple_percent: f64,
     /// Frequency of the ripple in hertz, > 0. Default 5.
     pub ripple_hz: f64,
@@ -108,7 +108,8 @@ impl Motion {
         }
     }
 
-    /// Speed at the tone's frequency in mm/s: without ramps and ripple; for a hand, the peak speed.
+    /// Speed that determines the tone's frequency, in mm/s: without ramps and ripple; for a hand,
+    /// the peak speed.
     pub(crate) fn tone_speed_mm_s(&self) -> f64 {
         match self {
             Self::Steady { speed_mm_s, .. } => *speed_mm_s,

@@ -1,4 +1,4 @@
-//! Parameters of a scene, and which of them exclude each other.
+//! Parameters of a scene, and their ranges.
 
 use super::finger::{Finger, Grating};
 use super::motion::{Hand, Stimulator};
@@ -6,7 +6,7 @@ use super::random_channels::OVERTONES;
 use super::range::{ParameterError, Range, check};
 
 /// Parameters of a [`SlidingScene`](super::SlidingScene); the defaults are the paper's protocol at
-/// 30 mm/s and 3.6 mm, on random channels with 20 dB. Scene files start from
+/// 30 mm/s and 3.6 mm, on random channels at 20 dB. Scene files start from
 /// [`physical`](Self::physical) instead.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default = "Sliding::physical")]
@@ -20,7 +20,7 @@ pub struct Sliding {
     pub ridge_mm: f64,
     /// Position of a ridge at the touch, in mm ahead of the middle of the contact.
     pub start_mm: f64,
-    /// Slides from units 2 and 4 to units 1 and 3 instead of the other way.
+    /// True to slide from units 2 and 4 to units 1 and 3 instead of the other way round.
     pub reverse: bool,
     /// Distance slid in mm, > 0.
     pub slide_mm: f64,
@@ -33,8 +33,8 @@ pub struct Sliding {
     /// Phase E, from the beginning of the release to the end, in seconds, >= 0.
     pub release_idle_s: f64,
     /// Signal-to-noise ratio of a reading: 10 log10 of the mean over channels of A^2 / 2, where A
-    /// is the fundamental's amplitude, over sigma^2, the same on all channels. `None`: no noise but
-    /// the finger's own.
+    /// is the fundamental's amplitude, over sigma^2, the same on all channels. `None` for only the
+    /// finger's own noise.
     pub snr_db: Option<f64>,
     /// Amplitudes of the 2nd, 3rd and 4th harmonic of random channels relative to the fundamental;
     /// 0 omits a harmonic.
@@ -127,7 +127,8 @@ impl Sliding {
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         let s = self.stimulator;
         let speed_mm_s = self.speed_mm_s * (1.0 + 0.01 * s.speed_error_percent);
-        // A limit that depends on other parameters comes after their rules.
+        // A limit that depends on other parameters comes after their rules, so that they are
+        // checked first.
         let mut rules = vec![
             ("speed_mm_s", self.speed_mm_s, Range::Positive),
             ("period_mm", self.period_mm, Range::Positive),
@@ -175,7 +176,7 @@ impl Sliding {
         if let Some(hand) = self.hand {
             rules.extend([
                 ("peak_mm_s", hand.peak_mm_s, Range::Positive),
-                // No hand swings as fast as the chip scans.
+                // A hand swings much more slowly than the chip scans.
                 ("swing_hz", hand.swing_hz, Range::Between(1e-6, 100.0)),
                 ("swings", hand.swings, Range::Positive),
             ]);

@@ -1,5 +1,5 @@
-//! Third-party crates of the programs: their licences, and duplicate versions. Crates of features
-//! that are off by default are checked for their licences only.
+//! Third-party crates of the programs: their licences, and duplicate versions. For crates of
+//! features that are off by default, only the licences are checked.
 
 use crate::tools::{cargo, output_of, root};
 use anyhow::{Context, Result};

@@ -28,7 +28,7 @@ fn without_comment(line: &str) -> &str {
     }
 }
 
-/// Change of nesting depth due to a character, by lists of opening and closing ones.
+/// Change of nesting depth at a character, from lists of opening and closing characters.
 fn step(character: char, open: &str, close: &str) -> i32 {
     i32::from(open.contains(character)) - i32::from(close.contains(character))
 }

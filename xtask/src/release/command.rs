@@ -1,5 +1,5 @@
-//! The command `ridgetone` with embedded firmware images, so that `ridgetone demo` needs neither a
-//! checkout nor a compiler: static for Linux, or for this system.
+//! Builds the command `ridgetone` with embedded firmware images, so that `ridgetone demo` needs
+//! neither a checkout nor a compiler: statically for Linux, or for this system.
 
 use super::empty_root::EmptyRoot;
 use crate::images::Board;
@@ -47,7 +47,6 @@ impl Processor {
     }
 }
 
-/// Builds the command for this system.
 pub fn host() -> Result<Made> {
     let path = build(None)?;
     Ok(named(&format!("{OS}-{ARCH}{EXE_SUFFIX}"), path))

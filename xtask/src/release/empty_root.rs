@@ -1,4 +1,4 @@
-//! An empty root directory, to run what a user gets as if nothing else were installed.
+//! An empty root directory, to run released files as if nothing else were installed.
 
 use crate::tools::{announce, clean, create, find, output_of, remove, target_dir};
 use anyhow::{Context, Result};
@@ -31,12 +31,11 @@ impl EmptyRoot {
         Ok(Some(Self { folder, way }))
     }
 
-    /// Path of the directory outside.
+    /// Path of the directory, as seen from outside.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Copies a file into the directory.
     pub fn add(&self, file: &Path, name: &str) -> Result<()> {
         let copied = fs::copy(file, self.folder.join(name));
         copied.with_context(|| format!("cannot copy {}", file.display()))?;

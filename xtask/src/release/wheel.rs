@@ -1,4 +1,5 @@
-//! The Python package as a wheel for any Linux on this processor, with embedded firmware images.
+//! Builds the Python package as a wheel for any Linux on this processor, with embedded firmware
+//! images.
 
 use super::command::{EMBEDDED, Made, check_embedded, images};
 use super::empty_root::EmptyRoot;
@@ -19,7 +20,6 @@ const COPY_PYTHON: &str = "xtask/src/release/bare_python.py";
 const OLDEST: &str = "manylinux2014";
 const TAG: &str = "manylinux_2_17_";
 
-/// Frequency of the test tone, Hz.
 const TONE_HZ: f64 = 43.3;
 
 /// Builds the wheel, checks that it contains the images and works with an old glibc, and tries it

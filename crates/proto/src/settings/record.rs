@@ -14,7 +14,7 @@ const END: u8 = 0;
 /// Content of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kept {
-    /// Empty: the defaults are in force.
+    /// Empty: the defaults apply.
     Defaults,
     /// All settings of this firmware, and no others.
     Settings(Settings),

@@ -5,8 +5,8 @@ use crate::plan::Plan;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Description of a setting for a PC. Firmware never refers to it, so that no description is linked
-/// there.
+/// Description of a setting for a PC. The firmware does not refer to descriptions, so they are not
+/// linked into it.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
     /// Id of the setting in stored records; never changes.
@@ -21,7 +21,7 @@ pub struct Setting {
     pub unit: &'static str,
     /// Bounds.
     pub bounds: Bounds,
-    /// Description: one sentence per line of the table, each after a space.
+    /// Description: the lines of the row's comment, each with a leading space.
     pub description: &'static str,
     /// Name of the command's option, without the two dashes; empty if there is none.
     pub option: &'static str,
@@ -174,14 +174,14 @@ field!(f32, Number, |value| value);
 field!(u8, Whole, f32::from);
 field!(bool, Switch, |value| f32::from(u8::from(value)));
 field!(u16, Mask, f32::from);
-// The taxels in two masks, as a bit mask.
+// Mask of the taxels that are in two masks, which must be zero.
 field!([u16; 4], Masks, |masks| {
     let (_, twice) = masks.iter().fold((0, 0), |(seen, twice), mask| {
         (seen | mask, twice | seen & mask)
     });
     f32::from(twice)
 });
-// A plan checks itself.
+// A plan has its own check, `Plan::validate`.
 field!(Plan, Plan, |_| 0.0);
 
 /// Declares the groups' structs with their defaults from the table, and passes its rows to

@@ -28,8 +28,8 @@ pub struct PacketDecoder<E> {
     /// Packets that never arrived, according to their sequence numbers. A gap of 32,768 or more
     /// counts modulo 65,536, and only if that is less than 32,768.
     pub missing: u32,
-    /// Number of times that the sequence stepped back: the line repeated itself, or the greeting of
-    /// a restarted device was lost.
+    /// Number of times that the sequence stepped back: packets were repeated, or the greeting of a
+    /// restarted device was lost.
     pub stepped_back: u32,
     events: PhantomData<E>,
 }
@@ -96,8 +96,7 @@ impl<E: Events> PacketDecoder<E> {
         self.foreign.is_none().then_some(packet)
     }
 
-    /// True once [`WIRE_MAX`] bytes came without a zero, which cannot be a frame; then again after
-    /// as many more.
+    /// True after every [`WIRE_MAX`] bytes without a zero, which cannot be a frame.
     fn is_endless(&mut self, byte: u8) -> bool {
         self.unended = if byte == 0 { 0 } else { self.unended + 1 };
         let is_endless = self.unended == WIRE_MAX;

@@ -20,9 +20,9 @@ pub struct Estimate {
     /// Mean of the common frequency over the window, hertz; zero without a tone
     /// ([`Status::has_tone`]).
     pub frequency: f32,
-    /// Standard deviation of the frequency, movement included, hertz; zero without a tone.
+    /// Standard deviation of the frequency, modulation included, hertz; zero without a tone.
     pub sigma: f32,
-    /// Movement of the frequency within the window.
+    /// Frequency modulation within the window.
     pub movement: Movement,
     /// Second tone that is significant in the presence of the first.
     pub other_tone: Option<OtherTone>,
@@ -32,8 +32,8 @@ pub struct Estimate {
     pub interferer_hz: Option<f32>,
     /// Number of harmonics fitted, including the fundamental.
     pub harmonics: u8,
-    /// Frames of the window that were left out: missing, or without a valid value of an otherwise
-    /// valid taxel.
+    /// Number of frames of the window that were left out: missing, or without a valid value of an
+    /// otherwise valid taxel.
     pub frames_missing: u16,
     /// Faults during the window that may have changed the frequency.
     pub faults: FaultSet,
@@ -77,7 +77,7 @@ impl Status {
     }
 }
 
-/// Movement of the frequency within the window; zeros without a tone. In an [`Estimate`] the unit
+/// Frequency modulation within the window; zeros if there is no tone. In an [`Estimate`] the unit
 /// is hertz.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Movement {
@@ -148,7 +148,7 @@ pub struct Travel {
 }
 
 impl Travel {
-    /// Travel with nothing known.
+    /// Travel about which nothing is known.
     pub const NONE: Self = Self {
         status: TravelStatus::Nothing,
         direction: Direction::Unknown,

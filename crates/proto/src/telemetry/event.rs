@@ -53,7 +53,7 @@ pub struct Hello {
     pub version: [u8; 3],
     /// Nominal frames per second, from the plan and the converter's nominal clock.
     pub frame_rate_hz: f32,
-    /// Settings in force.
+    /// Current settings.
     pub settings: Settings,
     /// Source of the settings.
     pub source: SettingsSource,
@@ -87,8 +87,8 @@ pub struct Slide {
     pub start_us: u64,
     /// Device time of the slide's end, microseconds; `None` while it lasts.
     pub end_us: Option<u64>,
-    /// Delay until the event left the detector, from the start, or once the slide has ended from
-    /// its end, microseconds.
+    /// Delay from the slide's start, or from its end if it has ended, until the event left the
+    /// detector, microseconds.
     pub reported_after_us: u32,
 }
 
@@ -151,8 +151,8 @@ pub struct Health {
     pub t_us: u64,
     /// Frames since start-up; wraps after 206 days.
     pub frames: u32,
-    /// Conversions lost: overruns of the queue and gaps in the scan. If a chip ran with wrong
-    /// registers, it may have been faster: then the maximum that it could have made is added.
+    /// Conversions lost: overruns of the queue and gaps in the scan. A chip that ran with wrong
+    /// registers may have converted faster, so the maximum possible number is added.
     pub conversions_lost: u32,
     /// Conversions with OVF or SUPPLY set, with NEW missing, or of a channel outside the scan.
     pub conversions_doubtful: u32,
@@ -168,14 +168,14 @@ pub struct Health {
     pub faults: [u32; KINDS],
     /// Requests that arrived damaged.
     pub requests_damaged: u32,
-    /// Minimum number of bytes of requests that were lost because the board read too late.
+    /// Lower bound on the number of request bytes that were lost because the board read too late.
     pub bytes_overrun: u32,
     /// Maximum number of bytes of the stack in use since start-up; zero if not measured, as on a
     /// PC.
     pub stack_used_bytes: u32,
     /// Size of the stack, bytes; zero if not measured.
     pub stack_bytes: u32,
-    /// True frame rate by the board's clock, hertz; zero until measured.
+    /// Measured frame rate by the board's clock, hertz; zero until measured.
     pub frame_rate_hz: f32,
     /// Fraction of time that the processor was busy, 0 to 1; zero if not measured.
     pub load: f32,

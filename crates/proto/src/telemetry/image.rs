@@ -27,8 +27,7 @@ pub struct Pressed {
     pub sigma_v: f32,
 }
 
-/// The static image, sent at the end of a hold. A hold without 0.1 s of uninterrupted rest has
-/// none.
+/// The pressure map of a hold, sent at its end, unless the hold lacks 0.1 s of uninterrupted rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Image {
     /// Device time of the first frame of the mean, microseconds.
@@ -39,7 +38,7 @@ pub struct Image {
     pub frames: u32,
     /// Hold before or after the slide.
     pub hold: Hold,
-    /// Working taxels. A dead taxel had an untrustworthy conversion in the hold, or has no noise
-    /// and the same code as before the touch.
+    /// Working taxels. A taxel is dead if a conversion in the hold cannot be trusted, or if it has
+    /// no noise and the same code as before the touch.
     pub taxels: Vec<Pressed, TAXELS>,
 }

@@ -2,20 +2,20 @@
 
 use super::events::Events;
 
-/// Time by which a greeting or `health` may be older than the event before, microseconds: a window
-/// may end a frame after the latest conversion, and the slowest plan has 12 frames a second.
+/// Time by which a greeting or `health` may be older than the previous event, microseconds: a
+/// window may end a frame after the latest conversion, and the slowest plan has 12 frames a second.
 const EARLY_US: u64 = 100_000;
 
 /// Detects a restart of a device by its time, which begins at zero: greetings and `health` have the
-/// time at which they are created, so one that is older than the event before belongs to a new run.
-/// All readers use this; packet numbers cannot tell, because they wrap.
+/// time at which they are created, so one that is older than the previous event belongs to a new
+/// run. All readers use this, because packet numbers wrap and cannot show a restart.
 #[derive(Clone, Debug, Default)]
 pub struct Starts {
     latest_us: Option<u64>,
 }
 
 impl Starts {
-    /// Creates a detector before the first event.
+    /// Creates a detector that has seen no event.
     pub const fn new() -> Self {
         Self { latest_us: None }
     }

@@ -15,7 +15,7 @@ pub type Overtones = [[f32; 2]; 3];
 pub struct Texture {
     /// Device time of the end of the estimate's window, microseconds.
     pub t_us: u64,
-    /// Scan plan of the window: `power_v2` is that of its inputs.
+    /// Scan plan of the window; `power_v2` refers to its inputs.
     pub plan: Plan,
     /// Spatial period, millimetres.
     pub period_mm: f32,

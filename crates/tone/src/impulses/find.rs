@@ -11,14 +11,15 @@ use crate::window_frames::WindowFrames;
 
 /// Threshold for an impulse among some thousands of values, standard deviations.
 const Z_IMPULSE: f32 = 4.8;
-/// Threshold for a step between adjacent values, over that for a value: nearly the root of 2.
+/// Threshold for a step between adjacent values, relative to that for a value: about the root of 2,
+/// as a step has the noise of two values.
 const STEP: f32 = 1.41;
 /// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
 const MEAN_MAGNITUDE: f32 = 0.797_884_6;
 /// Maximum fraction of a window's values that may be impulses.
 const SHARE_MAX: f32 = 0.1;
 
-/// Visits the residuals of each frame, between those of the frames before and after.
+/// Visits the residuals of each frame together with those of the frames before and after.
 fn residuals(window: &mut WindowFrames, model: &Model, visit: &mut dyn FnMut(u32, &[Values; 3])) {
     let mut last = [[0.0; CHANNELS_MAX]; 3];
     let (mut count, mut numbers) = (0u32, [0; 2]);
@@ -38,8 +39,8 @@ fn residuals(window: &mut WindowFrames, model: &Model, visit: &mut dyn FnMut(u32
     }
 }
 
-/// Returns channel and value of the residuals that exceed their channel's limit and differ by as
-/// much from the frames before and after.
+/// Returns channel and value of the residuals that exceed their channel's limit and also stand out
+/// from the frames before and after.
 fn far_off<'v>(
     [before, values, after]: &'v [Values; 3],
     limits: &'v Values,
@@ -54,7 +55,8 @@ fn far_off<'v>(
     })
 }
 
-/// Replaces impulses in the residuals of a solution, and returns their number. `memory` is scratch.
+/// Finds impulses in the residuals of a solution, which later visits subtract. Returns their
+/// number; `memory` is scratch.
 #[inline(never)]
 pub fn replace(
     window: &mut WindowFrames,
@@ -68,8 +70,8 @@ pub fn replace(
         trajectory: *trajectory,
     };
     let width = window.width();
-    // The first limit is from all magnitudes, which impulses raise; the second from those below the
-    // first.
+    // The first limit comes from all magnitudes, so impulses raise it; the second from those below
+    // the first.
     let mut limits = [f32::INFINITY; CHANNELS_MAX];
     for round in 0..2 {
         let (mut magnitudes, mut max) = ([Sum::default(); CHANNELS_MAX], [0.0; CHANNELS_MAX]);

@@ -10,7 +10,8 @@ use crate::workspace::Workspace;
 use core::hint::black_box;
 
 impl Late {
-    /// Waves of a solution; `None` unless the fit is along a path of several frames.
+    /// Takes the waves from a solution. Returns `None` unless the fit is along a path of several
+    /// frames.
     fn new(
         window: &WindowFrames,
         solution: &Solution,
@@ -38,15 +39,16 @@ impl Late {
             trajectory: *trajectory,
             lines: solution.shape.lines,
             waves,
-            // `black_box`: otherwise the compiler would call the only such function directly.
+            // Without `black_box`, the compiler would call the only such function directly, and
+            // link it.
             subtract: black_box(Self::take_change),
         };
         late.mean = late.mean_response(&window.domain);
         Some(late)
     }
 
-    /// Computes the effect of the delays from the latest solution; later visits subtract it. False,
-    /// without a correction, if the effect is below the noise.
+    /// Computes the effect of the delays from the latest solution; later visits subtract it.
+    /// Returns false, and corrects nothing, if the effect is below the noise.
     #[inline(never)]
     pub fn take_out(
         window: &mut WindowFrames,

@@ -50,7 +50,7 @@ async fn main(_spawner: embassy_executor::Spawner) {
     // High before the bus starts: the chip must not be selected while SCLK and DIN change.
     let cs = Output::new(p.PB6, Level::High, Speed::Medium);
     let cs = SettledCs::new(cs, Cycles, CONFIG.clock_hz, SCLK_HZ);
-    let mut bus = spi::Config::default(); // in mode 0, as the chip wants it
+    let mut bus = spi::Config::default(); // in mode 0, as the chip requires
     bus.frequency = Hertz(SCLK_HZ);
     let (tx, rx) = (p.DMA2_CH3, p.DMA2_CH0);
     let bus = Spi::new(p.SPI1, p.PA5, p.PA7, p.PA6, tx, rx, Irqs, bus);
