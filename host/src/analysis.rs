@@ -146,7 +146,7 @@ fn residual_spectrum(
     for (volts, found) in volts.iter().zip(whole) {
         let Some(found) = found else { continue };
         let residual = volts.iter().zip(&found.fit_v);
-        // A missing value has no residual.
+        // Count missing values as zero.
         let residual = residual.map(|(v, fit)| v.map_or(0.0, |v| f64::from(v) - f64::from(*fit)));
         lines_of.add(harmonics::about_line(volts), residual.collect());
     }
@@ -419,7 +419,7 @@ mod tests {
         assert_eq!([0, 1, 2].map(|taxel| slot_s(&plan, taxel)), [0.0; 3]);
     }
 
-    /// The expected order of a scan is the driver's own.
+    /// Takes the expected order of a scan from the driver.
     #[test]
     fn a_taxel_is_as_late_as_its_conversion() {
         for plan in [

@@ -104,7 +104,7 @@ svg .odd{fill:#1c2026}svg .axis{stroke:#aab}svg .grid{stroke:#2c3138}svg .slide{
 svg .window,svg .edge{stroke:#6bb8f0}svg .bar,svg .reference{stroke:#eee}svg .data,svg .dot{stroke:#99a3b3}\
 svg .fit{stroke:#ff9a5c}svg .c0{stroke:#6bb8f0}svg .c1{stroke:#ff9a5c}svg .c2{stroke:#4fd0a4}svg .c3{stroke:#ff7fb0}}";
 
-/// Widths of a character in a small label and in any other label, rounded up, pixels.
+/// Widths of a character in small labels and in all other labels, rounded up, pixels.
 const CHARACTER: f64 = 6.4;
 const WIDE_CHARACTER: f64 = 7.0;
 
@@ -123,7 +123,7 @@ impl Axis {
         self.at.0 + (self.at.1 - self.at.0) * (scaled(value) - from) / (to - from)
     }
 
-    /// Returns round values within the range, about `wanted` of them if it is evenly divided.
+    /// Returns round values within the range, about `wanted` of them on a linear axis.
     fn ticks(&self, wanted: u32) -> Vec<(f64, String)> {
         let (from, to) = self.range;
         if self.is_log {
@@ -273,7 +273,7 @@ impl Look {
         }
     }
 
-    /// A marker's corners around its middle, x and y in turn.
+    /// Returns a marker's vertices relative to its centre, as alternating x and y, and its class.
     fn marker(self) -> Option<(&'static [f64], String)> {
         const SHAPES: [&[f64]; 4] = [
             &[-3.2, -3.2, 3.2, -3.2, 3.2, 3.2, -3.2, 3.2, -3.2, -3.2],

@@ -13,8 +13,8 @@ const MISSING_MAX: f64 = 0.2;
 /// Length of a gap, as a fraction of the whole time, above which it separates two recordings.
 const PAUSE_SHARE: f64 = 0.5;
 
-/// Maximum distance of stamps from multiples of a supplied spacing, as a fraction of it, for them
-/// to show which rows are missing.
+/// Maximum distance of stamps from multiples of a supplied spacing, as a fraction of the spacing.
+/// Stamps closer than this show which rows are missing.
 const ON_GRID: f64 = 0.2;
 
 /// Standard deviation of the spacings, as a fraction of their mean, above which rows may have been
@@ -82,7 +82,7 @@ impl Grid {
     }
 
     /// Returns the same rows at their stamped times if these scatter about the grid. The readings
-    /// can tell whether the sampling was uneven or only its stamps.
+    /// can show whether the sampling or only the stamps were uneven.
     pub fn at_own_times(&self, time_s: &[f64]) -> Option<Self> {
         (self.scatter > SCATTER_MAX).then(|| Self::uneven(time_s))
     }

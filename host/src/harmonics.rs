@@ -1,5 +1,5 @@
 //! Fits all harmonics of a known frequency to one channel by least squares, for display. The
-//! frequency is the estimator's; nothing is searched here.
+//! estimator supplies the frequency; it is not searched for here.
 
 use serde::Serialize;
 use std::f64::consts::TAU;

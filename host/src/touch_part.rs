@@ -1,4 +1,4 @@
-//! `fit` of the slide in a recording, which follows a contact and a hold.
+//! Fits the slide in a recording, which follows a contact and a hold.
 
 use crate::digits::significant;
 use crate::frames::{Frames, Reading, may_be_touch};

@@ -102,7 +102,7 @@ impl Strips {
         svg.finish()
     }
 
-    /// Fewer channels get higher rows.
+    /// Returns the height of a row, which is larger with fewer channels.
     fn row_height(&self) -> f64 {
         (720.0 / self.strips.len().max(1) as f64).clamp(46.0, 130.0)
     }

@@ -37,8 +37,8 @@ const SPARE_S: f64 = 60.0;
 /// Stride to store as a test, seconds, and an alternative if the first is already in force.
 const STRIDES_S: [f32; 2] = [0.3, 0.35];
 
-/// Talks to the board. A failure is put in [`Observations::ended`]; settings are restored all the
-/// same.
+/// Talks to the board. Records a failure in [`Observations::ended`], and restores the settings even
+/// then.
 pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observations {
     let mut talk = Talk {
         feed,
@@ -142,7 +142,7 @@ impl Talk<'_> {
         heard?;
         self.lend_plan(found)?;
         let done = self.examine(plan, found);
-        // After a failure and after Ctrl-C, too.
+        // Restore the plan even after a failure or Ctrl-C.
         self.return_plan(found);
         done
     }

@@ -39,7 +39,7 @@ pub struct Summary {
 }
 
 impl Report {
-    /// `board` is the name of its port.
+    /// Judges the observations; `board` is the name of the board's port.
     pub fn new(board: String, seen: &Observations) -> Self {
         let checks = judge(seen);
         let is = |verdict| move |check: &&Check| check.verdict == verdict;

@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 /// The ends of the scale, codes (SBAS297G, data format).
 const SCALE: (i32, i32) = (-0x80_0000, 0x7f_ffff);
 
-/// Frames in a part in which a line is measured: two seconds. Mains frequency is steady for that
-/// long, and 120 Hz is resolved from its alias at 121.1 Hz at 241.14 frames a second.
+/// Frames in each part over which a line is measured: two seconds. The mains frequency is steady
+/// for that long, and 120 Hz is resolved from its alias at 121.1 Hz at 241.14 frames per second.
 const LINE_FRAMES: usize = (2.0 * FRAME_RATE_HZ) as usize;
 
 /// Frames in a straight-line fit of the time stamps: ten seconds, in which crystals drift by less
@@ -23,8 +23,8 @@ fn codes(frames: &[Raw], input: usize) -> impl Iterator<Item = f64> {
         .map(move |frame| f64::from(frame.codes[input]))
 }
 
-/// Returns the inputs whose code never changes, and those at an end of the scale in one frame of a
-/// hundred, as masks.
+/// Returns masks of the inputs whose code never changes, and of those at an end of the scale in at
+/// least 1 % of the frames.
 pub fn dead_and_railed(frames: &[Raw]) -> (u16, u16) {
     let (mut dead, mut railed) = (0, 0);
     for input in 0..TAXELS {
@@ -94,7 +94,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Returns `None` with less than a second of frames.
+    /// Fits a clock to the frames; `None` for less than a second of frames.
     pub fn of(frames: &[Raw]) -> Option<Self> {
         let (first, last) = (frames.first()?, frames.last()?);
         let count = last
@@ -119,7 +119,7 @@ impl Clock {
     }
 }
 
-/// Returns the residuals of the least-squares line of time over frame number.
+/// Returns the residuals of a least-squares line of time against frame number.
 fn residuals_us(frames: &[Raw]) -> Vec<f64> {
     let Some(first) = frames.first() else {
         return Vec::new();

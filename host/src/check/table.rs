@@ -35,8 +35,8 @@ const OFFSET_V: Limits = Limits::off(250e-6, 1e-3);
 /// Maximum deviation of the gain from 1: own limits; voltages are off by the same fraction. The
 /// reference's own tolerance cancels.
 const GAIN: Limits = Limits::off(0.005, 0.02);
-/// Deviation of the rate from nominal, ppm: what two crystals may reach with their capacitors, and
-/// the firmware's limit for the fault `clock`.
+/// Deviation of the rate from nominal, ppm: the largest expected of two crystals with their
+/// capacitors, and the firmware's limit for the fault `clock`.
 const RATE_PPM: Limits = Limits::off(200.0, 5000.0);
 /// Noise relative to the datasheet, whose figures are typical.
 const NOISE: Limits = Limits::up_to(1.5, 3.0);

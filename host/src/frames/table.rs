@@ -149,8 +149,8 @@ impl Table {
         let settings = Settings::DEFAULT.with_plan(self.plan);
         Settings {
             array,
-            // A PC fits faster than the chip, for which a plan's stride is chosen. Each window is
-            // reported whole.
+            // Use a shorter stride than the plan's, which is chosen for the chip, but one long
+            // enough that each window is reported as a whole estimate.
             stride_s: (STRIDE_FRACTION * settings.window_s).max(TRACK_STRIDE_S),
             ..settings
         }
@@ -385,7 +385,7 @@ impl Survey {
         }
     }
 
-    /// Numbers the first rows.
+    /// Starts the clock from the first rows, and numbers these.
     fn start_clock(&mut self) {
         if self.clock.is_some() || self.head.is_empty() {
             return;

@@ -1,6 +1,7 @@
 //! The clock of a recording's rows: derives row numbers and the even spacing from time stamps.
 
-/// Distance between stamps above which rows are missing in between, spacings.
+/// Rows are missing between two stamps that are further apart than this, in units of the row
+/// spacing.
 const GAP: f64 = 1.5;
 
 /// Number of rows over which the first guess of the spacing is taken, which reduces the effect of

@@ -5,7 +5,7 @@ use super::rows::Rows;
 use hal_mock::FileError;
 use std::path::Path;
 
-/// A table with at least one row and any number of columns, at least one.
+/// A table with at least one row and one column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     file: String,

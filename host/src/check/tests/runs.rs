@@ -1,5 +1,5 @@
 //! Whole runs against a simulated board: faults of its chip, bus, line and settings are reported,
-//! and the board has its own settings again whatever happens.
+//! and the board's own settings are restored in every case.
 
 use super::bench::Bench;
 use super::{Fail, Inputs, Observations, Plan, Skipped, Verdict, find, judge, wrong};
@@ -16,8 +16,8 @@ use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Hello, PROTOCOL, Packet};
 
-/// The change to a healthy board, the checks that warn or fail in their order, and part of the
-/// first one's finding.
+/// Change to a healthy board; the checks that then warn or fail, in order; and part of the first
+/// one's finding.
 type Case = (fn(&mut Bench), &'static str, &'static str);
 
 /// One line per case: the board and its change, the checks, the words.
@@ -55,7 +55,7 @@ fn cases() -> Vec<Case> {
             1001 => bytes[3] ^= 8,
             _ => {}
         });
-        // Instead of the fifth `health` the board greets as after a start.
+        // The board sends the greeting of a start instead of the fifth `health`.
         "losses Fail" "1 restarts of the board" => |bench| {
             let (mut greeting, mut healths) = (None, 0);
             bench.altered = Box::new(move |packet| match &packet.event {
