@@ -1,4 +1,4 @@
-//! Runs the firmware image that gets flashed on the register model of its board, in front of a
+//! Runs the firmware image, as it is flashed, on the register model of its board, in front of a
 //! scene, as fast as possible. [`feed::Emulated`](crate::feed::Emulated) runs it in real time.
 
 pub mod image;
@@ -78,8 +78,8 @@ pub struct Outcome {
     /// Conversions with at least one undamaged read. A conversion that was read only once counts
     /// only if it is the last.
     pub arrived: u64,
-    /// Conversions that the board has read only once, so that nothing confirms them: the next one
-    /// was ready before.
+    /// Conversions that the board read only once before the next one was ready, so that no second
+    /// read confirms them.
     pub read_once: u64,
     /// Times at which injected faults acted, nanoseconds of board time.
     pub injected: Vec<hal_mock::Injected>,
@@ -117,8 +117,8 @@ pub struct SentByte {
 pub type Sink<'a> = dyn FnMut(&Packet, f64) -> Result<()> + 'a;
 
 /// The PC's end of the line, packet by packet: takes the board's time and a received packet with
-/// its [`SentByte::left_s`], and returns the bytes to send. Called with every packet, and with none
-/// whenever the board has sent anything else.
+/// its [`SentByte::left_s`], and returns the bytes to send. Called for every packet, and without
+/// one in each step in which nothing arrives.
 pub type Talk<'a> = dyn FnMut(Duration, Option<(&Packet, f64)>) -> Result<Vec<u8>> + 'a;
 
 /// The PC's end of the line: takes the board's time and the received bytes, and returns the bytes

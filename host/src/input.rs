@@ -94,7 +94,7 @@ impl Input {
         }
     }
 
-    /// Returns options of the chip for any scene.
+    /// Returns the chip's options, which are the same for any scene.
     fn options(&self) -> Options {
         Options {
             seed: self.seed,

@@ -40,8 +40,8 @@ fn is_terminal_gone() -> bool {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
     use std::io::IsTerminal;
     use std::sync::LazyLock;
-    // Asked at the start, because a closed terminal no longer counts as one. If standard input is
-    // not a terminal, keys come from elsewhere, and its end means nothing.
+    // Check once at the start, because a closed terminal no longer counts as one. If standard input
+    // is not a terminal, keys do not come from it, and its end is ignored.
     static IS_TERMINAL: LazyLock<bool> = LazyLock::new(|| std::io::stdin().is_terminal());
     let stdin = std::io::stdin();
     let mut ends = [PollFd::new(&stdin, PollFlags::IN)];

@@ -52,9 +52,9 @@ pub struct Listener {
 pub enum Heard {
     /// A packet, with the time of its receipt if known.
     Packet(Box<Packet>, Option<Receipt>),
-    /// The board at this name is connected.
+    /// The board of this name is connected.
     Connected(String),
-    /// The board at this name is disconnected, for this reason; the feed waits for it.
+    /// The board of this name is disconnected, for this reason; the feed waits for it.
     Disconnected(String, String),
     Over,
 }

@@ -67,7 +67,7 @@ impl Requests {
         self.current.is_none() && self.queue.is_empty()
     }
 
-    /// Returns the bytes to send now; mostly none.
+    /// Returns the bytes to send now, usually none.
     pub fn due(&mut self, now: Duration) -> Result<Vec<u8>> {
         if self.current.is_none() {
             let Some(command) = self.queue.pop_front() else {

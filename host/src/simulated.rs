@@ -47,7 +47,7 @@ pub trait Surroundings {
     /// Called before `detect` takes this conversion.
     fn read(&mut self, _conversion: &TimedConversion, _board: &SimulatedBoard) {}
 
-    /// Takes the bytes that the board has sent, mostly none. Returns the bytes that the board
+    /// Takes the bytes that the board has sent, usually none. Returns the bytes that the board
     /// receives.
     fn exchange(&mut self, board: &SimulatedBoard, sent: &[u8]) -> Result<Vec<Received>>;
 }

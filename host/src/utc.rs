@@ -20,11 +20,11 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Length of a block of board time, of which only the minimum delay is kept, seconds.
 const BLOCK_S: f64 = 0.25;
 
-/// Delays within this much board time before or after a moment are used, seconds; a crystal drifts
-/// with temperature more slowly than this.
+/// Board time before and after a moment from which delays are used, seconds. A crystal drifts with
+/// temperature more slowly than this.
 const REACH_S: f64 = 600.0;
 
-/// Delays within this much board time are used for the height of the line, seconds.
+/// Board time around a moment whose delays determine the height of the line, seconds.
 const NEAR_S: f64 = 15.0;
 
 /// A slope is significant if it changes the delay over its span by five times the scatter of the
@@ -288,8 +288,9 @@ mod tests {
         assert!(sigma_s(1.0).is_some_and(|sigma_s| sigma_s > LEAST_S));
     }
 
-    /// Frames of a board whose clock is slow by `slow` and started at `begun_s`. Delays are
-    /// `least_s`, plus an exponential part with a mean of a millisecond, and sometimes 16 ms.
+    /// Returns a clock that has taken the frames of a board that is slow by `slow` and started at
+    /// `begun_s`. Delays are `least_s`, plus an exponential part with a mean of a millisecond, and
+    /// sometimes 16 ms.
     fn clock(slow: f64, begun_s: f64, lasts_s: f64, seed: u64) -> UtcClock {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut clock = UtcClock::default();

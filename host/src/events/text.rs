@@ -52,7 +52,7 @@ pub fn text(packet: &Packet) -> String {
             "raw",
             &format!("frame {}, codes {:?}", e.number, e.codes),
         ),
-        // An event that has no words of its own.
+        // Events without a format of their own.
         #[allow(unreachable_patterns)]
         event => line(event.t_us().unwrap_or(0), &kind(packet), &values(packet)),
     }

@@ -1,5 +1,5 @@
-//! MCAP (<https://mcap.dev>): the topics, schemas and messages of `serve`, with UTC times. No
-//! compression, which would need C.
+//! MCAP (<https://mcap.dev>): the topics, schemas and messages of `serve`, with UTC times. Not
+//! compressed, because that would need a C library.
 
 use super::packets::packets;
 use crate::digits::time_s;
@@ -19,8 +19,8 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 use std::path::Path;
 
-/// Writes all packets. Reads the recording twice: channels come first, and the relation of the
-/// board's clock to UTC takes the whole recording.
+/// Writes all packets. Reads the recording twice: the channels come first in the file, and relating
+/// the board's clock to UTC takes the whole recording.
 ///
 /// `log_time` is the UTC time of a message's event, `publish_time` that of its receipt. Without
 /// times of receipt both are device time.

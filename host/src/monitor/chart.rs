@@ -11,7 +11,7 @@ use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 use ridgetone_proto::telemetry::Status;
 
-/// Minimum height of the chart, as a fraction of the frequency. With a smaller one, changes of a
+/// Minimum height of the chart, as a fraction of the frequency. In a lower chart, changes of a
 /// millionth would look like noise.
 const LEAST_SHARE: f64 = 1e-4;
 

@@ -9,7 +9,7 @@ use std::fmt::Display;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
-    /// Every frame. Best effort; all others are reliable.
+    /// Every frame, delivered with best effort; all other topics are reliable.
     Frames,
     /// Touches: contact, motion, slide, release, static image.
     Contact,

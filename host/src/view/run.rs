@@ -119,8 +119,8 @@ struct Fitted<'a> {
 }
 
 impl Run {
-    /// Opens a run. Telemetry is read as it is, but goes through the library first if it was
-    /// exported or has new settings. Other files are tables.
+    /// Opens a run. Telemetry that was exported or has new settings goes through the library first;
+    /// other telemetry is read unchanged. Other files are tables.
     pub fn open(name: &str, path: &Path, how: &How) -> Result<Self> {
         let mut run = Self {
             name: name.to_owned(),

@@ -58,7 +58,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Serves these paths behind the guard, at the first free one of the loopback addresses.
+    /// Serves these paths behind the guard, at the first of these loopback addresses that is free.
     pub fn start(addresses: &[SocketAddr], routes: Router) -> Result<Self> {
         let listener = TcpListener::bind(addresses)
             .with_context(|| format!("a page cannot be served at {}", listed(addresses)))?;
