@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 /// Number of packets of a recording between two checks for Ctrl-C.
 const SIGNALS_EVERY: u64 = 256;
 
-/// Returns the guesses about a file, with its name.
+/// Returns the guesses about a file, prefixed with its name.
 fn named(name: &str, guessed: Option<&String>) -> impl Iterator<Item = String> {
     guessed
         .map(|guessed| format!("{name}: {guessed}"))
@@ -126,7 +126,7 @@ fn joined(
     }
 }
 
-/// The fit's object as JSON, remarks, and the fit itself.
+/// Fits the samples. Returns the fit's JSON object, remarks, and the fit itself.
 #[pyfunction]
 pub fn fit(
     py: Python<'_>,
@@ -262,7 +262,7 @@ impl Played {
         Ok(())
     }
 
-    /// A recording's own frames: its picture if it is wanted, and what to look at.
+    /// Replays a recording's own frames. Returns a picture if requested, and remarks.
     fn frames(
         &mut self,
         samples: &samples::Samples,
@@ -290,7 +290,7 @@ impl Played {
         Ok((svg, remarks))
     }
 
-    /// The same of a scene in front of the simulated chip.
+    /// Plays a scene to the simulated chip. Returns a picture if requested, and remarks.
     fn scene(
         &mut self,
         scene: Sliding,
@@ -301,7 +301,7 @@ impl Played {
         let (mut conversions, is_drawn) = (Vec::new(), self.is_drawn);
         let mut sink = |packet: &Packet| {
             self.take(packet)?;
-            // Health comes every second of the scene: often enough for Ctrl-C.
+            // Called at least once per second of the scene, with `health`: often enough for Ctrl-C.
             Ok(Python::attach(|py| py.check_signals())?)
         };
         let mut watch = |conversion| conversions.extend(is_drawn.then_some(conversion));
