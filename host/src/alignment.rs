@@ -10,7 +10,7 @@ pub struct Alignment {
     pub file: String,
     /// Delay of each taxel's reading after the frame's position, frames.
     pub skew_frames: [f32; TAXELS],
-    /// Time constant of the low-pass, seconds; positions are taken this much earlier.
+    /// Time constant of the low-pass in seconds; positions are taken this much earlier.
     pub low_pass_s: f64,
     /// Standard deviation of the unknown common delay of all positions, seconds.
     pub sigma_s: f64,

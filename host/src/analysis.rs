@@ -12,7 +12,7 @@ use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Power of an empty bin, decibels: below the noise floor of 24 bits and 16 channels.
+/// Power of an empty bin in decibels: below the noise floor of 24 bits and 16 channels.
 const DB_MIN: f32 = -120.0;
 
 /// Half-width of the noise band around a line, cycles per window, as in the estimator
@@ -33,11 +33,11 @@ pub struct Spectrum {
     pub until_s: f64,
     /// True for the window of the latest estimate, false for the latest frames.
     pub of_estimate: bool,
-    /// Bin spacing, hertz; the first bin is at 0 Hz.
+    /// Bin spacing in hertz; the first bin is at 0 Hz.
     pub bin_hz: f64,
-    /// Fraction of the channels' power in each bin, decibels: 0 if all power is in one line.
+    /// Fraction of the channels' power in each bin, in decibels: 0 if all power is in one line.
     pub power_db: Vec<f32>,
-    /// Frequency of the strongest line, searched between the bins too, hertz.
+    /// Frequency of the strongest line, which may lie between bins, hertz.
     pub strongest_hz: Option<f64>,
     /// Harmonics of the reported tone, fundamental first; empty unless this is the window of an
     /// estimate with a tone.
@@ -69,7 +69,7 @@ pub struct Curves {
     pub t_s: Vec<f64>,
     /// Voltages of each taxel; `None` where they are missing or doubtful.
     pub read_v: Vec<Vec<Option<f32>>>,
-    /// Offset and fundamental of each taxel, volts; `None` if the fit left it out.
+    /// Offset and fundamental of each taxel in volts; `None` if the fit left it out.
     pub tone_v: Vec<Option<Vec<f32>>>,
     /// The whole fit of each taxel: baseline, all harmonics, interferer.
     pub fit_v: Vec<Option<Vec<f32>>>,

@@ -78,7 +78,7 @@ pub struct Measuring {
     pub speed_mm_s: Option<f64>,
     /// Plan for scenes; recordings have their own.
     pub plan: Plan,
-    /// True to use windows that are not good, too.
+    /// True to use windows of any status, not only good ones.
     pub accepts_any: bool,
 }
 
@@ -131,7 +131,7 @@ fn measure(
     let array = Array {
         pitch_mm,
         edge_phase_rad: 0.0,
-        // No correction: the lag itself is measured.
+        // Do not correct: the lag itself is to be measured.
         edge_phase_sigma_rad: 0.0,
         period_min_mm: 0.98 * near,
         period_max_mm: (PULLED_MAX * near).min(PITCHES_MAX * pitch_mm),

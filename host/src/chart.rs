@@ -251,7 +251,7 @@ fn shade(svg: &mut Svg, shape: &str, level: u8) {
 pub enum Look {
     Line(usize),
     Marked(usize),
-    /// Dots alone, in the colour of this number.
+    /// Only dots, in the colour of this number.
     Dots(usize),
     /// Measured samples: thin and grey.
     Data,

@@ -23,7 +23,7 @@ use std::time::Duration;
 /// Board time between two exchanges with the PC, nanoseconds.
 const STEP_NS: u64 = 1_000_000;
 
-/// Board time after the end of a scene, seconds: enough for the last fit and one more health
+/// Board time in seconds after the end of a scene: enough for the last fit and one more health
 /// report.
 const TAIL_S: f64 = 1.1;
 
@@ -81,15 +81,15 @@ pub struct Outcome {
     /// Conversions that the board read only once before the next one was ready, so that no second
     /// read confirms them.
     pub read_once: u64,
-    /// Times at which injected faults acted, nanoseconds of board time.
+    /// Times at which injected faults took effect, in nanoseconds of board time.
     pub injected: Vec<hal_mock::Injected>,
     pub registers: [u8; hal_mock::chip::REGISTERS],
     /// Conversions read, with the firmware's time of their DRDY edge, if
     /// `Options::keep_conversions`.
     pub conversions: Vec<TimedConversion>,
-    /// Board time at which START first rose, microseconds: scene time zero.
+    /// Board time in microseconds at which START first rose: scene time zero.
     pub start_us: u64,
-    /// Board time of the first DRDY edge, microseconds: device time zero.
+    /// Board time in microseconds of the first DRDY edge: device time zero.
     pub first_edge_us: u64,
     /// Board time at the end, microseconds.
     pub end_us: u64,
@@ -98,8 +98,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Returns device time zero in scene time, seconds: scene time begins when the board starts the
-    /// chip, device time with the first result.
+    /// Returns device time zero in scene time (seconds): scene time begins when the board starts
+    /// the chip, device time with the first result.
     pub fn zero_s(&self) -> f64 {
         (self.first_edge_us as f64 - self.start_us as f64) / 1e6
     }
@@ -109,7 +109,7 @@ impl Outcome {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SentByte {
     pub byte: u8,
-    /// Device time at the end of the byte's stop bit, seconds; 0 before the first conversion.
+    /// Device time in seconds at the end of the byte's stop bit; 0 before the first conversion.
     pub left_s: f64,
 }
 
@@ -143,7 +143,7 @@ fn board_on(firmware: &Firmware, input: Opened, internal_ppm: Option<i32>) -> Re
     emulator.map_err(|failure| anyhow!("{failure}"))
 }
 
-/// Returns the input of a board whose finger nothing touches.
+/// Returns the input of a board while nothing touches the finger.
 pub fn untouched(firmware: &Firmware) -> Opened {
     if !Board::OWN_ADC.contains(&firmware.board) {
         return Opened::untouched();
@@ -158,7 +158,7 @@ pub fn untouched(firmware: &Firmware) -> Opened {
     }
 }
 
-/// Returns scene time, seconds; `None` before the converter has started.
+/// Returns scene time in seconds; `None` before the converter has started.
 fn scene_s(emulator: &mut Emulator) -> Option<f64> {
     let zero_ns = emulator
         .adc()

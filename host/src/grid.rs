@@ -33,7 +33,7 @@ pub struct Grid {
     pub stamped_hz: Option<f64>,
     /// Position of each row on the grid, in sampling intervals from the first row.
     pub places: Vec<usize>,
-    /// Times of the rows from the first one, seconds, if they are not evenly spaced (the rate is
+    /// Times of the rows in seconds from the first one, if they are not evenly spaced (the rate is
     /// then the mean); otherwise empty.
     pub uneven_s: Vec<f64>,
     /// Standard deviation of the spacings, as a fraction of their mean; zero if rounding of the
@@ -87,7 +87,7 @@ impl Grid {
         (self.scatter > SCATTER_MAX).then(|| Self::uneven(time_s))
     }
 
-    /// Returns the positions of all sampling intervals, millimetres from the first, by linear
+    /// Returns the positions of all sampling intervals (millimetres from the first) by linear
     /// interpolation between the rows' values in a column. NaN marks a missing value.
     pub fn positions_mm(&self, column: &Column, values: &[f64]) -> Result<Vec<f32>, String> {
         let mm_per_unit = column.mm_per_unit(values)?;

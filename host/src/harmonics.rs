@@ -220,7 +220,7 @@ mod tests {
         }
         assert_eq!(found.harmonics.len(), 2);
         assert!(found.residual_v < 1e-7, "{}", found.residual_v);
-        // The fit has a value at the missing sample too.
+        // The fit also has a value at the missing sample.
         assert!((f64::from(found.fit_v[17]) - truth(t_s[17])).abs() < 1e-7);
         let without = fit(&t_s, &volts, 4.17, 1, Some(50.0)).unwrap();
         assert!(

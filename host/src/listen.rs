@@ -129,7 +129,7 @@ impl Listener {
                     self.join(packet)?;
                 }
                 if self.greeting.answered(&packet.event).is_some() {
-                    // This is the only request.
+                    // The greeting is the only request in this queue.
                     return Ok(None);
                 }
                 if let Some((_, outcome)) = self.requester.answered(packet)

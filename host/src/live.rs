@@ -237,7 +237,7 @@ impl Live {
             _ => false,
         };
         if !is_usual {
-            // The text of an image has more lines: its map, which the log does not need.
+            // Log only the first line of an image; the others are its map.
             self.note(events::text(packet).lines().next().unwrap_or_default());
         }
     }

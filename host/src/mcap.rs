@@ -19,7 +19,8 @@ pub enum McapError {
 pub struct JsonMessages {
     /// Topics and texts, in the file's order.
     pub messages: Vec<(String, Vec<u8>)>,
-    /// Offset of the first incomplete record, bytes, if the file was cut off; `messages` end there.
+    /// Offset in bytes of the first incomplete record, if the file was cut off; `messages` end
+    /// there.
     pub cut_at: Option<usize>,
 }
 

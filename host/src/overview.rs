@@ -106,7 +106,7 @@ impl Recorded {
             units: chosen.iter().map(|at| units[*at].clone()).collect(),
             is_dated: rows.is_dated() && date(part.times_s[0]).is_some(),
             levels: columns.iter().map(|values| middle(values)).collect(),
-            // Files of other instruments, and files without a rate, show no touches.
+            // Treat files of other instruments, and files without a rate, as having no touches.
             touches: touch_part::touches(samples, selection).unwrap_or_default(),
             times_s: part.times_s,
             columns,

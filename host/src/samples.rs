@@ -227,7 +227,7 @@ impl RowReader for ArrayRows {
 /// Bytes read from the beginning of an input to detect its form.
 const LOOK_BYTES: u64 = 1 << 16;
 
-/// Maximum size of a recording from a pipe, bytes: about a week of a fast instrument.
+/// Maximum size in bytes of a recording from a pipe: about a week of a fast instrument.
 const KEPT_MAX: u64 = 4 << 30;
 
 /// Copies `input` to a temporary file, which is removed when it is no longer used. A device may

@@ -200,7 +200,7 @@ struct Interrupt {
     /// True if an edge has fallen and `drdy` has not run since.
     is_pending: Cell<bool>,
     is_muted: Cell<bool>,
-    /// Board time of the next edge, nanoseconds, as known when `drdy` began or at the latest
+    /// Board time of the next edge (nanoseconds), as known when `drdy` began or at the latest
     /// [`Interrupt::look`].
     ahead_ns: Cell<Option<u64>>,
     /// True if the scene has ended and the chip is no longer used.

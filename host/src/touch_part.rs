@@ -85,7 +85,7 @@ pub fn touches(samples: &Samples, selection: &Selection) -> Result<Touches> {
     Ok(found(samples, selection)?.0)
 }
 
-/// Returns the touches, and the length of a table, seconds; 0 for telemetry.
+/// Returns the touches, and the length of a table in seconds; 0 for telemetry.
 fn found(samples: &Samples, selection: &Selection) -> Result<(Touches, f64)> {
     match samples.path().map(|path| (path, Form::of(path))) {
         Some((_, Ok(Form::Table))) | None => detected(samples, selection),

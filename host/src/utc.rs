@@ -45,7 +45,7 @@ const SLOPE_S: f64 = 10.0;
 pub struct Receipt {
     /// Nanoseconds since 1970.
     pub utc_ns: u64,
-    /// Duration of a byte on the line, seconds; 0 if there is no line.
+    /// Duration of a byte on the line in seconds; 0 if there is no line.
     pub byte_s: f64,
 }
 
@@ -71,7 +71,7 @@ impl Receipt {
 pub struct Utc {
     /// Nanoseconds since 1970.
     pub utc_ns: u64,
-    /// Standard deviation, seconds; `None` as long as there is only one minimum delay. A delay
+    /// Standard deviation in seconds; `None` as long as there is only one minimum delay. A delay
     /// common to all packets, such as the minimum delay of an adapter, is not included.
     pub sigma_s: Option<f64>,
     pub relation: Relation,
@@ -102,7 +102,7 @@ pub struct Relation {
 /// The clock of a board from one start to the next.
 #[derive(Clone, Debug, Default)]
 pub struct UtcClock {
-    /// UTC minus board time of the first packet, nanoseconds; delays are relative to this.
+    /// UTC minus board time of the first packet in nanoseconds; delays are relative to this.
     zero_ns: Option<i64>,
     /// Board time and delay of the packet with the minimum delay in each block, seconds.
     least: VecDeque<(f64, f64)>,
@@ -370,7 +370,7 @@ mod tests {
             (long.skew_ppm - 80.0).abs() < 3.0 * long.skew_sigma_ppm && long.skew_sigma_ppm < 3.0,
             "{long:?}"
         );
-        // The error of an internal oscillator is some percent, which is detected at once.
+        // The error of an internal oscillator is a few percent, which is detected at once.
         let internal = clock(0.03, 0.0, 4.0, 4).utc(2.0).expect("a time").relation;
         assert!((internal.skew_ppm - 3e4).abs() < 300.0, "{internal:?}");
         let short = clock(80e-6, 0.0, 2.0, 5).utc(1.0).expect("a time").relation;
@@ -426,7 +426,8 @@ mod tests {
 
     #[test]
     fn a_drift_over_an_hour_is_followed() {
-        // Two times 40 minutes with different skews: the middle of each half must follow its own.
+        // Two halves of 40 minutes with different skews: the middle of each must follow its own
+        // skew.
         let mut clock = UtcClock::default();
         let mut utc_s = 0.0;
         for second in 0..4800u64 {

@@ -111,7 +111,7 @@ struct Cutter<'a> {
     read: u64,
     /// Values of the row that was read last.
     row: Vec<f64>,
-    /// Times of the rows that the next window may need, seconds, and their values by column.
+    /// Times in seconds of the rows that the next window may need, and their values by column.
     times_s: Vec<f64>,
     columns: Vec<Vec<f64>>,
     /// Number in the file of the first row in `times_s`.

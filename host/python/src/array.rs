@@ -229,8 +229,8 @@ pub fn is_time(name: &str) -> bool {
     tables::is_time(name)
 }
 
-/// Returns the unit declared by the name of a time column, seconds; `None` if there is none. Fails
-/// for an unknown unit.
+/// Returns the unit declared by the name of a time column, in seconds; `None` if there is none.
+/// Fails for an unknown unit.
 #[pyfunction]
 pub fn declared_unit(name: &str) -> PyResult<Option<f64>> {
     tables::declared_seconds(name).map_err(|unit| {

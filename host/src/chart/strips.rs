@@ -1,4 +1,4 @@
-//! Strips: a row for each channel with all of its readings, and a few periods close up next to the
+//! Draws a row for each channel: all of its readings, and a close-up of a few periods with the
 //! fitted curve.
 //!
 //! Position and label distinguish the channels, dots and line distinguish readings and fit; colour
@@ -70,7 +70,7 @@ pub struct Strips {
     pub range: RangeInclusive<f64>,
     /// Range of the close-up; none without a tone.
     pub close: Option<RangeInclusive<f64>>,
-    /// True to draw all channels to one scale, in volts; otherwise each has its own.
+    /// True to draw all channels to one scale in volts; otherwise each has its own scale.
     pub is_in_volts: bool,
     pub phases: Option<Phases>,
     pub strips: Vec<Strip>,

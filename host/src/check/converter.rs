@@ -1,4 +1,4 @@
-//! Checks of the ADS1258 by its registers and by its own readings.
+//! Checks the ADS1258 by its registers and by its own readings.
 
 use super::observations::Observations;
 use super::verdict::{Judged, Limits, Outcome, Verdict, judged};

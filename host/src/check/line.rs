@@ -1,4 +1,4 @@
-//! Checks of the line, the settings, and what was lost or faulty while the board was watched.
+//! Checks the line, the settings, and losses and faults while the board was watched.
 
 use super::observations::{Lent, Observations};
 use super::verdict::{Outcome, Verdict, judged, skipped};

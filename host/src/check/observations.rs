@@ -95,8 +95,8 @@ pub struct Kept {
     pub not_restored: Option<String>,
 }
 
-/// Time before a contact and after a release that counts as touched, microseconds: a contact is not
-/// noticed at once, and the skin settles after a release.
+/// Time in microseconds before a contact and after a release that also counts as touched: a contact
+/// is not noticed at once, and the skin settles after a release.
 const MARGIN_US: u64 = 300_000;
 
 impl Watched {
@@ -147,7 +147,7 @@ impl Observations {
         }
     }
 
-    /// Returns the raw frames from the time in which the board was only listened to.
+    /// Returns the raw frames received while the board was only watched.
     pub fn frames(&self) -> Result<&[Raw], Judged> {
         match &self.need(&self.watched)?.frames[..] {
             [] => Err(judged(Verdict::Fail, "no frame was read", json!({}))),

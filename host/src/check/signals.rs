@@ -46,7 +46,7 @@ pub fn dead_and_railed(frames: &[Raw]) -> (u16, u16) {
     (dead, railed)
 }
 
-/// Returns the noise of an input, codes rms, from differences between neighbouring frames, so that
+/// Returns the noise of an input (codes rms) from differences between neighbouring frames, so that
 /// drifts do not count.
 pub fn noise(runs: &[&[Raw]], input: usize) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0u32);
@@ -59,8 +59,9 @@ pub fn noise(runs: &[&[Raw]], input: usize) -> Option<f64> {
     (count > 0).then(|| (sum / (2.0 * f64::from(count))).sqrt())
 }
 
-/// Returns the line of `frequency_hz` in an input, codes rms: mean power of parts of two seconds
-/// with a Hann window, which rejects tones and drifts 2 Hz away. `None` without a whole part.
+/// Returns the line at `frequency_hz` in an input (codes rms), from the mean power of parts of two
+/// seconds with a Hann window, which rejects tones and drifts 2 Hz away. `None` without a whole
+/// part.
 pub fn line(runs: &[&[Raw]], input: usize, frequency_hz: f64, frame_rate_hz: f64) -> Option<f64> {
     let (mut power, mut parts) = (0.0, 0u32);
     for part in runs.iter().flat_map(|run| run.chunks_exact(LINE_FRAMES)) {
@@ -78,7 +79,7 @@ pub fn line(runs: &[&[Raw]], input: usize, frequency_hz: f64, frame_rate_hz: f64
                 im + window * (code - mean) * sin,
             );
         }
-        // The window's mean is 1; the mean square of a tone is half its amplitude's.
+        // The window's mean is 1. The mean square of a tone is half its squared amplitude.
         let amplitude = 2.0 * re.hypot(im) / LINE_FRAMES as f64;
         (power, parts) = (power + amplitude.powi(2) / 2.0, parts + 1);
     }
@@ -125,7 +126,7 @@ fn residuals_us(frames: &[Raw]) -> Vec<f64> {
         return Vec::new();
     };
     let points = frames.iter().map(|frame| {
-        // Differences, so that f64 stays exact after weeks.
+        // Use differences, so that f64 stays exact after weeks.
         (
             f64::from(frame.number.wrapping_sub(first.number)),
             frame.t_us.wrapping_sub(first.t_us) as f64,

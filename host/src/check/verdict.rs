@@ -63,7 +63,7 @@ impl Limits {
         Self::between([-pass, pass], [-fail, fail])
     }
 
-    /// Limits of a value that is zero at best.
+    /// Limits of a value that is never negative and ideally zero.
     pub const fn up_to(pass: f64, fail: f64) -> Self {
         Self::between([0.0, pass], [0.0, fail])
     }

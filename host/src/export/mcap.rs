@@ -85,7 +85,7 @@ fn channels<W: Write + Seek>(file: &mut Writer<W>, hello: Option<&Hello>) -> Res
 struct Messages {
     json: JsonLines,
     streamed: Streamed,
-    /// The board's clock after each of its starts, as far as it was learned.
+    /// The board's clock after each of its starts, as learned in the first pass.
     clocks: Vec<UtcClock>,
     /// Starts found while learning the clocks.
     learned: Starts,

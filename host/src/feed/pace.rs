@@ -4,7 +4,7 @@ use crate::digits::seconds;
 use ridgetone_proto::telemetry::{Events, Packet};
 use std::time::{Duration, Instant};
 
-/// Longest pause between two packets, seconds: a connected board sends something every second.
+/// Longest pause between two packets in seconds: a connected board sends something every second.
 const PAUSE_MAX_S: f64 = 2.0;
 
 /// Delays packets by their device time.

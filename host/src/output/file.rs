@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn a_device_is_written_to_and_stays_a_device() {
-        // Through a link, so that a bug would replace the link and not `/dev/null` itself.
+        // Write through a link, so that a bug would replace the link and not `/dev/null` itself.
         let folder = tempfile::tempdir().expect("a folder");
         let null = folder.path().join("null");
         symlink("/dev/null", &null).expect("a link");

@@ -1,4 +1,4 @@
-//! Tests with a board that moves from one pseudo-terminal to another.
+//! Tests a board that moves from one pseudo-terminal to another.
 
 use super::link::LOOK_EVERY;
 use super::list::{Found, Usb, only};

@@ -1,5 +1,5 @@
-//! The queue in front of a sink. A board never waits: a full queue drops its oldest message, counts
-//! it, and reports it as soon as the sink takes messages again.
+//! The queue in front of a sink. A full queue drops its oldest message, so that a board never
+//! waits, and counts it; the loss is reported as soon as the sink takes messages again.
 //!
 //! `tokio::sync::broadcast` does not fit: in one ring, frames would push out events; two rings
 //! would lose the order between frames and events. A lagging receiver could neither tell whose

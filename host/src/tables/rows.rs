@@ -72,7 +72,7 @@ pub struct Rows<'a> {
     /// Form of the lines, if they are first converted to plain rows.
     plain: Option<Form>,
     is_flat: bool,
-    /// Step between stamps, seconds, and number of rows that shared the previous stamp.
+    /// Step between stamps in seconds, and number of rows that shared the previous stamp.
     step_s: f64,
     shared: usize,
     is_over: bool,
@@ -200,7 +200,7 @@ impl<'a> Rows<'a> {
         self.layout.time.is_none().then_some(stated.hz)
     }
 
-    /// Reads the next row, skipping lines that are no rows. Returns false at the end.
+    /// Reads the next row, skipping lines that are not rows. Returns false at the end.
     fn read_row(&mut self) -> Result<bool, FileError> {
         let mut record = self.spare.pop().unwrap_or_default();
         loop {

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Maximum size of a recording, bytes: over three hours of raw frames. Use `record` for longer
+/// Maximum size of a recording in bytes: over three hours of raw frames. Use `record` for longer
 /// ones.
 const MOST: usize = 256 << 20;
 

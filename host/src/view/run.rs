@@ -25,7 +25,7 @@ use std::sync::OnceLock;
 /// Advice on a run without a slide.
 const BY_HAND: &str = "select a part of the recording";
 
-/// Maximum size in memory of a run that a page opens, bytes: 3.5 hours of raw frames.
+/// Maximum size in memory of a run that a page opens, in bytes: 3.5 hours of raw frames.
 const MAX_BYTES: usize = 256 << 20;
 
 /// Options for opening a file as a run.
@@ -56,7 +56,7 @@ impl Default for How {
     }
 }
 
-/// A part of a run, in the run's time, seconds; without an end it extends to that of the run.
+/// A part of a run, in seconds of the run's time; without an end it extends to the end of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Part {
     pub from_s: Option<f64>,

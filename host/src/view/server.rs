@@ -3,9 +3,9 @@
 //! | path | what |
 //! |---|---|
 //! | `/` and the files it names | the page |
-//! | `/events` | everything first, then what is new, as server-sent events `state` and `update` ([`super::hub`]) |
-//! | `/state.json` | everything, once |
-//! | `/packets` | every packet as one JSON object a line, as with `--json`, the latest greeting first |
+//! | `/events` | the whole state, then updates, as server-sent events `state` and `update` ([`super::hub`]) |
+//! | `/state.json` | the whole state, once |
+//! | `/packets` | every packet as one JSON object per line, as with `--json`, the latest greeting first |
 //! | `/settings` | POST: some settings for the board, as a JSON object |
 //! | `/ports` | the serial ports of this computer, and the programs that use them |
 //! | `/connect?port=NAME` | POST: shows the board at this port from now on |
@@ -280,7 +280,7 @@ mod tests {
         }
         let (kind, state) = next();
         let missed = state["missed"].as_u64().unwrap();
-        // All updates but those in the queue were missed.
+        // The page missed all updates except those in the queue.
         assert!(
             kind == "state" && (900..1000).contains(&missed),
             "{kind}, {missed}"

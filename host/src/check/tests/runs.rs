@@ -72,8 +72,8 @@ fn cases() -> Vec<Case> {
         "settings Fail" "stored settings are not in force" => |bench| stores(bench, |hello| {
             (hello.settings, hello.source) = (Settings::DEFAULT, Usual);
         });
-        // A board that does not forget: after the third start it has different settings than at
-        // first.
+        // A board that does not forget: after the stored settings were erased, it still reports
+        // different ones.
         "settings Fail" "what was stored before is not restored" => |bench| {
             let mut was_stored = false;
             stores(bench, move |hello| {
