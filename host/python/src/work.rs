@@ -1,4 +1,4 @@
-//! Work of the command on recordings: `fit`, `replay`, settings and messages.
+//! The command's work on recordings: `fit`, `replay`, settings and messages.
 
 use crate::array::Samples;
 use crate::raised;
@@ -42,7 +42,7 @@ pub struct Fitted {
 
 #[pymethods]
 impl Fitted {
-    /// Picture of the result as SVG.
+    /// Draws the result as SVG.
     fn picture(&self, py: Python<'_>) -> PyResult<String> {
         let draw = || fit_picture::draw(&self.samples, &self.selection, &self.fit);
         py.detach(draw).map_err(raised)
@@ -71,7 +71,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Column of positions or speeds.
+    /// Returns the column of positions or speeds.
     fn column(&self) -> PyResult<Option<Column>> {
         let column = |quantity, text: &Option<String>| {
             text.as_deref()
@@ -136,7 +136,7 @@ pub fn fit(
     let column = options.column()?;
     let selection = options.selection(column.clone())?;
     let run = || -> Result<_> {
-        // The user has already chosen the part by passing an array.
+        // Fit all of an array: it is already the part that the user has chosen.
         let is_whole = options.whole || samples.0.path().is_none();
         let (samples, selection) = joined(&samples.0, options.positions, column, selection)?;
         let fit = touch_part::fit(&samples, &selection, is_whole, &mut |_| {})?;
@@ -330,7 +330,7 @@ pub fn settings(file: Option<PathBuf>, changes: &str) -> PyResult<String> {
         .map_err(raised)
 }
 
-/// Returns all messages of a recording but raw frames, as JSON objects; `None` for a table.
+/// Returns all messages of a recording except raw frames, as JSON objects; `None` for a table.
 #[pyfunction]
 pub fn messages(py: Python<'_>, path: PathBuf) -> PyResult<Option<Vec<String>>> {
     py.detach(|| events_of(&path)).map_err(raised)
