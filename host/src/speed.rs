@@ -203,7 +203,7 @@ impl Column {
             Named::Unknown(unit) => return Err(self.refusal(&unit)),
             Named::Nothing => {}
         }
-        // A constant column is refused elsewhere, for that reason.
+        // A constant column is refused elsewhere, for being constant.
         let moves = values.windows(2).any(|pair| pair[0] != pair[1]);
         let are_whole = values
             .iter()

@@ -1,4 +1,4 @@
-//! The clock of a recording's rows: derives row numbers and the even spacing from time stamps.
+//! Derives row numbers and the even spacing of rows from their time stamps.
 
 /// Rows are missing between two stamps that are further apart than this, in units of the row
 /// spacing.
@@ -81,7 +81,7 @@ impl RowClock {
         }
     }
 
-    /// Takes the next row's stamp, seconds. Returns the row's number, including missing rows; the
+    /// Takes the next row's stamp (seconds). Returns the row's number, including missing rows; the
     /// first row has number 0.
     pub fn push(&mut self, t_s: f64) -> u64 {
         let since_s = t_s - self.first_s;

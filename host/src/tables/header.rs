@@ -148,7 +148,7 @@ fn is_repeated(names: &[String], at: usize) -> bool {
     others.any(|(_, name)| *name == names[at])
 }
 
-/// Prefixes repeated names with the names of groups, and replaces missing names by these. A group
+/// Prefixes repeated names with group names, and replaces missing names by group names. A group
 /// extends up to the next group's name. Returns the line on which the names begin.
 fn name_by_group(names: &mut [String], lines_above: &[HeadLine], mut at: usize) -> usize {
     for line in lines_above.iter().rev() {

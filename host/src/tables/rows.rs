@@ -1,4 +1,4 @@
-//! A table of samples as text, read row by row: only the rows of one stamp are in memory.
+//! Reads a table of samples row by row; only the rows of one stamp are in memory.
 
 use super::cells::Numbers;
 use super::head_line::{as_text, cells, is_comment, records};
@@ -241,7 +241,8 @@ impl<'a> Rows<'a> {
             .iter()
             .rposition(|before| !is_later(before))
             .map_or(0, |at| at + 1);
-        // A row too early for the rows ahead goes to the end; its order is refused later.
+        // A row that is too early for the rows ahead goes to the end, and is refused later for its
+        // order.
         let is_here = at == self.ahead.len() || at > 0 && !self.ahead[at - 1].is_spread;
         if is_here {
             self.reordered += u64::from(at < self.ahead.len());
