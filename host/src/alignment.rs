@@ -1,5 +1,5 @@
-//! Relation between the clock of positions and that of the frames: the skew of the channels, the
-//! delay of the low-pass, and the uncertain delay.
+//! Relates the clock of the positions to that of the frames: the skew of the channels, the delay of
+//! the low-pass, and the uncertain delay.
 
 use ridgetone_proto::settings::TAXELS;
 

@@ -62,7 +62,7 @@ pub struct ResidualSpectrum {
     pub noise_db: f32,
 }
 
-/// The reported tone over the frames of its window that are still kept.
+/// Curves of the reported tone over those frames of its window that are still kept.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Curves {
     /// Device time of each frame, seconds.
@@ -315,7 +315,8 @@ struct Shares {
 }
 
 impl Periodogram {
-    /// Makes the periodogram of frames less their straight lines; a missing value counts as zero.
+    /// Makes the periodogram of frames after subtracting straight lines; a missing value counts as
+    /// zero.
     fn of(frames: &[Frame], slots: usize) -> Self {
         let mut lines_of = Self::default();
         for taxel in 0..TAXELS {

@@ -27,14 +27,14 @@ const GRATINGS_FOR_A_PITCH: usize = 3;
 const PITCH_SIGMA: f64 = 0.03;
 
 /// Maximum relative difference between the supplied speed and that of the tone: a grating of a
-/// different period, or a harmonic, is off by more.
+/// different period, or a harmonic, differs by more.
 const SPEED_OFF_MAX: f64 = 0.03;
 
 /// Maximum ratio of the period computed with the nominal pitch to the true period: the contact's
 /// ends then change the lag by a fifth.
 const PULLED_MAX: f32 = 1.25;
 
-/// Longest period, in nominal pitches of the array: at two, both directions look alike.
+/// Longest period, in nominal pitches of the array: at two, the directions cannot be told apart.
 const PITCHES_MAX: f32 = 1.98;
 
 pub struct Grating {
@@ -53,7 +53,7 @@ pub enum Source {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
     pub period_mm: f64,
-    /// The lag between the columns, radians.
+    /// Lag between the columns, radians.
     pub lag_rad: f64,
     pub residual_rad: f64,
     /// Number of windows in the mean.
@@ -111,8 +111,8 @@ fn refuse_without_pairs(plan: &Plan) -> Result<()> {
     Ok(())
 }
 
-/// Measures the lag of a grating as an array of nominal pitch would show it without the effect of
-/// the contact's ends.
+/// Measures the lag of a grating, assuming an array of nominal pitch and no effect of the contact's
+/// ends.
 fn measure(
     Grating {
         name,

@@ -1,4 +1,4 @@
-//! Pictures as SVG: charts of curves with a key, and [`strips`] of channels.
+//! Draws pictures as SVG: charts of curves with a key, and [`strips`] of channels.
 //!
 //! | what | where |
 //! |---|---|
@@ -295,7 +295,7 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// The scale of one side of a panel; without a range it spans the drawn values.
+/// Scale of one side of a panel; without a range it spans the drawn values.
 #[derive(Clone, Debug, Default)]
 pub struct Scale {
     pub label: String,
@@ -373,7 +373,7 @@ impl Panel {
         rows
     }
 
-    /// Height of the panel with its title and its key.
+    /// Returns the height of the panel with its title and its key.
     fn height(&self) -> f64 {
         PLOT_HEIGHT + 108.0 + KEY_ROW * self.key().len() as f64
     }

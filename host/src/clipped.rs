@@ -1,4 +1,4 @@
-//! Clipped channels, and angles that wrap.
+//! Detects clipped channels, and angles that wrap.
 
 /// Standard deviations below which a difference between two counts may be chance.
 const BY_CHANCE: f64 = 3.0;

@@ -56,7 +56,7 @@ pub struct Options<'a> {
 }
 
 impl<'a> Options<'a> {
-    /// Default options: keeps nothing, and leaves the firmware its own settings.
+    /// Default options: keeps nothing, and does not change the firmware's settings.
     pub fn new(firmware: &'a Firmware) -> Self {
         Self {
             firmware,
@@ -129,8 +129,8 @@ pub fn board(firmware: &Firmware, input: Opened) -> Result<Emulator> {
     board_on(firmware, input, None)
 }
 
-/// Returns a board in front of `input`. With `internal_ppm` its crystal is dead and its internal
-/// oscillator is off by this much, parts per million.
+/// Returns a board in front of `input`. With `internal_ppm`, its crystal is dead, and its internal
+/// oscillator is off by this error (parts per million).
 fn board_on(firmware: &Firmware, input: Opened, internal_ppm: Option<i32>) -> Result<Emulator> {
     let start = Start {
         adc: input.options,
@@ -244,7 +244,7 @@ pub fn run_packets(
     })
 }
 
-/// Like [`run_packets`], but with the bytes of the line: neither decodes nor counts packets.
+/// Like [`run_packets`], but exchanges bytes: neither decodes nor counts packets.
 pub fn run_bytes(
     input: Opened,
     options: Options<'_>,

@@ -72,7 +72,7 @@ impl Frames {
         })
     }
 
-    /// The plan of the recording; no settings can change it.
+    /// Returns the plan of the recording, which no settings can change.
     pub fn plan(&self) -> Plan {
         self.settings.plan
     }

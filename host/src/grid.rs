@@ -52,7 +52,7 @@ impl Grid {
         self.slots() - self.places.len()
     }
 
-    /// Returns the time between two rows, by their numbers in the part, seconds.
+    /// Returns the time in seconds between two rows, given by their numbers in the part.
     pub fn between_s(&self, from: usize, to: usize) -> f64 {
         match self.uneven_s[..] {
             [] => (self.places[to] - self.places[from]) as f64 / self.rate_hz,
@@ -241,7 +241,7 @@ fn scatter(time_s: &[f64], places: &[usize], spacing_s: f64) -> f64 {
     (off.map(|off| off * off).sum::<f64>() / count).sqrt()
 }
 
-/// True if rows with these numbers are steady sampling with a few rows lost.
+/// True if these row numbers show steady sampling with a few rows lost.
 fn is_steady(places: &[usize]) -> bool {
     let slots = places.last().map_or(0, |last| last + 1);
     (slots - places.len()) as f64 <= MISSING_MAX * slots as f64

@@ -30,7 +30,7 @@ impl Default for Input {
 }
 
 /// Returns the scene for a first look: a physical fingertip, for which the period comes out right.
-/// The plain scene, [`Sliding::default`], is for tests: each channel has a phase of its own.
+/// In the plain scene for tests, [`Sliding::default`], each channel has its own phase.
 pub fn first_scene() -> Result<Sliding> {
     built_in(
         "hal-mock/scenes/c1.toml",

@@ -1,4 +1,4 @@
-//! Keys pressed on the terminal, and detection of its end.
+//! Reads keys from the terminal, and detects when it is closed.
 
 use crate::stop;
 use anyhow::Result;
@@ -6,9 +6,9 @@ use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyEvent};
 use std::time::Duration;
 
-/// Returns the next key that was pressed, without waiting; `None` if there is none. Once the
-/// terminal is gone this requests the end of the process: crossterm's `poll` would never return
-/// then (<https://github.com/crossterm-rs/crossterm/issues/793>).
+/// Returns the next key that was pressed, without waiting; `None` if there is none. If the terminal
+/// is gone, requests the end of the process, because crossterm's `poll` would never return
+/// (<https://github.com/crossterm-rs/crossterm/issues/793>).
 pub fn next() -> Result<Option<KeyEvent>> {
     loop {
         if is_terminal_gone() {

@@ -1,5 +1,4 @@
-//! The messages of a recording: telemetry packets, or the JSON objects that `export` or `--json`
-//! wrote.
+//! Reads the messages of a recording: telemetry packets, or JSON objects from `export` or `--json`.
 
 use crate::events::JsonLines;
 use crate::feed::{Feed, FeedEvent};
@@ -192,7 +191,7 @@ pub fn messages(path: &Path, form: Form) -> Result<Messages> {
     }
 }
 
-/// Writes a remark on a file to standard error, only once however often the file is read.
+/// Writes a remark on a file to standard error, but only once, even if the file is read again.
 fn note_once(text: String) {
     static NOTED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     let mut noted = NOTED.lock().unwrap_or_else(PoisonError::into_inner);

@@ -129,7 +129,7 @@ impl Recorded {
     pub fn spectrogram(&self, window_s: f64, max_hz: f64) -> Spectrogram {
         let (from_s, until_s) = self.ends_s();
         let step_hz = max_hz / BINS as f64;
-        // A longer window would make a line too narrow to be seen between two frequencies.
+        // In a longer window, a line between two frequencies would be too narrow to be seen.
         let window_s = window_s.min(1.0 / step_hz).min(until_s - from_s);
         let apart_s = (until_s - from_s) / COLUMNS as f64;
         let frequencies = Frequencies {

@@ -30,7 +30,7 @@ const UTC_FROM_S: f64 = 1e9;
 const GAP_S: f64 = 0.1;
 const GAP_SPACINGS: f64 = 4.0;
 
-/// Rows on each side of a row that the polynomial for its slope uses.
+/// Number of rows on each side that the polynomial for the slope at a row uses.
 const SIDE: usize = 2;
 
 /// Delay in seconds of the low-pass of the bridges on all boards: 820 ohm parallel to 820 ohm, with
@@ -312,8 +312,8 @@ impl Board {
         Ok((Clock { relations }, most_s))
     }
 
-    /// Returns the time from a frame's stamp to the middle of its conversions, seconds. The
-    /// position of the frame is evaluated there.
+    /// Returns the time in seconds from a frame's stamp to the middle of its conversions, where the
+    /// frame's position is evaluated.
     fn middle_s(&self) -> f64 {
         match self.plan.sampling {
             Sampling::InTurn => {
@@ -366,7 +366,7 @@ impl Clock {
     }
 }
 
-/// A track, and the relation of the frames' times to it.
+/// A track, and the relation of the frames' times to its times.
 #[derive(Debug)]
 struct Joined {
     track: Track,

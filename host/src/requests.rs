@@ -1,8 +1,8 @@
 //! Requests to a board. Each request has a number and is repeated with the same number until the
 //! board answers.
 //!
-//! [`Requests`] uses no line and no clock, so that it works in the emulator's loop and on a serial
-//! port.
+//! [`Requests`] uses neither a line nor a clock, so that it works in the emulator's loop and on a
+//! serial port.
 
 pub mod receiver;
 

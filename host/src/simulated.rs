@@ -1,6 +1,6 @@
 //! Runs the firmware's tasks on this PC, behind the simulated chip and its faults.
 //!
-//! Virtual time replaces interrupts: it triggers DRDY edges as they arrive at the pin, the watch
+//! Virtual time replaces interrupts: it triggers DRDY edges when they reach the pin, the watch
 //! twice a second, and the tasks that these start. The processor and the line take no time; the bus
 //! takes as long as on the board.
 
@@ -214,7 +214,7 @@ struct Pin<'a> {
 }
 
 impl Interrupt {
-    /// Notes an edge that has fallen.
+    /// Records an edge that has fallen.
     fn look(&self, board: &SimulatedBoard) {
         if !self.is_muted.get()
             && self

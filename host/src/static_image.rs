@@ -115,8 +115,8 @@ mod tests {
         assert_eq!(taxels, (0..TAXELS).collect::<Vec<_>>());
     }
 
-    /// Checks the positions of units against those of the scene: a ridge at rest presses on the
-    /// half of the map above it.
+    /// Compares the positions of units with those in the scene: a ridge at rest presses on the half
+    /// of the map above it.
     #[test]
     fn the_halves_of_the_map_are_the_scenes_columns_of_units() {
         let finger = Some(Finger {

@@ -145,7 +145,7 @@ fn detected(samples: &Samples, selection: &Selection) -> Result<(Touches, f64)> 
     };
     let chosen = Samples::rows(&name, Arc::new(open));
     let reading = Reading {
-        // If there are stamps, parts are in their time, so a given rate is ignored.
+        // With stamps, parts are selected by stamped time, so a supplied rate is ignored.
         rate_hz: selection.rate_hz.filter(|_| !is_stamped),
         ..Reading::default()
     };

@@ -29,7 +29,7 @@ impl<S: Scene> Scene for Again<S> {
     }
 }
 
-/// Touches of one finger, each over a new grating.
+/// Touches of one finger, each over a different grating.
 struct Gratings {
     scenes: Vec<SlidingScene>,
     touch: usize,
@@ -95,7 +95,7 @@ pub fn first_touches() -> Result<Opened> {
             every_s: opened.end_s + PAUSE_S,
         }),
         end_s: f64::INFINITY,
-        // There is no single truth: it differs for every touch.
+        // Omit the truth, which differs for every touch.
         truth: None,
         ..opened
     })

@@ -28,7 +28,7 @@ const REACH_S: f64 = 600.0;
 const NEAR_S: f64 = 15.0;
 
 /// A slope is significant if it changes the delay over its span by five times the scatter of the
-/// minimum delays, of which there must be ten; fewer are enough for a slope steeper than any
+/// minimum delays. At least ten minimum delays are needed, or fewer for a slope steeper than any
 /// crystal's. The scatter is the standard deviation of exponential delays with the same median.
 const SIGNIFICANT: f64 = 5.0;
 const BLOCKS_MIN: usize = 10;
@@ -396,7 +396,7 @@ mod tests {
         );
     }
 
-    /// If the slope were not found, messages at one end would be off by 0.9 ms.
+    /// The slope must be found: without it, messages at one end would be off by 0.9 ms.
     #[test]
     fn two_blocks_that_are_late_hide_no_slope_of_short_recordings() {
         for late_at_s in [[0.6, 1.1], [2.0, 2.3], [3.6, 4.2]] {

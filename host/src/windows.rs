@@ -109,7 +109,7 @@ struct Cutter<'a> {
     selection: &'a Selection,
     steps: Steps,
     read: u64,
-    /// Values of the row that was read last.
+    /// Values of the last row read.
     row: Vec<f64>,
     /// Times in seconds of the rows that the next window may need, and their values by column.
     times_s: Vec<f64>,

@@ -68,7 +68,7 @@ pub struct Strips {
     pub headings: [&'static str; 2],
     pub axis: &'static str,
     pub range: RangeInclusive<f64>,
-    /// Range of the close-up; none without a tone.
+    /// Range of the close-up; `None` without a tone.
     pub close: Option<RangeInclusive<f64>>,
     /// True to draw all channels to one scale in volts; otherwise each has its own scale.
     pub is_in_volts: bool,
@@ -216,7 +216,7 @@ impl Strips {
 
     fn whole(&self, svg: &mut Svg, column: &Column, strip: &Strip, middle: f64) {
         let (mut low, mut high) = extremes(strip.readings.iter());
-        // The residual, about zero, has to fit into the row as well.
+        // The residual, which is drawn about zero, must fit into the row as well.
         let greatest = strip
             .residual
             .iter()

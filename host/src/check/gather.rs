@@ -251,8 +251,8 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Sends commands of many lengths that change nothing on the board: it must refuse all but the
-    /// greeting.
+    /// Sends commands of many lengths that change nothing on the board: it must refuse all except
+    /// the greeting.
     fn exchange(&mut self, exchanged: &mut Exchanged) -> Result<()> {
         let (probes, sends) = (probes()?, self.requests.sends);
         exchanged.commands = probes.len() as u32;
@@ -298,8 +298,8 @@ impl Talk<'_> {
         })
     }
 
-    /// Stores changed settings, restarts the board, looks for them, and restores both the stored
-    /// settings and those in force.
+    /// Stores changed settings, restarts the board, checks that they are in force, and restores
+    /// both the stored settings and those in force.
     fn keep(&mut self) -> Result<Kept> {
         self.progress.show(format_args!("storing settings"));
         let in_force = self.own.clone().or(self.seen.hello.clone());

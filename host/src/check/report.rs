@@ -1,4 +1,4 @@
-//! The report: as text, as JSON lines, and as one JSON object.
+//! Writes the report as text, as JSON lines, or as one JSON object.
 
 use super::observations::{Inputs, Observations};
 use super::table::{Check, judge};

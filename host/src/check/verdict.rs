@@ -34,7 +34,7 @@ pub struct Judged {
     pub values: Value,
 }
 
-/// Result of a check. An error ends it early, mostly because something was not observed.
+/// Result of a check. An error ends it early, usually because something was not observed.
 pub type Outcome = Result<Judged, Judged>;
 
 pub fn judged(verdict: Verdict, finding: impl Into<String>, values: Value) -> Judged {

@@ -141,7 +141,7 @@ fn hello(e: &Hello) -> String {
 #[derive(Clone, Debug)]
 pub struct Columns {
     pub names: Vec<String>,
-    /// Unit of each column, as far as the file names it.
+    /// Unit of each column, if the file names it.
     pub units: Vec<Option<String>>,
     pub volts_per_unit: f64,
 }

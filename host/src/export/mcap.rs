@@ -60,7 +60,7 @@ pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
     Ok(counts)
 }
 
-/// Adds a channel for each topic, in their order, with metadata from the board's first greeting.
+/// Adds a channel for each topic, in order, with metadata from the board's first greeting.
 fn channels<W: Write + Seek>(file: &mut Writer<W>, hello: Option<&Hello>) -> Result<Vec<u16>> {
     let names = Names::unnamed();
     let mut metadata: BTreeMap<String, String> = names.metadata(0);

@@ -1,4 +1,5 @@
-//! Requests to the board behind a feed: awaited, or sent while its packets are read.
+//! Sends requests to the board of a feed, and either waits for the reply or reads packets
+//! meanwhile.
 
 use super::decoded::Feed;
 use super::source::FeedEvent;
@@ -12,8 +13,8 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 /// Time between two requests for raw frames.
 const RENEW: Duration = Duration::from_secs(5);
 
-/// Number of frames per request for raw frames, a minute's worth: a board whose reader is gone
-/// stops sending by itself, and the emulated board may run several times faster than this clock.
+/// Number of frames per request for raw frames: a minute's worth, so that a board whose reader is
+/// gone stops sending. The emulated board may run several times faster than this clock.
 const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 
 /// Makes requests whose first number comes from the clock, because a board that receives the number

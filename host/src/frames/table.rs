@@ -301,7 +301,7 @@ impl fmt::Display for Gap {
 struct Survey {
     head: Vec<f64>,
     clock: Option<RowClock>,
-    /// The clock before its first row.
+    /// Copy of the clock before its first row, for later passes.
     numbers: Option<RowClock>,
     rows: u64,
     last: u64,

@@ -1,4 +1,4 @@
-//! The frequency's history, with its uncertainty.
+//! Draws the history of the frequency with its uncertainty.
 
 use super::style::{alarm, boxed};
 use super::view::View;
@@ -104,7 +104,7 @@ fn bounds(points: &[&Estimate]) -> Option<[f64; 2]> {
     Some([middle - half, middle + half])
 }
 
-/// Number of decimals needed to tell the labels apart.
+/// Returns the number of decimals needed to tell the labels apart.
 fn decimals(bounds: [f64; 2]) -> usize {
     (1.0 - (bounds[1] - bounds[0]).log10().floor()).clamp(0.0, 7.0) as usize
 }

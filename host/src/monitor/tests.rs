@@ -1,4 +1,4 @@
-//! Tests of the screen's content, drawn into a buffer of the smallest size and of larger ones.
+//! Tests the screen's content, drawn into buffers of the smallest size and of larger sizes.
 
 use super::screen::{LEAST, draw};
 use super::view::{Action, View};

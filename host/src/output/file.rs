@@ -1,4 +1,4 @@
-//! Files that a command writes, whole or not at all.
+//! Writes files either completely or not at all.
 
 use crate::recording;
 use anyhow::{Context, Result, bail};

@@ -61,7 +61,7 @@ pub struct Names {
 }
 
 impl Names {
-    /// Topics of a recording, which does not know its finger's name.
+    /// Returns names for a recording, which does not contain its finger's name.
     pub fn unnamed() -> Self {
         Self {
             board: BOARD.to_owned(),

@@ -139,7 +139,7 @@ pub fn meaning(field: &str) -> &'static str {
     }
 }
 
-/// Explains why a plan is refused, by the name in the error.
+/// Explains why a plan is refused, from the name in the error.
 pub fn reason(name: &str) -> &'static str {
     match name {
         "plan.inputs" => "bit k of plan.inputs stands for input k",

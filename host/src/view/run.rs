@@ -270,7 +270,7 @@ impl Run {
 
     fn take(&mut self, packet: Packet) {
         if self.starts.take(&packet.event) {
-            // The board has restarted, and with it the time axis.
+            // The board has restarted, so the time axis starts again.
             self.packets.clear();
             self.frames.clear();
             self.remark =

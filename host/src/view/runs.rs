@@ -47,7 +47,7 @@ impl List {
     }
 }
 
-/// A run's number, and what is in it.
+/// A run's number and summary.
 #[derive(Clone, Debug, Serialize)]
 pub struct Numbered {
     pub id: u64,
@@ -166,7 +166,7 @@ impl Runs {
         Ok(Arc::clone(&self.lock().kept(id)?.run))
     }
 
-    /// Closes a run, and removes its file if this is in the folder.
+    /// Closes a run, and removes its file if it is in the folder.
     pub fn close(&self, id: u64) -> Result<()> {
         let run = self.get(id)?;
         self.lock().runs.retain(|kept| kept.id != id);

@@ -162,7 +162,7 @@ struct Running {
     telemetry: Receiver<Vec<u8>>,
     requests: Option<Sender<Vec<u8>>>,
     unsent: Vec<u8>,
-    /// True if the board waits for what the reader sends.
+    /// True if the board is waiting for bytes from the reader.
     is_waited_for: bool,
     thread: Option<JoinHandle<Result<()>>>,
 }

@@ -43,13 +43,13 @@ fn cases() -> Vec<Case> {
             |bench| bench.on_start = |chip| chip.begin_fault(Fault::BusCut { high: true });
         "adc_id Fail, adc_registers Fail, adc_restarts Fail, frame_rate Fail, drdy_jitter Fail, inputs Fail, noise Fail, mains Fail, faults Fail" "DOUT is always low" =>
             |bench| bench.on_start = |chip| chip.begin_fault(Fault::BusCut { high: false });
-        // A bit of every thousandth byte is flipped; every thousandth byte is lost.
+        // Flips a bit of every thousandth byte; the next case loses every thousandth byte.
         "commands Warn" "arrived damaged" => |bench| bench.received = |number, byte| Received::Byte(byte ^ (u8::from(number % 1000 == 500) << 2));
         "commands Fail" "bytes overrun" => |bench| bench.received = |number, byte| match number % 1000 {
             500 => Received::Lost(1),
             _ => Received::Byte(byte),
         };
-        // Packets 1000 and 1001 on the line.
+        // Loses packet 1000 on the line, and damages packet 1001.
         "losses Fail" "2 packets lost, 1 packets damaged" => |bench| bench.on_line = Box::new(|number, bytes| match number {
             1000 => bytes.clear(),
             1001 => bytes[3] ^= 8,
@@ -103,7 +103,7 @@ fn cases() -> Vec<Case> {
     }
 }
 
-/// Adds a fault of the chip that happens once, two seconds into the watch.
+/// Injects a single fault into the chip, two seconds into the watch.
 fn happens(bench: &mut Bench, fault: Fault) {
     let injection = Injection {
         at_s: 4.0,
@@ -149,7 +149,7 @@ fn faults_of_the_board_are_found_and_no_others() {
 }
 
 /// Rates, noise and mains are judged with the default plan in force. A flash that refuses to be
-/// written has not changed, so nothing is restored there.
+/// written has not changed, so it need not be restored.
 #[test]
 fn what_was_stored_and_what_was_in_force_is_restored() {
     let stored = Settings {
@@ -262,8 +262,8 @@ impl Scene for Touch {
     }
 }
 
-/// While a finger slides, mains and noise cannot be judged, but all else can; between touches they
-/// can.
+/// During a slide, everything except mains and noise can be judged; between touches these can be
+/// judged too.
 #[test]
 fn touches_are_not_mistaken_for_pick_up() {
     let once = || Input::default().open().expect("a scene");
