@@ -9,7 +9,7 @@ const put = (id, text) => {
 };
 const sum = (values) => values.reduce((a, b) => a + b, 0);
 
-// Frequency of an estimate with its uncertainty; null without a tone.
+// Returns the frequency of an estimate with its uncertainty; null without a tone.
 const tone = (estimate) => {
   if (estimate.frequency_hz !== undefined && estimate.frequency_hz !== null) {
     return withSigma(estimate.frequency_hz, estimate.sigma_hz, "Hz");
@@ -43,7 +43,7 @@ export function tiles({ live, remarks }, why = "no estimate yet") {
   const since = live.phase_since_s === null ? "" : `since ${seconds(live.phase_since_s)} · `;
   put("phase-small", `${since}${live.touches} ${live.touches === 1 ? "touch" : "touches"}`);
   const { missing, damaged } = live.counts;
-  const board = health ? health.conversions_lost + health.overruns : 0; // The board's own losses are also lost here.
+  const board = health ? health.conversions_lost + health.overruns : 0; // Losses on the board also count.
   const lost = missing + board; // A damaged packet also counts as missing.
   put("lost", lost === 0 ? "nothing" : String(lost));
   put("lost-small", live.counts.received === 0 ? "" : lost + damaged === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${board} on the board; ${damaged} arrived damaged`);
