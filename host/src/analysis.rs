@@ -44,7 +44,6 @@ pub struct Spectrum {
     pub lines: Vec<HarmonicLine>,
 }
 
-/// A harmonic in a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct HarmonicLine {
     pub frequency_hz: f64,

@@ -43,7 +43,6 @@ pub struct Grating {
     pub source: Source,
 }
 
-/// A slide over a grating.
 pub enum Source {
     /// Scene to play to the simulated chip.
     Scene(Box<Input>),

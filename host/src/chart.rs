@@ -37,7 +37,6 @@ impl Svg {
         svg
     }
 
-    /// Appends an element verbatim.
     fn push(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');

@@ -128,7 +128,6 @@ fn time(t_us: Option<u64>) -> String {
     )
 }
 
-/// A row of the comparison with the truth.
 struct Row {
     name: &'static str,
     found: String,

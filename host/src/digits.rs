@@ -3,7 +3,6 @@
 
 use ridgetone_proto::telemetry::Event;
 
-/// Converts microseconds to seconds.
 pub fn seconds(t_us: u64) -> f64 {
     t_us as f64 / 1e6
 }

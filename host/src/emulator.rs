@@ -40,7 +40,6 @@ const REST_V: f64 = 2.5;
 /// FLASH_OPTCR with brown-out level 3, as the guide says to set it (RM0090, 3.9.10).
 const OPTION_BYTES: u32 = 0x0FFF_AAE1;
 
-/// Options of an emulated run.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
     pub firmware: &'a Firmware,

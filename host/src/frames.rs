@@ -96,7 +96,6 @@ impl Frames {
         }
     }
 
-    /// Refuses a recording that is shorter than a window.
     pub fn check_window(&self, name: &str, settings: &Settings) -> Result<()> {
         let (length_s, window_s) = (self.length_s, settings.window_s);
         ensure!(

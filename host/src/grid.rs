@@ -225,7 +225,6 @@ fn check_pause(time_s: &[f64], name_row: &dyn Fn(usize) -> String) -> Result<()>
     Ok(())
 }
 
-/// Numbers rows by their stamps.
 fn numbered(clock: &mut RowClock, time_s: &[f64]) -> Vec<usize> {
     time_s.iter().map(|t_s| clock.push(*t_s) as usize).collect()
 }

@@ -5,7 +5,6 @@ use mcap::{MAGIC, parse_record};
 use std::collections::HashMap;
 use thiserror::Error;
 
-/// Reasons why a file cannot be read.
 #[derive(Debug, Error)]
 pub enum McapError {
     #[error("the MCAP file is cut off or damaged")]
@@ -87,7 +86,6 @@ impl Reader {
         Ok(bytes.len())
     }
 
-    /// Processes a record.
     fn take(&mut self, opcode: u8, data: &[u8]) -> Result<(), McapError> {
         self.is_over |= opcode == op::DATA_END;
         if ![op::CHANNEL, op::MESSAGE, op::CHUNK].contains(&opcode) {

@@ -87,7 +87,6 @@ struct JsonSettings {
 }
 
 impl Message {
-    /// Returns the message as a JSON object on one line.
     pub fn json(&self, lines: &mut JsonLines) -> Result<String> {
         match self {
             Self::Packet(packet, receipt) => Ok(lines.line(packet, *receipt)?),

@@ -98,7 +98,6 @@ impl Progress {
         }
     }
 
-    /// Ends the progress line.
     pub fn end(&mut self) {
         if std::mem::take(&mut self.is_open) {
             let _ = writeln!(std::io::stderr().lock());

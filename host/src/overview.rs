@@ -178,7 +178,6 @@ impl Recorded {
         }
     }
 
-    /// Returns the number of contacts found.
     pub fn contacts(&self) -> usize {
         self.touches.contacts_s.len()
     }

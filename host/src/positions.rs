@@ -177,7 +177,6 @@ impl Track {
         Self { file, knots, gap_s }
     }
 
-    /// Returns the times of the first and last row, seconds.
     fn range_s(&self) -> (f64, f64) {
         (self.knots[0].t_s, self.knots[self.knots.len() - 1].t_s)
     }
@@ -224,7 +223,6 @@ fn slope(times_s: &[f64], values: &[f64], row: usize) -> f64 {
         .sum()
 }
 
-/// A recording's clock and plan.
 struct Board {
     name: String,
     clock: UtcClock,

@@ -52,7 +52,6 @@ pub fn run(
     run_watched(input, settings, observers)
 }
 
-/// Callbacks that observe a run.
 pub struct Observers<'a> {
     /// Takes packets after encoding and decoding.
     pub sink: &'a mut dyn FnMut(&Packet) -> Result<()>,

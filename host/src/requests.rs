@@ -20,7 +20,6 @@ pub const PATIENCE: Duration = Duration::from_millis(250);
 /// Maximum number of times that a request is sent, within 5 s.
 pub const TRIES: u32 = 20;
 
-/// Encodes a request for the line.
 pub fn encode(request: &Request) -> Result<Vec<u8>> {
     let mut bytes = vec![0; REQUEST_WIRE_MAX];
     let used = framing::encode(request, &mut bytes)?;

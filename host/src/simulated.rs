@@ -194,7 +194,6 @@ fn run_until_restart<F: NorFlash>(
     }
 }
 
-/// State of the DRDY interrupt.
 #[derive(Default)]
 struct Interrupt {
     /// True if an edge has fallen and `drdy` has not run since.

@@ -60,7 +60,6 @@ const OTHERS: [&str; 22] = [
     "ticks", "step", "steps", "pulses", "n", "g", "pct", "percent", "revs", "turns",
 ];
 
-/// Quantity in a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Position of the finger on the surface.

@@ -106,7 +106,6 @@ fn is_touch_table(samples: &Samples, selection: &Selection) -> bool {
         })
 }
 
-/// Returns the touches in the messages of a recording.
 fn recorded(path: &Path, form: Form) -> Result<Touches> {
     let mut touches = Touches::default();
     for message in messages(path, form)? {

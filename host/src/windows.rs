@@ -103,7 +103,6 @@ fn two_digits_below(value: f64) -> f64 {
     (value * unit + 1e-6).floor() / unit
 }
 
-/// Cuts rows into windows.
 struct Cutter<'a> {
     rows: &'a mut dyn RowReader,
     selection: &'a Selection,

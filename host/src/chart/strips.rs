@@ -76,7 +76,6 @@ pub struct Strips {
     pub strips: Vec<Strip>,
 }
 
-/// One of the two columns of curves.
 struct Column {
     axis: Axis,
     range: RangeInclusive<f64>,

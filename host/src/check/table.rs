@@ -82,9 +82,7 @@ pub struct Row {
 }
 
 enum Judge {
-    /// A value is compared with limits.
     Within(Limits, fn(&Observations, Limits) -> Outcome),
-    /// A state is judged.
     State(fn(&Observations) -> Outcome),
 }
 

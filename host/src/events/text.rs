@@ -173,7 +173,6 @@ pub fn text_of_columns(packet: &Packet, columns: &Columns) -> String {
     }
 }
 
-/// Formats a value of a board's channel.
 fn on_taxel(volts: f32, taxel: u8) -> String {
     format!("{:.3} mV on taxel {taxel}", 1e3 * volts)
 }

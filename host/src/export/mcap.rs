@@ -80,7 +80,6 @@ fn channels<W: Write + Seek>(file: &mut Writer<W>, hello: Option<&Hello>) -> Res
     Topic::ALL.iter().map(channel).collect()
 }
 
-/// Turns packets into messages.
 #[derive(Default)]
 struct Messages {
     json: JsonLines,

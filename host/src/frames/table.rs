@@ -247,7 +247,6 @@ fn instead(samples: &Samples, options: Option<&str>) -> String {
     format!("`ridgetone fit {options}{file}` fits it")
 }
 
-/// Quotes a word for a shell.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "._-/+:,@%".contains(c);
     match !word.is_empty() && word.chars().all(is_plain) {
@@ -256,7 +255,6 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// A gap between two rows.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
     /// Number of the row after the gap, from 1.

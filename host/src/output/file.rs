@@ -101,7 +101,6 @@ pub fn new_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -
     whole_file(path, write)
 }
 
-/// Writes a text to a new file.
 pub fn new_text(path: &Path, text: &str) -> Result<()> {
     new_file(path, |file| Ok(file.write_all(text.as_bytes())?))
 }
@@ -129,7 +128,6 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     }
 }
 
-/// Writes a text with [`whole_file`].
 pub fn whole_text(path: &Path, text: &str) -> Result<()> {
     whole_file(path, |file| Ok(file.write_all(text.as_bytes())?))
 }

@@ -109,7 +109,6 @@ impl Fields {
     }
 }
 
-/// Serializes a plan.
 pub fn serialize<S: Serializer>(plan: &Plan, to: S) -> Result<S::Ok, S::Error> {
     match plan.name() {
         Some(name) => name.serialize(to),

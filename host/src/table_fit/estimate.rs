@@ -57,7 +57,6 @@ impl Motion {
     }
 }
 
-/// Frames and their properties.
 pub struct Frames<'a> {
     pub file: &'a str,
     pub scaled: &'a Scaled,

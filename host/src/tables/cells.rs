@@ -13,7 +13,6 @@ const MISSING: [&str; 17] = [
 /// Separators of groups of three digits, other than a comma.
 const GROUP_MARKS: [char; 5] = [' ', '\u{A0}', '\u{202F}', '\'', '\u{2019}'];
 
-/// Kind of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Number,

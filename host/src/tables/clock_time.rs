@@ -7,7 +7,6 @@ use jiff::tz::Offset;
 /// Seconds per day.
 pub const DAY_S: f64 = 86_400.0;
 
-/// Time found in a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClockTime {
     /// Seconds since 1970: with an offset from UTC, or `Z`.

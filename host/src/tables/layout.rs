@@ -20,7 +20,6 @@ const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b' '];
 /// Columns of estimates that `export` writes; they are not samples.
 const ESTIMATE_COLUMNS: [&str; 2] = ["frequency_hz", "sigma_hz"];
 
-/// A column of the table.
 #[derive(Clone, Debug)]
 pub struct Column {
     pub name: String,
@@ -31,7 +30,6 @@ pub struct Column {
     pub is_left_out: bool,
 }
 
-/// The layout of a table.
 #[derive(Clone, Debug)]
 pub struct Layout {
     pub separator: u8,

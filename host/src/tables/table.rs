@@ -15,7 +15,6 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a CSV file like [`Rows`].
     pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::read(Rows::open(path)?)
     }

@@ -43,7 +43,6 @@ const LOOKED: Duration = Duration::from_secs(3);
 /// Approximate duration of a frame, seconds.
 const FRAME_S: f64 = 0.004;
 
-/// The common state of all pages.
 pub struct Hub {
     inner: Mutex<Inner>,
     /// Held while waiting for `inner`, so that threads lock `inner` in turn.
@@ -106,7 +105,6 @@ impl Hub {
         }
     }
 
-    /// Processes an event.
     pub fn take(&self, event: Option<&FeedEvent<Packet>>, following: &mut Following) {
         let inner = &mut *self.lock();
         following.fold(event, &mut inner.live);

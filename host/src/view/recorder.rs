@@ -19,7 +19,6 @@ const MOST: usize = 256 << 20;
 const LATEST: Duration = Duration::from_secs(60);
 const LATEST_MAX: usize = 16_000;
 
-/// The packets of the latest minute.
 #[derive(Default)]
 pub struct Latest {
     packets: VecDeque<(Instant, Packet, Option<Receipt>)>,

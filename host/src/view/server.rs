@@ -105,7 +105,6 @@ pub fn routes(app: App) -> Router {
         .with_state(app)
 }
 
-/// Adds the files of a page.
 pub fn with_files<S: Clone + Send + Sync + 'static>(
     routes: Router<S>,
     files: &'static [File],
