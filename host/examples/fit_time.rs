@@ -1,6 +1,6 @@
-//! Milliseconds that the command's own work on a fit takes, without its process and without Python,
-//! at best: of a file, read and fitted, and of its rows in memory; the result as JSON in both.
-//! `host/python/benchmark.py` prints them next to the package's.
+//! Prints the shortest time of a fit in milliseconds, without starting a process and without
+//! Python: once with reading a file, once for the same rows in memory. Both include formatting the
+//! result as JSON. `host/python/benchmark.py` prints these times next to the package's.
 
 use anyhow::{Context, Result};
 use ridgetone_host::fit_report::json;
@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Minimum number of runs, and the least time of all runs together.
+/// Minimum number of runs, and minimum duration of all runs together.
 const RUNS_MIN: u32 = 10;
 const DURATION_MIN: Duration = Duration::from_millis(500);
 
@@ -37,8 +37,7 @@ fn main() -> Result<()> {
     );
     let mut best_ms = [f64::INFINITY; 2];
     for (best_ms, samples) in best_ms.iter_mut().zip([&file, &memory]) {
-        // Ten runs of a quarter of a millisecond are over before the processor's caches and clock
-        // are warm.
+        // Ten runs of 0.25 ms end before the processor's caches and clock have warmed up.
         let (started, mut runs) = (Instant::now(), 0);
         while runs < RUNS_MIN || started.elapsed() < DURATION_MIN {
             let begun = Instant::now();

@@ -1,4 +1,4 @@
-//! Writes the recordings that the tests of the page look at into a folder.
+//! Writes the recordings that the page's tests use into a folder.
 
 #[path = "../tests/common/board_recordings.rs"]
 mod board_recordings;
@@ -27,7 +27,7 @@ fn main() {
     }
 }
 
-/// The latest estimate is unsteady, and there are no raw frames.
+/// Makes the latest estimate unsteady with a second tone, and removes the raw frames.
 fn unsteady(mut packets: Vec<Packet>) -> Vec<Packet> {
     packets.retain(|packet| !matches!(packet.event, Event::Raw(_)));
     let mut estimates = packets.iter_mut().rev().filter_map(estimate);
@@ -49,7 +49,7 @@ fn unsteady(mut packets: Vec<Packet>) -> Vec<Packet> {
         .collect()
 }
 
-/// One wild estimate, and one spike in all channels.
+/// Makes one estimate wildly wrong, and one raw frame a spike in all channels.
 fn wild(mut packets: Vec<Packet>) -> Vec<Packet> {
     if let Some(estimate) = packets.iter_mut().filter_map(estimate).nth(1) {
         (estimate.frequency, estimate.status) = (90.0, Status::Ambiguous);

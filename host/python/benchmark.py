@@ -1,4 +1,4 @@
-"""Prints how long a fit takes through Python, next to the command and next to the library alone."""
+"""Prints how long a fit takes through Python, with the command, and with the library alone."""
 
 import os
 import subprocess
@@ -20,7 +20,7 @@ def best_ms(work: Callable[[], object]) -> float:
         work()
         return 1e3 * (time.perf_counter() - begun)
 
-    # Ten runs of a quarter of a millisecond are over before the processor's caches and clock are warm.
+    # Ten runs of 0.25 ms end before the processor's caches and clock have warmed up.
     end, times_ms = time.perf_counter() + 0.5, []
     while len(times_ms) < 10 or time.perf_counter() < end:
         times_ms.append(once())

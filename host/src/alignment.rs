@@ -1,25 +1,25 @@
-//! Relation between the clock of positions and that of the frames: the skew of the channels, the
-//! delay of the low-pass, and the uncertain delay.
+//! Relates the clock of the positions to that of the frames: the skew of the channels, the delay of
+//! the low-pass, and the uncertain delay.
 
 use ridgetone_proto::settings::TAXELS;
 
-/// Relation between the positions in a different file and a recording's frames.
+/// Relation between positions from a separate file and a recording's frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alignment {
     /// Name of the file with the positions.
     pub file: String,
     /// Delay of each taxel's reading after the frame's position, frames.
     pub skew_frames: [f32; TAXELS],
-    /// Time constant of the low-pass, seconds; positions are taken this much earlier.
+    /// Time constant of the low-pass in seconds; positions are taken this much earlier.
     pub low_pass_s: f64,
     /// Standard deviation of the unknown common delay of all positions, seconds.
     pub sigma_s: f64,
 }
 
 impl Alignment {
-    /// Returns the relative standard deviation of a spatial frequency that follows from the
-    /// uncertain delay. A delay shifts positions by the speed times the delay, and the slope of
-    /// this shift over the position is the error of the frequency: zero at a constant speed.
+    /// Returns the relative standard deviation of a spatial frequency due to the uncertain delay.
+    /// The delay shifts each position by speed times delay; the slope of this shift over position
+    /// is the frequency's relative error. At a constant speed it is zero.
     pub fn sigma_fraction(&self, positions_mm: &[f32], rate_hz: f64) -> f64 {
         let speeds = positions_mm
             .windows(3)

@@ -12,7 +12,7 @@ use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Power of an empty bin, decibels: below the noise floor of 24 bits and 16 channels.
+/// Power of an empty bin in decibels: below the noise floor of 24 bits and 16 channels.
 const DB_MIN: f32 = -120.0;
 
 /// Half-width of the noise band around a line, cycles per window, as in the estimator
@@ -33,18 +33,17 @@ pub struct Spectrum {
     pub until_s: f64,
     /// True for the window of the latest estimate, false for the latest frames.
     pub of_estimate: bool,
-    /// Bin spacing, hertz; the first bin is at 0 Hz.
+    /// Bin spacing in hertz; the first bin is at 0 Hz.
     pub bin_hz: f64,
-    /// Fraction of the channels' power in each bin, decibels: 0 if all power is in one line.
+    /// Fraction of the channels' power in each bin, in decibels: 0 if all power is in one line.
     pub power_db: Vec<f32>,
-    /// Frequency of the strongest line, searched between the bins too, hertz.
+    /// Frequency of the strongest line, which may lie between bins, hertz.
     pub strongest_hz: Option<f64>,
     /// Harmonics of the reported tone, fundamental first; empty unless this is the window of an
     /// estimate with a tone.
     pub lines: Vec<HarmonicLine>,
 }
 
-/// A harmonic in a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct HarmonicLine {
     pub frequency_hz: f64,
@@ -62,14 +61,14 @@ pub struct ResidualSpectrum {
     pub noise_db: f32,
 }
 
-/// The reported tone over the frames of its window that are still kept.
+/// Curves of the reported tone over those frames of its window that are still kept.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Curves {
     /// Device time of each frame, seconds.
     pub t_s: Vec<f64>,
     /// Voltages of each taxel; `None` where they are missing or doubtful.
     pub read_v: Vec<Vec<Option<f32>>>,
-    /// Offset and fundamental of each taxel, volts; `None` if the fit left it out.
+    /// Offset and fundamental of each taxel in volts; `None` if the fit left it out.
     pub tone_v: Vec<Option<Vec<f32>>>,
     /// The whole fit of each taxel: baseline, all harmonics, interferer.
     pub fit_v: Vec<Option<Vec<f32>>>,
@@ -146,7 +145,7 @@ fn residual_spectrum(
     for (volts, found) in volts.iter().zip(whole) {
         let Some(found) = found else { continue };
         let residual = volts.iter().zip(&found.fit_v);
-        // A missing value has no residual.
+        // Count missing values as zero.
         let residual = residual.map(|(v, fit)| v.map_or(0.0, |v| f64::from(v) - f64::from(*fit)));
         lines_of.add(harmonics::about_line(volts), residual.collect());
     }
@@ -315,7 +314,8 @@ struct Shares {
 }
 
 impl Periodogram {
-    /// Makes the periodogram of frames less their straight lines; a missing value counts as zero.
+    /// Makes the periodogram of frames after subtracting straight lines; a missing value counts as
+    /// zero.
     fn of(frames: &[Frame], slots: usize) -> Self {
         let mut lines_of = Self::default();
         for taxel in 0..TAXELS {
@@ -419,7 +419,7 @@ mod tests {
         assert_eq!([0, 1, 2].map(|taxel| slot_s(&plan, taxel)), [0.0; 3]);
     }
 
-    /// The expected order of a scan is the driver's own.
+    /// Takes the expected order of a scan from the driver.
     #[test]
     fn a_taxel_is_as_late_as_its_conversion() {
         for plan in [

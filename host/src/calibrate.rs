@@ -3,7 +3,7 @@
 //!
 //! The lag between the columns of units is modelled as a straight line over the grating's cycles
 //! per millimetre ([`Array::edge_phase_rad`]); here the line is fitted to measured lags by least
-//! squares. One or two gratings determine only its height; its slope is the nominal pitch then.
+//! squares. One or two gratings determine only its height; its slope is then the nominal pitch.
 
 use crate::frames::Frames;
 use crate::input::Input;
@@ -22,19 +22,19 @@ use std::fmt;
 /// is.
 const GRATINGS_FOR_A_PITCH: usize = 3;
 
-/// Relative standard deviation of the pitch that the phases show: 0.98 to 1.03 of the units' pitch
-/// under contacts of 7 to 30 mm of the simulated finger (`host/tests/calibrate.rs`).
+/// Relative standard deviation of a pitch measured from phases, which was 0.98 to 1.03 of the
+/// units' pitch for contacts of 7 to 30 mm on the simulated finger (`host/tests/calibrate.rs`).
 const PITCH_SIGMA: f64 = 0.03;
 
 /// Maximum relative difference between the supplied speed and that of the tone: a grating of a
-/// different period, or a harmonic, is off by more.
+/// different period, or a harmonic, differs by more.
 const SPEED_OFF_MAX: f64 = 0.03;
 
-/// Maximum ratio of the period by the nominal pitch to the true period: the contact's ends then
-/// change the lag by a fifth.
+/// Maximum ratio of the period computed with the nominal pitch to the true period: the contact's
+/// ends then change the lag by a fifth.
 const PULLED_MAX: f32 = 1.25;
 
-/// Longest period, in nominal pitches of the array: at two, both directions look alike.
+/// Longest period, in nominal pitches of the array: at two, the directions cannot be told apart.
 const PITCHES_MAX: f32 = 1.98;
 
 pub struct Grating {
@@ -43,9 +43,8 @@ pub struct Grating {
     pub source: Source,
 }
 
-/// A slide over a grating.
 pub enum Source {
-    /// In front of the simulated chip.
+    /// Scene to play to the simulated chip.
     Scene(Box<Input>),
     Recording(Frames),
 }
@@ -53,7 +52,7 @@ pub enum Source {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
     pub period_mm: f64,
-    /// The lag between the columns, radians.
+    /// Lag between the columns, radians.
     pub lag_rad: f64,
     pub residual_rad: f64,
     /// Number of windows in the mean.
@@ -78,7 +77,7 @@ pub struct Measuring {
     pub speed_mm_s: Option<f64>,
     /// Plan for scenes; recordings have their own.
     pub plan: Plan,
-    /// True to use windows that are not good, too.
+    /// True to use windows of any status, not only good ones.
     pub accepts_any: bool,
 }
 
@@ -111,8 +110,8 @@ fn refuse_without_pairs(plan: &Plan) -> Result<()> {
     Ok(())
 }
 
-/// Measures the lag of a grating as an array of nominal pitch would show it without the effect of
-/// the contact's ends.
+/// Measures the lag of a grating, assuming an array of nominal pitch and no effect of the contact's
+/// ends.
 fn measure(
     Grating {
         name,
@@ -131,7 +130,7 @@ fn measure(
     let array = Array {
         pitch_mm,
         edge_phase_rad: 0.0,
-        // No correction: the lag itself is measured.
+        // Do not correct: the lag itself is to be measured.
         edge_phase_sigma_rad: 0.0,
         period_min_mm: 0.98 * near,
         period_max_mm: (PULLED_MAX * near).min(PITCHES_MAX * pitch_mm),
@@ -217,8 +216,9 @@ fn measure(
     })
 }
 
-/// Fits the line of the nominal pitch to one or two lags. Its uncertainty is that of the pitch: the
-/// change of the lag at that end of the default periods that is farther from the gratings.
+/// Fits the height of a line to one or two lags, with the nominal pitch as its slope. The
+/// uncertainty includes that of the pitch, at the end of the default periods that is farther from
+/// the gratings.
 fn height(mut points: Vec<Point>, pitch_mm: f64) -> Calibration {
     let count = points.len() as f64;
     let edge = |point: &Point| TAU * pitch_mm / point.period_mm - point.lag_rad;
@@ -341,8 +341,8 @@ mod tests {
         assert!((found.edge_phase_sigma_rad - 6f64.sqrt()).abs() < 1e-12);
     }
 
-    /// By hand: an edge phase of 0.3 and 0.4 rad, 0.35 on average, and the pitch's 3 % from the
-    /// mean of 2.5 and 4 mm to 2.3 mm.
+    /// Calculated by hand: edge phases of 0.3 and 0.4 rad average 0.35 rad. The pitch's uncertainty
+    /// of 3 % acts from the mean wave number of 2.5 and 4 mm to that of 2.3 mm.
     #[test]
     fn one_or_two_gratings_give_the_height() {
         let lag = |period_mm: f64, edge_rad| (period_mm, TAU * 2.3 / period_mm - edge_rad);
@@ -381,7 +381,7 @@ mod tests {
             error.to_string().contains("no grating: one at least"),
             "{error}"
         );
-        // One input has no other to lag behind; AIN0 and AIN1 are in the same column.
+        // A single input has no lag; AIN0 and AIN1 are in the same column.
         for plan in [
             Plan::SINGLE,
             Ads1258Plan {

@@ -1,4 +1,4 @@
-//! Pictures as SVG: charts of curves with a key, and [`strips`] of channels.
+//! Draws pictures as SVG: charts of curves with a key, and [`strips`] of channels.
 //!
 //! | what | where |
 //! |---|---|
@@ -37,7 +37,6 @@ impl Svg {
         svg
     }
 
-    /// Appends an element verbatim.
     fn push(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');
@@ -104,7 +103,7 @@ svg .odd{fill:#1c2026}svg .axis{stroke:#aab}svg .grid{stroke:#2c3138}svg .slide{
 svg .window,svg .edge{stroke:#6bb8f0}svg .bar,svg .reference{stroke:#eee}svg .data,svg .dot{stroke:#99a3b3}\
 svg .fit{stroke:#ff9a5c}svg .c0{stroke:#6bb8f0}svg .c1{stroke:#ff9a5c}svg .c2{stroke:#4fd0a4}svg .c3{stroke:#ff7fb0}}";
 
-/// Widths of a character in a small label and in any other label, rounded up, pixels.
+/// Widths of a character in small labels and in all other labels, rounded up, pixels.
 const CHARACTER: f64 = 6.4;
 const WIDE_CHARACTER: f64 = 7.0;
 
@@ -123,7 +122,7 @@ impl Axis {
         self.at.0 + (self.at.1 - self.at.0) * (scaled(value) - from) / (to - from)
     }
 
-    /// Returns round values within the range, about `wanted` of them if it is evenly divided.
+    /// Returns round values within the range, about `wanted` of them on a linear axis.
     fn ticks(&self, wanted: u32) -> Vec<(f64, String)> {
         let (from, to) = self.range;
         if self.is_log {
@@ -251,7 +250,7 @@ fn shade(svg: &mut Svg, shape: &str, level: u8) {
 pub enum Look {
     Line(usize),
     Marked(usize),
-    /// Dots alone, in the colour of this number.
+    /// Only dots, in the colour of this number.
     Dots(usize),
     /// Measured samples: thin and grey.
     Data,
@@ -273,7 +272,7 @@ impl Look {
         }
     }
 
-    /// A marker's corners around its middle, x and y in turn.
+    /// Returns a marker's vertices relative to its centre, as alternating x and y, and its class.
     fn marker(self) -> Option<(&'static [f64], String)> {
         const SHAPES: [&[f64]; 4] = [
             &[-3.2, -3.2, 3.2, -3.2, 3.2, 3.2, -3.2, 3.2, -3.2, -3.2],
@@ -295,7 +294,7 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// The scale of one side of a panel; without a range it spans the drawn values.
+/// Scale of one side of a panel; without a range it spans the drawn values.
 #[derive(Clone, Debug, Default)]
 pub struct Scale {
     pub label: String,
@@ -373,7 +372,7 @@ impl Panel {
         rows
     }
 
-    /// Height of the panel with its title and its key.
+    /// Returns the height of the panel with its title and its key.
     fn height(&self) -> f64 {
         PLOT_HEIGHT + 108.0 + KEY_ROW * self.key().len() as f64
     }

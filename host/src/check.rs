@@ -1,5 +1,5 @@
-//! `check`: a first power-up in one command. A conversation with the board yields [`Observations`],
-//! which each row of [`table::TABLE`] judges.
+//! `check`: tests a board at its first power-up. A conversation with the board yields
+//! [`Observations`], which each row of [`table::TABLE`] judges.
 
 mod converter;
 mod frames;

@@ -107,8 +107,7 @@ struct TeletactionArgs {
 }
 
 impl Cli {
-    /// Runs the command. Fails with one line; with a [`crate::usage::UsageError`] if its options
-    /// are wrong.
+    /// Runs the command. Errors are one line; wrong options return a [`crate::usage::UsageError`].
     pub fn run(self) -> Result<()> {
         if self.force {
             crate::output::force();

@@ -1,4 +1,4 @@
-//! Clipped channels, and angles that wrap.
+//! Detects clipped channels, and angles that wrap.
 
 /// Standard deviations below which a difference between two counts may be chance.
 const BY_CHANCE: f64 = 3.0;
@@ -48,7 +48,7 @@ impl Ends {
         ends
     }
 
-    /// True if more values are at the end than a sine can have there.
+    /// True if the outermost value is more frequent than in any sine, allowing for chance.
     fn is_limit(&self) -> bool {
         let most = 1.0 + 2f64.sqrt();
         let more = self.outer_count - most * self.next_count;
@@ -62,7 +62,7 @@ const PERIODS: [f64; 3] = [360.0, std::f64::consts::TAU, 400.0];
 /// Minimum number of jumps that show that an angle wraps.
 const JUMPS_MIN: usize = 3;
 
-/// Period at which readings wrap, as angles do; `None` if they do not.
+/// Returns the period at which readings wrap, as angles do; `None` if they do not.
 pub fn wraps_at(values: &[f64]) -> Option<f64> {
     let known = || values.iter().copied().filter(|value| !value.is_nan());
     let span = known().fold(f64::NEG_INFINITY, f64::max) - known().fold(f64::INFINITY, f64::min);

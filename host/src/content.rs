@@ -13,7 +13,6 @@ const LOOK_BYTES: u64 = 4096;
 /// A reader that can be sent to another thread.
 pub type Input = Box<dyn Read + Send>;
 
-/// Kind of a file's content.
 pub enum Content {
     /// Text as UTF-8.
     Text(Input),
@@ -70,7 +69,6 @@ const OTHERS: [(&[u8], &str); 14] = [
 ];
 
 impl Content {
-    /// Detects the kind of content.
     pub fn of(input: Input) -> Result<Self> {
         let (start, input) = look(input)?;
         if start.starts_with(&[0x1F, 0x8B]) {

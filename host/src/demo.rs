@@ -50,7 +50,7 @@ pub fn run(
         &mut sink,
         progress,
     )?;
-    // Draw only the scene, not what follows until the last message.
+    // Draw only the scene, not the time until the last message.
     let first_us = outcome.conversions.first().map_or(0, |first| first.t_us);
     let end_us = ((truth.end_s - outcome.zero_s()) * 1e6) as u32;
     let is_in = |one: &TimedConversion| one.t_us.wrapping_sub(first_us) < end_us;
@@ -128,7 +128,6 @@ fn time(t_us: Option<u64>) -> String {
     )
 }
 
-/// A row of the comparison with the truth.
 struct Row {
     name: &'static str,
     found: String,

@@ -3,12 +3,12 @@
 
 use ridgetone_proto::telemetry::Event;
 
-/// Converts microseconds to seconds.
 pub fn seconds(t_us: u64) -> f64 {
     t_us as f64 / 1e6
 }
 
-/// Device time of an event, seconds, or of its end if it lasts. A greeting and a reply have none.
+/// Returns an event's device time in seconds, or the time of its end if it lasts; `None` for a
+/// greeting or a reply.
 pub fn time_s(event: &Event) -> Option<f64> {
     event.t_us().map(seconds)
 }
@@ -32,10 +32,10 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Decimals that show an uncertainty with two significant digits; `None` if `sigma` is not an
-/// uncertainty.
+/// Returns the number of decimals that shows an uncertainty with two significant digits; `None` if
+/// `sigma` is not an uncertainty.
 pub fn decimals(sigma: f64) -> Option<usize> {
-    // The exponent after rounding: 0.0996 is 0.10.
+    // Use the exponent after rounding, since 0.0996 becomes 0.10.
     let power: i32 = format!("{sigma:.1e}").split_once('e')?.1.parse().ok()?;
     (sigma > 0.0 && sigma.is_finite()).then(|| (1 - power).max(0) as usize)
 }

@@ -1,4 +1,4 @@
-//! Runs the firmware image that gets flashed on the register model of its board, in front of a
+//! Runs the firmware image, as it is flashed, on the register model of its board, in front of a
 //! scene, as fast as possible. [`feed::Emulated`](crate::feed::Emulated) runs it in real time.
 
 pub mod image;
@@ -23,7 +23,7 @@ use std::time::Duration;
 /// Board time between two exchanges with the PC, nanoseconds.
 const STEP_NS: u64 = 1_000_000;
 
-/// Board time after the end of a scene, seconds: enough for the last fit and one more health
+/// Board time in seconds after the end of a scene: enough for the last fit and one more health
 /// report.
 const TAIL_S: f64 = 1.1;
 
@@ -40,7 +40,6 @@ const REST_V: f64 = 2.5;
 /// FLASH_OPTCR with brown-out level 3, as the guide says to set it (RM0090, 3.9.10).
 const OPTION_BYTES: u32 = 0x0FFF_AAE1;
 
-/// Options of an emulated run.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
     pub firmware: &'a Firmware,
@@ -56,7 +55,7 @@ pub struct Options<'a> {
 }
 
 impl<'a> Options<'a> {
-    /// Default options: keeps nothing, and leaves the firmware its own settings.
+    /// Default options: keeps nothing, and does not change the firmware's settings.
     pub fn new(firmware: &'a Firmware) -> Self {
         Self {
             firmware,
@@ -78,18 +77,18 @@ pub struct Outcome {
     /// Conversions with at least one undamaged read. A conversion that was read only once counts
     /// only if it is the last.
     pub arrived: u64,
-    /// Conversions that the board has read only once, so that nothing confirms them: the next one
-    /// was ready before.
+    /// Conversions that the board read only once before the next one was ready, so that no second
+    /// read confirms them.
     pub read_once: u64,
-    /// Times at which injected faults acted, nanoseconds of board time.
+    /// Times at which injected faults took effect, in nanoseconds of board time.
     pub injected: Vec<hal_mock::Injected>,
     pub registers: [u8; hal_mock::chip::REGISTERS],
     /// Conversions read, with the firmware's time of their DRDY edge, if
     /// `Options::keep_conversions`.
     pub conversions: Vec<TimedConversion>,
-    /// Board time at which START first rose, microseconds: scene time zero.
+    /// Board time in microseconds at which START first rose: scene time zero.
     pub start_us: u64,
-    /// Board time of the first DRDY edge, microseconds: device time zero.
+    /// Board time in microseconds of the first DRDY edge: device time zero.
     pub first_edge_us: u64,
     /// Board time at the end, microseconds.
     pub end_us: u64,
@@ -98,8 +97,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Returns device time zero in scene time, seconds: scene time begins when the board starts the
-    /// chip, device time with the first result.
+    /// Returns device time zero in scene time (seconds): scene time begins when the board starts
+    /// the chip, device time with the first result.
     pub fn zero_s(&self) -> f64 {
         (self.first_edge_us as f64 - self.start_us as f64) / 1e6
     }
@@ -109,7 +108,7 @@ impl Outcome {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SentByte {
     pub byte: u8,
-    /// Device time at the end of the byte's stop bit, seconds; 0 before the first conversion.
+    /// Device time in seconds at the end of the byte's stop bit; 0 before the first conversion.
     pub left_s: f64,
 }
 
@@ -117,8 +116,8 @@ pub struct SentByte {
 pub type Sink<'a> = dyn FnMut(&Packet, f64) -> Result<()> + 'a;
 
 /// The PC's end of the line, packet by packet: takes the board's time and a received packet with
-/// its [`SentByte::left_s`], and returns the bytes to send. Called with every packet, and with none
-/// whenever the board has sent anything else.
+/// its [`SentByte::left_s`], and returns the bytes to send. Called for every packet, and without
+/// one in each step in which nothing arrives.
 pub type Talk<'a> = dyn FnMut(Duration, Option<(&Packet, f64)>) -> Result<Vec<u8>> + 'a;
 
 /// The PC's end of the line: takes the board's time and the received bytes, and returns the bytes
@@ -129,8 +128,8 @@ pub fn board(firmware: &Firmware, input: Opened) -> Result<Emulator> {
     board_on(firmware, input, None)
 }
 
-/// Returns a board in front of `input`. With `internal_ppm` its crystal is dead and its internal
-/// oscillator is off by this much, parts per million.
+/// Returns a board in front of `input`. With `internal_ppm`, its crystal is dead, and its internal
+/// oscillator is off by this error (parts per million).
 fn board_on(firmware: &Firmware, input: Opened, internal_ppm: Option<i32>) -> Result<Emulator> {
     let start = Start {
         adc: input.options,
@@ -143,7 +142,7 @@ fn board_on(firmware: &Firmware, input: Opened, internal_ppm: Option<i32>) -> Re
     emulator.map_err(|failure| anyhow!("{failure}"))
 }
 
-/// Returns the input of a board whose finger nothing touches.
+/// Returns the input of a board while nothing touches the finger.
 pub fn untouched(firmware: &Firmware) -> Opened {
     if !Board::OWN_ADC.contains(&firmware.board) {
         return Opened::untouched();
@@ -158,7 +157,7 @@ pub fn untouched(firmware: &Firmware) -> Opened {
     }
 }
 
-/// Returns scene time, seconds; `None` before the converter has started.
+/// Returns scene time in seconds; `None` before the converter has started.
 fn scene_s(emulator: &mut Emulator) -> Option<f64> {
     let zero_ns = emulator
         .adc()
@@ -244,7 +243,7 @@ pub fn run_packets(
     })
 }
 
-/// Like [`run_packets`], but with the bytes of the line: neither decodes nor counts packets.
+/// Like [`run_packets`], but exchanges bytes: neither decodes nor counts packets.
 pub fn run_bytes(
     input: Opened,
     options: Options<'_>,

@@ -30,7 +30,7 @@ pub(crate) fn object<'a>(file: &'a str, fit: &'a TableFit) -> Fit<'a> {
     }
 }
 
-/// One JSON object on one line, without the line's end.
+/// Formats a fit as one JSON object on one line, without the line end.
 pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
     serde_json::to_string(&object(file, fit))
 }
@@ -159,7 +159,7 @@ pub fn part_name(part: FittedPart) -> &'static str {
     }
 }
 
-/// Cycles below which an ambiguous fit needs a longer part.
+/// Number of cycles below which an ambiguous fit needs a longer part.
 const FEW_CYCLES: f64 = 8.0;
 
 fn meaning(fit: &TableFit) -> &'static str {

@@ -30,7 +30,7 @@ const COLUMNS: [&str; 14] = [
 pub struct FitRows<'a> {
     form: Form<'a>,
     pub count: u64,
-    /// Number of good fits among them.
+    /// Number of good fits written.
     pub good: u64,
 }
 

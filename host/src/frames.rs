@@ -1,6 +1,6 @@
 //! Recordings as frames for the library: raw frames from a board, or the rows of a table at their
-//! own rate and with their own number of channels. No chip is simulated: nothing is resampled, and
-//! only what follows from the frames is reported.
+//! own rate and with their own number of channels. Without a simulated chip, nothing is resampled,
+//! and only events that follow from the frames are reported.
 
 mod board;
 mod frame;
@@ -42,8 +42,8 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Reads a recording once. Fails, and says how to fit it instead, unless it is steady sampling
-    /// of 1 to 16 channels at a rate that the library takes.
+    /// Reads a recording once. Fails, with advice on how to fit it instead, unless it has 1 to 16
+    /// channels sampled steadily at a rate that the library accepts.
     pub fn open(samples: &Samples, reading: Reading) -> Result<Self> {
         let board = samples
             .path()
@@ -72,7 +72,7 @@ impl Frames {
         })
     }
 
-    /// The plan of the recording; no settings can change it.
+    /// Returns the plan of the recording, which no settings can change.
     pub fn plan(&self) -> Plan {
         self.settings.plan
     }
@@ -96,7 +96,6 @@ impl Frames {
         }
     }
 
-    /// Refuses a recording that is shorter than a window.
     pub fn check_window(&self, name: &str, settings: &Settings) -> Result<()> {
         let (length_s, window_s) = (self.length_s, settings.window_s);
         ensure!(
@@ -106,8 +105,8 @@ impl Frames {
         Ok(())
     }
 
-    /// Returns the settings, with the whole table as one slide if nothing touches a finger in it.
-    /// Values beyond the reference hide a touch: then the settings stay as they are.
+    /// Returns the settings, with the whole table as one slide if no touch is detected in it.
+    /// Values beyond the reference could hide a touch, so the settings then stay unchanged.
     pub fn settings_for(&self, settings: Settings) -> Result<Settings> {
         let Source::Table(table) = &self.source else {
             return Ok(settings);
@@ -151,8 +150,8 @@ impl Frames {
     }
 
     /// Runs all frames through the library with settings that have passed [`Settings::validate`],
-    /// and passes the numbered packets to `sink`, with `raw` every frame, too. Ends early when this
-    /// process is asked to stop.
+    /// and passes the numbered packets to `sink`; with `raw`, also one for every frame. Ends early
+    /// when this process is asked to stop.
     pub fn run(
         &self,
         settings: &Settings,
@@ -286,7 +285,7 @@ impl Frames {
     }
 }
 
-/// Minimum number of channels of a finger: with fewer, it is a different instrument.
+/// Minimum number of channels of a finger; a table with fewer is from a different instrument.
 const TOUCH_CHANNELS_MIN: usize = 4;
 
 /// True if columns may be the taxels of a finger: four or more, in volts or without a unit.

@@ -13,8 +13,8 @@ const MISSING_MAX: f64 = 0.2;
 /// Length of a gap, as a fraction of the whole time, above which it separates two recordings.
 const PAUSE_SHARE: f64 = 0.5;
 
-/// Maximum distance of stamps from multiples of a supplied spacing, as a fraction of it, for them
-/// to show which rows are missing.
+/// Maximum distance of stamps from multiples of a supplied spacing, as a fraction of the spacing.
+/// Stamps closer than this show which rows are missing.
 const ON_GRID: f64 = 0.2;
 
 /// Standard deviation of the spacings, as a fraction of their mean, above which rows may have been
@@ -33,7 +33,7 @@ pub struct Grid {
     pub stamped_hz: Option<f64>,
     /// Position of each row on the grid, in sampling intervals from the first row.
     pub places: Vec<usize>,
-    /// Times of the rows from the first one, seconds, if they are not evenly spaced (the rate is
+    /// Times of the rows in seconds from the first one, if they are not evenly spaced (the rate is
     /// then the mean); otherwise empty.
     pub uneven_s: Vec<f64>,
     /// Standard deviation of the spacings, as a fraction of their mean; zero if rounding of the
@@ -52,7 +52,7 @@ impl Grid {
         self.slots() - self.places.len()
     }
 
-    /// Returns the time between two rows, by their numbers in the part, seconds.
+    /// Returns the time in seconds between two rows, given by their numbers in the part.
     pub fn between_s(&self, from: usize, to: usize) -> f64 {
         match self.uneven_s[..] {
             [] => (self.places[to] - self.places[from]) as f64 / self.rate_hz,
@@ -82,12 +82,12 @@ impl Grid {
     }
 
     /// Returns the same rows at their stamped times if these scatter about the grid. The readings
-    /// can tell whether the sampling was uneven or only its stamps.
+    /// can show whether the sampling or only the stamps were uneven.
     pub fn at_own_times(&self, time_s: &[f64]) -> Option<Self> {
         (self.scatter > SCATTER_MAX).then(|| Self::uneven(time_s))
     }
 
-    /// Returns the positions of all sampling intervals, millimetres from the first, by linear
+    /// Returns the positions of all sampling intervals (millimetres from the first) by linear
     /// interpolation between the rows' values in a column. NaN marks a missing value.
     pub fn positions_mm(&self, column: &Column, values: &[f64]) -> Result<Vec<f32>, String> {
         let mm_per_unit = column.mm_per_unit(values)?;
@@ -225,7 +225,6 @@ fn check_pause(time_s: &[f64], name_row: &dyn Fn(usize) -> String) -> Result<()>
     Ok(())
 }
 
-/// Numbers rows by their stamps.
 fn numbered(clock: &mut RowClock, time_s: &[f64]) -> Vec<usize> {
     time_s.iter().map(|t_s| clock.push(*t_s) as usize).collect()
 }
@@ -241,7 +240,7 @@ fn scatter(time_s: &[f64], places: &[usize], spacing_s: f64) -> f64 {
     (off.map(|off| off * off).sum::<f64>() / count).sqrt()
 }
 
-/// True if rows with these numbers are steady sampling with a few rows lost.
+/// True if these row numbers show steady sampling with a few rows lost.
 fn is_steady(places: &[usize]) -> bool {
     let slots = places.last().map_or(0, |last| last + 1);
     (slots - places.len()) as f64 <= MISSING_MAX * slots as f64

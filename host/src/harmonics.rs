@@ -1,10 +1,11 @@
 //! Fits all harmonics of a known frequency to one channel by least squares, for display. The
-//! frequency is the estimator's; nothing is searched here.
+//! estimator supplies the frequency; it is not searched for here.
 
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Minimum fraction of a column that is independent of the others; otherwise it is left out.
+/// Minimum fraction of a column that must be independent of the other columns; otherwise the column
+/// is left out.
 const FRACTION_MIN: f64 = 1e-9;
 
 /// One harmonic in one channel.
@@ -20,7 +21,7 @@ pub struct Harmonic {
 pub struct Harmonics {
     /// Fitted value at each time.
     pub fit_v: Vec<f32>,
-    /// The fundamental first.
+    /// All harmonics, the fundamental first.
     pub harmonics: Vec<Harmonic>,
     /// RMS of the residuals, normalised by their degrees of freedom, volts.
     pub residual_v: f32,
@@ -107,7 +108,7 @@ pub fn about_line(volts: &[Option<f32>]) -> f64 {
     straight_line(volts).1
 }
 
-/// Value with its position along the axis.
+/// A value and its position along the axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Reading {
     pub at: f64,
@@ -220,7 +221,7 @@ mod tests {
         }
         assert_eq!(found.harmonics.len(), 2);
         assert!(found.residual_v < 1e-7, "{}", found.residual_v);
-        // The fit has a value at the missing sample too.
+        // The fit also has a value at the missing sample.
         assert!((f64::from(found.fit_v[17]) - truth(t_s[17])).abs() < 1e-7);
         let without = fit(&t_s, &volts, 4.17, 1, Some(50.0)).unwrap();
         assert!(

@@ -5,13 +5,13 @@ use hal_mock::{Constant, Options, Scene, Sliding, SlidingScene, Truth};
 use ridgetone_finger::CONVERSION_NS;
 use ridgetone_proto::plan::Plan;
 
-/// Reference of the simulated chip, volts; the library's default settings expect the same.
+/// Reference of the simulated chip in volts; the library's default settings expect the same.
 pub const REFERENCE_V: f64 = 4.096;
 
 /// Time from power-up to the chip's first answer, clock cycles (SBAS297G, power-up).
 const POWER_UP_CYCLES: u64 = ads1258::POWER_UP_TICKS as u64;
 
-/// A grating slid over the finger, and the chip in front of it.
+/// A scene in which a grating slides over the finger, to be read by the simulated chip.
 #[derive(Clone, Debug)]
 pub struct Input {
     pub scene: Sliding,
@@ -30,7 +30,7 @@ impl Default for Input {
 }
 
 /// Returns the scene for a first look: a physical fingertip, for which the period comes out right.
-/// The plain scene, [`Sliding::default`], is for tests: each channel has a phase of its own.
+/// In the plain scene for tests, [`Sliding::default`], each channel has its own phase.
 pub fn first_scene() -> Result<Sliding> {
     built_in(
         "hal-mock/scenes/c1.toml",
@@ -94,7 +94,7 @@ impl Input {
         }
     }
 
-    /// Returns options of the chip for any scene.
+    /// Returns the chip's options, which are the same for any scene.
     fn options(&self) -> Options {
         Options {
             seed: self.seed,
@@ -127,7 +127,7 @@ impl Input {
     }
 }
 
-/// Longest scene that is played, seconds: a longer one results from a wrong speed.
+/// Longest scene that is played, in seconds; a longer one is due to a wrong speed.
 const SCENE_MAX_S: f64 = 3600.0;
 
 /// Highest tone that is not aliased, as a fraction of the frame rate, with a margin.

@@ -1,4 +1,4 @@
-//! Keys pressed on the terminal, and detection of its end.
+//! Reads keys from the terminal, and detects when it is closed.
 
 use crate::stop;
 use anyhow::Result;
@@ -6,9 +6,9 @@ use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyEvent};
 use std::time::Duration;
 
-/// Returns the next key that was pressed, without waiting; `None` if there is none. Once the
-/// terminal is gone this requests the end of the process: crossterm's `poll` would never return
-/// then (<https://github.com/crossterm-rs/crossterm/issues/793>).
+/// Returns the next key that was pressed, without waiting; `None` if there is none. If the terminal
+/// is gone, requests the end of the process, because crossterm's `poll` would never return
+/// (<https://github.com/crossterm-rs/crossterm/issues/793>).
 pub fn next() -> Result<Option<KeyEvent>> {
     loop {
         if is_terminal_gone() {
@@ -40,8 +40,8 @@ fn is_terminal_gone() -> bool {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
     use std::io::IsTerminal;
     use std::sync::LazyLock;
-    // Asked at the start, because a closed terminal no longer counts as one. If standard input is
-    // not a terminal, keys come from elsewhere, and its end means nothing.
+    // Check once at the start, because a closed terminal no longer counts as one. If standard input
+    // is not a terminal, keys do not come from it, and its end is ignored.
     static IS_TERMINAL: LazyLock<bool> = LazyLock::new(|| std::io::stdin().is_terminal());
     let stdin = std::io::stdin();
     let mut ends = [PollFd::new(&stdin, PollFlags::IN)];

@@ -3,9 +3,9 @@
 //!
 //! | concept | where |
 //! |---|---|
-//! | a recording at one glance | [`overview`] |
+//! | overview of a recording | [`overview`] |
 //! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `clipped`, `fit_report` |
-//! | tables of samples in the layouts that others write | [`tables`] |
+//! | tables of samples in common layouts | [`tables`] |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows`, [`frame`] |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | a recording's frames through the library | [`frames`] |
@@ -17,13 +17,13 @@
 //! | a board on a serial line | `port` |
 //! | packets from a board, the emulated board or a recording | [`feed`], `listen` |
 //! | requests to a board | [`requests`], `client` |
-//! | a first power-up: a conversation with a board, and a verdict on each part of it | [`check`] |
+//! | checks of a board at its first power-up | [`check`] |
 //! | the state of a board, for a screen | [`live`], [`analysis`], [`harmonics`] |
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
 //! | the messages of many boards on the buses of a robot | [`serve`] |
 //! | telemetry in a file, and in other formats | [`recording`], [`record`], `export` |
 //! | packets as text, as JSON | [`events`], [`names`], `tone`, [`overtones`], `remarks` |
-//! | a board's clock next to UTC | [`utc`] |
+//! | relation of a board's clock to UTC | [`utc`] |
 //! | settings as TOML and `name=value` | [`settings_form`] |
 //! | results compared with the truth, and a picture | [`demo`], [`picture`], [`static_image`],
 //! [`chart`] |

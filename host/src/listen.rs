@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// Time without a packet after which a board counts as silent: it sends one a second.
+/// Time without a packet after which a board counts as silent: it sends one per second.
 pub const SILENT: Duration = Duration::from_secs(3);
 
 /// Longest wait between two checks of [`stop`] and of due requests.
@@ -27,9 +27,8 @@ const GREETING: Duration = Duration::from_millis(500);
 
 /// A feed whose requests are sent while its packets are read.
 ///
-/// A board that is already sending is asked for its greeting, and its packets are held back until
-/// the greeting arrives: those of a different protocol would be misread until the next periodic
-/// greeting.
+/// A board that is already sending is asked for its greeting. Its packets are held back until the
+/// greeting arrives, because packets of a different protocol would be misread.
 pub struct Listener {
     pub feed: Feed,
     requester: Requester,
@@ -52,9 +51,9 @@ pub struct Listener {
 pub enum Heard {
     /// A packet, with the time of its receipt if known.
     Packet(Box<Packet>, Option<Receipt>),
-    /// The board at this name is connected.
+    /// The board of this name is connected.
     Connected(String),
-    /// The board at this name is disconnected, for this reason; the feed waits for it.
+    /// The board of this name is disconnected, for this reason; the feed waits for it.
     Disconnected(String, String),
     Over,
 }
@@ -129,7 +128,7 @@ impl Listener {
                     self.join(packet)?;
                 }
                 if self.greeting.answered(&packet.event).is_some() {
-                    // This is the only request.
+                    // The greeting is the only request in this queue.
                     return Ok(None);
                 }
                 if let Some((_, outcome)) = self.requester.answered(packet)
@@ -148,8 +147,8 @@ impl Listener {
         Ok(heard)
     }
 
-    /// Returns a sentence on newly lost or damaged packets or, before the first packet, on what
-    /// else is on the line.
+    /// Returns a sentence on newly lost or damaged packets or, before the first packet, on other
+    /// bytes on the line.
     pub fn losses(&mut self) -> Option<String> {
         let counts = self.feed.counts();
         if counts.received == 0 && self.feed.has_board() {

@@ -64,7 +64,7 @@ pub struct Counts {
     pub missing: u32,
     /// Packets with a wrong checksum.
     pub damaged: u32,
-    /// Number of times that a sequence number was lower than the previous one.
+    /// Number of times that the sequence number stepped back.
     pub stepped_back: u32,
 }
 
@@ -139,7 +139,7 @@ pub struct Live {
     #[serde(flatten)]
     pub now: Now,
     pub history: History,
-    /// The latest raw frames: empty unless they were requested.
+    /// The latest raw frames; empty unless requested.
     #[serde(serialize_with = "columns")]
     pub strips: Strips,
     /// Events, one line each, oldest first: all packets except estimates, tracks, health, raw
@@ -237,7 +237,7 @@ impl Live {
             _ => false,
         };
         if !is_usual {
-            // The text of an image has more lines: its map, which the log does not need.
+            // Log only the first line of an image; the others are its map.
             self.note(events::text(packet).lines().next().unwrap_or_default());
         }
     }
@@ -259,8 +259,7 @@ impl Live {
         }
     }
 
-    /// Forgets earlier data: the board's clock begins at zero again, so they do not fit on the
-    /// axis.
+    /// Forgets earlier data, because the board's clock starts at zero again.
     fn restarted(&mut self) {
         self.now.restarts += 1;
         self.clear();

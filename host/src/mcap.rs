@@ -1,11 +1,10 @@
-//! JSON messages of MCAP files (<https://mcap.dev/spec>).
+//! Reads JSON messages from MCAP files (<https://mcap.dev/spec>).
 
 use mcap::records::{Record, op};
 use mcap::{MAGIC, parse_record};
 use std::collections::HashMap;
 use thiserror::Error;
 
-/// Reasons why a file cannot be read.
 #[derive(Debug, Error)]
 pub enum McapError {
     #[error("the MCAP file is cut off or damaged")]
@@ -19,7 +18,8 @@ pub enum McapError {
 pub struct JsonMessages {
     /// Topics and texts, in the file's order.
     pub messages: Vec<(String, Vec<u8>)>,
-    /// Offset of the first incomplete record, bytes, if the file was cut off; `messages` end there.
+    /// Offset in bytes of the first incomplete record, if the file was cut off; `messages` end
+    /// there.
     pub cut_at: Option<usize>,
 }
 
@@ -42,8 +42,8 @@ pub fn json_messages(file: &[u8]) -> Result<JsonMessages, McapError> {
 /// Bytes of a record before its content: its kind and its length.
 const RECORD_HEAD: usize = 9;
 
-/// Bytes of a chunk before its records, where they are not compressed: two times, a length, a
-/// checksum, an empty name, a length.
+/// Bytes of an uncompressed chunk before its records: two times, a length, a checksum, an empty
+/// name, a length.
 const CHUNK_HEAD: usize = 40;
 
 /// Bytes of a chunk that hold the length of the compression's name.
@@ -86,7 +86,6 @@ impl Reader {
         Ok(bytes.len())
     }
 
-    /// Takes a record.
     fn take(&mut self, opcode: u8, data: &[u8]) -> Result<(), McapError> {
         self.is_over |= opcode == op::DATA_END;
         if ![op::CHANNEL, op::MESSAGE, op::CHUNK].contains(&opcode) {
@@ -133,7 +132,7 @@ mod tests {
 
     const TOPICS: [&str; 2] = ["/ridgetone/a", "/camera"];
 
-    /// A file with messages of two channels, JSON and CDR.
+    /// Writes a file with messages of two channels, JSON and CDR.
     fn written(messages: u32, options: WriteOptions) -> Vec<u8> {
         let mut file = Cursor::new(Vec::new());
         let mut writer = options.compression(None).create(&mut file).unwrap();

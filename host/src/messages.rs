@@ -1,5 +1,4 @@
-//! The messages of a recording: telemetry packets, or the JSON objects that `export` or `--json`
-//! wrote.
+//! Reads the messages of a recording: telemetry packets, or JSON objects from `export` or `--json`.
 
 use crate::events::JsonLines;
 use crate::feed::{Feed, FeedEvent};
@@ -88,7 +87,6 @@ struct JsonSettings {
 }
 
 impl Message {
-    /// Returns the message as a JSON object on one line.
     pub fn json(&self, lines: &mut JsonLines) -> Result<String> {
         match self {
             Self::Packet(packet, receipt) => Ok(lines.line(packet, *receipt)?),
@@ -192,7 +190,7 @@ pub fn messages(path: &Path, form: Form) -> Result<Messages> {
     }
 }
 
-/// Writes a remark on a file to standard error, only once however often the file is read.
+/// Writes a remark on a file to standard error, but only once, even if the file is read again.
 fn note_once(text: String) {
     static NOTED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     let mut noted = NOTED.lock().unwrap_or_else(PoisonError::into_inner);

@@ -38,7 +38,7 @@ macro_rules! note {
 /// True if no progress is shown, because the program that uses this library has its own screen.
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 
-/// Shows no progress from now on.
+/// Suppresses progress output from now on.
 pub fn be_quiet() {
     IS_QUIET.store(true, Ordering::Relaxed);
 }
@@ -98,7 +98,6 @@ impl Progress {
         }
     }
 
-    /// Ends the progress line.
     pub fn end(&mut self) {
         if std::mem::take(&mut self.is_open) {
             let _ = writeln!(std::io::stderr().lock());

@@ -8,8 +8,9 @@ use std::f64::consts::TAU;
 pub fn overtones(reported: &Overtones) -> [Overtone; 3] {
     let mut turn = 1;
     reported.map(|[re, im]| {
-        // Against the fundamental as a sine each number more takes a quarter of a turn, a product
-        // with -i. Zero less a zero is zero, and has no phase; minus zero would have one.
+        // Relative to the fundamental as a sine, each further order turns the phase by a quarter
+        // turn: a factor of -i. Subtract from zero instead of negating, because minus zero would
+        // have a phase.
         let (sine_re, sine_im) = match turn % 4 {
             1 => (im, 0.0 - re),
             2 => (0.0 - re, 0.0 - im),
@@ -36,8 +37,8 @@ pub fn overtones(reported: &Overtones) -> [Overtone; 3] {
 mod tests {
     use super::*;
 
-    /// sin v + a sin(k v + p) is, with v = u + turn / 4, a wave whose cosines have the
-    /// fundamental's phase 0.
+    /// With v = u + turn / 4, sin v + a sin(k v + p) is a wave whose fundamental is a cosine of u
+    /// with phase 0.
     #[test]
     fn phases_are_those_of_sines() {
         for (n, k) in (2..=4).enumerate() {

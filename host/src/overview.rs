@@ -106,7 +106,7 @@ impl Recorded {
             units: chosen.iter().map(|at| units[*at].clone()).collect(),
             is_dated: rows.is_dated() && date(part.times_s[0]).is_some(),
             levels: columns.iter().map(|values| middle(values)).collect(),
-            // Files of other instruments, and files without a rate, show no touches.
+            // Treat files of other instruments, and files without a rate, as having no touches.
             touches: touch_part::touches(samples, selection).unwrap_or_default(),
             times_s: part.times_s,
             columns,
@@ -129,7 +129,7 @@ impl Recorded {
     pub fn spectrogram(&self, window_s: f64, max_hz: f64) -> Spectrogram {
         let (from_s, until_s) = self.ends_s();
         let step_hz = max_hz / BINS as f64;
-        // A longer window would make a line too narrow to be seen between two frequencies.
+        // In a longer window, a line between two frequencies would be too narrow to be seen.
         let window_s = window_s.min(1.0 / step_hz).min(until_s - from_s);
         let apart_s = (until_s - from_s) / COLUMNS as f64;
         let frequencies = Frequencies {
@@ -178,7 +178,6 @@ impl Recorded {
         }
     }
 
-    /// Returns the number of contacts found.
     pub fn contacts(&self) -> usize {
         self.touches.contacts_s.len()
     }

@@ -12,7 +12,7 @@ use ridgetone_proto::settings::Declared;
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
-/// Which rows and columns to fit, and how.
+/// Rows and columns to fit, and options of the fit.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     /// Rows per second; needed if the file has no `time_s`.

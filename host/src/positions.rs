@@ -25,20 +25,20 @@ const JOINED: &str = "position_mm";
 /// Times from here on are UTC, seconds since 1970; earlier ones are device time.
 const UTC_FROM_S: f64 = 1e9;
 
-/// Longest time without a row, seconds. In this time a hand that moves to and fro at 1.07 Hz can
-/// deviate 7 mm from constant speed. Slow logs may have gaps of four times their usual spacing.
+/// Longest time without a row, seconds. A hand that moves to and fro at 1.07 Hz can deviate by 7 mm
+/// from constant speed in this time. Slow logs may have gaps of four times their usual spacing.
 const GAP_S: f64 = 0.1;
 const GAP_SPACINGS: f64 = 4.0;
 
-/// Rows on each side of a row that the polynomial for its slope uses.
+/// Number of rows on each side that the polynomial for the slope at a row uses.
 const SIDE: usize = 2;
 
-/// Delay of the low-pass of the bridges on all boards, seconds: 820 ohm parallel to 820 ohm, with
+/// Delay in seconds of the low-pass of the bridges on all boards: 820 ohm parallel to 820 ohm, with
 /// 1 uF.
 const LOW_PASS_S: f64 = 0.41e-3;
 
-/// Standard deviation of delays that the clocks cannot reveal, seconds: the minimum delay of a USB
-/// adapter, up to 1 ms, and the tolerance of the low-pass.
+/// Standard deviation in seconds of delays that the clocks cannot reveal: the minimum delay of a
+/// USB adapter, up to 1 ms, and the tolerance of the low-pass.
 const DELAY_SIGMA_S: f64 = 0.5e-3;
 
 /// Device time between two points at which the clocks are compared, seconds.
@@ -100,7 +100,7 @@ struct Knot {
     mm_s: f64,
 }
 
-/// A robot's positions by its own times.
+/// A robot's positions against its own clock.
 #[derive(Debug)]
 struct Track {
     file: String,
@@ -177,7 +177,6 @@ impl Track {
         Self { file, knots, gap_s }
     }
 
-    /// Returns the times of the first and last row, seconds.
     fn range_s(&self) -> (f64, f64) {
         (self.knots[0].t_s, self.knots[self.knots.len() - 1].t_s)
     }
@@ -224,7 +223,6 @@ fn slope(times_s: &[f64], values: &[f64], row: usize) -> f64 {
         .sum()
 }
 
-/// A recording's clock and plan.
 struct Board {
     name: String,
     clock: UtcClock,
@@ -294,7 +292,7 @@ impl Board {
             "{name}: has no times of receipt, so that positions in UTC cannot be aligned: give them in device time, time_s"
         );
         let (first_s, last_s) = self.frames_s;
-        // Limit the steps: a damaged time could require any number of them.
+        // Limit the number of steps, which a damaged time could make arbitrarily large.
         let steps = ((last_s - first_s) / RELATION_S)
             .ceil()
             .clamp(1.0, RELATIONS_MAX);
@@ -312,8 +310,8 @@ impl Board {
         Ok((Clock { relations }, most_s))
     }
 
-    /// Returns the time from a frame's stamp to the middle of its conversions, seconds. The
-    /// position of the frame is evaluated there.
+    /// Returns the time in seconds from a frame's stamp to the middle of its conversions, where the
+    /// frame's position is evaluated.
     fn middle_s(&self) -> f64 {
         match self.plan.sampling {
             Sampling::InTurn => {
@@ -341,8 +339,8 @@ impl Board {
     }
 }
 
-/// Differences of two clocks at device times, seconds, interpolated linearly. If there are none,
-/// the clocks are the same.
+/// Differences in seconds of two clocks at device times, interpolated linearly. If there are none,
+/// the clocks are equal.
 #[derive(Debug, Default)]
 struct Clock {
     relations: Vec<(f64, f64)>,
@@ -366,7 +364,7 @@ impl Clock {
     }
 }
 
-/// A track, and the relation of the frames' times to it.
+/// A track, and the relation of the frames' times to its times.
 #[derive(Debug)]
 struct Joined {
     track: Track,

@@ -26,7 +26,7 @@ pub fn names() -> Vec<String> {
 }
 
 impl RawRows {
-    /// Reads the frames of `messages`. `again` must be the same messages: a first pass over them
+    /// Reads the frames of `messages`. `again` must have the same messages, for a first pass that
     /// finds the taxels that are alive. Fails if there is no frame.
     pub fn new(file: &str, messages: Messages, again: Messages) -> Result<Self> {
         let (mut alive, mut vref_v) = (0, VREF_V);

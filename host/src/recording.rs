@@ -4,9 +4,9 @@
 //! ridgetone telemetry 2 {"protocol":12,"version":"0.3.0","source":"/dev/ttyUSB0"}\n\0<bytes>
 //! ```
 //!
-//! Marks between frames give the time when the frames after the mark were received: `@`,
-//! nanoseconds since 1970 as text, and a zero. A mark cannot be a frame, because it ends earlier
-//! than its first stuffing byte promises.
+//! A mark between frames states when the frames after it were received: `@`, nanoseconds since 1970
+//! as text, and a zero. A mark cannot be a frame, because it ends earlier than its first stuffing
+//! byte promises.
 //!
 //! There is no index and no end mark: a file that is cut off anywhere is valid up to that point,
 //! and loses at most one frame. Bytes without the header, as `cat /dev/ttyUSB0` or `emulate
@@ -65,7 +65,7 @@ impl<W: Write> Keep for W {
     }
 }
 
-/// A recording that is being written: complete frames, with marks in front.
+/// A recording that is being written: complete frames, each with a mark before it.
 pub struct Recording {
     out: Box<dyn Write + Send>,
     /// Beginning of a frame that is not complete yet.

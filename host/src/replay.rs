@@ -16,7 +16,7 @@ use ridgetone_proto::plan::{HealthReadings, Plan};
 use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
-/// Board time at which START rises, microseconds; about the same as in the firmware.
+/// Board time in microseconds at which START rises, about the same as in the firmware.
 ///
 /// With any whole microsecond the results equal those of the emulated board, whose START also rises
 /// at a whole microsecond: the DRDY edges then fall at the same times after START, and device time
@@ -52,7 +52,6 @@ pub fn run(
     run_watched(input, settings, observers)
 }
 
-/// Callbacks that observe a run.
 pub struct Observers<'a> {
     /// Takes packets after encoding and decoding.
     pub sink: &'a mut dyn FnMut(&Packet) -> Result<()>,

@@ -1,8 +1,8 @@
 //! Requests to a board. Each request has a number and is repeated with the same number until the
 //! board answers.
 //!
-//! [`Requests`] uses no line and no clock, so that it works in the emulator's loop and on a serial
-//! port.
+//! [`Requests`] uses neither a line nor a clock, so that it works in the emulator's loop and on a
+//! serial port.
 
 pub mod receiver;
 
@@ -20,7 +20,6 @@ pub const PATIENCE: Duration = Duration::from_millis(250);
 /// Maximum number of times that a request is sent, within 5 s.
 pub const TRIES: u32 = 20;
 
-/// Encodes a request for the line.
 pub fn encode(request: &Request) -> Result<Vec<u8>> {
     let mut bytes = vec![0; REQUEST_WIRE_MAX];
     let used = framing::encode(request, &mut bytes)?;
@@ -67,7 +66,7 @@ impl Requests {
         self.current.is_none() && self.queue.is_empty()
     }
 
-    /// Returns the bytes to send now; mostly none.
+    /// Returns the bytes to send now, usually none.
     pub fn due(&mut self, now: Duration) -> Result<Vec<u8>> {
         if self.current.is_none() {
             let Some(command) = self.queue.pop_front() else {

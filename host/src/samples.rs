@@ -27,8 +27,8 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Samples of a file in any form that [`open`] knows. A pipe or standard input (`-`) can be
-    /// read only once, so it is read completely now.
+    /// Makes samples of a file in any form that [`open`] knows. A pipe or standard input (`-`) can
+    /// be read only once, so it is read completely now.
     pub fn file(path: &Path) -> Result<Self> {
         Self::file_with(path, None)
     }
@@ -72,7 +72,7 @@ impl Samples {
         Ok(Self { name, path, open })
     }
 
-    /// Rows of any source, with a name for error messages.
+    /// Makes samples from rows of any source, with a name for error messages.
     pub fn rows(name: &str, open: OpenRows) -> Self {
         Self {
             name: name.to_owned(),
@@ -81,8 +81,8 @@ impl Samples {
         }
     }
 
-    /// Rows in memory with column names. `value_at` returns the value at a row and column, or NaN
-    /// if it is missing; `time_s` returns the time of a row.
+    /// Makes samples from rows in memory with column names. `value_at` returns the value at a row
+    /// and column, or NaN if it is missing; `time_s` returns the time of a row.
     pub fn array(
         name: &str,
         names: Vec<String>,
@@ -227,7 +227,7 @@ impl RowReader for ArrayRows {
 /// Bytes read from the beginning of an input to detect its form.
 const LOOK_BYTES: u64 = 1 << 16;
 
-/// Maximum size of a recording from a pipe, bytes: about a week of a fast instrument.
+/// Maximum size in bytes of a recording from a pipe: about a week of a fast instrument.
 const KEPT_MAX: u64 = 4 << 30;
 
 /// Copies `input` to a temporary file, which is removed when it is no longer used. A device may

@@ -2,7 +2,6 @@
 
 use ridgetone_proto::telemetry::Event;
 
-/// Phases of a touch found in a recording so far.
 #[derive(Default)]
 pub struct Seen {
     estimates: u64,

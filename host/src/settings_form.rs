@@ -45,7 +45,7 @@ pub fn split(name: &str) -> (Option<&str>, &str) {
     }
 }
 
-/// Returns the settings in a table, or those in no table.
+/// Returns the settings of a table, or those outside all tables.
 fn rows(table: Option<&str>) -> impl Iterator<Item = &'static Setting> {
     TABLE
         .iter()

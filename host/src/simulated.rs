@@ -1,6 +1,6 @@
 //! Runs the firmware's tasks on this PC, behind the simulated chip and its faults.
 //!
-//! Virtual time replaces interrupts: it triggers DRDY edges as they arrive at the pin, the watch
+//! Virtual time replaces interrupts: it triggers DRDY edges when they reach the pin, the watch
 //! twice a second, and the tasks that these start. The processor and the line take no time; the bus
 //! takes as long as on the board.
 
@@ -47,7 +47,7 @@ pub trait Surroundings {
     /// Called before `detect` takes this conversion.
     fn read(&mut self, _conversion: &TimedConversion, _board: &SimulatedBoard) {}
 
-    /// Takes the bytes that the board has sent, mostly none. Returns the bytes that the board
+    /// Takes the bytes that the board has sent, usually none. Returns the bytes that the board
     /// receives.
     fn exchange(&mut self, board: &SimulatedBoard, sent: &[u8]) -> Result<Vec<Received>>;
 }
@@ -194,13 +194,12 @@ fn run_until_restart<F: NorFlash>(
     }
 }
 
-/// State of the DRDY interrupt.
 #[derive(Default)]
 struct Interrupt {
     /// True if an edge has fallen and `drdy` has not run since.
     is_pending: Cell<bool>,
     is_muted: Cell<bool>,
-    /// Board time of the next edge, nanoseconds, as known when `drdy` began or at the latest
+    /// Board time of the next edge (nanoseconds), as known when `drdy` began or at the latest
     /// [`Interrupt::look`].
     ahead_ns: Cell<Option<u64>>,
     /// True if the scene has ended and the chip is no longer used.
@@ -214,7 +213,7 @@ struct Pin<'a> {
 }
 
 impl Interrupt {
-    /// Notes an edge that has fallen.
+    /// Records an edge that has fallen.
     fn look(&self, board: &SimulatedBoard) {
         if !self.is_muted.get()
             && self

@@ -60,7 +60,6 @@ const OTHERS: [&str; 22] = [
     "ticks", "step", "steps", "pulses", "n", "g", "pct", "percent", "revs", "turns",
 ];
 
-/// Quantity in a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Position of the finger on the surface.
@@ -203,7 +202,7 @@ impl Column {
             Named::Unknown(unit) => return Err(self.refusal(&unit)),
             Named::Nothing => {}
         }
-        // A constant column is refused elsewhere, for that reason.
+        // A constant column is refused elsewhere, for being constant.
         let moves = values.windows(2).any(|pair| pair[0] != pair[1]);
         let are_whole = values
             .iter()

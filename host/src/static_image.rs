@@ -51,12 +51,12 @@ pub fn by_taxel(image: &Image) -> [Option<Pressed>; TAXELS] {
     })
 }
 
-/// Returns the levels of an image as a map, volts; `None` for a dead taxel.
+/// Returns the levels of an image as a map, in volts; `None` for a dead taxel.
 pub fn map_v(image: &Image) -> [[Option<f32>; SIDE]; SIDE] {
     map(&by_taxel(image)).map(|row| row.map(|found| found.map(|pressed| pressed.level_v)))
 }
 
-/// Formats the rows of an image's map, millivolts, with the given width and decimals per value.
+/// Formats the rows of an image's map in millivolts, with the given width and decimals per value.
 pub fn rows(image: &Image, width: usize, decimals: usize) -> [String; SIDE] {
     let value = |(column, found): (usize, Option<f32>)| {
         let gap = if column == SIDE / 2 { " |" } else { "" };
@@ -68,14 +68,14 @@ pub fn rows(image: &Image, width: usize, decimals: usize) -> [String; SIDE] {
     map_v(image).map(|row| row.into_iter().enumerate().map(value).collect())
 }
 
-/// Formats the map of an image as four lines of text, millivolts, each indented by `indent`.
+/// Formats the map of an image as four lines of text in millivolts, each indented by `indent`.
 pub fn text(image: &Image, indent: &str) -> String {
     rows(image, 9, 3)
         .map(|row| format!("{indent}{row}\n"))
         .concat()
 }
 
-/// Returns the largest standard error of an image, volts; `None` if all taxels are dead.
+/// Returns the largest standard error of an image, in volts; `None` if all taxels are dead.
 pub fn greatest_sigma_v(image: &Image) -> Option<f32> {
     image
         .taxels
@@ -115,8 +115,8 @@ mod tests {
         assert_eq!(taxels, (0..TAXELS).collect::<Vec<_>>());
     }
 
-    /// Checks the positions of units against those of the scene: a ridge at rest presses on the
-    /// half of the map above it.
+    /// Compares the positions of units with those in the scene: a ridge at rest presses on the half
+    /// of the map above it.
     #[test]
     fn the_halves_of_the_map_are_the_scenes_columns_of_units() {
         let finger = Some(Finger {

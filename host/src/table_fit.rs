@@ -132,7 +132,7 @@ impl TableFit {
     }
 }
 
-/// Fits a part of a table without reading rows behind the part. `progress` takes the number of rows
+/// Fits a part of a table without reading rows after the part. `progress` takes the number of rows
 /// read so far.
 pub fn fit(
     rows: &mut dyn RowReader,
@@ -298,7 +298,8 @@ fn fit_on(
     let delay_share = selection.alignment.as_ref().map_or(0.0, |alignment| {
         alignment.sigma_fraction(&motion.positions, grid.rate_hz)
     });
-    // Given positions do not depend on the rate.
+    // A position column does not depend on the sample rate, so the rate's uncertainty does not
+    // enter.
     let (domain, per_unit, scale_share) = match position {
         Some(ref column) if column.quantity() == Quantity::Position => (Domain::Position, 1.0, 0.0),
         Some(_) => (Domain::Position, 1.0, rate_share),
@@ -377,7 +378,7 @@ fn fit_on(
     })
 }
 
-/// Joins all remarks.
+/// Joins the remarks with semicolons; `None` if there are none.
 pub fn joined<const N: usize>(remarks: [Option<String>; N]) -> Option<String> {
     let remarks: Vec<String> = remarks.into_iter().flatten().collect();
     (!remarks.is_empty()).then(|| remarks.join("; "))

@@ -43,7 +43,7 @@ pub fn is_time(name: &str) -> bool {
     time_column::named(name, false).is_some()
 }
 
-/// Returns the unit declared by the name of a time column, seconds; `None` if there is none. The
+/// Returns the unit declared by the name of a time column, in seconds; `None` if there is none. The
 /// error is an unknown unit.
 pub fn declared_seconds(name: &str) -> Result<Option<f64>, String> {
     let known = time_column::named(name, false).map(|named| named.unit);

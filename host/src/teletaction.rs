@@ -8,8 +8,8 @@ use std::process::Command;
 
 const PROGRAM: &str = "ridgetone-teletaction";
 
-/// Runs a command of the program, which is searched next to this one and then on the PATH. On Unix
-/// the program replaces this process; elsewhere this process exits with the program's status.
+/// Runs a command of the program, which is looked for next to this one and then on the PATH. On
+/// Unix the program replaces this process; elsewhere this process exits with the program's status.
 pub fn run(name: &str, words: &[OsString], force: bool) -> Result<()> {
     let mut command = Command::new(beside().unwrap_or_else(|| PROGRAM.into()));
     command.arg(name);
@@ -31,13 +31,13 @@ fn beside() -> Option<PathBuf> {
     path.is_file().then_some(path)
 }
 
-/// Comes back only if the program cannot be started.
+/// Replaces this process by the program; returns only if the program cannot be started.
 #[cfg(unix)]
 fn become_it(command: &mut Command) -> std::io::Error {
     std::os::unix::process::CommandExt::exec(command)
 }
 
-/// Comes back only if the program cannot be started.
+/// Exits with the program's status; returns only if the program cannot be started.
 #[cfg(not(unix))]
 fn become_it(command: &mut Command) -> std::io::Error {
     match command.status() {

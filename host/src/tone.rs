@@ -1,4 +1,5 @@
-//! A frequency, its uncertainty and how it moves, as programs see them, with names by their unit.
+//! Frequency of a tone with its uncertainty and modulation, as in JSON: the unit is part of each
+//! name.
 
 use ridgetone_proto::telemetry::{Estimate, Movement, OtherTone};
 #[cfg(test)]
@@ -26,8 +27,8 @@ impl Domain {
     }
 }
 
-/// A field that exists by time or by position alone. Where it exists and nothing is known it is
-/// null.
+/// Field of the time domain or of the spatial domain only: `None` in the other domain, and
+/// `Some(None)`, which is written as null, if the value is not known.
 pub type InUnit<T> = Option<Option<T>>;
 
 /// The tone of a window. Without a tone all but `interferer_hz` are null.

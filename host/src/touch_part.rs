@@ -1,4 +1,4 @@
-//! `fit` of the slide in a recording, which follows a contact and a hold.
+//! Fits the slide in a recording, which follows a contact and a hold.
 
 use crate::digits::significant;
 use crate::frames::{Frames, Reading, may_be_touch};
@@ -85,7 +85,7 @@ pub fn touches(samples: &Samples, selection: &Selection) -> Result<Touches> {
     Ok(found(samples, selection)?.0)
 }
 
-/// Returns the touches, and the length of a table, seconds; 0 for telemetry.
+/// Returns the touches, and the length of a table in seconds; 0 for telemetry.
 fn found(samples: &Samples, selection: &Selection) -> Result<(Touches, f64)> {
     match samples.path().map(|path| (path, Form::of(path))) {
         Some((_, Ok(Form::Table))) | None => detected(samples, selection),
@@ -106,7 +106,6 @@ fn is_touch_table(samples: &Samples, selection: &Selection) -> bool {
         })
 }
 
-/// Returns the touches in the messages of a recording.
 fn recorded(path: &Path, form: Form) -> Result<Touches> {
     let mut touches = Touches::default();
     for message in messages(path, form)? {
@@ -145,7 +144,7 @@ fn detected(samples: &Samples, selection: &Selection) -> Result<(Touches, f64)> 
     };
     let chosen = Samples::rows(&name, Arc::new(open));
     let reading = Reading {
-        // If there are stamps, parts are in their time, so a given rate is ignored.
+        // With stamps, parts are selected by stamped time, so a supplied rate is ignored.
         rate_hz: selection.rate_hz.filter(|_| !is_stamped),
         ..Reading::default()
     };

@@ -11,7 +11,7 @@ pub struct SlideTimes {
     pub end_s: f64,
 }
 
-/// Contacts, slides that have ended, and releases.
+/// Times of contacts, completed slides and releases, seconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Touches {
     pub contacts_s: Vec<f64>,
@@ -62,7 +62,7 @@ impl Touches {
         Ok(())
     }
 
-    /// Returns the touches with all times later by `by_s`.
+    /// Returns the touches with `by_s` added to all times.
     #[must_use]
     pub fn later(self, by_s: f64) -> Self {
         let later = |times: Vec<f64>| times.into_iter().map(|t_s| t_s + by_s).collect();

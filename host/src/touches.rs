@@ -7,7 +7,7 @@ use hal_mock::{Scene, Sliding, SlidingScene};
 /// Time between two touches, seconds.
 const PAUSE_S: f64 = 1.0;
 
-/// Spatial periods of the gratings under the first scene's finger, one per touch, millimetres:
+/// Spatial periods in millimetres of the gratings under the first scene's finger, one per touch:
 /// those of Oddo et al. 2009, table 2, beginning with the scene's own.
 pub const PERIODS_MM: [f64; 4] = [3.6, 4.1, 3.1, 2.6];
 
@@ -29,7 +29,7 @@ impl<S: Scene> Scene for Again<S> {
     }
 }
 
-/// Touches of one finger, each over a new grating.
+/// Touches of one finger, each over a different grating.
 struct Gratings {
     scenes: Vec<SlidingScene>,
     touch: usize,
@@ -95,7 +95,7 @@ pub fn first_touches() -> Result<Opened> {
             every_s: opened.end_s + PAUSE_S,
         }),
         end_s: f64::INFINITY,
-        // There is no single truth: it differs for every touch.
+        // Omit the truth, which differs for every touch.
         truth: None,
         ..opened
     })

@@ -81,7 +81,6 @@ impl Track {
         }
     }
 
-    /// Draws the track as SVG.
     pub fn picture(&self, file: &str) -> String {
         let good = |point: &&Point| point.status == Status::Good;
         let known = |points: Vec<&Point>| -> Vec<(f64, f64)> {

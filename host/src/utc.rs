@@ -20,15 +20,15 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Length of a block of board time, of which only the minimum delay is kept, seconds.
 const BLOCK_S: f64 = 0.25;
 
-/// Delays within this much board time before or after a moment are used, seconds; a crystal drifts
-/// with temperature more slowly than this.
+/// Board time before and after a moment from which delays are used, seconds. A crystal drifts with
+/// temperature more slowly than this.
 const REACH_S: f64 = 600.0;
 
-/// Delays within this much board time are used for the height of the line, seconds.
+/// Board time around a moment whose delays determine the height of the line, seconds.
 const NEAR_S: f64 = 15.0;
 
 /// A slope is significant if it changes the delay over its span by five times the scatter of the
-/// minimum delays, of which there must be ten; fewer are enough for a slope steeper than any
+/// minimum delays. At least ten minimum delays are needed, or fewer for a slope steeper than any
 /// crystal's. The scatter is the standard deviation of exponential delays with the same median.
 const SIGNIFICANT: f64 = 5.0;
 const BLOCKS_MIN: usize = 10;
@@ -45,7 +45,7 @@ const SLOPE_S: f64 = 10.0;
 pub struct Receipt {
     /// Nanoseconds since 1970.
     pub utc_ns: u64,
-    /// Duration of a byte on the line, seconds; 0 if there is no line.
+    /// Duration of a byte on the line in seconds; 0 if there is no line.
     pub byte_s: f64,
 }
 
@@ -71,7 +71,7 @@ impl Receipt {
 pub struct Utc {
     /// Nanoseconds since 1970.
     pub utc_ns: u64,
-    /// Standard deviation, seconds; `None` as long as there is only one minimum delay. A delay
+    /// Standard deviation in seconds; `None` as long as there is only one minimum delay. A delay
     /// common to all packets, such as the minimum delay of an adapter, is not included.
     pub sigma_s: Option<f64>,
     pub relation: Relation,
@@ -102,7 +102,7 @@ pub struct Relation {
 /// The clock of a board from one start to the next.
 #[derive(Clone, Debug, Default)]
 pub struct UtcClock {
-    /// UTC minus board time of the first packet, nanoseconds; delays are relative to this.
+    /// UTC minus board time of the first packet in nanoseconds; delays are relative to this.
     zero_ns: Option<i64>,
     /// Board time and delay of the packet with the minimum delay in each block, seconds.
     least: VecDeque<(f64, f64)>,
@@ -288,8 +288,9 @@ mod tests {
         assert!(sigma_s(1.0).is_some_and(|sigma_s| sigma_s > LEAST_S));
     }
 
-    /// Frames of a board whose clock is slow by `slow` and started at `begun_s`. Delays are
-    /// `least_s`, plus an exponential part with a mean of a millisecond, and sometimes 16 ms.
+    /// Returns a clock that has taken the frames of a board that is slow by `slow` and started at
+    /// `begun_s`. Delays are `least_s`, plus an exponential part with a mean of a millisecond, and
+    /// sometimes 16 ms.
     fn clock(slow: f64, begun_s: f64, lasts_s: f64, seed: u64) -> UtcClock {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut clock = UtcClock::default();
@@ -369,7 +370,7 @@ mod tests {
             (long.skew_ppm - 80.0).abs() < 3.0 * long.skew_sigma_ppm && long.skew_sigma_ppm < 3.0,
             "{long:?}"
         );
-        // The error of an internal oscillator is some percent, which is detected at once.
+        // The error of an internal oscillator is a few percent, which is detected at once.
         let internal = clock(0.03, 0.0, 4.0, 4).utc(2.0).expect("a time").relation;
         assert!((internal.skew_ppm - 3e4).abs() < 300.0, "{internal:?}");
         let short = clock(80e-6, 0.0, 2.0, 5).utc(1.0).expect("a time").relation;
@@ -395,7 +396,7 @@ mod tests {
         );
     }
 
-    /// If the slope were not found, messages at one end would be off by 0.9 ms.
+    /// The slope must be found: without it, messages at one end would be off by 0.9 ms.
     #[test]
     fn two_blocks_that_are_late_hide_no_slope_of_short_recordings() {
         for late_at_s in [[0.6, 1.1], [2.0, 2.3], [3.6, 4.2]] {
@@ -425,7 +426,8 @@ mod tests {
 
     #[test]
     fn a_drift_over_an_hour_is_followed() {
-        // Two times 40 minutes with different skews: the middle of each half must follow its own.
+        // Two halves of 40 minutes with different skews: the middle of each must follow its own
+        // skew.
         let mut clock = UtcClock::default();
         let mut utc_s = 0.0;
         for second in 0..4800u64 {

@@ -1,12 +1,12 @@
-//! `view`: shows a board live on a page in a browser. Like the terminal, the page shows
+//! `view`: shows a board live on a page in a browser. Like the terminal's screen, the page shows
 //! [`crate::live`].
 //!
 //! | step | file |
 //! |---|---|
-//! | what the pages get, and when | [`message`], [`hub`] |
-//! | runs to look back at, and what is recorded | [`mod@run`], [`runs`], [`recorder`] |
+//! | messages to the pages | [`message`], [`hub`] |
+//! | runs to look back at, and recordings | [`mod@run`], [`runs`], [`recorder`] |
 //! | the server | [`server`], [`run_routes`] |
-//! | who may ask it | [`guard`] |
+//! | access control | [`guard`] |
 //! | the page's files | [`files`] |
 //! | its address, and the browser | [`announce`] |
 //! | the status line | [`status`] |

@@ -10,7 +10,7 @@ enum Values {
     Float(WavIntoSamples<Input, f32>),
 }
 
-/// A row for each sample of all channels.
+/// Rows of a WAV file, each with one sample of every channel.
 pub struct WavRows {
     file: String,
     names: Vec<String>,

@@ -103,15 +103,14 @@ fn two_digits_below(value: f64) -> f64 {
     (value * unit + 1e-6).floor() / unit
 }
 
-/// Cuts rows into windows.
 struct Cutter<'a> {
     rows: &'a mut dyn RowReader,
     selection: &'a Selection,
     steps: Steps,
     read: u64,
-    /// Values of the row that was read last.
+    /// Values of the last row read.
     row: Vec<f64>,
-    /// Times of the rows that the next window may need, seconds, and their values by column.
+    /// Times in seconds of the rows that the next window may need, and their values by column.
     times_s: Vec<f64>,
     columns: Vec<Vec<f64>>,
     /// Number in the file of the first row in `times_s`.

@@ -1,7 +1,7 @@
-// The value under a plot's cursor, and the difference between two points that were marked.
+// Shows the value under a plot's cursor, and the difference between two marked points.
 import { withSigma } from "./format.js";
 
-// A step of the keys up or down, as a fraction of the height.
+// Step of the up and down keys, as a fraction of the height.
 const STEP = 0.05;
 
 const signed = (text) => text.replace("-", "−");
@@ -18,7 +18,7 @@ export class Cursor {
     this.show();
   }
 
-  // The measured point that is nearest to the cursor; null without one.
+  // Returns the measured point nearest to the cursor; null if there is none.
   nearest() {
     const { plot: u, names } = this.plot;
     const { top, idxs } = u.cursor;
@@ -31,7 +31,7 @@ export class Cursor {
     return u.cursor.left < 0 ? null : found.toSorted((a, b) => a.far - b.far)[0] ?? null;
   }
 
-  // The first point, the second one, none again.
+  // Marks a first point, then a second one; the next call, or null, removes the marks.
   mark(point) {
     this.points = point === null || this.points.length === 2 ? [] : [...this.points, point];
     this.show();
@@ -49,7 +49,7 @@ export class Cursor {
     else u.setCursor({ left: by[0] === 0 ? left : u.valToPos(u.data[0][idx + by[0]] ?? u.data[0][idx], "x"), top: top + by[1] * u.over.clientHeight });
   }
 
-  // To the resolution of the picture, or with two digits of sigma.
+  // Returns a position on the x axis, the width of a pixel there, and the unit.
   place(x) {
     const { plot: u, real, units } = this.plot;
     const at = u.valToPos(x, "x");

@@ -1,11 +1,11 @@
-// Draws a state on the plots, or says why there is nothing to draw.
+// Draws a state on the plots, or explains why there is nothing to draw.
 import { words } from "./format.js";
 import { Fit } from "./fit.js";
 import * as panels from "./panels.js";
 
 const $ = (id) => document.getElementById(id);
 
-// `beside`: another run to compare with, as a state and the seconds by which it is shifted; `why`: why a run has no estimate.
+// `beside`: another run to compare with, as a state and its time shift in seconds; `why`: reason why a run has no estimate.
 export function drawPlots(plots, state, { beside, why }) {
   const { live, spectrum, curves } = state;
   const hasRaw = live.strips.t_s.length > 1;
@@ -51,7 +51,7 @@ const noFit = (estimate) => {
   return estimate.status === "no_tone" ? "The latest window has no tone." : `Nothing to draw: ${words(estimate.status)}.`;
 };
 
-// The taxel to show: the one that was chosen, or the one whose tone is the strongest.
+// Returns the taxel to show: the chosen one, or the one with the strongest tone.
 function chosen(estimate) {
   if ($("taxel").value !== "") return Number($("taxel").value);
   const channels = estimate?.channels ?? [];

@@ -1,8 +1,8 @@
-// What was read of one taxel, the fit with all its harmonics, and what is left.
+// Readings of one taxel, the fit with all its harmonics, and the residual.
 import { Plot, colour, dots, line, robust } from "./plot.js";
 import { round125 } from "./format.js";
 
-// Fraction of the height for the residual, at the bottom.
+// Fraction of the height for the residual, which is at the bottom.
 const RESIDUAL = 0.28;
 
 export class Fit extends Plot {
@@ -36,7 +36,7 @@ export class Fit extends Plot {
     this.show([curves.t_s, read, fit, tone, rest], `taxel ${taxel}, residual within ${this.axis.residual_mv} mV`);
   }
 
-  // Amplitudes in words; none without a fit of this taxel.
+  // Returns the amplitudes in words; empty without a fit of this taxel.
   static words({ curves }, taxel) {
     const harmonics = curves?.harmonics[taxel];
     if (!harmonics) return "";

@@ -1,4 +1,4 @@
-// Numbers and words as they are shown.
+// Formats numbers and words for display.
 
 export const PHASES = {
   unknown: "not known yet",
@@ -10,14 +10,14 @@ export const PHASES = {
 
 export const words = (name) => name.replaceAll("_", " ");
 
-// An estimate with its frequency and uncertainty under the names that plots use.
+// Adds the frequency and its uncertainty to an estimate, under the names that plots use.
 export const charted = (estimate) => ({
   ...estimate,
   frequency: estimate.frequency_hz ?? null,
   sigma: estimate.sigma_hz ?? null,
 });
 
-// Two digits of the uncertainty, and as many of the value.
+// Formats the uncertainty with two digits, and the value with as many decimals.
 export function withSigma(value, sigma, unit) {
   if (!(sigma > 0)) return `${Number(value.toPrecision(6))} ${unit}`;
   const decimals = Math.min(7, Math.max(0, 1 - Math.floor(Math.log10(sigma))));
@@ -26,13 +26,13 @@ export function withSigma(value, sigma, unit) {
 
 export const seconds = (t_s) => `${t_s.toFixed(2)} s`;
 
-// 1, 2 or 5 times a power of ten, not below `least`.
+// Returns 1, 2 or 5 times a power of ten, not below `least`.
 export function round125(least) {
   const power = 10 ** Math.floor(Math.log10(least));
   return [1, 2, 5, 10].map((step) => step * power).find((step) => step >= least * 0.999);
 }
 
-// The frequency of a fit with its uncertainty, by time or by position.
+// Formats the frequency of a fit with its uncertainty, by time or by position.
 export function tone(fit) {
   if (!fit) return "no fit";
   const [value, sigma, unit] = fit.domain === "position" ? [fit.frequency_per_mm, fit.sigma_per_mm, "/mm"] : [fit.frequency_hz, fit.sigma_hz, "Hz"];

@@ -1,19 +1,19 @@
 // The frequency over time, with its uncertainty.
 import { Plot, Steady, colour, dots, line, withoutWild } from "./plot.js";
 
-// Estimates come no closer together than this, seconds, however short the stride.
+// Minimum time between estimates, seconds, however short the stride.
 const ESTIMATES_S = 0.05;
-// Windows more than this many strides apart have a pause between them.
+// Windows more than this many strides apart are separated by a pause.
 const GAP = 2.5;
-// Least height, as a fraction of the frequency: magnified further, a millionth would look like noise.
+// Minimum height, as a fraction of the frequency: at a higher magnification, changes of a millionth would look like noise.
 const LEAST_SHARE = 1e-4;
 // Fraction of the estimates at each end that may lie beyond the axis.
 const WILD = 0.08;
 
-// Half the height of the band around an estimate: what is hardly known must not flatten the others.
+// Returns half the height of an estimate's band, limited so that a very uncertain estimate does not flatten the others.
 const band = (point) => Math.min(point.sigma, 0.1 * point.frequency);
 
-// With an empty point in every pause that is longer: what is before it and behind it is not joined.
+// Adds an empty point in every pause longer than `pause_s`, so that the points on either side are not joined.
 const apart = (points, pause_s) => points.flatMap((point, at) => {
   const before = points[at - 1];
   return before && point.t_s - before.t_s > pause_s ? [{ t_s: 0.5 * (before.t_s + point.t_s) }, point] : [point];
@@ -37,7 +37,7 @@ export class History extends Plot {
     this.plot.addBand({ series: [2, 1], fill: () => colour("band") });
   }
 
-  // The axis shows all good estimates but wild ones, and the latest; gives how many of all are beyond it.
+  // Scales the axis to all good estimates except wild ones, and to the latest one. Returns how many estimates are beyond it.
   scale(found) {
     const known = found.filter((point) => (point.frequency ?? null) !== null);
     if (!known.length) return 0;
@@ -55,16 +55,16 @@ export class History extends Plot {
     return known.filter(({ frequency }) => frequency < from || frequency > to).length;
   }
 
-  // `beside`: estimates of another run, shifted onto this one's time. Gives whether there is a frequency, and how many are
-  // beyond the axis.
+  // `beside`: estimates of another run, shifted onto this one's time. Returns whether there is a frequency, and how many
+  // estimates are beyond the axis.
   draw({ live: { history, now_s, latest } }, length_s, beside = []) {
     const found = history.filter((point) => point.t_s > (now_s ?? 0) - length_s);
     found.sort((a, b) => a.t_s - b.t_s);
     const beyond = this.scale([...beside, ...found]);
     const own = apart(found, GAP * Math.max(latest.hello?.settings.stride_s ?? 0.25, ESTIMATES_S));
     const shown = [...own, ...beside.map((point) => ({ ...point, beside: point.frequency, frequency: undefined }))].sort((a, b) => a.t_s - b.t_s);
-    // To the plot null is a gap, and undefined nothing at all.
-    // Good windows are joined to good ones: what is between them is not known.
+    // In uPlot, null makes a gap and undefined no point at all. Windows that are not good make a gap, because their frequency
+    // is uncertain.
     const windows = (value) => shown.map((point) => {
       if (point.span === "slide" || point.beside !== undefined) return undefined;
       return (point.frequency ?? null) === null || point.status !== "good" ? null : value(point);

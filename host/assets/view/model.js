@@ -1,14 +1,14 @@
-// The messages of the command, folded into one state; host/src/view/hub.rs defines them.
+// Folds the command's messages, which host/src/view/hub.rs defines, into one state.
 import { charted } from "./format.js";
 
-// Time over which the pace is measured at most, and at least, seconds.
+// Maximum and minimum time over which the pace is measured, seconds.
 const PACE_S = [5, 3];
 
-// How much of its time a board has in a second.
+// Measures a board's pace: its own time per second of wall time.
 export class Pace {
   marks = [];
 
-  // Null as long as it is not known.
+  // Adds a pair of times. Returns the pace, or null until it is known.
   take(wall_s, now_s) {
     if (now_s < this.marks.at(-1)?.now_s) this.marks = [];
     this.marks.push({ wall_s, now_s });
@@ -25,14 +25,14 @@ export class Model {
     this.missed = 0;
   }
 
-  // Everything.
+  // Takes the whole state.
   begin(message) {
     message.live.history = message.live.history.map(charted);
     this.state = message;
     this.missed = message.missed;
   }
 
-  // What is new.
+  // Adds an update.
   add(message) {
     const { state } = this;
     if (state === null) return;
@@ -50,7 +50,7 @@ export class Model {
     }
   }
 
-  // A copy that later messages do not change.
+  // Returns a copy that later messages do not change.
   frozen() {
     const copy = new Model();
     copy.missed = this.missed;

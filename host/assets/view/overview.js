@@ -1,19 +1,19 @@
-// All channels of a recording over all of its length, each to its own scale, with its touches. A drag selects a part.
+// All channels of a recording over its whole length, each to its own scale, with the touches. Dragging selects a part.
 import { Plot, colour, line, robust } from "./plot.js";
 
-// Steps of the rows that are requested for each pixel.
+// Steps of rows to request per pixel.
 const STEPS = 1;
 // A turn of the wheel by this many pixels zooms by a factor of e.
 const WHEEL = 400;
-// Fraction of a row that its curve fills.
+// Fraction of a row's height that its curve fills.
 const FILL = 0.86;
-// Points more than this many usual steps apart have a gap between them.
+// Points more than this many usual steps apart are separated by a gap.
 const GAP = 4;
-// Pixels between the labels of two touches.
+// Minimum distance between the labels of two touches, pixels.
 const LABELS = 70;
 
 export class Overview extends Plot {
-  // `head`: the rows of the whole recording; `ask` gives those of a range; `select` takes the range of a drag.
+  // `head`: the rows of the whole recording; `ask` returns the rows of a range; `select` takes the range of a drag.
   constructor(card, head, { ask, select }) {
     const names = head.names;
     const count = names.length;
@@ -28,7 +28,7 @@ export class Overview extends Plot {
         grid: { show: false },
       },
       select, top: 20,
-      // Shift and a drag move what is shown.
+      // Dragging with Shift moves the shown range.
       bind: { mousedown: (u, target, handler) => (event) => (event.shiftKey ? this.grab(event) : handler(event)) },
       draw: [(u) => this.label(u)], below: [(u) => this.touches(u)],
     });
@@ -37,7 +37,7 @@ export class Overview extends Plot {
     this.put(head);
   }
 
-  // Draws rows, each channel to the scale of what is shown of it.
+  // Draws rows, each channel scaled to its shown values.
   put({ t_s, values, levels }) {
     const steps = t_s.slice(1).map((time_s, at) => time_s - t_s[at]);
     const usual = steps.toSorted((a, b) => a - b)[Math.floor(steps.length / 2)];
@@ -60,7 +60,7 @@ export class Overview extends Plot {
     this.plot.setScale("x", isFirst ? { min: this.head.from_s, max: this.head.until_s } : { min, max });
   }
 
-  // A value in the unit of its channel, and the step of a pixel.
+  // Returns a value in the unit of its channel, and the step of a pixel.
   measured(series, at) {
     const { middle, span } = this.scales[series - 1];
     const y = (this.data[series][at] + series - 1) * span + middle + this.levels[series - 1];
@@ -68,7 +68,7 @@ export class Overview extends Plot {
     return { y, step, unit: this.head.units[series - 1] ?? "" };
   }
 
-  // Shows a range, as far as there are rows, and gets its rows.
+  // Shows a range, limited to the recording, and requests its rows.
   zoom(min, max) {
     const { from_s, until_s, rate_hz } = this.head;
     const span = Math.min(until_s - from_s, Math.max(max - min, 4 / rate_hz));
@@ -81,7 +81,7 @@ export class Overview extends Plot {
     this.zoom(this.head.from_s, this.head.until_s);
   }
 
-  // By a factor about a place of the axis.
+  // Zooms by a factor about a position on the axis.
   by(factor, at = 0.5 * (this.plot.scales.x.min + this.plot.scales.x.max)) {
     const { min, max } = this.plot.scales.x;
     this.zoom(at - factor * (at - min), at + factor * (max - at));
@@ -99,7 +99,7 @@ export class Overview extends Plot {
 
   wheel(event) {
     const sideways = Math.abs(event.deltaX) > Math.abs(event.deltaY);
-    // Where there is nothing more to show the page scrolls.
+    // If there is nothing more to show, let the page scroll.
     if (this.isWhole() && (sideways || event.deltaY > 0)) return;
     event.preventDefault();
     const { left, width } = this.plot.over.getBoundingClientRect();
@@ -118,7 +118,7 @@ export class Overview extends Plot {
     document.addEventListener("pointerup", () => document.removeEventListener("pointermove", move), { once: true });
   }
 
-  // Of several ranges the latest counts.
+  // Fetches the rows of a range. Of several requests, only the latest counts.
   async fetch(range) {
     this.wanted = range;
     if (this.isBusy) return;
@@ -136,7 +136,7 @@ export class Overview extends Plot {
     return Math.round(STEPS * Math.max(300, this.box.clientWidth));
   }
 
-  // Slides as bands, contacts and releases as lines.
+  // Draws slides as bands, and contacts and releases as lines.
   touches(u) {
     const { left, top, width, height } = u.bbox;
     const x = (t_s) => Math.min(left + width, Math.max(left, u.valToPos(t_s, "x", true)));
@@ -150,7 +150,7 @@ export class Overview extends Plot {
     u.ctx.restore();
   }
 
-  // Names of the marks, as far as there is room for them.
+  // Draws the names of the marks for which there is room.
   label(u) {
     const scale = window.devicePixelRatio;
     const { slides, contacts_s, releases_s } = this.head.touches;
@@ -166,7 +166,7 @@ export class Overview extends Plot {
     for (const [t_s, name] of labels) {
       const x = u.valToPos(t_s, "x", true);
       if (x < free) continue;
-      // At the end the name is in front of its mark.
+      // At the right edge, put the name to the left of its mark.
       const isLast = x > u.bbox.left + u.bbox.width - 50 * scale;
       if (isLast) u.ctx.textAlign = "right";
       u.ctx.fillText(name, x + (isLast ? -2 : 2) * scale, u.bbox.top - 2 * scale);

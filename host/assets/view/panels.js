@@ -1,4 +1,4 @@
-// All but the plots: the tiles, the static image, the board's health, and the log.
+// Everything except the plots: the tiles, the static image, the board's health, and the log.
 import { PHASES, seconds, withSigma, words } from "./format.js";
 import { colour } from "./plot.js";
 
@@ -9,7 +9,7 @@ const put = (id, text) => {
 };
 const sum = (values) => values.reduce((a, b) => a + b, 0);
 
-// Frequency of an estimate with its uncertainty; null without a tone.
+// Returns the frequency of an estimate with its uncertainty; null without a tone.
 const tone = (estimate) => {
   if (estimate.frequency_hz !== undefined && estimate.frequency_hz !== null) {
     return withSigma(estimate.frequency_hz, estimate.sigma_hz, "Hz");
@@ -17,12 +17,12 @@ const tone = (estimate) => {
   return null;
 };
 
-// `why`: why there is no estimate.
+// `why`: reason why there is no estimate.
 export function tiles({ live, remarks }, why = "no estimate yet") {
   const { estimate, whole_slide: whole, health } = live.latest;
   put("frequency", (estimate && tone(estimate)) ?? "none");
   const parts = [];
-  // An estimate stays until the next one, also through a new contact.
+  // An estimate stays until the next one, even during a new touch.
   const isPast = Boolean(estimate) && live.contact_s !== null && estimate.t_s < live.contact_s;
   for (const id of ["frequency", "period", "speed"]) $(id).classList.toggle("past", isPast);
   if (estimate) {
@@ -43,8 +43,8 @@ export function tiles({ live, remarks }, why = "no estimate yet") {
   const since = live.phase_since_s === null ? "" : `since ${seconds(live.phase_since_s)} · `;
   put("phase-small", `${since}${live.touches} ${live.touches === 1 ? "touch" : "touches"}`);
   const { missing, damaged } = live.counts;
-  const board = health ? health.conversions_lost + health.overruns : 0; // What the board drops is missing here, too.
-  const lost = missing + board; // A damaged packet is missing, too.
+  const board = health ? health.conversions_lost + health.overruns : 0; // Losses on the board also count.
+  const lost = missing + board; // A damaged packet also counts as missing.
   put("lost", lost === 0 ? "nothing" : String(lost));
   put("lost-small", live.counts.received === 0 ? "" : lost + damaged === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${board} on the board; ${damaged} arrived damaged`);
   $("lost").classList.toggle("alarm", lost + damaged > 0);
@@ -104,7 +104,7 @@ export function log({ log: lines }) {
   }));
 }
 
-// The latest static image and its rows of taxels; null without one.
+// Returns the latest static image and its rows of taxels; null without one.
 export function image({ live, places }) {
   const latest = live.latest.image_after ?? live.latest.image_before;
   if (!latest) return null;
@@ -112,7 +112,7 @@ export function image({ live, places }) {
   return { image: latest, rows: places.map((row) => row.map((taxel) => ({ taxel, ...(level.get(taxel) ?? { level_v: null, sigma_v: null }) }))) };
 }
 
-// Draws the static image; the sign is written too, so that colour is not needed.
+// Draws the static image. The sign is also written, so that colour is not needed.
 export function map(canvas, found) {
   const box = canvas.parentElement;
   const scale = window.devicePixelRatio;

@@ -1,34 +1,34 @@
-// Base of all plots: uPlot behind a common look, axes that a few wild values do not stretch, and keys for zoom.
+// Base of all plots: uPlot with a common look, axes that a few wild values do not stretch, and keys for zooming.
 /* global uPlot */
 import { Cursor } from "./cursor.js";
 
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
-// Fraction of the axis that new data may leave unused before it shrinks: a live axis must not tremble.
+// Fraction of the axis that new data may leave unused before it shrinks, so that a live axis does not tremble.
 const SLACK = 0.4;
-// A point this near to the cursor is read, pixels.
+// Maximum distance from the cursor to the point that it reads, pixels.
 const NEAR = 30;
-// From one number of the x axis to the next at least, pixels: seven digits and a gap.
+// Minimum distance between two numbers on the x axis, pixels: seven digits and a gap.
 const APART = 64;
-// Times the median deviation from the median.
+// Distance from the median beyond which a value is wild, in median deviations.
 const FAR = 8;
-// A step to the side, and a step of zoom, as shares of what is shown.
+// Steps of moving and of zooming, as fractions of the shown range.
 const STEP = 0.2;
 const ZOOM = 0.6;
 
-// The value that a fraction of the values lies below.
+// Returns the value below which this fraction of the values lies.
 export function quantile(sorted, share) {
   return sorted[Math.min(sorted.length - 1, Math.max(0, Math.round(share * (sorted.length - 1))))];
 }
 
-// From the least to the greatest value, but for the outermost `share` at each end. Null without values.
+// Returns the range of the values without the outermost `share` at each end; null without values.
 export function robust(values, share = 0.01) {
   const sorted = values.filter((value) => value !== null && value !== undefined && Number.isFinite(value)).sort((a, b) => a - b);
   return sorted.length ? [quantile(sorted, share), quantile(sorted, 1 - share)] : null;
 }
 
-// Range of the values without outliers: only values far from the median are left out, at most this share at each end, so that
-// a second level that lasts stays in.
+// Returns the range of the values without outliers. Leaves out only values far from the median, and at most this share at each
+// end, so that a second level that lasts stays in.
 export function withoutWild(values, share) {
   const sorted = [...values].sort((a, b) => a - b);
   const middle = quantile(sorted, 0.5);
@@ -39,7 +39,7 @@ export function withoutWild(values, share) {
   return [sorted[cut(sorted)], sorted.at(-1 - cut(sorted.toReversed()))];
 }
 
-// A range that grows at once, and shrinks when much of it is unused.
+// A range that grows at once, but shrinks only when much of it is unused.
 export class Steady {
   take(range) {
     const [least, most] = range;
@@ -54,7 +54,7 @@ export const dots = (stroke, size, more = {}) => ({
   stroke, width: 0, paths: () => null, points: { show: true, size, stroke, fill: stroke, width: 1 }, ...more,
 });
 
-// `series` without x, each with a `name` if its points can be read; `draw` of each plot makes the data of a state.
+// `series`: all but x, each with a `name` if its points can be read. The `draw` of each plot makes the data from a state.
 export class Plot {
   constructor(card, onZoom, options) {
     this.box = card.querySelector(".plot");
@@ -65,16 +65,16 @@ export class Plot {
     this.isZoomed = { x: false, y: false };
     this.units = options.units ?? ["s", "mV"];
     this.names = ["", ...options.series.map(({ name }) => name)];
-    // A place on the x axis in its unit.
+    // Converts a position on the x axis to its unit.
     this.real = options.real ?? ((x) => x);
-    // Beginning and end of a marked part of the time, each of them or none.
+    // Start and end of a marked part of the time; either may be null.
     this.mark = [null, null];
     const axis = (label, size, more = {}) => ({
       label, size, stroke: () => colour("soft"), font: "12px system-ui", labelFont: "12px system-ui", labelSize: 16,
       grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("grid"), width: 1 }, ...more,
     });
     const { right } = options;
-    // A plot with `select` gives it the range of a drag; the others zoom there.
+    // A plot with `select` passes the range of a drag to it; other plots zoom to that range.
     this.select = options.select;
     const drag = this.select ? { x: true, y: false, setScale: false } : { x: true, y: true, uni: 30 };
     this.plot = new uPlot({
@@ -110,7 +110,7 @@ export class Plot {
     this.plot.destroy();
   }
 
-  // After a drag.
+  // Handles the end of a drag.
   zoomed({ select: { left, width, height }, over, posToVal }) {
     if (!(width > 0 || height > 0)) return;
     if (this.select) {
@@ -122,7 +122,7 @@ export class Plot {
     this.onZoom();
   }
 
-  // The next data show all.
+  // Makes the next data show in full.
   reset() {
     this.isZoomed = { x: false, y: false };
   }
@@ -171,7 +171,7 @@ export class Plot {
     return { width: Math.max(200, this.box.clientWidth), height: Math.max(120, this.box.clientHeight) };
   }
 
-  // `shown`: what the axes show, for those who do not see them. What is zoomed stays so, and moves with the time.
+  // `shown` describes the axes for screen readers. A zoomed range is kept, and moves with the time.
   show(data, shown = "") {
     const { x, y } = Object.fromEntries(["x", "y"].map((name) => [name, { min: this.plot.scales[name].min, max: this.plot.scales[name].max }]));
     const by = this.units[0] === "s" ? data[0].at(-1) - this.data?.[0].at(-1) || 0 : 0;
@@ -184,12 +184,12 @@ export class Plot {
     this.box.setAttribute("aria-description", shown);
   }
 
-  // A point of a series in its units, where the height is not the value.
+  // Returns a point of a series in its units; plots whose height is not the value override this.
   measured(series, at) {
     return { y: this.data[series][at] };
   }
 
-  // Shows the reason instead of a plot, with nothing of before; none for a plot with data.
+  // Shows a reason instead of the plot, and clears the old data; an empty reason shows the plot.
   explain(why) {
     this.empty.hidden = why === "";
     this.empty.textContent = why;
@@ -206,7 +206,7 @@ export class Plot {
     this.box.removeAttribute("aria-description");
   }
 
-  // Whether its zoom shows this place of the x axis.
+  // Returns whether the x axis, as zoomed, shows this position.
   shows(x) {
     const { min, max } = this.plot.scales.x;
     return !(x < min || x > max);

@@ -1,4 +1,4 @@
-// The recording that is looked at: its overview, and the fit of the part that is selected, as `ridgetone fit` gives it.
+// The recording being looked at: its overview, and the fit of the selected part, as `ridgetone fit` returns it.
 import { Overview } from "./overview.js";
 import { Track } from "./track.js";
 import { tone, words } from "./format.js";
@@ -35,7 +35,7 @@ export class Recording {
     return runs.json(`/runs/${this.run.id}/${what}.json?${new URLSearchParams(query)}`);
   }
 
-  // Shows a run; null: none.
+  // Shows a run, or none if null.
   async look(run) {
     this.run = run;
     $("recording").hidden = run === null;
@@ -65,7 +65,7 @@ export class Recording {
     [$("window").value, $("stride").value] = steps(head, run.fit);
   }
 
-  // The frequency of windows, when somebody wants it.
+  // Fetches and draws the frequency of windows, on request.
   async follow() {
     const { run } = this;
     if (run === null || this.plot === null) return;
@@ -88,7 +88,7 @@ export class Recording {
     }
   }
 
-  // Fits a part; null: the part that `fit` chooses.
+  // Fits a part, or if null the part that `fit` chooses.
   async select(part) {
     const number = ++this.answer;
     this.part = part;
@@ -100,7 +100,7 @@ export class Recording {
     this.say("Fitting.");
     const [from_s, until_s] = part;
     const found = await this.get("fit", { from_s, until_s }).catch((error) => error);
-    // Of several parts the latest counts.
+    // Of several parts, only the latest counts.
     if (number !== this.answer) return;
     if (found instanceof Error) this.show(null, found.message);
     else this.show(found, null);
@@ -143,7 +143,7 @@ export class Recording {
     this.plot.plot.redraw(false);
   }
 
-  // The picture of the fit, when somebody wants it.
+  // Draws the picture of the fit if it is open.
   draw() {
     $("picture").hidden = this.fit === null;
     if (!$("picture").open || this.fit === null) return;
@@ -156,7 +156,8 @@ export class Recording {
   }
 }
 
-// A window of some cycles, if they are known, and a fortieth of the recording at least; half of it from one to the next.
+// Returns window and stride: a window of eight cycles, if these are known, of at least a fortieth of the recording and 48 rows;
+// and half of it as the stride.
 function steps({ from_s, until_s, rate_hz }, fit) {
   const cycles_s = fit?.frequency_hz ? 8 / fit.frequency_hz : 0;
   const length_s = Math.max(cycles_s, (until_s - from_s) / 40, 48 / rate_hz);

@@ -1,9 +1,9 @@
-// The runs: files that are dropped, what is recorded, and one of them beside what is shown.
+// The runs: dropped files, recordings made on the page, and the run to compare with.
 import { post } from "./settings.js";
 import { charted, seconds, tone, withSigma, words } from "./format.js";
 
 const $ = (id) => document.getElementById(id);
-// A moment behind an estimate's time, in which it has arrived.
+// Time after an estimate's own time by which it has arrived, seconds.
 const BEHIND_S = 0.005;
 
 let runs = [];
@@ -14,7 +14,7 @@ export function say(text, isWrong = false) {
   $("runs-message").classList.toggle("alarm", isWrong);
 }
 
-// Does something that the server may refuse, and shows the refusal.
+// Does work that the server may refuse, and shows the refusal.
 export async function trying(work) {
   try {
     return await work();
@@ -36,20 +36,20 @@ export async function state(id, query) {
   return found;
 }
 
-// The answer of `fit`, or of the board where there are no frames to fit.
+// Returns the result of `fit`, or the board's if there are no frames to fit.
 const value = ({ fit, no_fit: why, estimate }) => {
   if (fit) return fit.status === "good" ? tone(fit) : `${tone(fit)}, ${words(fit.status)}`;
   return estimate ? withSigma(estimate.frequency_hz, estimate.sigma_hz, "Hz") : why ?? "no tone";
 };
 const period = (point) => (point && point.spatial_period_mm !== null ? withSigma(point.spatial_period_mm, point.spatial_period_sigma_mm, "mm") : "");
 
-// A file's name with the note in it.
+// Inserts the note into the name of a file.
 const named = ({ name, note }) => {
   const words = note.replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "");
   return words === "" ? name : name.replace(/(\.[^.]*)?$/, (ending) => `-${words}${ending}`);
 };
 
-// How far two runs are apart, in words.
+// Describes the difference between two runs.
 export function difference(one, other) {
   const known = (run) => ((run?.fit?.frequency_hz ?? null) === null ? run?.estimate : run.fit);
   const [a, b] = [one, other].map(known);
@@ -64,7 +64,7 @@ export const of = (id) => runs.find((run) => run.id === id);
 export const compared = () => beside;
 export const first = () => runs[0] ?? null;
 
-// `look` shows a run and `changed` draws anew.
+// `look` shows a run, and `changed` redraws.
 export function begin({ look, changed, shown }) {
   const update = (found) => {
     runs = runs.some(({ id }) => id === found.id) ? runs.map((run) => (run.id === found.id ? found : run)) : [...runs, found];
@@ -77,7 +77,7 @@ export function begin({ look, changed, shown }) {
     update(found);
     return found;
   };
-  // One file is shown; several have a row each. A file that nothing times may be opened again with its rate.
+  // Show a single file; several files get a row each. A file without times may be opened again with its rate.
   let untimed = [];
   const openAll = async (files, query) => {
     const [opened, refused] = [[], []];
@@ -152,7 +152,7 @@ export function begin({ look, changed, shown }) {
       };
       const save = Object.assign(document.createElement("a"), { href: `/runs/${run.id}/file`, download: named(run), textContent: "Save" });
       save.className = "button";
-      // The browser takes the link first.
+      // Update only after the browser has taken the link.
       save.addEventListener("click", () => setTimeout(() => update({ ...of(run.id), is_unsaved: false })));
       save.setAttribute("aria-label", `Save ${run.name}`);
       actions.append(
@@ -180,7 +180,7 @@ export function begin({ look, changed, shown }) {
     document.body.classList.remove("dropping");
     await openAll([...event.dataTransfer.files]);
   });
-  // Without the page nobody would save them.
+  // Ask before leaving the page, because unsaved runs would be lost.
   window.addEventListener("beforeunload", (event) => runs.some((run) => run.is_unsaved) && event.preventDefault());
   $("clear").addEventListener("click", () => trying(() => post("/clear", "")));
   $("record").addEventListener("click", () => trying(async () => {
@@ -196,7 +196,7 @@ export function begin({ look, changed, shown }) {
     say("The last minute, in memory only: press Save to keep it.");
     await look(found);
   }));
-  // Those that the command has from before.
+  // Add the runs that the command already has.
   trying(async () => {
     (await (await fetch("/runs")).json()).forEach(update);
     changed();

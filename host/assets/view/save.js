@@ -1,4 +1,4 @@
-// Pictures and tables of what is shown.
+// Saves what is shown as pictures and tables.
 import { colour } from "./plot.js";
 import { image } from "./panels.js";
 
@@ -14,7 +14,7 @@ function download(name, blob) {
 
 const named = (what, live, ending) => `ridgetone-${what}-${(live.now_s ?? 0).toFixed(1)}s.${ending}`;
 
-// A plot as a picture, with its title and a background.
+// Saves a plot as a picture, with its title and a background.
 export function png(what, title, canvas, live) {
   const scale = window.devicePixelRatio;
   const picture = document.createElement("canvas");
@@ -39,14 +39,14 @@ const cell = (value) => {
 const table = (header, rows) => `${[header, ...rows].map((row) => row.map(cell).join(",")).join("\n")}\n`;
 
 const TABLES = {
-  // As `ridgetone fit` and `ridgetone replay` read it.
+  // The table that `ridgetone fit` and `ridgetone replay` read.
   strips({ live: { strips } }, plot) {
     const header = ["time_s", ...strips.volts.map((_, taxel) => `ain${taxel}`)];
     const frames = strips.t_s.map((t_s, frame) => [t_s, ...strips.volts.map((values) => values[frame])]);
     return table(header, frames.filter(([t_s]) => plot.shows(t_s)));
   },
   history({ live: { history } }, plot) {
-    // What the page has added to draw it is no field of an estimate.
+    // Omit the fields that the page has added for drawing.
     const header = Object.keys(history[0] ?? { t_s: 0 }).filter((name) => !["frequency", "sigma", "channels"].includes(name));
     return table(header, history.filter((point) => plot.shows(point.t_s)).map((point) => header.map((name) => point[name])));
   },

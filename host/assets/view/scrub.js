@@ -1,14 +1,14 @@
-// The board's state at any time of a recording of telemetry: a slider, and playing.
+// Shows the board's state at any time of a telemetry recording: a slider, and playback.
 import { Model } from "./model.js";
 import { seconds } from "./format.js";
 import * as runs from "./runs.js";
 
 const $ = (id) => document.getElementById(id);
-// A step of the keys, seconds.
+// Step of the keys, seconds.
 const STEP_S = 0.05;
 
 export class Scrub {
-  // `changed` draws anew.
+  // `changed` redraws.
   constructor(changed) {
     Object.assign(this, { changed, run: null, model: null, wanted: null, isBusy: false, playing: null });
     $("time").addEventListener("input", () => this.go(Number($("time").value)));
@@ -19,11 +19,11 @@ export class Scrub {
     return Number($("time").value);
   }
 
-  // Shows a run; null: the board again.
+  // Shows a run, or if null the board again.
   async look(run) {
     this.play(false);
     [this.run, this.model] = [run, null];
-    // A table has no board.
+    // A table has no board state.
     $("scrub").hidden = run === null || run.is_table;
     if ($("scrub").hidden) {
       this.changed();
@@ -31,12 +31,12 @@ export class Scrub {
     }
     const slider = $("time");
     [slider.min, slider.max] = [run.from_s, run.until_s];
-    // Where its estimate has just come.
+    // Start just after the estimate has arrived.
     slider.value = run.estimate ? Math.min(run.until_s, run.estimate.t_s + STEP_S) : run.until_s;
     await this.go(this.t_s);
   }
 
-  // The state at a time; of several wishes the latest counts.
+  // Shows the state at a time. Of several requests, only the latest counts.
   async go(t_s) {
     $("time").value = t_s;
     $("time-s").textContent = seconds(this.t_s);
@@ -78,7 +78,7 @@ export class Scrub {
     this.playing = requestAnimationFrame(step);
   }
 
-  // Whether a key was for it.
+  // Handles a key; returns whether it did anything.
   key(key) {
     const act = {
       ",": () => this.go(this.t_s - STEP_S), ".": () => this.go(this.t_s + STEP_S),

@@ -1,16 +1,16 @@
-// The settings in force on the board, and new ones for it. The server describes the inputs of the form.
+// The settings in force on the board, and a form to change them. The server describes the inputs of the form.
 
 const $ = (id) => document.getElementById(id);
-// A plan that has no name.
+// Value of a plan without a name.
 const OWN = "";
 
-// What somebody is changing stays as it is.
+// True while the user edits the form; the inputs are then not updated.
 let isChanging = false;
-// The run whose settings are shown; none: the board's.
+// Run whose settings are shown; null for the board's.
 let shownRun = null;
-// Number of the board's answer that was said last. It comes with every update: what was said since stays.
+// Number of the board's latest answer that was shown. Every update repeats the answer, which must not replace later messages.
 let answered = null;
-// An object for each input: the setting's entry, and its element.
+// For each input: the setting's entry and the element.
 let inputs = [];
 
 const say = (text, isWrong = false) => {
@@ -18,10 +18,10 @@ const say = (text, isWrong = false) => {
   $("settings-message").classList.toggle("alarm", isWrong);
 };
 
-// A setting by its name.
+// Returns a setting by its name.
 const value = (settings, name) => name.split(".").reduce((found, part) => found[part], settings);
 
-// A value as its input has it, and back.
+// Conversions from a value to the text of its input, and back.
 const WAYS = {
   number: [(found) => String(Number(found.toPrecision(6))), Number],
   whole: [String, Number],
@@ -50,11 +50,11 @@ function field(entry) {
 function build(entries) {
   inputs = entries.map(field);
   $("settings-inputs").replaceChildren(...inputs.map(({ label }) => label));
-  // A new plan begins with its default window and stride: the latest ones may not be possible with it.
+  // A new plan starts with its default window and stride, because the previous ones may be impossible with it.
   $("plan").addEventListener("input", () => { $("window_s").value = $("stride_s").value = ""; });
 }
 
-// What somebody has changed.
+// Returns the settings that the user has changed.
 function wanted() {
   const settings = {};
   for (const { entry, input } of inputs) {
@@ -66,7 +66,7 @@ function wanted() {
   return settings;
 }
 
-// Gives the server's answer in words; throws its refusal.
+// Returns the server's answer as text; throws if the server refuses.
 export async function post(path, body, type = "application/json") {
   const answer = await fetch(path, { method: "POST", headers: { "content-type": type }, body });
   const text = (await answer.text()).trim();
@@ -74,7 +74,7 @@ export async function post(path, body, type = "application/json") {
   return text;
 }
 
-// Shows those in force; without a board that takes settings there is nothing to set.
+// Shows the settings in force. Hides the form if no connected board accepts settings.
 export function show({ live, settings_form: entries, settings_reply: reply, can_set: canSet }, run) {
   $("settings").hidden = !canSet;
   if (!canSet) return;
@@ -97,10 +97,10 @@ export function show({ live, settings_form: entries, settings_reply: reply, can_
   if (reply) say(reply.text, reply.is_refused);
 }
 
-// `send` takes the wanted settings as JSON, and gives what became of them.
+// `send` takes the changed settings as JSON, and returns the outcome.
 export function begin(send) {
   $("settings-form").addEventListener("input", () => { isChanging = true; });
-  // The browser's own refusal of a value, which is nothing to send.
+  // Show the browser's own refusal of a value, which is not sent.
   const refuse = ({ target }) => say(`${target.name}: ${target.validationMessage}`, true);
   $("settings-form").addEventListener("invalid", refuse, true);
   $("settings-form").addEventListener("submit", async (event) => {

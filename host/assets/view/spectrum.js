@@ -1,26 +1,26 @@
-// The spectrum in decibels: with the tone, its harmonics, and the noise beside it.
+// The spectrum in decibels, with the tone, its harmonics, and the noise next to it.
 import { Plot, Steady, colour, line, quantile } from "./plot.js";
 
-// Multiples of a power of ten that get a number on a logarithmic axis: the first ones for which there is room.
+// Multiples of a power of ten that get a number on a logarithmic axis: the first set for which there is room.
 const NUMBERED = [[1, 2, 5], [1, 3], [1]];
 // Width of a digit, and the gap between two numbers, pixels.
 const DIGIT = 7;
 const GAP = 6;
-// The axis ends at so many decibels below what nearly all bins have.
+// Decibels by which the axis extends below nearly all bins.
 const MARGIN_DB = 6;
 
 export const label = (hz) => String(Number(hz.toPrecision(6)));
 
-// Places of numbers on an axis of logarithms to the base of ten. `room`: that of a number, on the scale of the axis.
+// Returns the positions of numbers on a logarithmic axis (base ten). `room` returns the width of a number in the axis's scale.
 export const places = ([min, max], room) => {
   const powers = Array.from({ length: Math.floor(max) - Math.floor(min) + 1 }, (_, at) => Math.floor(min) + at);
   const at = (multiples) => powers.flatMap((power) => multiples.map((multiple) => power + Math.log10(multiple))).filter((x) => x >= min && x <= max);
-  // A number is in the middle of its place.
+  // Numbers are centred on their positions.
   const fits = (found) => found.every((x, place) => place === 0 || x - found[place - 1] > room(label(10 ** x)));
   return NUMBERED.map(at).find(fits) ?? [];
 };
 
-// Those of an x axis.
+// Returns the positions of numbers on a plot's x axis.
 export const numbered = (u, min, max) => places([min, max], (text) => ((text.length * DIGIT + GAP) * (max - min) * window.devicePixelRatio) / u.bbox.width);
 
 export class Spectrum extends Plot {
@@ -51,7 +51,7 @@ export class Spectrum extends Plot {
 
   // `beside`: the spectrum of another run.
   draw({ spectrum, curves }, isLog, beside = null) {
-    // What is left is that of the latest window too.
+    // The residual is also that of the latest window.
     const residual = spectrum.lines.length ? curves?.residual_spectrum ?? null : null;
     Object.assign(this.shown, { lines: spectrum.lines, residual, isLog });
     this.plot.axes[0].label = isLog ? "frequency, Hz, logarithmic" : "frequency, Hz";
@@ -59,7 +59,7 @@ export class Spectrum extends Plot {
     const hz = db.map((_, bin) => (bin + 1) * spectrum.bin_hz);
     const low = quantile([...db, ...(residual?.power_db ?? [])].sort((a, b) => a - b), 0.03) - MARGIN_DB;
     this.shown.floor = this.steady.take([Math.max(-120, Math.min(-20, 10 * Math.floor(low / 10))), 0])[0];
-    // The other's bins may lie elsewhere.
+    // The bins of the other spectrum may be at different frequencies.
     const other = (found) => hz.map((at) => (found ? found.power_db[Math.round(at / found.bin_hz)] ?? null : null));
     this.show([hz.map(this.toX), db, other(residual), other(beside)], `from ${this.shown.floor} to 0 dB`);
   }

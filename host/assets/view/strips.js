@@ -1,17 +1,17 @@
-// The sixteen channels over time, one below the other.
+// The sixteen channels over time, one below another.
 import { Plot, colour, line, robust } from "./plot.js";
 import { round125 } from "./format.js";
 
 const TAXELS = 16;
-// Rank, as a fraction of the ranges, of the one that sets the rows' distance: of sixteen the three widest may reach into their
+// Quantile of the channels' ranges that sets the distance of the rows: the three widest of sixteen may reach into their
 // neighbours' rows.
 const SWING = 0.75;
-// Frames more than this many usual steps apart have a gap between them.
+// Frames more than this many usual steps apart are separated by a gap.
 const GAP = 1.5;
-// The distance shrinks only when the rows would fit into this fraction of it.
+// The distance shrinks only if the rows would fit into this fraction of it.
 const SLACK = 0.6;
 
-// Places in front of which frames are missing.
+// Returns the indices of the frames before which frames are missing.
 function gaps(t_s) {
   const steps = t_s.slice(1).map((time_s, at) => time_s - t_s[at]);
   const usual = steps.toSorted((a, b) => a - b)[Math.floor(steps.length / 2)];
@@ -52,7 +52,7 @@ export class Strips extends Plot {
     const lines = mv.map((values, taxel) => values.map((value) => (value === null ? null : value - taxel * this.apart.mv)));
     const missing = gaps(t_s).toReversed();
     const apart = [t_s, ...lines].map((values) => values.slice());
-    // An empty point in each gap, from the last on, so that places hold.
+    // Insert an empty point into each gap, from the last gap on, so that the indices stay valid.
     for (const at of missing) apart.forEach((values, column) => values.splice(at, 0, column === 0 ? 0.5 * (t_s[at - 1] + t_s[at]) : null));
     this.show(apart, rows);
   }

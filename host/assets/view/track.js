@@ -1,9 +1,9 @@
-// The frequency of windows over a recording, over its spectrogram.
+// The frequency of windows over a recording, drawn over its spectrogram.
 import { Plot, colour, dots, line } from "./plot.js";
 
-// Standard deviations of half a 95 % interval.
+// Half-width of a 95 % interval, standard deviations.
 const INTERVAL = 1.96;
-// Shades of the spectrogram, and one more than that of the darkest.
+// Divisor from a shade, 0 to 7, to its opacity: even the darkest shade is translucent.
 const SHADES = 9;
 
 export class Track extends Plot {
@@ -55,7 +55,7 @@ export class Track extends Plot {
   }
 }
 
-// The shades as a picture, a pixel each, the lowest frequency at the bottom.
+// Draws the shades as a picture of one pixel each, with the lowest frequency at the bottom.
 function picture(levels) {
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [levels.length, levels[0].length];

@@ -1,4 +1,4 @@
-// The page: takes the messages of the command, and shows them, or a run, unless it is paused.
+// The page: receives the command's messages and shows them, or a run, unless it is paused.
 import { Model, Pace } from "./model.js";
 import { drawMap, drawPlots } from "./draw.js";
 import { Fit } from "./fit.js";
@@ -14,9 +14,9 @@ import * as save from "./save.js";
 import * as settings from "./settings.js";
 
 const $ = (id) => document.getElementById(id);
-// Elements that have keys of their own.
+// Elements that handle keys themselves.
 const OWN_KEYS = ["BUTTON", "SELECT", "INPUT", "A"];
-// Below this pace an emulated board is slow.
+// Pace below which an emulated board is reported as slow.
 const SLOW = 0.95;
 const EMULATED = "emulated board";
 const model = new Model();
@@ -26,7 +26,7 @@ let isConnected = false;
 let isDue = false;
 let source = null;
 let pace = new Pace();
-// Whether the file of a command without a board was shown.
+// True once the file of a command without a board was shown.
 let hasLooked = false;
 
 const zoomed = () => scrub.run === null && pause(true);
@@ -42,7 +42,7 @@ const scrub = new Scrub(() => {
   list.list();
   drawAll();
 });
-// Shows a run; null: the board again.
+// Shows a run, or if null the board again.
 function look(run) {
   Object.values(plots).forEach((plot) => plot.clear());
   return Promise.all([recording.look(run), scrub.look(run)]);
@@ -60,20 +60,20 @@ function pause(wanted) {
   schedule();
 }
 
-// Draws at the browser's next picture, once.
+// Draws once, at the browser's next frame.
 function schedule() {
   if (isDue) return;
   isDue = true;
   requestAnimationFrame(() => {
     isDue = false;
-    // A zoomed plot stays as it is, and so does a run.
+    // Leave the plots unchanged while the page is paused, as when zoomed, and while a run is shown.
     draw(paused === null && scrub.run === null);
   });
 }
 
 const drawAll = () => draw(true);
 
-// Without a board there is only the file to look at.
+// Shows the file if the command has no board.
 function lookAtFile({ live }) {
   const isAlone = live.connection.state === "over" && live.counts.received === 0;
   document.body.classList.toggle("alone", isAlone);
@@ -85,7 +85,7 @@ function lookAtFile({ live }) {
 }
 
 function showStatus({ state }) {
-  // Without the command nothing can be asked of it, and what is shown is old.
+  // Without the command, nothing can be requested from it, and what is shown is old.
   document.body.classList.toggle("gone", !isConnected);
   for (const id of ["clear", "record", "latest"]) $(id).disabled = !isConnected;
   for (const id of ["runs", "settings"]) $(id).inert = !isConnected;
@@ -121,14 +121,14 @@ function draw(withPlots) {
   drawPlots(plots, state, { beside: compared(run, live), why });
 }
 
-// A slow computer is not a slow finger.
+// Reports the pace of a slow emulated board, since the finger would look slow on a slow computer.
 function slowness() {
   const { source: name, now_s } = model.state.live;
   const found = scrub.run === null && name === EMULATED && now_s !== null ? pace.take(1e-3 * performance.now(), now_s) : null;
   return found !== null && found < SLOW ? ` (${found.toFixed(2)} of real time)` : "";
 }
 
-// The run to compare with, its first contact at that of this one; at a board its end is now.
+// Returns the run to compare with, shifted so that its first contact is at this run's. Next to a live board, its end is now.
 function compared(run, live) {
   const beside = runs.compared();
   $("difference").textContent = beside === null ? "" : runs.difference(run, beside.run);
@@ -159,7 +159,7 @@ function connect() {
 
 $("pause").addEventListener("click", () => pause(paused === null));
 document.addEventListener("keydown", (event) => {
-  // A slider does nothing with the space.
+  // A slider does not use the space bar.
   const { tagName, type } = event.target;
   const hasOwn = OWN_KEYS.includes(tagName) && ((event.key === " " && type !== "range") || ["number", "text"].includes(type));
   if (hasOwn || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
@@ -195,7 +195,7 @@ const redraw = () => {
 };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 new ResizeObserver(schedule).observe($("map"));
-// A page that nobody sees asks for nothing: an emulated board waits meanwhile.
+// A hidden page closes its connection, so that an emulated board can pause.
 document.addEventListener("visibilitychange", () => (document.hidden ? source?.close() : connect()));
 settings.begin(async (wanted) => {
   if (scrub.run === null) return settings.post("/settings", wanted);

@@ -11,7 +11,7 @@ use ridgetone_host::{samples, tables};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Rows that `fit`, `replay` and `feel` take.
+/// Rows that `fit`, `replay` and `feel` accept.
 #[pyclass(frozen)]
 pub struct Samples(pub samples::Samples);
 
@@ -41,7 +41,7 @@ struct Read {
 /// Reads a value by its row and its column.
 type ValueAt = Arc<dyn Fn(usize, usize) -> f64 + Send + Sync>;
 
-/// Two-dimensional array, not copied; any strides.
+/// A two-dimensional array with any strides, which is not copied.
 struct View<T: Element> {
     buffer: PyBuffer<T>,
     /// Address of the first value, as a number, because raw pointers are not `Send`.
@@ -102,7 +102,7 @@ fn view(array: &Bound<'_, PyAny>) -> PyResult<(ValueAt, [usize; 2])> {
 
 #[pymethods]
 impl Samples {
-    /// Samples of a file, in any form that the command reads.
+    /// Opens the samples of a file in any form that the command reads.
     #[staticmethod]
     #[pyo3(signature = (path, time_column, flatten=false, has_columns=false))]
     fn file(
@@ -125,7 +125,8 @@ impl Samples {
             .map_err(raised)
     }
 
-    /// Samples of an array, optionally with a column of times and one additional named column.
+    /// Makes samples from an array, optionally with a column of times and one additional named
+    /// column.
     #[staticmethod]
     #[pyo3(signature = (name, names, values, times, beside))]
     fn array(
@@ -223,14 +224,14 @@ pub fn time_unit(unit: &str) -> Option<f64> {
     tables::per_second(unit).map(f64::recip)
 }
 
-/// True if a column's name is that of a time.
+/// True if a column's name marks it as a time.
 #[pyfunction]
 pub fn is_time(name: &str) -> bool {
     tables::is_time(name)
 }
 
-/// Returns the unit declared by the name of a time column, seconds; `None` if there is none. Fails
-/// for an unknown unit.
+/// Returns the unit declared by the name of a time column, in seconds; `None` if there is none.
+/// Fails for an unknown unit.
 #[pyfunction]
 pub fn declared_unit(name: &str) -> PyResult<Option<f64>> {
     tables::declared_seconds(name).map_err(|unit| {

@@ -37,7 +37,7 @@ impl Spectra {
         })
     }
 
-    /// Iterates over windows, and over the spectra of all channels in each.
+    /// Iterates over windows; each yields the spectra of all channels.
     fn by_window(&self) -> impl Iterator<Item = std::slice::ChunksExact<'_, f32>> {
         let windows = self.values.chunks_exact((self.channels * self.bins).max(1));
         windows.map(|window| window.chunks_exact(self.bins.max(1)))

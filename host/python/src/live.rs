@@ -22,7 +22,7 @@ pub struct Board(Mutex<Option<(Listener, JsonLines)>>);
 
 #[pymethods]
 impl Board {
-    /// Opens a serial port, the only one there is, or the emulated board.
+    /// Opens a serial port (by default the only one), or the emulated board.
     #[new]
     #[expect(
         clippy::too_many_arguments,

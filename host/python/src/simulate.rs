@@ -42,7 +42,7 @@ pub struct Options {
     converter: bool,
 }
 
-/// Simulates a scene. Returns the true values, the channels, and as bytes of f64 the times of the
+/// Simulates a scene. Returns the true values, the channels, and (as bytes of f64) the times of the
 /// rows, their values in volts row by row, and the positions of the grating.
 #[pyfunction]
 pub fn simulate<'py>(py: Python<'py>, options: Options) -> PyResult<Simulated<'py>> {

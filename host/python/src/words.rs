@@ -93,7 +93,7 @@ fn with_arguments(message: &str) -> String {
     out + ahead
 }
 
-/// The word after an option, without quotes, and the text after it.
+/// The word after an option, without quotes, and the remaining text.
 struct Token<'a> {
     text: &'a str,
     after: &'a str,

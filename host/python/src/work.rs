@@ -1,4 +1,4 @@
-//! Work of the command on recordings: `fit`, `replay`, settings and messages.
+//! The command's work on recordings: `fit`, `replay`, settings and messages.
 
 use crate::array::Samples;
 use crate::raised;
@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 /// Number of packets of a recording between two checks for Ctrl-C.
 const SIGNALS_EVERY: u64 = 256;
 
-/// Returns the guesses about a file, with its name.
+/// Returns the guesses about a file, prefixed with its name.
 fn named(name: &str, guessed: Option<&String>) -> impl Iterator<Item = String> {
     guessed
         .map(|guessed| format!("{name}: {guessed}"))
@@ -42,7 +42,7 @@ pub struct Fitted {
 
 #[pymethods]
 impl Fitted {
-    /// Picture of the result as SVG.
+    /// Draws the result as SVG.
     fn picture(&self, py: Python<'_>) -> PyResult<String> {
         let draw = || fit_picture::draw(&self.samples, &self.selection, &self.fit);
         py.detach(draw).map_err(raised)
@@ -71,7 +71,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Column of positions or speeds.
+    /// Returns the column of positions or speeds.
     fn column(&self) -> PyResult<Option<Column>> {
         let column = |quantity, text: &Option<String>| {
             text.as_deref()
@@ -126,7 +126,7 @@ fn joined(
     }
 }
 
-/// The fit's object as JSON, remarks, and the fit itself.
+/// Fits the samples. Returns the fit's JSON object, remarks, and the fit itself.
 #[pyfunction]
 pub fn fit(
     py: Python<'_>,
@@ -136,7 +136,7 @@ pub fn fit(
     let column = options.column()?;
     let selection = options.selection(column.clone())?;
     let run = || -> Result<_> {
-        // The user has already chosen the part by passing an array.
+        // Fit all of an array: it is already the part that the user has chosen.
         let is_whole = options.whole || samples.0.path().is_none();
         let (samples, selection) = joined(&samples.0, options.positions, column, selection)?;
         let fit = touch_part::fit(&samples, &selection, is_whole, &mut |_| {})?;
@@ -262,7 +262,7 @@ impl Played {
         Ok(())
     }
 
-    /// A recording's own frames: its picture if it is wanted, and what to look at.
+    /// Replays a recording's own frames. Returns a picture if requested, and remarks.
     fn frames(
         &mut self,
         samples: &samples::Samples,
@@ -290,7 +290,7 @@ impl Played {
         Ok((svg, remarks))
     }
 
-    /// The same of a scene in front of the simulated chip.
+    /// Plays a scene to the simulated chip. Returns a picture if requested, and remarks.
     fn scene(
         &mut self,
         scene: Sliding,
@@ -301,7 +301,7 @@ impl Played {
         let (mut conversions, is_drawn) = (Vec::new(), self.is_drawn);
         let mut sink = |packet: &Packet| {
             self.take(packet)?;
-            // Health comes every second of the scene: often enough for Ctrl-C.
+            // Called at least once per second of the scene, with `health`: often enough for Ctrl-C.
             Ok(Python::attach(|py| py.check_signals())?)
         };
         let mut watch = |conversion| conversions.extend(is_drawn.then_some(conversion));
@@ -330,7 +330,7 @@ pub fn settings(file: Option<PathBuf>, changes: &str) -> PyResult<String> {
         .map_err(raised)
 }
 
-/// Returns all messages of a recording but raw frames, as JSON objects; `None` for a table.
+/// Returns all messages of a recording except raw frames, as JSON objects; `None` for a table.
 #[pyfunction]
 pub fn messages(py: Python<'_>, path: PathBuf) -> PyResult<Option<Vec<String>>> {
     py.detach(|| events_of(&path)).map_err(raised)

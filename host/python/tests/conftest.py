@@ -1,4 +1,4 @@
-"""The command next to the package, and recordings of every kind."""
+"""The command to compare the package with, and recordings of every kind."""
 
 import json
 import os
@@ -24,7 +24,7 @@ def command(*arguments: object) -> "subprocess.CompletedProcess[str]":
 
 @pytest.fixture
 def run() -> Run:
-    """Runs the command; its lines of JSON. A replay without an estimate ends with 3."""
+    """Runs the command and returns its lines of JSON. A replay without an estimate exits with status 3."""
 
     def run(*arguments: object) -> list[dict[str, Any]]:
         done = command(*arguments)
@@ -36,7 +36,7 @@ def run() -> Run:
 
 @pytest.fixture
 def refusal() -> Refusal:
-    """Runs the command, which fails; its one line without its name."""
+    """Runs a command that must fail, and returns its error without the command's name."""
 
     def refusal(*arguments: object) -> str:
         done = command(*arguments)
@@ -47,7 +47,7 @@ def refusal() -> Refusal:
 
 
 def tone(channels: int, rows: int, rate_hz: float, tone_hz: float, decimals: int = 6) -> str:
-    """A table of a tone with an overtone and a little noise."""
+    """Returns a table of a tone with an overtone and a little noise."""
     random = np.random.default_rng(7)
     t = np.arange(rows) / rate_hz
     c = np.arange(channels)
@@ -60,7 +60,7 @@ def tone(channels: int, rows: int, rate_hz: float, tone_hz: float, decimals: int
 
 
 def tables() -> dict[str, str]:
-    """Recordings as the command's own tests make them."""
+    """Returns tables like those of the command's own tests."""
     plain = tone(4, 600, 100, 4)
     rows = plain.splitlines()
     blank = [row if at % 7 else row.rsplit(",", 1)[0] + "," for at, row in enumerate(rows[1:], 1)]
@@ -77,7 +77,7 @@ def tables() -> dict[str, str]:
 
 @pytest.fixture(scope="session")
 def recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Every scene of the repository and every table as a recording."""
+    """Makes a recording of every scene of the repository and of every table."""
     folder = tmp_path_factory.mktemp("recordings")
     found = {}
     for name in SCENES:
@@ -92,7 +92,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 @pytest.fixture(scope="session")
 def telemetry(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """A touch of the emulated board with its raw frames, and what `export` makes of it."""
+    """Records a touch of the emulated board with its raw frames, and exports it in each format."""
     folder = tmp_path_factory.mktemp("telemetry")
     found = {"rec": folder / "touch.rec"}
     done = command("record", "--emulated", "--raw", "-o", found["rec"])

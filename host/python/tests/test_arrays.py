@@ -1,4 +1,4 @@
-"""Arrays: where they are read, what is converted, and what is refused in Python's words."""
+"""Arrays are read without a copy, converted, or refused with the names of Python's arguments."""
 
 import copy
 import pickle
@@ -38,7 +38,7 @@ def test_floats_are_not_copied_and_others_are_converted() -> None:
 
 
 def test_an_array_of_a_terabyte_is_fitted_where_it_is(tmp_path: Path) -> None:
-    # A sparse file: reading it all would take hours, and copying it would end the process.
+    # Sparse file: reading it all would take hours, and copying it would end the process.
     part = sine(1000, 16)
     big = np.memmap(tmp_path / "big", dtype=np.float64, mode="w+", shape=(2**33, 16))
     big[:1000] = part
@@ -106,7 +106,7 @@ def test_errors_have_the_commands_text_and_pythons_arguments(tmp_path: Path, ref
             rt.fit(path)
         ours, theirs = str(raised.value), refusal("fit", path)
         assert words in ours and "--" not in ours and (words or ours == theirs), (ours, theirs)
-        # All but the options is the same.
+        # The messages differ only in the options.
         assert ours.split(";")[0] == theirs.split(";")[0] or words in ours.split(";")[0]
     with pytest.raises(rt.Error) as raised:
         rt.read(tmp_path / "none.csv")

@@ -1,4 +1,4 @@
-"""The notebook runs to the README's picture, and the guide's code, the examples and the types hold."""
+"""The notebook reproduces the README's picture; the guide's code, the examples and the types are correct."""
 
 import doctest
 import os
@@ -15,7 +15,7 @@ from conftest import COMMAND, ROOT, command
 from nbclient import NotebookClient
 
 
-# A kernel starts in seconds, and in a minute or two where the rest of the tests keeps the processor busy.
+# A kernel starts within seconds, or within a minute or two while other tests keep the processor busy.
 @pytest.mark.timeout(400)
 def test_the_notebook_goes_from_a_recording_to_the_readmes_picture(tmp_path: Path) -> None:
     notebook = nbformat.read(ROOT / "host/python" / "touch.ipynb", as_version=4)
@@ -55,7 +55,7 @@ def test_the_chapters_code_runs(telemetry: dict[str, Path], tmp_path: Path, monk
 
 
 def run_beside_the_emulated_board(script: str) -> None:
-    """Runs a script that reads a board's port, whose name is its argument."""
+    """Runs a script that reads the port of an emulated board; the port's name is its argument."""
     with subprocess.Popen([COMMAND, "emulate", "--port"], stdout=subprocess.PIPE, text=True, cwd=ROOT) as board:
         assert board.stdout is not None
         port = re.search(r"/dev/\S+", board.stdout.readline())

@@ -1,4 +1,4 @@
-"""Firing of mechanoreceptors: the paper's numbers, closed forms, and uncertainties next to the scatter of many runs."""
+"""Firing of mechanoreceptors: the paper's numbers, closed forms, and uncertainties against the scatter of many runs."""
 
 import json
 import subprocess
@@ -14,7 +14,7 @@ import ridgetone as rt
 Array = npt.NDArray[np.float64]
 
 RATE_HZ = 2048
-# Table 1 and equations 1 to 4: two lines of the threshold, um over hertz, and where they begin, meet and end.
+# Table 1 and equations 1 to 4: two lines of threshold in um against hertz, and where they begin, meet and end.
 THRESHOLDS = {
     "FA I": (499, -0.890, 52.1, 0.0119, 0.5, 12.2, 67.0),
     "FA II": (1690, -1.93, 2.00e-5, 1.39, 20.0, 241.0, 800.0),
@@ -38,7 +38,7 @@ def intensities(felt: rt.Felt) -> dict[str, tuple[float, float]]:
 
 
 def test_a_vibration_of_known_amplitude_is_a_sum_of_logarithms() -> None:
-    # Three bins under Hamming's window, a third of a hertz apart.
+    # A Hamming window spreads the tone over three bins, a third of a hertz apart.
     lines = [(40 - 1 / 3, 30 * 0.23 / 0.54), (40, 30), (40 + 1 / 3, 30 * 0.23 / 0.54)]
     volts = 2.5 + 2e-6 * tone(30, 40)
     felt = rt.feel(np.c_[volts, volts], RATE_HZ, volts_per_um=2e-6, m=(1.2, 0.1))
@@ -50,7 +50,7 @@ def test_a_vibration_of_known_amplitude_is_a_sum_of_logarithms() -> None:
     assert soft.score == pytest.approx(5.59 - 0.002 * sa1) and soft.name == "soft"
     assert rough.score == pytest.approx(-16.075 + 0.011 * fa2 + 11.633 * 1.2, abs=1e-4)
     assert rough.score_sigma == pytest.approx(1.1633, rel=1e-3) and (felt.m, felt.m_sigma) == (1.2, 0.1)
-    # Another unit, a channel more that is not converted, and half of the rows.
+    # A different unit, and an additional channel that is not converted.
     with_noise = np.c_[2e3 * tone(30, 40), np.random.default_rng(1).normal(size=3 * RATE_HZ)]
     again = rt.feel(with_noise, RATE_HZ, volts_per_um=[2e3, np.nan])
     assert again.receptors == felt.receptors and again.channels == ["ch0"] and again.scores[1].absent == "needs m"
@@ -75,13 +75,13 @@ def test_the_papers_conversion() -> None:
     assert found.frequency_hz == pytest.approx(82.8, abs=0.2)
     assert found.volts_per_um[0] == pytest.approx(0.564, abs=0.002) and found.sigma_fraction[0] == pytest.approx(0.1, rel=1e-3)
     assert found.volts_per_um[1] == pytest.approx(1e-9 * found.volts_per_um[0], rel=1e-5)
-    # What leaks from a line between two bins is no amplitude.
+    # Leakage of a line between two bins must not count as an amplitude.
     with pytest.raises(rt.Error, match="no channel has a line at 20 Hz"):
         rt.volts_per_um(tone(1, 300.5), RATE_HZ, ra_um=1, rsm_mm=0.5, speed_mm_s=10)
 
 
 def spread(values: list[float], sigmas: list[float]) -> float:
-    """Scatter over the root of the mean reported variance."""
+    """Returns the ratio of the scatter to the root of the mean reported variance."""
     return float(np.std(values, ddof=1) / np.sqrt(np.mean(np.square(sigmas))))
 
 
@@ -93,9 +93,9 @@ def noises(seed: int, runs: int, rows: int) -> Iterator[Array]:
 @pytest.mark.parametrize(
     ("um", "line_um", "receptors", "least", "most"),
     [
-        # Amplitudes in a bin of some 5000 um, above all thresholds.
+        # About 5000 um per bin, above all thresholds.
         (2.5e5, 0, list(THRESHOLDS), 0.9, 1.1),
-        # About at SA I's threshold of some 10 um.
+        # About 10 um per bin, close to SA I's threshold.
         (500, 0, ["SA I"], 0.5, 1.05),
         # A steady tone 40 dB above the noise: the closed form is an upper bound.
         (0.001, 1, ["FA II"], 0, 0.3),
@@ -153,7 +153,7 @@ def test_one_reference_has_one_conversion_from_windows_of_any_length(line_um: fl
         per_um = []
         for noise in noises(8, 60, round(seconds * RATE_HZ)):
             samples = tone(line_um, 100, seconds) + noise
-            # Without a line one in many has less than what leaks.
+            # Without a line, a few runs have less amplitude than leakage, and are refused.
             try:
                 per_um.append(rt.volts_per_um(samples, RATE_HZ, ra_um=0.5, rsm_mm=0.1, speed_mm_s=10))
             except rt.Error:

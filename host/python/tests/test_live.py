@@ -1,4 +1,4 @@
-"""The emulated board, live: as an iterator, as `async`, by the page's address, and its settings."""
+"""The emulated board, live: as an iterator, with `async`, through the page's address, and its settings."""
 
 import asyncio
 import subprocess
@@ -27,10 +27,10 @@ def test_the_emulated_board_is_listened_to_set_and_recorded(tmp_path: Path, run:
     for frame in frames[:50]:
         volts = [code * 4.096 / 7_864_320 for code in frame.codes]
         assert frame.volts == pytest.approx(volts, rel=1e-6)
-    # All that came is in the recording, in the command's words; what answered the requests is there too.
+    # The recording has everything that arrived, as the command prints it, including the answers to requests.
     printed = run("replay", path, "--json")
     assert [line for line in printed if line["type"] == "contact"] == [e for e in events if e.type == "contact"]
-    # The scene may end within a frame, which is no row then.
+    # The scene may end within a frame, which then makes no row.
     assert len(rt.read(path).values) >= sum(frame.present & frame.good == 0xFFFF for frame in frames)
     with pytest.raises(rt.Error, match="closed"):
         _ = board.settings

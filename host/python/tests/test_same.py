@@ -1,4 +1,4 @@
-"""The package gives what the command prints, to the last bit, on every recording."""
+"""The package returns what the command prints, to the last bit, for every recording."""
 
 import json
 from pathlib import Path
@@ -15,7 +15,7 @@ SLOW = {"milliseconds", "gap", "blank", "single", "noise"}
 
 
 def same(ours: object, theirs: object) -> None:
-    """Equal, and each number of the same bits: 0.0 is not -0.0, and 1 is not 1.0."""
+    """Asserts that both are equal and each number has the same bits: 0.0 is not -0.0, and 1 is not 1.0."""
     assert json.dumps(ours) == json.dumps(theirs)
 
 
@@ -76,7 +76,7 @@ def test_telemetry_in_every_form(telemetry: dict[str, Path], run: Run) -> None:
     without_raw = [line for line in run("replay", telemetry["rec"], "--json") if line["type"] != "raw"]
     same(frames["rec"].events, without_raw)
     same(frames["ndjson"].events, without_raw)
-    # In MCAP UTC is by the delays of the whole recording, fields that are null are left out, and streams' own are there.
+    # In MCAP, UTC follows from the delays of the whole recording, null fields are omitted, and fields of streams are added.
     def plain(value: Any) -> Any:
         if isinstance(value, list):
             return [plain(item) for item in value]
@@ -91,7 +91,7 @@ def test_telemetry_in_every_form(telemetry: dict[str, Path], run: Run) -> None:
         [printed] = run("fit", path, "--json", "--from", 2, "--to", 3)
         same(rt.fit(path, from_s=2, to_s=3), printed)
         assert printed["status"] == "good", name
-        # Raw frames are the same codes in every form; as volts they are a table.
+        # Raw frames have the same codes in every format except CSV, whose volts are read as a table.
         if name != "csv":
             same(rt.replay(path), run("replay", telemetry["rec"], "--json", "--set", "window_s=1"))
 

@@ -1,4 +1,4 @@
-"""An outside validator finds that what the command prints, serves and exports fits its schemas."""
+"""An independent validator accepts what the command prints, serves and exports against its schemas."""
 
 import json
 import struct
@@ -12,12 +12,12 @@ from jsonschema import Draft202012Validator
 
 SCHEMAS = json.loads((ROOT / "host/src/events/schema.json").read_text())
 
-# The description of a refused setting is not among the fields.
+# The fields that describe a refused setting are not in the schema.
 OPEN = {"reply"}
 
 
 def check(lines: list[dict[str, Any]]) -> set[str]:
-    """Every line fits the schema of its type, and has no other fields; gives the types."""
+    """Asserts that every line fits the schema of its type and has no other fields. Returns the types."""
     assert lines
     for line in lines:
         schema = SCHEMAS[line["type"]]
@@ -27,7 +27,7 @@ def check(lines: list[dict[str, Any]]) -> set[str]:
 
 
 def records(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """The records of an MCAP file, of those in its chunks too (mcap.dev/spec)."""
+    """Yields the records of an MCAP file, including those in its chunks (mcap.dev/spec)."""
     at = 0
     while at + 9 <= len(content):
         code, length = struct.unpack_from("<BQ", content, at)
@@ -41,13 +41,13 @@ def records(content: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def text(record: bytes, at: int) -> tuple[str, int]:
-    """A string, and where it ends."""
+    """Returns a string, and where it ends."""
     (length,) = struct.unpack_from("<I", record, at)
     return record[at + 4 : at + 4 + length].decode(), at + 4 + length
 
 
 def mcap(path: Path) -> tuple[dict[str, dict[str, Any]], list[tuple[str, dict[str, Any]]]]:
-    """The schema of each topic of an MCAP file, and its messages by topic."""
+    """Returns the schema of each topic of an MCAP file, and its messages with their topics."""
     schemas, topics, by_topic, messages = {}, {}, {}, []
     for code, record in records(path.read_bytes()[8:-8]):
         if code == 3:
@@ -65,7 +65,7 @@ def mcap(path: Path) -> tuple[dict[str, dict[str, Any]], list[tuple[str, dict[st
 
 
 def one_type(schema: dict[str, Any]) -> Iterator[Any]:
-    """The types in a schema, which viewers want to be one each."""
+    """Yields the types in a schema; viewers need a single type for each field."""
     yield schema["type"]
     yield from (kind for field in schema.get("properties", {}).values() for kind in one_type(field))
     if "items" in schema:
@@ -102,7 +102,7 @@ def test_a_fit_fits(recordings: dict[str, Path], run: Run) -> None:
 def test_an_emulated_touch_fits(run: Run) -> None:
     *events, truth = run("emulate", "--json")
     assert truth["type"] == "truth"
-    # The emulator alone knows when a message's last byte had left the board.
+    # Only the emulator knows when a message's last byte had left the board.
     assert all(event["t_s"] < event.pop("left_s") for event in events)
     kinds = check(events)
     assert {"hello", "contact", "slide", "estimate", "texture", "image", "release", "health"} <= kinds

@@ -1,4 +1,4 @@
-"""Frames of the simulated finger next to the command's, and what is told of them next to the frames themselves."""
+"""Compares frames of the simulated finger with the command's, and their stated true values with the frames."""
 
 import tomllib
 from collections.abc import Callable
@@ -10,7 +10,7 @@ import ridgetone as rt
 
 from conftest import ROOT, SCENES, Run
 
-# Conversions of a scan: 16 taxels and five readings of the chip's own.
+# Conversions per scan: 16 taxels and five of the chip's own readings.
 SLOTS = 21
 
 
@@ -18,7 +18,8 @@ SLOTS = 21
 def test_a_replay_is_what_the_emulated_board_reports(name: str, run: Run) -> None:
     path = ROOT / f"hal-mock/scenes/{name}.toml"
     found = rt.simulate(path)
-    # The command plays the scene to the same chip: its events are those of these frames but for the channels' times in a scan.
+    # The command plays the scene to the same chip, so its events are those of these frames, apart from the channels' times in a
+    # scan.
     events = run("emulate", path, "--json")
     [contact] = [event for event in events if event["type"] == "contact"]
     [end] = [event for event in events if event["type"] == "slide" and event["end_s"] is not None]
@@ -39,7 +40,7 @@ def test_raw_frames_of_a_board_are_these(telemetry: dict[str, Path]) -> None:
     at = np.rint(board.time_s * found.scan_hz).astype(int)
     rows = at < len(found.values)
     assert rows.sum() > 1000
-    # Volts are f32, of which the recording has the shortest decimals.
+    # Volts are f32; the recording has their shortest decimals.
     np.testing.assert_array_equal(board.values[rows].astype(np.float32), found.values[at[rows]].astype(np.float32))
     np.testing.assert_allclose(board.time_s[rows], found.time_s[at[rows]] - found.time_s[0], atol=5e-6)
 
@@ -56,7 +57,7 @@ def test_a_scene_is_the_same_as_file_text_and_mapping(name: str) -> None:
 
 
 def test_the_truth_is_seen_in_the_frames() -> None:
-    # Speed over period; positions by the speed; all of it without noise.
+    # Without noise, the frequency is speed over period, and positions follow the speed.
     scene = {"period_mm": 3.1, "speed_mm_s": 20, "slide_mm": 40, "finger": {"noise_uv": 0.0}}
     found = rt.simulate(scene, converter=False)
     truth = found.truth
@@ -75,7 +76,7 @@ def test_random_channels_have_the_amplitudes_that_are_told() -> None:
     found = rt.simulate({"seed": 5, "snr_db": 60.0}, random_channels=True, converter=False)
     truth = found.truth
     is_slide = (found.time_s > truth.slide_start_s + 0.05) & (found.time_s < truth.slide_end_s - 0.05)
-    # Least squares by the position that each channel has in its own slot.
+    # Least squares against the position at the time of each channel's own slot.
     for taxel, channel in enumerate(found.channels):
         at_mm = found.position_mm[is_slide] + 30 * taxel / SLOTS / found.scan_hz
         turns = 2 * np.pi * at_mm / 3.6

@@ -1,4 +1,4 @@
-"""Windows as arrays: those of `ridgetone fit --window`, to the last bit."""
+"""Windows as arrays equal those of `ridgetone fit --window`, to the last bit."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-//! Strips: a row for each channel with all of its readings, and a few periods close up next to the
+//! Draws a row for each channel: all of its readings, and a close-up of a few periods with the
 //! fitted curve.
 //!
 //! Position and label distinguish the channels, dots and line distinguish readings and fit; colour
@@ -68,15 +68,14 @@ pub struct Strips {
     pub headings: [&'static str; 2],
     pub axis: &'static str,
     pub range: RangeInclusive<f64>,
-    /// Range of the close-up; none without a tone.
+    /// Range of the close-up; `None` without a tone.
     pub close: Option<RangeInclusive<f64>>,
-    /// True to draw all channels to one scale, in volts; otherwise each has its own.
+    /// True to draw all channels to one scale in volts; otherwise each has its own scale.
     pub is_in_volts: bool,
     pub phases: Option<Phases>,
     pub strips: Vec<Strip>,
 }
 
-/// One of the two columns of curves.
 struct Column {
     axis: Axis,
     range: RangeInclusive<f64>,
@@ -102,7 +101,7 @@ impl Strips {
         svg.finish()
     }
 
-    /// Fewer channels get higher rows.
+    /// Returns the height of a row, which is larger with fewer channels.
     fn row_height(&self) -> f64 {
         (720.0 / self.strips.len().max(1) as f64).clamp(46.0, 130.0)
     }
@@ -216,7 +215,7 @@ impl Strips {
 
     fn whole(&self, svg: &mut Svg, column: &Column, strip: &Strip, middle: f64) {
         let (mut low, mut high) = extremes(strip.readings.iter());
-        // The residual, about zero, has to fit into the row as well.
+        // The residual, which is drawn about zero, must fit into the row as well.
         let greatest = strip
             .residual
             .iter()

@@ -1,4 +1,4 @@
-//! Checks of the ADS1258 by its registers and by its own readings.
+//! Checks the ADS1258 by its registers and by its own readings.
 
 use super::observations::Observations;
 use super::verdict::{Judged, Limits, Outcome, Verdict, judged};
@@ -26,7 +26,7 @@ fn stuck(registers: &[u8; 10]) -> Option<&'static str> {
     }
 }
 
-/// Returns the registers of an ADS1258. A different converter is judged by whether it answers.
+/// Returns the registers of an ADS1258. Any other converter is judged only by whether it answers.
 fn ads1258(seen: &Observations) -> Result<&[u8; 10], Judged> {
     let converter = seen.need(&seen.converter)?;
     let name = &converter.name;

@@ -1,4 +1,4 @@
-//! Checks of the frames: their rate, their times, and what the inputs show.
+//! Checks the frames: their rate, their times, and the signals of the inputs.
 
 use super::observations::{Inputs, Observations, input_names};
 use super::signals::{self, dead_and_railed, line};
@@ -22,11 +22,11 @@ const NOISE_UV: f64 = match SCAN.data_rate {
 /// Mains frequencies and their second harmonics.
 const LINES_HZ: [f64; 4] = [50.0, 60.0, 100.0, 120.0];
 
-/// Jitter, microseconds rms: at 100 Hz these limits are 1 % and 6 % of a tone's amplitude.
+/// Jitter in microseconds rms: at 100 Hz these limits are 1 % and 6 % of a tone's amplitude.
 const JITTER_RMS_US: Limits = Limits::up_to(20.0, 100.0);
 
-/// Worst jitter, microseconds: half a conversion, and a whole one, which means that a stamp belongs
-/// to the wrong edge.
+/// Worst jitter in microseconds: half a conversion, and a whole one, at which a stamp belongs to
+/// the wrong edge.
 const JITTER_WORST_US: Limits =
     Limits::up_to(CONVERSION_NS as f64 / 2000.0, CONVERSION_NS as f64 / 1000.0);
 

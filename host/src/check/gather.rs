@@ -1,4 +1,4 @@
-//! The conversation with the board.
+//! Talks to the board and collects the observations.
 
 use super::observations::{Exchanged, Inputs, Kept, Lent, Observations, Watched};
 use crate::events;
@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 /// Options of a check.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
-    /// Time to watch for losses, seconds of the board's clock.
+    /// Time to watch for losses, in seconds of the board's clock.
     pub length_s: f64,
     /// True to store settings, restart the board, and restore them.
     pub stores: bool,
@@ -34,11 +34,11 @@ const GREETING_HEALTHS: u32 = 12;
 const LOOK: Duration = Duration::from_millis(50);
 /// Time for which raw frames are requested beyond the watch, seconds.
 const SPARE_S: f64 = 60.0;
-/// Stride to store as a test, seconds, and an alternative if the first is already in force.
+/// Stride in seconds to store as a test, and an alternative if the first is already in force.
 const STRIDES_S: [f32; 2] = [0.3, 0.35];
 
-/// Talks to the board. A failure is put in [`Observations::ended`]; settings are restored all the
-/// same.
+/// Talks to the board. Records a failure in [`Observations::ended`], and restores the settings even
+/// then.
 pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observations {
     let mut talk = Talk {
         feed,
@@ -142,7 +142,7 @@ impl Talk<'_> {
         heard?;
         self.lend_plan(found)?;
         let done = self.examine(plan, found);
-        // After a failure and after Ctrl-C, too.
+        // Restore the plan even after a failure or Ctrl-C.
         self.return_plan(found);
         done
     }
@@ -251,8 +251,8 @@ impl Talk<'_> {
         Ok(())
     }
 
-    /// Sends commands of many lengths that change nothing on the board: it must refuse all but the
-    /// greeting.
+    /// Sends commands of many lengths that change nothing on the board: it must refuse all except
+    /// the greeting.
     fn exchange(&mut self, exchanged: &mut Exchanged) -> Result<()> {
         let (probes, sends) = (probes()?, self.requests.sends);
         exchanged.commands = probes.len() as u32;
@@ -298,13 +298,13 @@ impl Talk<'_> {
         })
     }
 
-    /// Stores changed settings, restarts the board, looks for them, and restores both the stored
-    /// settings and those in force.
+    /// Stores changed settings, restarts the board, checks that they are in force, and restores
+    /// both the stored settings and those in force.
     fn keep(&mut self) -> Result<Kept> {
         self.progress.show(format_args!("storing settings"));
         let in_force = self.own.clone().or(self.seen.hello.clone());
         let in_force = in_force.context("the board did not greet")?;
-        // Only a restart shows what is in the flash.
+        // If settings were only sent, a restart shows those in the flash.
         let stored = match in_force.source {
             SettingsSource::Sent => self.restart()?,
             _ => in_force.clone(),
@@ -385,7 +385,7 @@ fn not_interrupted() -> Result<()> {
     Ok(())
 }
 
-/// Returns probes by their lengths on the wire, bytes: a greeting, and settings without a window,
+/// Returns probes by their lengths on the wire (bytes): a greeting, and settings without a window,
 /// which the board must refuse. Each of their six masks takes one to three bytes.
 fn probes() -> Result<BTreeMap<usize, Command>> {
     let mut commands = vec![Command::Greet];
@@ -414,7 +414,7 @@ fn probes() -> Result<BTreeMap<usize, Command>> {
     }
     let mut probes = BTreeMap::new();
     for command in commands {
-        // Most request numbers take three bytes, as this one does.
+        // Use a number of three bytes, as most requests have.
         let request = Request {
             number: u16::MAX,
             command,

@@ -1,4 +1,4 @@
-//! Checks of the line, the settings, and what was lost or faulty while the board was watched.
+//! Checks the line, the settings, and losses and faults while the board was watched.
 
 use super::observations::{Lent, Observations};
 use super::verdict::{Outcome, Verdict, judged, skipped};
@@ -14,7 +14,7 @@ use Verdict::{Fail, Pass, Warn};
 /// Name of the plan by which boards are judged.
 const DEFAULT: &str = "paper";
 
-/// Passes if the board has its own plan again.
+/// Passes if the board's own plan is in force again.
 pub fn plan(seen: &Observations) -> Outcome {
     let Lent { plan, failed } = seen.need(&seen.lent)?;
     let own = plan.name().map(|name| format!("plan `{name}`"));

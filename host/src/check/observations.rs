@@ -95,7 +95,8 @@ pub struct Kept {
     pub not_restored: Option<String>,
 }
 
-/// Time in which a contact is not yet noticed or the skin settles after a release, microseconds.
+/// Time in microseconds before a contact and after a release that also counts as touched: a contact
+/// is not noticed at once, and the skin settles after a release.
 const MARGIN_US: u64 = 300_000;
 
 impl Watched {
@@ -104,7 +105,7 @@ impl Watched {
         self.after.t_us.saturating_sub(self.before.t_us) as f64 * 1e-6
     }
 
-    /// True if nothing touched the finger at a device time, microseconds.
+    /// True if nothing touched the finger at the device time `t_us` (microseconds).
     pub fn is_untouched(&self, t_us: u64) -> bool {
         !self.touches_us.iter().any(|(contact_us, release_us)| {
             t_us + MARGIN_US >= *contact_us
@@ -146,7 +147,7 @@ impl Observations {
         }
     }
 
-    /// Returns the raw frames from the time in which the board was only listened to.
+    /// Returns the raw frames received while the board was only watched.
     pub fn frames(&self) -> Result<&[Raw], Judged> {
         match &self.need(&self.watched)?.frames[..] {
             [] => Err(judged(Verdict::Fail, "no frame was read", json!({}))),
@@ -154,7 +155,8 @@ impl Observations {
         }
     }
 
-    /// Returns the clock from a second or more of one scan: a restarted scan has a different phase.
+    /// Returns the clock from at least a second of one scan, because a restarted scan has a
+    /// different phase.
     pub fn clock(&self) -> Result<Clock, Judged> {
         let (frames, watched) = (self.frames()?, self.need(&self.watched)?);
         let is_one_scan = watched.before.chip_restarts == watched.after.chip_restarts;
@@ -162,7 +164,8 @@ impl Observations {
         clock.ok_or_else(|| skipped("no second of frames without a restart of the scan"))
     }
 
-    /// Returns the reference in the settings, volts, or as measured if the board has not greeted.
+    /// Returns the reference voltage from the board's settings; the measured one if no `hello` has
+    /// been received.
     pub fn vref_v(&self) -> f32 {
         let measured = || self.health().map_or(0.0, |health| health.reference_v);
         let set = self.hello.as_ref().map(|hello| hello.settings.vref_v);

@@ -1,4 +1,4 @@
-//! Checks of the processor and its firmware: version, start, clock, load, stack.
+//! Checks the processor and its firmware: version, start, clock, load, stack.
 
 use super::observations::Observations;
 use super::verdict::{Limits, Outcome, Verdict, judged, skipped};

@@ -1,4 +1,4 @@
-//! The report: as text, as JSON lines, and as one JSON object.
+//! Writes the report as text, as JSON lines, or as one JSON object.
 
 use super::observations::{Inputs, Observations};
 use super::table::{Check, judge};
@@ -39,7 +39,7 @@ pub struct Summary {
 }
 
 impl Report {
-    /// `board` is the name of its port.
+    /// Judges the observations; `board` is the name of the board's port.
     pub fn new(board: String, seen: &Observations) -> Self {
         let checks = judge(seen);
         let is = |verdict| move |check: &&Check| check.verdict == verdict;

@@ -7,8 +7,8 @@ use std::f64::consts::TAU;
 /// The ends of the scale, codes (SBAS297G, data format).
 const SCALE: (i32, i32) = (-0x80_0000, 0x7f_ffff);
 
-/// Frames in a part in which a line is measured: two seconds. Mains frequency is steady for that
-/// long, and 120 Hz is resolved from its alias at 121.1 Hz at 241.14 frames a second.
+/// Frames in each part over which a line is measured: two seconds. The mains frequency is steady
+/// for that long, and 120 Hz is resolved from its alias at 121.1 Hz at 241.14 frames per second.
 const LINE_FRAMES: usize = (2.0 * FRAME_RATE_HZ) as usize;
 
 /// Frames in a straight-line fit of the time stamps: ten seconds, in which crystals drift by less
@@ -23,8 +23,8 @@ fn codes(frames: &[Raw], input: usize) -> impl Iterator<Item = f64> {
         .map(move |frame| f64::from(frame.codes[input]))
 }
 
-/// Returns the inputs whose code never changes, and those at an end of the scale in one frame of a
-/// hundred, as masks.
+/// Returns masks of the inputs whose code never changes, and of those at an end of the scale in at
+/// least 1 % of the frames.
 pub fn dead_and_railed(frames: &[Raw]) -> (u16, u16) {
     let (mut dead, mut railed) = (0, 0);
     for input in 0..TAXELS {
@@ -46,7 +46,7 @@ pub fn dead_and_railed(frames: &[Raw]) -> (u16, u16) {
     (dead, railed)
 }
 
-/// Returns the noise of an input, codes rms, from differences between neighbouring frames, so that
+/// Returns the noise of an input (codes rms) from differences between neighbouring frames, so that
 /// drifts do not count.
 pub fn noise(runs: &[&[Raw]], input: usize) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0u32);
@@ -59,8 +59,9 @@ pub fn noise(runs: &[&[Raw]], input: usize) -> Option<f64> {
     (count > 0).then(|| (sum / (2.0 * f64::from(count))).sqrt())
 }
 
-/// Returns the line of `frequency_hz` in an input, codes rms: mean power of parts of two seconds
-/// with a Hann window, which rejects tones and drifts 2 Hz away. `None` without a whole part.
+/// Returns the line at `frequency_hz` in an input (codes rms), from the mean power of parts of two
+/// seconds with a Hann window, which rejects tones and drifts 2 Hz away. `None` without a whole
+/// part.
 pub fn line(runs: &[&[Raw]], input: usize, frequency_hz: f64, frame_rate_hz: f64) -> Option<f64> {
     let (mut power, mut parts) = (0.0, 0u32);
     for part in runs.iter().flat_map(|run| run.chunks_exact(LINE_FRAMES)) {
@@ -78,7 +79,7 @@ pub fn line(runs: &[&[Raw]], input: usize, frequency_hz: f64, frame_rate_hz: f64
                 im + window * (code - mean) * sin,
             );
         }
-        // The window's mean is 1; the mean square of a tone is half its amplitude's.
+        // The window's mean is 1. The mean square of a tone is half its squared amplitude.
         let amplitude = 2.0 * re.hypot(im) / LINE_FRAMES as f64;
         (power, parts) = (power + amplitude.powi(2) / 2.0, parts + 1);
     }
@@ -94,7 +95,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Returns `None` with less than a second of frames.
+    /// Fits a clock to the frames; `None` for less than a second of frames.
     pub fn of(frames: &[Raw]) -> Option<Self> {
         let (first, last) = (frames.first()?, frames.last()?);
         let count = last
@@ -119,13 +120,13 @@ impl Clock {
     }
 }
 
-/// Returns the residuals of the least-squares line of time over frame number.
+/// Returns the residuals of a least-squares line of time against frame number.
 fn residuals_us(frames: &[Raw]) -> Vec<f64> {
     let Some(first) = frames.first() else {
         return Vec::new();
     };
     let points = frames.iter().map(|frame| {
-        // Differences, so that f64 stays exact after weeks.
+        // Use differences, so that f64 stays exact after weeks.
         (
             f64::from(frame.number.wrapping_sub(first.number)),
             frame.t_us.wrapping_sub(first.t_us) as f64,

@@ -21,7 +21,7 @@ pub const TROUBLESHOOTING: &str = "docs/guide/2-build.md#what-ridgetone-check-fi
 const LOAD: Limits = Limits::up_to(0.5, 0.85);
 /// Fraction of the stack in use. A fit with raw frames on the line takes 69 % (register model).
 const STACK: Limits = Limits::up_to(0.85, 0.95);
-/// Supply of the analog part, volts: 5 V +-5 % (SBAS297G, operating conditions).
+/// Supply of the analog part in volts: 5 V +-5 % (SBAS297G, operating conditions).
 const SUPPLY_V: Limits = Limits::between([4.75, 5.25], [4.75, 5.25]);
 /// Maximum deviation of the reference from the setting, as a fraction: half of the firmware's limit
 /// for the fault `reference`, and that limit.
@@ -29,19 +29,19 @@ const REFERENCE: Limits = Limits::off(0.01, 0.02);
 /// Temperatures that pass without a warning, and the operating range of the chip (SBAS297G, -40 to
 /// 105), degrees Celsius.
 const TEMPERATURE_C: Limits = Limits::between([5.0, 60.0], [-40.0, 105.0]);
-/// Offset, volts: own limits, 55 and 220 times the noise of one reading. SBAS297G states a typical
-/// drift, 0.02 uV per degree, but no limit.
+/// Offset in volts: own limits, 55 and 220 times the noise of one reading. SBAS297G states a
+/// typical drift, 0.02 uV per degree, but no limit.
 const OFFSET_V: Limits = Limits::off(250e-6, 1e-3);
 /// Maximum deviation of the gain from 1: own limits; voltages are off by the same fraction. The
 /// reference's own tolerance cancels.
 const GAIN: Limits = Limits::off(0.005, 0.02);
-/// Deviation of the rate from nominal, ppm: what two crystals may reach with their capacitors, and
-/// the firmware's limit for the fault `clock`.
+/// Deviation of the rate from nominal, ppm: the largest expected of two crystals with their
+/// capacitors, and the firmware's limit for the fault `clock`.
 const RATE_PPM: Limits = Limits::off(200.0, 5000.0);
 /// Noise relative to the datasheet, whose figures are typical.
 const NOISE: Limits = Limits::up_to(1.5, 3.0);
-/// Pick-up, microvolts rms: twice the converter's noise, and a sizeable fraction of a touch, which
-/// makes millivolts.
+/// Pick-up in microvolts rms: twice the converter's noise, and a sizeable fraction of a touch,
+/// which makes millivolts.
 const PICK_UP_UV: Limits = Limits::up_to(10.0, 1000.0);
 
 /// Every check: its name, how it is judged, and the page that helps.
@@ -82,9 +82,7 @@ pub struct Row {
 }
 
 enum Judge {
-    /// A value is compared with limits.
     Within(Limits, fn(&Observations, Limits) -> Outcome),
-    /// A state is judged.
     State(fn(&Observations) -> Outcome),
 }
 

@@ -222,7 +222,7 @@ fn simulated_frames(codes: impl Fn(f64) -> f64) -> Vec<Raw> {
     (0..1500).map(raw).collect()
 }
 
-/// A line is measured with its rms, whatever its phase; drifts and tones 2 Hz away do not count.
+/// A line is measured with its RMS value at any phase; drifts and tones 2 Hz away do not count.
 #[test]
 fn a_line_is_measured_next_to_drifts_and_other_tones() {
     let rate_hz = f64::from(FRAME_RATE_HZ);

@@ -34,7 +34,7 @@ pub struct Judged {
     pub values: Value,
 }
 
-/// Result of a check. An error ends it early, mostly because something was not observed.
+/// Result of a check. An error ends it early, usually because something was not observed.
 pub type Outcome = Result<Judged, Judged>;
 
 pub fn judged(verdict: Verdict, finding: impl Into<String>, values: Value) -> Judged {
@@ -63,7 +63,7 @@ impl Limits {
         Self::between([-pass, pass], [-fail, fail])
     }
 
-    /// Limits of a value that is zero at best.
+    /// Limits of a value that is never negative and ideally zero.
     pub const fn up_to(pass: f64, fail: f64) -> Self {
         Self::between([0.0, pass], [0.0, fail])
     }

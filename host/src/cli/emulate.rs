@@ -40,8 +40,8 @@ pub struct EmulateArgs {
     scene: Option<PathBuf>,
     #[command(flatten)]
     scene_options: SceneOptions,
-    /// Emulate nothing, but write the scene as a table, and print its true values: time_s and 16
-    /// columns of volts, read one after the other as the scan does, 241.14 times a second.
+    /// Write the scene as a table instead of emulating it, and print its true values. The table has
+    /// time_s and 16 columns of volts, read in turn as in the scan, 241.14 times per second.
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["port", "serial_out", "svg", "settings_file", "elf"])]
     print_scene: Option<PathBuf>,
     #[command(flatten)]

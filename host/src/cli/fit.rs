@@ -49,7 +49,7 @@ pub struct FitArgs {
     /// table with one row each.
     #[arg(value_name = "FILE.csv", required = true)]
     files: Vec<PathBuf>,
-    /// Fit windows of this length, seconds, one after the other: a recording may have any length
+    /// Fit windows of this length in seconds, back to back; a recording may have any length
     /// [default: one fit].
     #[arg(long, value_name = "S", value_parser = positive)]
     window: Option<f64>,
@@ -69,8 +69,9 @@ pub struct FitArgs {
     /// Rows per second, whatever the stamps say [default: from the stamps].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
-    /// Column that is the time, with its unit (s, ms, us, ns, min, h, d) if its name does not say
-    /// it; `none` if none is [default: time_s, or a column whose name says that it is the time].
+    /// Time column, with its unit (s, ms, us, ns, min, h, d) unless its name states the unit;
+    /// `none` for no time column [default: time_s, or a column whose name says that it is the
+    /// time].
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
     time_column: Option<TimeColumn>,
     /// Rows hold consecutive samples of one series: read them one after the other.
@@ -86,12 +87,12 @@ pub struct FitArgs {
     /// volts or without a unit, show a finger that touches, holds and slides.
     #[arg(long, conflicts_with_all = ["from", "to"])]
     whole: bool,
-    /// Fit by position, with this column as the speed over the surface, in mm/s unless its name or
-    /// the option says otherwise: cycles per mm at any speed.
+    /// Fit by position, integrated from this speed column (mm/s unless its name or the option says
+    /// otherwise). The result is in cycles per mm, whatever the speed.
     #[arg(long, value_name = "NAME[:UNIT]", conflicts_with = "position_column", value_parser = speed)]
     speed_column: Option<Column>,
-    /// Fit by position, with this column as the position on the surface, in mm unless its name or
-    /// the option says otherwise.
+    /// Fit by position, with this column as the position on the surface (mm unless its name or the
+    /// option says otherwise).
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = position)]
     position_column: Option<Column>,
     /// Fit the raw frames of a recording by the positions or speeds of a robot in this CSV, at any

@@ -18,7 +18,7 @@ pub struct HelpFilesArgs {
     /// Write a manual page for each command into this folder.
     #[arg(long, value_name = "FOLDER")]
     man: Option<PathBuf>,
-    /// Print what this shell needs to complete the command's words.
+    /// Print the completion script for this shell.
     #[arg(long, value_enum)]
     completions: Option<Shell>,
 }

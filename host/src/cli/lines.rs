@@ -25,7 +25,7 @@ pub struct LineOptions {
 }
 
 /// Prints all packets of a feed, then the counts. Text of a recording is sorted by time; text of a
-/// board is not held up.
+/// live board is printed at once.
 pub fn print(feed: Feed, requester: Requester, lines: LineOptions) -> Result<()> {
     let mut printer = Printer::new(lines, !feed.has_board());
     let (feed, ended) = listen::run(feed, requester, &mut |packet, receipt| {
@@ -57,8 +57,8 @@ fn plotted(event: &Event) -> Option<String> {
     }
 }
 
-/// Maximum device time by which a line may come after later ones, seconds: an estimate of a whole
-/// slide comes after the slide's end.
+/// Maximum delay of a line behind lines with later times, seconds of device time: an estimate of a
+/// whole slide comes after the slide's end.
 const LATE_S: f64 = 0.5;
 
 /// Prints packets as lines. When dropped, prints the lines that are still held.
@@ -76,7 +76,7 @@ pub struct Printer {
 impl Printer {
     pub fn new(lines: LineOptions, in_order: bool) -> Self {
         let json = lines.json.then(JsonLines::default);
-        // Programs get the lines in the order of their numbers.
+        // Keep JSON lines in the order of their numbers.
         let held = (in_order && json.is_none()).then(VecDeque::new);
         Self {
             json,
@@ -88,7 +88,7 @@ impl Printer {
         }
     }
 
-    /// Prints the columns of a table in place of taxels.
+    /// Names a table's columns instead of taxels.
     #[must_use]
     pub fn of_columns(mut self, columns: Option<Columns>) -> Self {
         self.columns = columns;
@@ -125,7 +125,7 @@ impl Printer {
         self.flush(self.now_s - LATE_S)
     }
 
-    /// Prints the lines up to this time.
+    /// Prints the held lines up to this time.
     fn flush(&mut self, until_s: f64) -> Result<()> {
         let Some(held) = &mut self.held else {
             return Ok(());

@@ -47,7 +47,8 @@ impl RecordArgs {
         let mut requester = Requester::with_settings(settings);
         requester.want_raw_if(self.raw);
         stop::on_signal()?;
-        // A request takes a moment, in which a board at full speed would send a lot.
+        // Run in real time: at full speed, the board would send a lot before a request takes
+        // effect.
         let pace = (self.raw || settings.is_some()).then_some(1.0);
         // A length may exceed the scene of the emulated board, so repeat the scene.
         let feed = self.board.open(pace, self.length.is_some())?;

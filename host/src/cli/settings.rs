@@ -1,5 +1,5 @@
-//! Settings of the library, from a file and from options that override it. The options of common
-//! settings are made from the table of settings; `--set` reaches all of them.
+//! Settings of the library, from a file and from options that override it. Common settings have
+//! options, made from the table of settings; `--set` can change any setting.
 
 use crate::settings_form::{self, from_text, range, shown};
 use crate::usage::UsageError;
@@ -116,7 +116,7 @@ impl SettingsOptions {
         self.settings_file.is_some() || !self.changes.is_empty() || !self.given.0.is_empty()
     }
 
-    /// Returns the library's settings, overridden by these.
+    /// Returns the library's settings, overridden by these options.
     pub fn settings(&self) -> Result<Settings> {
         let base = match &self.settings_file {
             Some(path) => settings_form::load(path)?,
@@ -125,8 +125,8 @@ impl SettingsOptions {
         self.change(base)
     }
 
-    /// Returns the settings of a recording, overridden by these except for its plan; `name` is that
-    /// of the file.
+    /// Returns a recording's settings, overridden by these options except for its plan. `name` is
+    /// that of the file.
     pub fn over(&self, base: &Settings, name: &str) -> Result<Settings> {
         let file = match &self.settings_file {
             Some(path) => Settings {

@@ -13,8 +13,9 @@ pub struct TableOptions {
     /// Rows per second of a table, whatever the stamps say [default: from the stamps].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub rate: Option<f64>,
-    /// Column of a table that is the time, with its unit (s, ms, us, ns, min, h, d) if its name does not say
-    /// it; `none` if none is [default: time_s, or a column whose name says that it is the time].
+    /// Time column of a table, with its unit (s, ms, us, ns, min, h, d) unless its name states the
+    /// unit; `none` for no time column [default: time_s, or a column whose name says that it is the
+    /// time].
     #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
     pub time_column: Option<TimeColumn>,
     /// Rows of a table hold consecutive samples of one series: read them one after the other.

@@ -45,7 +45,7 @@ impl JsonLines {
         serde_json::to_string(&self.message(packet, receipt))
     }
 
-    /// Returns a packet for a serializer.
+    /// Converts a packet to a serializable message, with UTC times if it has a receipt.
     pub fn message(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Message {
         if let Event::Hello(hello) = &packet.event {
             self.vref_v = hello.settings.vref_v;

@@ -1,8 +1,8 @@
 //! Messages as rows of a table: a column for each value of the schema.
 //!
-//! A column has the name of its field. Objects within a message put their name in front, and so do
-//! lists of a fixed length, with the number of the item: `registers_3`. Words in a list are joined.
-//! Lists of objects whose length varies are left out, and so are unknown values of a message.
+//! A column is named after its field. The name of a nested object is a prefix; an item of a list of
+//! fixed length has the list's name and its number: `registers_3`. Words in a list are joined.
+//! Lists of objects whose length varies are omitted, and unknown values are empty.
 
 use super::schema;
 use serde_json::{Map, Value};
@@ -95,7 +95,7 @@ fn properties(schema: &Value) -> impl Iterator<Item = (&String, &Value)> {
         .flat_map(Map::iter)
 }
 
-/// Returns the type of a value when it is known.
+/// Returns the type of a value, ignoring null.
 fn kind(schema: &Value) -> &str {
     match &schema["type"] {
         Value::Array(types) => types.first().and_then(Value::as_str).unwrap_or_default(),

@@ -12,7 +12,8 @@ static SCHEMAS: LazyLock<Map<String, Value>> = LazyLock::new(|| {
     serde_json::from_str(include_str!("schema.json")).unwrap_or_default()
 });
 
-/// Returns schemas of messages by `type`, in the order of the views: all but the object of `fit`.
+/// Returns schemas of messages by `type`, in the order of the views, except for the object of
+/// `fit`.
 pub fn messages() -> impl Iterator<Item = (&'static str, &'static Value)> {
     let all = SCHEMAS.iter().map(|(kind, schema)| (kind.as_str(), schema));
     all.filter(|(kind, _)| *kind != "fit")

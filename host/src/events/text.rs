@@ -52,7 +52,7 @@ pub fn text(packet: &Packet) -> String {
             "raw",
             &format!("frame {}, codes {:?}", e.number, e.codes),
         ),
-        // An event that has no words of its own.
+        // Events without a format of their own.
         #[allow(unreachable_patterns)]
         event => line(event.t_us().unwrap_or(0), &kind(packet), &values(packet)),
     }
@@ -141,7 +141,7 @@ fn hello(e: &Hello) -> String {
 #[derive(Clone, Debug)]
 pub struct Columns {
     pub names: Vec<String>,
-    /// Unit of each column, as far as the file names it.
+    /// Unit of each column, if the file names it.
     pub units: Vec<Option<String>>,
     pub volts_per_unit: f64,
 }
@@ -173,7 +173,6 @@ pub fn text_of_columns(packet: &Packet, columns: &Columns) -> String {
     }
 }
 
-/// Formats a value of a board's channel.
 fn on_taxel(volts: f32, taxel: u8) -> String {
     format!("{:.3} mV on taxel {taxel}", 1e3 * volts)
 }

@@ -1,5 +1,5 @@
-//! MCAP (<https://mcap.dev>): the topics, schemas and messages of `serve`, with UTC times. No
-//! compression, which would need C.
+//! MCAP (<https://mcap.dev>): the topics, schemas and messages of `serve`, with UTC times. Not
+//! compressed, because that would need a C library.
 
 use super::packets::packets;
 use crate::digits::time_s;
@@ -19,8 +19,8 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 use std::path::Path;
 
-/// Writes all packets. Reads the recording twice: channels come first, and the relation of the
-/// board's clock to UTC takes the whole recording.
+/// Writes all packets. Reads the recording twice: the channels come first in the file, and relating
+/// the board's clock to UTC takes the whole recording.
 ///
 /// `log_time` is the UTC time of a message's event, `publish_time` that of its receipt. Without
 /// times of receipt both are device time.
@@ -60,7 +60,7 @@ pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
     Ok(counts)
 }
 
-/// Adds a channel for each topic, in their order, with metadata from the board's first greeting.
+/// Adds a channel for each topic, in order, with metadata from the board's first greeting.
 fn channels<W: Write + Seek>(file: &mut Writer<W>, hello: Option<&Hello>) -> Result<Vec<u16>> {
     let names = Names::unnamed();
     let mut metadata: BTreeMap<String, String> = names.metadata(0);
@@ -80,12 +80,11 @@ fn channels<W: Write + Seek>(file: &mut Writer<W>, hello: Option<&Hello>) -> Res
     Topic::ALL.iter().map(channel).collect()
 }
 
-/// Turns packets into messages.
 #[derive(Default)]
 struct Messages {
     json: JsonLines,
     streamed: Streamed,
-    /// The board's clock after each of its starts, as far as it was learned.
+    /// The board's clock after each of its starts, as learned in the first pass.
     clocks: Vec<UtcClock>,
     /// Starts found while learning the clocks.
     learned: Starts,

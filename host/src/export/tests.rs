@@ -1,4 +1,4 @@
-//! Exports, read back by independent readers.
+//! Reads exports back with independent readers.
 
 use super::*;
 use crate::input::Input;

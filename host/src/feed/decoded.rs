@@ -46,7 +46,7 @@ impl Feed {
         }
     }
 
-    /// Delays packets until their device time: a recording has all of them at once.
+    /// Delays packets until their device time, because a recording has all of them at once.
     #[must_use]
     pub fn paced(self, pace: Pace) -> Self {
         Self {

@@ -123,7 +123,6 @@ impl Following {
         }
     }
 
-    /// Waits for the next event, at most for `most`.
     pub fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Packet>>> {
         self.feed.next(most)
     }

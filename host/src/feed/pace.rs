@@ -4,7 +4,7 @@ use crate::digits::seconds;
 use ridgetone_proto::telemetry::{Events, Packet};
 use std::time::{Duration, Instant};
 
-/// Longest pause between two packets, seconds: a connected board sends something every second.
+/// Longest pause between two packets in seconds: a connected board sends something every second.
 const PAUSE_MAX_S: f64 = 2.0;
 
 /// Delays packets by their device time.
@@ -21,8 +21,8 @@ impl Pace {
         Self { speed, mark: None }
     }
 
-    /// Returns the time that a packet has to wait: zero without a device time, or with an earlier
-    /// one than the packets before. A gap or a restart of the board sets a new mark.
+    /// Returns how long a packet must wait: zero if it has no device time, or an earlier one than
+    /// previous packets. A gap or a restart of the board sets a new mark.
     pub fn wait(&mut self, packet: &Packet, now: Instant) -> Duration {
         let event = &packet.event;
         // Use the time of greetings too: a touch may come half a second after the start.

@@ -1,4 +1,5 @@
-//! Requests to the board behind a feed: awaited, or sent while its packets are read.
+//! Sends requests to the board of a feed, and either waits for the reply or reads packets
+//! meanwhile.
 
 use super::decoded::Feed;
 use super::source::FeedEvent;
@@ -12,12 +13,12 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 /// Time between two requests for raw frames.
 const RENEW: Duration = Duration::from_secs(5);
 
-/// Number of frames per request for raw frames, a minute's worth: a board whose reader is gone
-/// stops sending by itself, and the emulated board may run several times faster than this clock.
+/// Number of frames per request for raw frames: a minute's worth, so that a board whose reader is
+/// gone stops sending. The emulated board may run several times faster than this clock.
 const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 
-/// Makes requests whose first number comes from the clock: a board only repeats its reply to the
-/// number that it answered last.
+/// Makes requests whose first number comes from the clock, because a board that receives the number
+/// it answered last only repeats its reply.
 pub fn new_requests() -> Requests {
     Requests::new(clock_number())
 }
@@ -101,7 +102,7 @@ impl Requester {
         }
     }
 
-    /// Requests raw frames from now on, or leaves the board as it is.
+    /// Requests raw frames from now on if `wanted`; otherwise leaves the board unchanged.
     pub fn want_raw_if(&mut self, wanted: bool) {
         if wanted {
             self.want_raw(true);

@@ -9,7 +9,7 @@ use std::time::Duration;
 pub enum FeedEvent<T> {
     /// The board is connected, under this name.
     Connected(String),
-    /// The board at this name is disconnected, with the system's message. The source waits for it.
+    /// The board of this name is disconnected, with the system's message. The source waits for it.
     Disconnected(String, String),
     Data(T),
     /// No more data will come.
@@ -28,7 +28,7 @@ pub trait Source {
         Some(Receipt::now(self.byte_s()))
     }
 
-    /// Returns the time that a byte takes on the line, seconds; 0 without a serial line.
+    /// Returns the time that a byte takes on the line, in seconds; 0 without a serial line.
     fn byte_s(&self) -> f64 {
         0.0
     }
@@ -47,7 +47,7 @@ pub trait Source {
     }
 }
 
-/// Source without a board: there is only a file of this name to look back at.
+/// Source without a board, for a page that only shows the file of this name.
 pub struct NoBoard(pub String);
 
 impl Source for NoBoard {

@@ -1,4 +1,4 @@
-//! Feeds from sources made for a test: a board that obeys requests, with the library's own
+//! Tests feeds from artificial sources, such as a board that obeys requests with the library's own
 //! receiver.
 
 use super::*;
@@ -250,11 +250,11 @@ fn packets_come_at_their_time_and_pauses_are_not_waited_out() {
             .as_millis()
     };
     assert_eq!(wait_ms(10_000, 0), 0);
-    // Half a second later at twice the speed, 100 ms of which have passed.
+    // Half a second of device time takes 250 ms at twice the speed; 100 ms have passed.
     assert_eq!(wait_ms(10_500, 100), 150);
-    // A late packet comes at once.
+    // A packet that is already late does not wait.
     assert_eq!(wait_ms(10_400, 300), 0);
-    // A gap, and a restarted board: a new mark.
+    // A gap and a restarted board each set a new mark.
     assert_eq!(wait_ms(60_000, 300), 0);
     assert_eq!(wait_ms(61_000, 300), 500);
     assert_eq!(wait_ms(0, 800), 0);

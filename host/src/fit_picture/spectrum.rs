@@ -153,8 +153,8 @@ impl Windows {
         }
     }
 
-    /// Returns the mean power over windows and series at evenly spaced frequencies, decibels: 0 for
-    /// a line with all the power. Leaves out the baseline at zero.
+    /// Returns the mean power over windows and series at evenly spaced frequencies, in decibels: 0
+    /// for a line with all the power. Leaves out the baseline at zero.
     fn spectrum(&self, all: &[Series<'_>]) -> Points {
         let mut power = vec![0.0; FREQUENCIES + 1];
         let mut count = 0.0;
@@ -189,7 +189,8 @@ impl Windows {
         if weights <= 0.0 {
             return false;
         }
-        // A line of amplitude a has the variance a^2 / 2 and contributes a / 2 to its sum.
+        // A line of amplitude a has the variance a^2 / 2, and its weighted sum is a / 2 times the
+        // sum of weights.
         let scale = 2.0 / (weights * weights * variance);
         for (power, square) in power.iter_mut().zip(squares) {
             *power += scale * square;

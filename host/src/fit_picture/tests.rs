@@ -1,4 +1,4 @@
-//! Pictures of synthetic recordings: their words and shapes.
+//! Tests the words and shapes in pictures of synthetic recordings.
 
 use super::*;
 use crate::table_fit;

@@ -15,7 +15,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// Opens a recording. Returns the settings that the board had and the length in seconds, too.
+    /// Opens a recording. Also returns the board's settings and the length in seconds.
     pub fn open(name: &str, path: &Path, form: Form) -> Result<(Self, Settings, f64)> {
         let board = Self {
             path: path.to_owned(),

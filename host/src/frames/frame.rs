@@ -23,6 +23,6 @@ impl Default for Reading {
 pub enum Frame<'a> {
     Raw(Raw),
     Plain(PlainFrame<'a>),
-    /// The board restarted here; another run follows.
+    /// The board restarted here; a new run follows.
     Restart,
 }

@@ -149,8 +149,8 @@ impl Table {
         let settings = Settings::DEFAULT.with_plan(self.plan);
         Settings {
             array,
-            // A PC fits faster than the chip, for which a plan's stride is chosen. Each window is
-            // reported whole.
+            // Use a shorter stride than the plan's, which is chosen for the chip, but one long
+            // enough that each window is reported as a whole estimate.
             stride_s: (STRIDE_FRACTION * settings.window_s).max(TRACK_STRIDE_S),
             ..settings
         }
@@ -247,7 +247,6 @@ fn instead(samples: &Samples, options: Option<&str>) -> String {
     format!("`ridgetone fit {options}{file}` fits it")
 }
 
-/// Quotes a word for a shell.
 fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "._-/+:,@%".contains(c);
     match !word.is_empty() && word.chars().all(is_plain) {
@@ -256,7 +255,6 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// A gap between two rows.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
     /// Number of the row after the gap, from 1.
@@ -301,7 +299,7 @@ impl fmt::Display for Gap {
 struct Survey {
     head: Vec<f64>,
     clock: Option<RowClock>,
-    /// The clock before its first row.
+    /// Copy of the clock before its first row, for later passes.
     numbers: Option<RowClock>,
     rows: u64,
     last: u64,
@@ -385,7 +383,7 @@ impl Survey {
         }
     }
 
-    /// Numbers the first rows.
+    /// Starts the clock from the first rows, and numbers these.
     fn start_clock(&mut self) {
         if self.clock.is_some() || self.head.is_empty() {
             return;

@@ -32,8 +32,8 @@ fn estimates(events: &[Event]) -> Vec<&Estimate> {
     estimates
 }
 
-/// From the raw frames in a recording that starts with the board, the library finds the same events
-/// as the board did, to the last bit, in both forms of the recording.
+/// The library finds the same events as the board, to the last bit, from the raw frames of a
+/// recording that starts with the board, in both forms of the recording.
 #[test]
 fn the_raw_frames_of_a_recording_give_the_events_of_the_board_to_the_bit() {
     let settings = Settings {
@@ -269,7 +269,7 @@ fn rows_that_are_no_steady_sampling_in_the_bounds_are_refused_with_the_command_t
     }
 }
 
-/// A pass that ends early or fails does not pass for a shorter recording.
+/// A second pass that ends early or fails is not taken for a shorter recording.
 #[test]
 fn a_second_pass_that_differs_from_the_first_is_noticed() {
     let whole = Arc::new(AtomicU32::new(0));

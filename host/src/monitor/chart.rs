@@ -1,4 +1,4 @@
-//! The frequency's history, with its uncertainty.
+//! Draws the history of the frequency with its uncertainty.
 
 use super::style::{alarm, boxed};
 use super::view::View;
@@ -11,7 +11,7 @@ use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 use ridgetone_proto::telemetry::Status;
 
-/// Minimum height of the chart, as a fraction of the frequency. With a smaller one, changes of a
+/// Minimum height of the chart, as a fraction of the frequency. In a lower chart, changes of a
 /// millionth would look like noise.
 const LEAST_SHARE: f64 = 1e-4;
 
@@ -104,7 +104,7 @@ fn bounds(points: &[&Estimate]) -> Option<[f64; 2]> {
     Some([middle - half, middle + half])
 }
 
-/// Number of decimals needed to tell the labels apart.
+/// Returns the number of decimals needed to tell the labels apart.
 fn decimals(bounds: [f64; 2]) -> usize {
     (1.0 - (bounds[1] - bounds[0]).log10().floor()).clamp(0.0, 7.0) as usize
 }

@@ -1,4 +1,4 @@
-//! The board's health readings, and all losses on the board and on the line.
+//! Draws the board's health readings, and all losses on the board and on the line.
 
 use super::style::{alarm, boxed, fitted};
 use super::view::View;

@@ -1,4 +1,4 @@
-//! Tests of the screen's content, drawn into a buffer of the smallest size and of larger ones.
+//! Tests the screen's content, drawn into buffers of the smallest size and of larger sizes.
 
 use super::screen::{LEAST, draw};
 use super::view::{Action, View};
@@ -112,7 +112,7 @@ fn at_80_by_24_everything_is_there() {
             "h help",
         ],
     );
-    // Two columns of eight strips; the channel without frames says so.
+    // Two columns of eight strips; the channel without frames is labelled as such.
     for taxel in 0..TAXELS {
         let label = format!("{taxel:>2} ");
         assert!(lines.iter().any(|line| line.contains(&label)));

@@ -1,4 +1,4 @@
-//! The latest frequency, period and speed, and the phase of the touch.
+//! Draws the latest frequency, period and speed, and the phase of the touch.
 
 use super::style::{alarm, bold, boxed};
 use super::view::View;

@@ -1,4 +1,4 @@
-//! Files that a command writes, whole or not at all.
+//! Writes files either completely or not at all.
 
 use crate::recording;
 use anyhow::{Context, Result, bail};
@@ -101,7 +101,6 @@ pub fn new_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -
     whole_file(path, write)
 }
 
-/// Writes a text to a new file.
 pub fn new_text(path: &Path, text: &str) -> Result<()> {
     new_file(path, |file| Ok(file.write_all(text.as_bytes())?))
 }
@@ -129,7 +128,6 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     }
 }
 
-/// Writes a text with [`whole_file`].
 pub fn whole_text(path: &Path, text: &str) -> Result<()> {
     whole_file(path, |file| Ok(file.write_all(text.as_bytes())?))
 }
@@ -189,7 +187,7 @@ mod tests {
 
     #[test]
     fn a_device_is_written_to_and_stays_a_device() {
-        // Through a link, so that a bug would replace the link and not `/dev/null` itself.
+        // Write through a link, so that a bug would replace the link and not `/dev/null` itself.
         let folder = tempfile::tempdir().expect("a folder");
         let null = folder.path().join("null");
         symlink("/dev/null", &null).expect("a link");

@@ -98,7 +98,7 @@ impl Recording {
     }
 }
 
-/// Converts a code to volts. In f64, because subtracting an idle level of volts leaves millivolts.
+/// Converts a code to volts in f64, because subtracting an idle level of volts leaves millivolts.
 fn volts(code: i32, vref_v: f32) -> f64 {
     f64::from(code) * f64::from(vref_v) / f64::from(ads1258::reading::CODES_PER_VREF)
 }

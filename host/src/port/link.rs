@@ -47,7 +47,7 @@ impl<P: Ports> Link<P> {
         let line = self.line.as_mut()?;
         self.ports.wait_at_most(line, most);
         let error = match line.read(&mut bytes) {
-            // The line was hung up at the other end.
+            // The other end has hung up.
             Ok(0) => ErrorKind::UnexpectedEof.into(),
             Ok(length) => return Some(FeedEvent::Data(bytes[..length].to_vec())),
             Err(error) => error,

@@ -55,7 +55,6 @@ pub trait Ports {
 pub enum Wanted {
     /// The board at this port. Once opened, it is identified by its USB serial number, if unique.
     Name(String),
-    /// The board with this USB serial number.
     UsbSerial(String),
     Only,
 }

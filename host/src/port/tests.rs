@@ -1,4 +1,4 @@
-//! Tests with a board that moves from one pseudo-terminal to another.
+//! Tests a board that moves from one pseudo-terminal to another.
 
 use super::link::LOOK_EVERY;
 use super::list::{Found, Usb, only};
@@ -266,7 +266,7 @@ fn the_ports_of_this_computer_are_listed_or_an_error_names_the_directory() {
     }
 }
 
-/// Asserts that the error names the program that uses a port, and that a file is called no port.
+/// Asserts that the error names the program that uses a port, and that a file is not called a port.
 #[test]
 fn a_port_that_cannot_be_opened_is_refused_in_plain_words() {
     let board = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");

@@ -1,4 +1,4 @@
-//! The programs that use a serial port, as far as the system lists them.
+//! Lists the programs that use a serial port, if the system shows them.
 
 use super::list::Found;
 use serde::Serialize;

@@ -61,7 +61,7 @@ impl<F: NorFlash> Receiver<F> {
         }
     }
 
-    /// Does what the line's interrupt does with a byte. Returns true if a request is complete.
+    /// Takes a byte as the line's interrupt does. Returns true if a request is complete.
     pub fn push(&mut self, byte: u8) -> bool {
         receive(&mut self.inbox, Received::Byte(byte), &self.shared);
         self.shared.platform.0.take()
@@ -127,7 +127,7 @@ impl<F: NorFlash> Receiver<F> {
         self.shared.is_restarting()
     }
 
-    /// Returns the flash, as it is after a loss of power.
+    /// Returns the flash as a loss of power would leave it.
     pub fn into_pages(self) -> F {
         self.requests.into_store().release()
     }

@@ -15,7 +15,6 @@ pub struct State {
 }
 
 impl State {
-    /// Reads the current state of a file.
     pub fn of(path: &Path) -> io::Result<Self> {
         let metadata: Metadata = std::fs::metadata(path)?;
         Ok(Self {

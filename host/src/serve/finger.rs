@@ -1,4 +1,4 @@
-//! A finger, whose source is read to the end. A port that fails is reopened.
+//! Reads a finger's source to the end. A port that fails is reopened.
 
 use super::publisher::Publisher;
 use super::source::Source;

@@ -7,7 +7,6 @@ use crate::utc::Receipt;
 use anyhow::Result;
 use std::sync::Arc;
 
-/// Passes a finger's messages to all sinks.
 pub struct Publisher {
     finger: usize,
     queues: Vec<Arc<Queue>>,

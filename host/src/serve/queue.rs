@@ -1,5 +1,5 @@
-//! The queue in front of a sink. A board never waits: a full queue drops its oldest message, counts
-//! it, and reports it as soon as the sink takes messages again.
+//! The queue in front of a sink. A full queue drops its oldest message, so that a board never
+//! waits, and counts it; the loss is reported as soon as the sink takes messages again.
 //!
 //! `tokio::sync::broadcast` does not fit: in one ring, frames would push out events; two rings
 //! would lose the order between frames and events. A lagging receiver could neither tell whose
@@ -219,12 +219,12 @@ impl State {
         }
     }
 
-    /// Returns a message about a finger's losses if it is time for one.
+    /// Returns a report of a finger's losses, if one is due.
     fn report(&mut self, sink: &str) -> Option<Queued> {
         let is_due = self.is_closed || self.reported.is_none_or(|at| at.elapsed() >= REPORT_EVERY);
         let mut unknown = (0..self.lost.len()).filter(|n| self.lost[*n] != self.known[*n]);
         let Some(finger) = unknown.next().filter(|_| is_due) else {
-            // Every finger's losses are reported at the same time.
+            // The losses of all fingers are reported at the same time.
             self.reported = self.reported.filter(|_| !is_due);
             return None;
         };
@@ -238,7 +238,7 @@ impl State {
         })
     }
 
-    /// Takes the oldest message.
+    /// Removes and returns the oldest message.
     fn take(&mut self) -> Option<Queued> {
         match (self.frames.front(), self.events.front()) {
             (Some(frame), Some(event)) if frame.order < event.order => self.frames.pop_front(),

@@ -8,7 +8,6 @@ use crate::usage::UsageError;
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 
-/// Source of a finger's messages.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
     Port(String),

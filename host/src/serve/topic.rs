@@ -5,11 +5,10 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
-/// Topic of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
-    /// Every frame. Best effort; all others are reliable.
+    /// Every frame, delivered with best effort; all other topics are reliable.
     Frames,
     /// Touches: contact, motion, slide, release, static image.
     Contact,
@@ -61,7 +60,7 @@ pub struct Names {
 }
 
 impl Names {
-    /// Topics of a recording, which does not know its finger's name.
+    /// Returns names for a recording, which does not contain its finger's name.
     pub fn unnamed() -> Self {
         Self {
             board: BOARD.to_owned(),

@@ -1,4 +1,4 @@
-//! Description of the settings, from which the page makes its form.
+//! Describes the settings, so that the page can make its form.
 
 use super::{range, shown, split};
 use ridgetone_proto::plan::Plan;

@@ -109,7 +109,6 @@ impl Fields {
     }
 }
 
-/// Serializes a plan.
 pub fn serialize<S: Serializer>(plan: &Plan, to: S) -> Result<S::Ok, S::Error> {
     match plan.name() {
         Some(name) => name.serialize(to),
@@ -139,7 +138,7 @@ pub fn meaning(field: &str) -> &'static str {
     }
 }
 
-/// Explains why a plan is refused, by the name in the error.
+/// Explains why a plan is refused, from the name in the error.
 pub fn reason(name: &str) -> &'static str {
     match name {
         "plan.inputs" => "bit k of plan.inputs stands for input k",

@@ -103,7 +103,6 @@ pub fn value(setting: &Setting, given: &Value, settings: &Settings) -> Result<Fo
     found.ok_or_else(|| refusal(setting, &given.to_string()))
 }
 
-/// Parses a value from the command line.
 pub fn from_text(setting: &Setting, text: &str) -> Result<Found, String> {
     let given = format!("it={text}").parse::<Table>().ok();
     let given = given.and_then(|mut table| table.remove("it"));

@@ -53,7 +53,7 @@ pub fn choices(setting: &Setting) -> String {
     }
 }
 
-/// Returns the comment behind a setting's line in a file.
+/// Returns the comment at the end of a setting's line in a file.
 pub fn comment(setting: &Setting) -> String {
     match setting.unit {
         "" => setting.sentence().to_owned(),

@@ -8,8 +8,8 @@ const REACH: usize = 5;
 const RUN_MAX: f64 = 3.0;
 /// Maximum fraction of missing readings in a channel that is bridged.
 const SHARE_MAX: f64 = 0.5;
-/// Maximum frequency of a tone that a cubic follows, cycles per frame. There the error is 6 % of
-/// the amplitude; at twice this frequency it is two thirds.
+/// Maximum frequency of a tone that a cubic follows, cycles per frame. At this frequency the error
+/// is 6 % of the amplitude; at twice this frequency it is two thirds.
 pub const TONE_MAX: f64 = 1.0 / 8.0;
 
 /// Interpolates missing readings of a channel with the cubic through the two known readings on each

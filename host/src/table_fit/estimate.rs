@@ -1,4 +1,4 @@
-//! The only caller of the estimator: sets the number of frames and the scene.
+//! Calls the estimator, with the number of frames and the scene. No other module calls it.
 
 use super::bridge;
 use super::scaled::Scaled;
@@ -57,7 +57,6 @@ impl Motion {
     }
 }
 
-/// Frames and their properties.
 pub struct Frames<'a> {
     pub file: &'a str,
     pub scaled: &'a Scaled,
@@ -68,7 +67,8 @@ pub struct Frames<'a> {
 }
 
 impl Frames<'_> {
-    /// Returns the unit of frequencies: the rate for a fit in time, whose unit is cycles per frame.
+    /// Returns the unit of frequencies: the rate for a fit in time, whose result is in cycles per
+    /// frame.
     fn unit_hz(&self) -> f64 {
         if self.motion.positions.is_empty() {
             self.rate_hz

@@ -13,8 +13,8 @@ use ridgetone_proto::telemetry::{OtherTone, Status};
 const SAME: f64 = 4.0;
 
 /// Fits groups of neighbouring channels and joins the results. The frequency is the mean of the
-/// groups that agree, weighted by variance. Noise may be correlated between groups, so sigma is
-/// the weighted mean of the groups' sigmas and no smaller.
+/// groups that agree, weighted by variance. Noise may be correlated between groups, so sigma is the
+/// weighted mean of the groups' sigmas, and is not reduced by averaging.
 pub fn fit(
     table: &TableHead,
     part: &Part,

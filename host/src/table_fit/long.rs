@@ -155,7 +155,7 @@ fn estimate_long(
             ..Estimated::of(found, Some(note))
         });
     };
-    // Shift, cycles per row.
+    // Shift in cycles per row.
     let shift = f64::from(fast.frequency) - SHIFTED_TO / slots_per_frame as f64;
     let levels = channels.levels();
     let shifted = channels.shifted(shift, &levels, slots_per_frame);
@@ -203,7 +203,7 @@ fn estimate_long(
         && slow_power > NAMED_POWER * power(&fast)
         && !aliased(slow)
     {
-        // In the units of the shifted tone.
+        // Convert to the units of the shifted tone.
         found.other_tone = Some(OtherTone {
             frequency: slow.frequency - (shift * slots_per_frame as f64) as f32,
             share: (slow_power / power(&fast)) as f32,

@@ -1,4 +1,4 @@
-//! Decimates rows: a low-pass filter, of which every n-th value is kept.
+//! Decimates rows: applies a low-pass filter, and keeps every n-th value.
 
 use super::scaled::{Channels, Scaled};
 use ridgetone_proto::settings::TAXELS;
@@ -24,7 +24,7 @@ impl Channels<'_> {
     ) -> Scaled {
         let (all, channels) = (self.slots(), self.units.len());
         let count = all / slots;
-        // Twice the position of the first frame, which is a whole number.
+        // Twice the position of the first frame, so that it is a whole number.
         let first_twice = (all - 1) - (count - 1) * slots;
         let half = ZEROS * slots;
         let weights: Vec<f64> = (0..=2 * half + 1)

@@ -90,7 +90,7 @@ impl<'a> Channels<'a> {
     }
 }
 
-/// Rows in the form that the library takes.
+/// Rows in the form that the library accepts.
 #[derive(Clone)]
 pub struct Scaled {
     pub values: Vec<[f32; TAXELS]>,

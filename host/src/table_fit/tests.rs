@@ -148,10 +148,10 @@ fn rates_of_rounded_stamps_leave_intervals_that_hold() {
     }
 }
 
-/// Rows that are sampled off an even grid, at stamps that say so, have the error of least squares:
-/// with noise of 0.1 in 16 channels of power 1 its standard deviation is the root of 12 x 0.01 / rows
-/// / channels over 2 pi times the length (S. M. Kay, "Fundamentals of Statistical Signal
-/// Processing", 1993, section 3.11).
+/// Rows sampled off an even grid, with correct stamps, have the error of least squares. With noise
+/// of 0.1 in 16 channels of power 1, its standard deviation is the root of 12 x 0.01 / rows /
+/// channels over 2 pi times the length (S. M. Kay, "Fundamentals of Statistical Signal Processing",
+/// 1993, section 3.11).
 #[test]
 fn uneven_rows_are_fitted_at_their_own_times() {
     const FILES: u64 = 25;
@@ -305,7 +305,7 @@ fn no_more_is_read_than_the_part_needs() {
         ..second(1)
     };
     let (mut csv, read) = (recorded.csv(|_, _| true), AtomicUsize::new(0));
-    // Rows behind the part may contain anything.
+    // Rows after the part may contain anything.
     let half = csv.len() / 2;
     csv.truncate(csv[..half].rfind('\n').unwrap());
     csv += "\n9,this,is,no,row";

@@ -3,7 +3,7 @@
 use super::clock_time::ClockTime;
 use core::cell::Cell;
 
-/// Words for a missing reading, in lower case. Blank cells and values that are not finite are also
+/// Lower-case words for a missing reading. Blank cells and values that are not finite are also
 /// missing readings.
 const MISSING: [&str; 17] = [
     "-", "--", "---", "na", "n/a", "#n/a", "null", "none", "nil", "err", "error", "#error", "inf",
@@ -13,7 +13,6 @@ const MISSING: [&str; 17] = [
 /// Separators of groups of three digits, other than a comma.
 const GROUP_MARKS: [char; 5] = [' ', '\u{A0}', '\u{202F}', '\'', '\u{2019}'];
 
-/// Kind of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Number,

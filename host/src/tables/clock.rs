@@ -1,10 +1,11 @@
-//! The clock of a recording's rows: derives row numbers and the even spacing from time stamps.
+//! Derives row numbers and the even spacing of rows from their time stamps.
 
-/// Distance between stamps above which rows are missing in between, spacings.
+/// Rows are missing between two stamps that are further apart than this, in units of the row
+/// spacing.
 const GAP: f64 = 1.5;
 
-/// Number of rows over which the first guess of the spacing is taken, which reduces the effect of
-/// rounded stamps by this factor.
+/// Number of rows over which the spacing is first guessed, which reduces the effect of rounded
+/// stamps by this factor.
 const APART: usize = 16;
 
 /// Fraction of a stamp's error by which the expected time of the next stamp is corrected: small
@@ -36,7 +37,8 @@ pub struct RowClock {
 }
 
 impl RowClock {
-    /// Creates a clock for rows whose stamps begin with `head`, seconds; `None` for fewer than two.
+    /// Creates a clock for rows whose stamps begin with `head` (seconds); `None` for fewer than
+    /// two.
     pub fn new(head: &[f64]) -> Option<Self> {
         let apart = APART.min(head.len().saturating_sub(1));
         let mut spans: Vec<f64> = head
@@ -79,13 +81,13 @@ impl RowClock {
         }
     }
 
-    /// Takes the next row's stamp, seconds. Returns the row's number, including missing rows; the
+    /// Takes the next row's stamp (seconds). Returns the row's number, including missing rows; the
     /// first row has number 0.
     pub fn push(&mut self, t_s: f64) -> u64 {
         let since_s = t_s - self.first_s;
         if self.rows > 0.0 {
             let spacings = (since_s - self.expected_s) / self.guess_s;
-            // Limited, so that a stamp in a different century does not overflow.
+            // Limit the steps, so that a stamp in a different century does not overflow.
             let steps = if spacings > GAP {
                 spacings.round().min(1e12)
             } else {
@@ -112,8 +114,8 @@ impl RowClock {
         self.guess_s + self.slope()
     }
 
-    /// Returns the standard deviation of the spacing, seconds, for independent errors of the stamps
-    /// of at least `error_s`.
+    /// Returns the standard deviation of the spacing in seconds, for independent errors of the
+    /// stamps of at least `error_s`.
     pub fn spacing_sigma_s(&self, error_s: f64) -> f64 {
         let residuals = (self.seconds_squared - self.slope() * self.products).max(0.0);
         let variance = (residuals / (self.rows - 2.0).max(1.0)).max(error_s * error_s);

@@ -4,10 +4,9 @@ use jiff::Timestamp;
 use jiff::civil::{Date, DateTime};
 use jiff::tz::Offset;
 
-/// Seconds of a day.
+/// Seconds per day.
 pub const DAY_S: f64 = 86_400.0;
 
-/// Time found in a text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClockTime {
     /// Seconds since 1970: with an offset from UTC, or `Z`.
@@ -50,7 +49,7 @@ impl ClockTime {
         Some(Self::Local(seconds(midnight.ok()?) + of_day_s))
     }
 
-    /// Returns the seconds, whatever they are counted from.
+    /// Returns the seconds without their origin.
     pub fn seconds(self) -> f64 {
         match self {
             Self::Absolute(s) | Self::Local(s) | Self::OfDay(s) => s,

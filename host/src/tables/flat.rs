@@ -20,7 +20,6 @@ pub struct FlatRows<'a> {
     given: u64,
 }
 
-/// A row with its stamp.
 struct StampedRow {
     stamp_s: Option<f64>,
     values: Vec<f64>,

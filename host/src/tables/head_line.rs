@@ -17,13 +17,13 @@ impl HeadLine {
         self.kinds.iter().filter(|kind| **kind == wanted).count()
     }
 
-    /// True if the line has more numbers and times than words, and is no comment.
+    /// True if the line has more numbers and times than words, and is not a comment.
     pub fn is_data(&self) -> bool {
         let values = self.count(Kind::Number) + self.count(Kind::Clock);
         values > self.count(Kind::Text) && !self.is_comment()
     }
 
-    /// True if LabVIEW's header ends here; there may be two.
+    /// True if a LabVIEW header ends on this line; a file may have two headers.
     pub fn ends_header(&self) -> bool {
         self.cells[0] == "***End_of_Header***"
     }
@@ -54,7 +54,7 @@ pub fn cells(record: &StringRecord, separator: u8) -> impl Iterator<Item = &str>
         .filter(move |cell| separator != b' ' || !cell.is_empty())
 }
 
-/// Decodes a record: UTF-8, or Windows-1252 for instruments that write no valid UTF-8.
+/// Decodes a record: UTF-8, or Windows-1252 for instruments that do not write valid UTF-8.
 pub fn as_text(record: ByteRecord) -> StringRecord {
     StringRecord::from_byte_record(record).unwrap_or_else(|error| {
         let decoded = |cell| WINDOWS_1252.decode_without_bom_handling(cell).0;

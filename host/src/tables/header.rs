@@ -94,7 +94,7 @@ fn fitting(line: &HeadLine, width: usize) -> Option<Vec<String>> {
         && let Some(comment) = first.strip_prefix('#').or(first.strip_prefix("% "))
     {
         *first = comment.trim_start_matches(['#', ' ']).to_owned();
-        // The comment mark has a cell to itself.
+        // The comment mark has a cell of its own.
         if first.is_empty() && names.len() == width + 1 {
             names.remove(0);
         }
@@ -142,13 +142,13 @@ fn is_names(line: &HeadLine) -> bool {
     !line.is_comment() && !has_value && !line.cells.iter().any(|cell| cell.ends_with(['=', ':']))
 }
 
-/// True if another name is the same.
+/// True if another column has the same name.
 fn is_repeated(names: &[String], at: usize) -> bool {
     let mut others = names.iter().enumerate().filter(|(other, _)| *other != at);
     others.any(|(_, name)| *name == names[at])
 }
 
-/// Prefixes repeated names with the names of groups, and replaces missing names by these. A group
+/// Prefixes repeated names with group names, and replaces missing names by group names. A group
 /// extends up to the next group's name. Returns the line on which the names begin.
 fn name_by_group(names: &mut [String], lines_above: &[HeadLine], mut at: usize) -> usize {
     for line in lines_above.iter().rev() {

@@ -20,7 +20,6 @@ const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b' '];
 /// Columns of estimates that `export` writes; they are not samples.
 const ESTIMATE_COLUMNS: [&str; 2] = ["frequency_hz", "sigma_hz"];
 
-/// A column of the table.
 #[derive(Clone, Debug)]
 pub struct Column {
     pub name: String,
@@ -31,22 +30,21 @@ pub struct Column {
     pub is_left_out: bool,
 }
 
-/// The layout of a table.
 #[derive(Clone, Debug)]
 pub struct Layout {
     pub separator: u8,
     pub columns: Vec<Column>,
-    /// Position of the first row, including blank lines in front: byte and line.
+    /// Byte and line at which the first row begins, including blank lines before it.
     pub byte: usize,
     pub line: u64,
     pub ends: LineEnds,
-    /// Lines in front of `byte`.
+    /// Number of lines before `byte`.
     pub lines_before: u64,
     /// Line of the header, if there is one.
     pub header_line: Option<u64>,
     /// Time column, if there is one, and its unit; `None` if the unit is unknown.
     pub time: Option<(usize, Option<Unit>)>,
-    /// Column that looks most like a time although not named so, and plausible units, best first.
+    /// Column that looks most like a time despite its name, and plausible units, best first.
     pub likely_time: Option<(usize, Vec<&'static str>)>,
     /// Column that counts the rows, if there is one whose name does not say so.
     pub row_counter: Option<usize>,
@@ -347,7 +345,7 @@ impl Layout {
         }
     }
 
-    /// Returns the columns that may have samples: all channels but a likely time.
+    /// Returns the columns that may have samples: all channels except a likely time.
     pub fn series(&self) -> impl Iterator<Item = usize> {
         let likely = self.likely_time.as_ref().map(|(at, _)| *at);
         let columns = self.columns.iter().enumerate();

@@ -147,7 +147,7 @@ impl Form {
 
     /// Converts a line to a plain row; a line in a different form is left unchanged.
     fn plain(&self, text: &str) -> String {
-        // The header line is part of the table already.
+        // The header line is already part of the table.
         if self.header.as_deref() == Some(text.trim()) {
             return String::new();
         }

@@ -169,7 +169,7 @@ fn number(token: &str) -> Option<f64> {
         .then(|| token.parse().ok())?
 }
 
-/// Splits a line into words and numbers; a unit directly behind a number is a separate word.
+/// Splits a line into words and numbers; a unit directly after a number is a separate word.
 fn tokens(line: &str) -> Vec<String> {
     let chars: Vec<char> = line.chars().collect();
     let mut spaced = String::new();

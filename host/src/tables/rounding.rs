@@ -121,7 +121,7 @@ fn corners(time_s: &[f64], places: &[usize]) -> Vec<Stamp> {
     below
 }
 
-/// Returns the step of the stamps' last decimal, seconds; `None` if there are too many decimals.
+/// Returns the step of the stamps' last decimal, in seconds; `None` if there are too many decimals.
 fn resolution_s(time_s: &[f64]) -> Option<f64> {
     let is_multiple = |decimals: &i32| {
         let steps = 10f64.powi(*decimals);

@@ -17,7 +17,7 @@ pub trait RowReader {
     /// Moves to the next row. Returns false at the end; fails for a table without any row.
     fn advance(&mut self) -> Result<bool, FileError>;
 
-    /// Returns the time stamp of the current row, seconds; `None` without stamps.
+    /// Returns the time stamp of the current row in seconds; `None` without stamps.
     fn time_s(&self) -> Option<f64>;
 
     /// Returns whether rows have time stamps, or why they have none.

@@ -1,4 +1,4 @@
-//! A table of samples as text, read row by row: only the rows of one stamp are in memory.
+//! Reads a table of samples row by row; only the rows of one stamp are in memory.
 
 use super::cells::Numbers;
 use super::head_line::{as_text, cells, is_comment, records};
@@ -72,7 +72,7 @@ pub struct Rows<'a> {
     /// Form of the lines, if they are first converted to plain rows.
     plain: Option<Form>,
     is_flat: bool,
-    /// Step between stamps, seconds, and number of rows that shared the previous stamp.
+    /// Step between stamps in seconds, and number of rows that shared the previous stamp.
     step_s: f64,
     shared: usize,
     is_over: bool,
@@ -200,7 +200,7 @@ impl<'a> Rows<'a> {
         self.layout.time.is_none().then_some(stated.hz)
     }
 
-    /// Reads the next row, skipping lines that are no rows. Returns false at the end.
+    /// Reads the next row, skipping lines that are not rows. Returns false at the end.
     fn read_row(&mut self) -> Result<bool, FileError> {
         let mut record = self.spare.pop().unwrap_or_default();
         loop {
@@ -241,7 +241,8 @@ impl<'a> Rows<'a> {
             .iter()
             .rposition(|before| !is_later(before))
             .map_or(0, |at| at + 1);
-        // A row too early for the rows ahead goes to the end; its order is refused later.
+        // A row that is too early for the rows ahead goes to the end, and is refused later for its
+        // order.
         let is_here = at == self.ahead.len() || at > 0 && !self.ahead[at - 1].is_spread;
         if is_here {
             self.reordered += u64::from(at < self.ahead.len());

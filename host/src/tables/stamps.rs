@@ -9,7 +9,7 @@ const WRAPS: [f64; 2] = [65_536.0, 4_294_967_296.0];
 /// Steps of daylight saving time, seconds.
 const SAVING_S: f64 = 3600.0;
 
-/// Maximum difference from an hour, in steps of rows, of a step due to daylight saving.
+/// Maximum deviation of a daylight-saving step from an hour, in row spacings.
 const SAVING_STEPS: f64 = 10.0;
 
 /// Kind of the stamps.

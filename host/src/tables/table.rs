@@ -5,7 +5,7 @@ use super::rows::Rows;
 use hal_mock::FileError;
 use std::path::Path;
 
-/// A table with at least one row and any number of columns, at least one.
+/// A table with at least one row and one column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     file: String,
@@ -15,7 +15,6 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a CSV file like [`Rows`].
     pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::read(Rows::open(path)?)
     }

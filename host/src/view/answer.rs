@@ -9,7 +9,6 @@ use hal_mock::printable;
 use serde::Serialize;
 use std::sync::Arc;
 
-/// State shared by the paths of `view`.
 #[derive(Clone)]
 pub struct App {
     pub hub: Arc<Hub>,

@@ -26,7 +26,6 @@ pub const ICON: File = (
     include_str!("../../assets/view/icon.svg"),
 );
 
-/// The files of the page of `view`.
 pub const FILES: &[File] = &[
     (
         "/",

@@ -70,7 +70,7 @@ pub async fn guard(State(address): State<SocketAddr>, request: Request, next: Ne
     response
 }
 
-/// Returns the reason to refuse a request, if there is one.
+/// Returns the reason why a request is refused, if any.
 fn refusal(request: &Request, address: SocketAddr) -> Option<(StatusCode, &'static str)> {
     let headers = request.headers();
     let Some(host) = single(headers, &header::HOST) else {

@@ -1,5 +1,5 @@
-//! State for the pages: a new page gets the whole state; then all pages get changes ten times a
-//! second.
+//! Keeps the state for the pages: a new page gets the whole state; all pages then get changes ten
+//! times a second.
 //!
 //! The thread that processes packets never waits for a page. Each page has a short queue. If a page
 //! is too slow, its queue is dropped and it gets the whole state again, with the number of updates
@@ -43,7 +43,6 @@ const LOOKED: Duration = Duration::from_secs(3);
 /// Approximate duration of a frame, seconds.
 const FRAME_S: f64 = 0.004;
 
-/// The common state of all pages.
 pub struct Hub {
     inner: Mutex<Inner>,
     /// Held while waiting for `inner`, so that threads lock `inner` in turn.
@@ -56,7 +55,7 @@ pub struct Hub {
 #[derive(Default)]
 struct Inner {
     live: Live,
-    /// Why there are no raw frames, if there is a reason.
+    /// Reason why there are no raw frames, if any.
     no_raw: Option<String>,
     /// True if there is a board that takes settings.
     can_set: bool,
@@ -106,7 +105,6 @@ impl Hub {
         }
     }
 
-    /// Processes an event.
     pub fn take(&self, event: Option<&FeedEvent<Packet>>, following: &mut Following) {
         let inner = &mut *self.lock();
         following.fold(event, &mut inner.live);
@@ -183,7 +181,7 @@ impl Hub {
     pub fn join(&self, missed: u64) -> Result<(Message, Receiver<Message>)> {
         let mut inner = self.lock();
         inner.looked = Some(Instant::now());
-        // Under one lock, so that the state and the queue neither overlap nor leave a gap.
+        // Hold one lock, so that the state and the queue neither overlap nor leave a gap.
         self.send_new(&mut inner)?;
         let json = inner.state(missed)?.into();
         let kind = "state";

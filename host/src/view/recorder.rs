@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// Maximum size of a recording, bytes: over three hours of raw frames. Use `record` for longer
+/// Maximum size of a recording in bytes: over three hours of raw frames. Use `record` for longer
 /// ones.
 const MOST: usize = 256 << 20;
 
@@ -19,7 +19,6 @@ const MOST: usize = 256 << 20;
 const LATEST: Duration = Duration::from_secs(60);
 const LATEST_MAX: usize = 16_000;
 
-/// The packets of the latest minute.
 #[derive(Default)]
 pub struct Latest {
     packets: VecDeque<(Instant, Packet, Option<Receipt>)>,

@@ -25,7 +25,7 @@ use std::sync::OnceLock;
 /// Advice on a run without a slide.
 const BY_HAND: &str = "select a part of the recording";
 
-/// Maximum size in memory of a run that a page opens, bytes: 3.5 hours of raw frames.
+/// Maximum size in memory of a run that a page opens, in bytes: 3.5 hours of raw frames.
 const MAX_BYTES: usize = 256 << 20;
 
 /// Options for opening a file as a run.
@@ -56,7 +56,7 @@ impl Default for How {
     }
 }
 
-/// A part of a run, in the run's time, seconds; without an end it extends to that of the run.
+/// A part of a run, in seconds of the run's time; without an end it extends to the end of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Part {
     pub from_s: Option<f64>,
@@ -119,8 +119,8 @@ struct Fitted<'a> {
 }
 
 impl Run {
-    /// Opens a run. Telemetry is read as it is, but goes through the library first if it was
-    /// exported or has new settings. Other files are tables.
+    /// Opens a run. Telemetry that was exported or has new settings goes through the library first;
+    /// other telemetry is read unchanged. Other files are tables.
     pub fn open(name: &str, path: &Path, how: &How) -> Result<Self> {
         let mut run = Self {
             name: name.to_owned(),
@@ -270,7 +270,7 @@ impl Run {
 
     fn take(&mut self, packet: Packet) {
         if self.starts.take(&packet.event) {
-            // The board has restarted, and with it the time axis.
+            // The board has restarted, so the time axis starts again.
             self.packets.clear();
             self.frames.clear();
             self.remark =

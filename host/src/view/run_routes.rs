@@ -2,18 +2,18 @@
 //!
 //! | path | what |
 //! |---|---|
-//! | GET `/runs` | what each run has in it |
+//! | GET `/runs` | a summary of each run |
 //! | POST `/runs?name=NAME` | opens the body as a run: a recording or a table; `rate_hz` for one without times |
 //! | GET `/runs/ID/rows.json` | its samples, thinned to `steps` steps from `from_s` to `until_s`, and its touches |
-//! | GET `/runs/ID/fit.json`, `/runs/ID/fit.svg` | what `fit` makes of it, or of the part from `from_s` to `until_s` |
+//! | GET `/runs/ID/fit.json`, `/runs/ID/fit.svg` | the result of `fit` for it, or for its part from `from_s` to `until_s` |
 //! | GET `/runs/ID/track.json?window_s=S` | the frequency of windows, `stride_s` apart, and a spectrogram; also as `.csv`, `.svg`, `.txt` (labels of Audacity) and `.TextGrid` (Praat) |
 //! | GET `/runs/ID/state.json?t_s=T` | the board's state at a time |
 //! | POST `/runs/ID/settings` | runs the library over it again, with some settings of a JSON object |
 //! | POST `/runs/ID/reload` | reads its file again |
-//! | POST `/runs/ID/note` | keeps the body as a note on it |
+//! | POST `/runs/ID/note` | stores the body as its note |
 //! | GET `/runs/ID/file` | the run's file |
-//! | POST `/runs/ID/close` | forgets it |
-//! | POST `/record` | begins to record; the answer to the next one is the run |
+//! | POST `/runs/ID/close` | closes it |
+//! | POST `/record` | starts to record; the next one stops, and returns the run |
 //! | POST `/record/latest` | a run of the latest minute |
 
 use super::answer::{App, answer, to_json};
@@ -32,7 +32,7 @@ use futures_util::stream::StreamExt;
 use serde::Deserialize;
 use std::io::Write;
 
-/// Maximum size of a file that is accepted, bytes: 3.5 hours of raw frames.
+/// Maximum size of a file that is accepted, in bytes: 3.5 hours of raw frames.
 const FILE_MAX: usize = 256 << 20;
 
 #[derive(Deserialize)]

@@ -47,7 +47,7 @@ impl List {
     }
 }
 
-/// A run's number, and what is in it.
+/// A run's number and summary.
 #[derive(Clone, Debug, Serialize)]
 pub struct Numbered {
     pub id: u64,
@@ -89,7 +89,6 @@ impl Runs {
         Ok(opened)
     }
 
-    /// Opens a file as a run.
     pub fn open(&self, name: &str, path: &Path, how: How) -> Result<Numbered> {
         self.lock().check()?;
         let run = Arc::new(Run::open(name, path, &how)?);
@@ -126,7 +125,6 @@ impl Runs {
         self.replace(id, &how)
     }
 
-    /// Stores a note on a run.
     pub fn note(&self, id: u64, text: &str) -> Result<()> {
         let text = text.trim();
         ensure!(
@@ -137,7 +135,6 @@ impl Runs {
         Ok(())
     }
 
-    /// Marks a run as saved.
     pub fn saved(&self, id: u64) -> Result<()> {
         self.lock().kept(id)?.is_unsaved = false;
         Ok(())
@@ -166,7 +163,7 @@ impl Runs {
         Ok(Arc::clone(&self.lock().kept(id)?.run))
     }
 
-    /// Closes a run, and removes its file if this is in the folder.
+    /// Closes a run, and removes its file if it is in the folder.
     pub fn close(&self, id: u64) -> Result<()> {
         let run = self.get(id)?;
         self.lock().runs.retain(|kept| kept.id != id);

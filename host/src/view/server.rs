@@ -3,9 +3,9 @@
 //! | path | what |
 //! |---|---|
 //! | `/` and the files it names | the page |
-//! | `/events` | everything first, then what is new, as server-sent events `state` and `update` ([`super::hub`]) |
-//! | `/state.json` | everything, once |
-//! | `/packets` | every packet as one JSON object a line, as with `--json`, the latest greeting first |
+//! | `/events` | the whole state, then updates, as server-sent events `state` and `update` ([`super::hub`]) |
+//! | `/state.json` | the whole state, once |
+//! | `/packets` | every packet as one JSON object per line, as with `--json`, the latest greeting first |
 //! | `/settings` | POST: some settings for the board, as a JSON object |
 //! | `/ports` | the serial ports of this computer, and the programs that use them |
 //! | `/connect?port=NAME` | POST: shows the board at this port from now on |
@@ -58,7 +58,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Serves these paths behind the guard, at the first free one of the loopback addresses.
+    /// Serves these paths behind the guard, at the first of these loopback addresses that is free.
     pub fn start(addresses: &[SocketAddr], routes: Router) -> Result<Self> {
         let listener = TcpListener::bind(addresses)
             .with_context(|| format!("a page cannot be served at {}", listed(addresses)))?;
@@ -105,7 +105,6 @@ pub fn routes(app: App) -> Router {
         .with_state(app)
 }
 
-/// Adds the files of a page.
 pub fn with_files<S: Clone + Send + Sync + 'static>(
     routes: Router<S>,
     files: &'static [File],
@@ -280,7 +279,7 @@ mod tests {
         }
         let (kind, state) = next();
         let missed = state["missed"].as_u64().unwrap();
-        // All updates but those in the queue were missed.
+        // The page missed all updates except those in the queue.
         assert!(
             kind == "state" && (900..1000).contains(&missed),
             "{kind}, {missed}"

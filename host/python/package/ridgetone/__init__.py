@@ -1,9 +1,9 @@
 """The tone of the ridges under a tactile fingertip.
 
-`fit` finds the one frequency that all channels of an array or of a recording share. `replay` runs a recording through the code
-that the chip runs, and `simulate` makes one. `read` gives a recording's arrays, `live` a board's events. All of them are the
-command `ridgetone`'s own functions: the same numbers to the last bit. `feel` estimates the firing of mechanoreceptors. Errors
-name Python's arguments.
+`fit` finds the common frequency of all channels of an array or a recording. `replay` runs a recording through the code that the
+chip runs, and `simulate` makes a recording. `read` returns a recording's arrays, and `live` a board's events. They call the
+functions of the command `ridgetone`, so numbers are the same to the last bit. `feel` estimates the firing of mechanoreceptors.
+Error messages use the names of Python's arguments.
 """
 
 from __future__ import annotations
@@ -75,18 +75,18 @@ def fit(
 ) -> Fit | Fits:
     """Fit all channels with one common frequency, as `ridgetone fit` does.
 
-    An array of float32 or float64 is not copied, whatever its strides; others are converted to float64. Do not write to it
-    from another thread meanwhile: the interpreter's lock is released.
+    An array of float32 or float64 is not copied, whatever its strides; others are converted to float64. Do not write to it from
+    another thread during the fit, which releases the interpreter's lock.
 
     Parameters
     ----------
     samples : array, data frame, Recording or path
-        A row for each sample and a column for each channel, in any unit; NaN and masked values are missing readings. Of a file
-        the slide of a touch is fitted, if there is one.
+        A row for each sample and a column for each channel, in any unit; NaN and masked values are missing readings. If a file
+        has the slide of a touch, only the slide is fitted.
     rate_hz : float, optional
-        Rows a second, Hz.
+        Rows per second, Hz.
     window_s, stride_s : float, optional
-        Fit windows of this length, one every `stride_s`, s; by default one after the other. The whole recording is used.
+        Fit windows of this length, one every `stride_s` seconds (default: back to back). The whole recording is used.
     time_s : array, optional
         A time for each row, in seconds or as dates, evenly spaced or not.
     names : list of str, optional
@@ -98,20 +98,20 @@ def fit(
     time_column : str, optional
         Column of the time in a file or a data frame: `NAME`, `NAME:UNIT` with s, ms, us, ns, min, h or d, or `none`.
     harmonics : int, optional
-        Most harmonics, the fundamental included, 1 to 5; 5 by default.
+        Maximum number of harmonics, including the fundamental, 1 to 5. Default: 5.
     mains_hz : float, optional
         Frequency of an interferer in all channels, such as mains hum, Hz.
     speed_mm_s, position_mm : array, optional
-        A value for each row: fits by position, in cycles per mm at any speed.
+        Speed or position of each row, for a fit by position. The result is in cycles per mm, whatever the speed.
     speed_column, position_column : str, optional
-        Names of columns that have them.
+        Names of the columns with the speed or the position.
     positions : path, optional
-        A robot's positions or speeds for the raw frames of a recording, as for `ridgetone fit --positions`; the two names are
-        then of its columns.
+        File with a robot's positions or speeds for the raw frames of a recording, as for `ridgetone fit --positions`;
+        `speed_column` or `position_column` then names a column of this file.
     whole : bool
-        Fit all of a file, not the slide alone.
+        Fit the whole file, not only the slide.
     mm_per_count : float, optional
-        Step of positions that are counts, mm.
+        Length of one count, if positions are encoder counts, mm.
     min_hz, max_hz : float, optional
         Bounds of the frequency, Hz.
     exclude : str or sequence of str
@@ -125,14 +125,14 @@ def fit(
     Fit
         The fit; `picture` draws it.
     Fits
-        With `window_s`: arrays with one row a window.
+        With `window_s`: arrays with one row per window.
 
     Raises
     ------
     UsageError
-        Where arguments do not go together, or make no sense.
+        Arguments contradict each other, or make no sense.
     Error
-        Where the samples cannot be fitted. A window that cannot has the status `no_fit`.
+        The samples cannot be fitted. With `window_s`, such a window has the status `no_fit` instead.
 
     Examples
     --------
@@ -204,12 +204,12 @@ def replay(
     Parameters
     ----------
     samples : array, data frame, `Recording`, `Simulated` or path, optional
-        Volts, or `scale` times volts: a row for each frame and a column for each of at most 16 channels, at 180 to 23,740 rows a
-        second. They are taken as they are, at their own rate. A recording of telemetry gives its raw frames, bit for bit.
+        Samples in volts, or in units of `scale` volts: a row for each frame and a column for each of at most 16 channels, at
+        180 to 23,740 rows per second. They are not resampled. A recording of telemetry supplies its raw frames, bit for bit.
     scene : path, optional
-        Without samples: a scene file, played to a simulated ADS1258. Default: the plain scene.
+        Scene file to play to a simulated ADS1258 if there are no samples. Default: the plain scene.
     rate_hz : float, optional
-        Rows a second, where there are no times.
+        Rows per second, if there are no times.
     time_s : array, optional
         A time for each row, seconds or dates.
     names : list of str, optional
@@ -226,13 +226,13 @@ def replay(
     Returns
     -------
     Replayed
-        All events in their order, with the fields of the command's JSON. `contacts`, `slides`, `estimates` and `releases`
-        select from them, and `columns` makes arrays of their fields. Samples give no `Hello` and no `Health`.
+        All events in order, with the fields of the command's JSON. `contacts`, `slides`, `estimates` and `releases` select from
+        them, and `columns` makes arrays of their fields. Samples yield neither `Hello` nor `Health`.
 
     Raises
     ------
     Error
-        The samples cannot be read, or are slower or faster than the library takes.
+        The samples cannot be read, or their rate is outside the library's range.
 
     >>> touch = replay(simulate())
     >>> [slide] = touch.slides
@@ -256,8 +256,8 @@ def picture(
     seed: int | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> Picture:
-    """Draws a result of `fit`: readings, fit, residual and spectra, as `ridgetone fit --svg` does. Of anything else it replays
-    as `replay` does, and draws the channels, the phases of the touch and the fitted tone. A notebook shows the picture; as a
+    """Draws a result of `fit`: readings, fit, residual and spectra, as `ridgetone fit --svg` does. Replays anything else as
+    `replay` does, and draws the channels, the phases of the touch and the fitted tone. A notebook displays the picture; as a
     str it is SVG.
     """
     if isinstance(samples, Fit):
@@ -290,9 +290,9 @@ def _replay(
 
 
 def settings(file: Path | None = None, **changes: Any) -> Settings:
-    """The library's settings, or those of a file, with some changed by their names: `settings(window_s=0.5)`.
+    """Returns the library's settings, or those of a file, with changes by name: `settings(window_s=0.5)`.
 
-    For those of a board see `Live.settings` and `Live.set`.
+    For a board's settings see `Live.settings` and `Live.set`.
     """
     return load(Settings, _ridgetone.settings(file, json.dumps(changes)))
 

@@ -1,4 +1,4 @@
-"""`python -m ridgetone feel`: the firing of mechanoreceptors over a recording. All else is the command `ridgetone`."""
+"""`python -m ridgetone feel`: the firing of mechanoreceptors over a recording. For all else use the command `ridgetone`."""
 
 from __future__ import annotations
 

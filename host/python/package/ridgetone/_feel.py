@@ -1,6 +1,6 @@
-"""Firing of mechanoreceptors over a recording, and scores: Sensors 18 (2018) 1588 by the crate `ridgetone-feel`.
+"""Estimates the firing of mechanoreceptors over a recording, and scores (Sensors 18 (2018) 1588), with `ridgetone-feel`.
 
-NumPy cuts the recording into windows and transforms them (equation 7); the native part has the other equations.
+NumPy cuts the recording into windows and transforms them (equation 7); the native part evaluates the other equations.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from . import _ridgetone
 from ._objects import Object
 from ._recording import Array, Samples, Times, native
 
-# Window of the paper's intensities, seconds.
+# Window over which the paper computes its intensities, seconds.
 PAPER_WINDOW_S = 3.0
-# Fewest rows of a window.
+# Minimum number of rows in a window.
 _ROWS_MIN = 64
-# Largest distance of a time stamp from even spacing, rows.
+# Maximum deviation of a time stamp from even spacing, rows.
 _UNEVEN_MAX = 0.25
 
 
@@ -28,7 +28,7 @@ class Felt(Object):
     """The result of `feel`.
 
     `receptors` has `receptor` ("FA I", "FA II", "SA I", "SA II"), `intensity` and `intensity_sigma`; `scores` has `name`
-    ("soft", "rough"), `score` and `score_sigma`. Where there is no value, `absent` has the reason.
+    ("soft", "rough"), `score` and `score_sigma`. If there is no value, `absent` has the reason.
     """
 
     file: str
@@ -43,7 +43,7 @@ class Felt(Object):
 
 
 class Conversion(Object):
-    """The result of `volts_per_um`: a value for each channel, NaN where the reference has no line."""
+    """The result of `volts_per_um`: a value for each channel, NaN if the reference produces no line in it."""
 
     frequency_hz: float
     channels: list[str]
@@ -75,18 +75,18 @@ def feel(
     volts_per_um
         Amplitude in the samples' unit for one micrometre from peak to peak, for all channels or for each. See `volts_per_um`.
     sigma_fraction
-        Standard deviation of `volts_per_um` over it. It is common to all channels.
+        Relative standard deviation of `volts_per_um`; the error is common to all channels.
     m
-        Tangential over normal force, alone or with its standard deviation. Rough needs it.
+        Ratio of tangential to normal force, alone or with its standard deviation. The score "rough" needs it.
     window_s
-        Longest window. Intensities of other windows than 3 s are converted to 3 s, with more uncertainty.
+        Maximum length of a window. Intensities of windows other than 3 s are converted to 3 s, with more uncertainty.
     from_s, to_s, columns
-        Part of the recording to use: the slide alone, and columns of vibration.
+        Part of the recording to use: only the slide, and only columns of vibration.
 
     Returns
     -------
     Felt
-        Intensities (equations 8 and 9), mean of the channels, and scores (equations 11 and 12), which go from 1 to 7.
+        Intensities (equations 8 and 9), averaged over the channels, and scores (equations 11 and 12), from 1 to 7.
     """
     data = _Even.of(samples, Times(time_s, time_column, rate_hz), names, _Part(from_s, to_s, columns))
     per_um = _for_each(volts_per_um, "volts_per_um", data.names)
@@ -96,7 +96,7 @@ def feel(
         raise _ridgetone.UsageError("volts_per_um has to be greater than 0, and sigma_fraction at least 0")
     windows = list(data.windows(window_s))
     spectra = np.stack([data.spectrum(window)[used] / per_um[used, np.newaxis] for window in windows])
-    # The native part squares them as f32.
+    # The native part squares them as f32: larger ones could overflow.
     if not spectra.max() < 1e15:
         raise _ridgetone.UsageError(f"volts_per_um={volts_per_um}: amplitudes of {spectra.max():.1e} um are no vibration of skin")
     rows, with_sigma = len(windows[0]), (float(m), 0.0) if isinstance(m, (int, float)) else m
@@ -138,12 +138,12 @@ def volts_per_um(
     ra_um, ra_sigma_um
         Arithmetic average roughness of the surface, with its standard deviation, micrometres.
     rsm_mm, speed_mm_s
-        Mean length of the roughness curve's elements, and speed of the finger: together the frequency of the line.
+        Mean width of the roughness profile's elements, and speed of the finger; speed over width is the frequency of the line.
 
     Returns
     -------
     Conversion
-        For each channel amplitude per micrometre from peak to peak, and its standard deviation over it.
+        For each channel, the amplitude per micrometre from peak to peak, and its relative standard deviation.
     """
     if not min(ra_um, rsm_mm, speed_mm_s) > 0 or not ra_sigma_um >= 0:
         raise _ridgetone.UsageError("ra_um, rsm_mm and speed_mm_s have to be greater than 0, and ra_sigma_um at least 0")
@@ -156,7 +156,7 @@ def volts_per_um(
             "half the rate"
         )
     spectra = np.stack([data.spectrum(window) for window in windows])
-    # Powers of small units are below the range of f32.
+    # The powers of small values would be below the range of f32.
     scale = float(spectra.max()) or 1.0
     lines = [(data.amplitude(window, hz) / scale).tolist() for window in windows]
     surface = {"ra_um": ra_um, "ra_sigma_um": ra_sigma_um, "rsm_mm": rsm_mm, "speed_mm_s": speed_mm_s}
@@ -234,7 +234,7 @@ class _Even:
         return cls(given.name, [names[column] for column in chosen], rate_hz, even)
 
     def windows(self, longest_s: float) -> Iterator[Array]:
-        """Windows that overlap by half or less, so that each counts as independent."""
+        """Yields windows that overlap by half or less, so that each counts as independent."""
         if not longest_s > 0:
             raise _ridgetone.UsageError(f"window_s={longest_s}: must be greater than 0")
         rows, all_rows = round(min(longest_s * self.rate_hz, len(self.values))), len(self.values)
@@ -247,25 +247,25 @@ class _Even:
 
     @staticmethod
     def _weighted(window: Array) -> Array:
-        """A window under Hamming's window and less its mean."""
+        """Subtracts the mean, and applies a Hamming window scaled to keep the amplitude of a sine."""
         rows = len(window)
         hamming = 0.54 - 0.46 * np.cos(2 * np.pi * np.arange(rows) / rows)
         weighted: Array = hamming[:, np.newaxis] * (window - window.mean(axis=0)) * (2 / (0.54 * rows))
         return weighted
 
     def spectrum(self, window: Array) -> Array:
-        """Amplitudes by channel and bin: a sine of n whole cycles has its amplitude in bin n."""
+        """Returns amplitudes by channel and bin: a sine of n whole cycles has its amplitude in bin n."""
         return np.abs(np.fft.rfft(self._weighted(window), axis=0))[: len(window) // 2].T
 
     def amplitude(self, window: Array, hz: float) -> Array:
-        """Amplitudes at a frequency that may lie between two bins."""
+        """Returns the amplitudes at a frequency that may lie between two bins."""
         turns = np.exp(-2j * np.pi * hz / self.rate_hz * np.arange(len(window)))
         amplitudes: Array = np.abs(turns @ self._weighted(window))
         return amplitudes
 
 
 def _slots(t_s: Array, file: str) -> tuple[float, npt.NDArray[np.intp]]:
-    """Rate and number of each row; a gap skips numbers."""
+    """Returns the rate, and a number for each row; gaps skip numbers."""
     steps = np.diff(t_s)
     worst = np.inf
     for step_s in (t_s[-1] - t_s[0]) / (len(t_s) - 1), np.median(steps):

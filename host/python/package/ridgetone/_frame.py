@@ -44,12 +44,12 @@ def is_frame(samples: object) -> bool:
 
 
 def _column(frame: Any, at: int) -> Any:
-    """By its place: several columns may have one name."""
+    """Returns a column by its position, because several columns may have one name."""
     return frame.iloc[:, at] if hasattr(frame, "iloc") else frame[frame.columns[at]]
 
 
 def _numbers(column: Any) -> npt.NDArray[Any]:
-    """A column's values. A missing number of any type is NaN; times with a zone are in UTC."""
+    """Returns a column's values: missing numbers of any type as NaN, times with a zone in UTC."""
     if getattr(getattr(column, "dtype", None), "tz", None) is not None:
         column = column.dt.tz_convert("UTC").dt.tz_localize(None)
     values = np.asarray(column.to_numpy())
@@ -62,7 +62,7 @@ def _numbers(column: Any) -> npt.NDArray[Any]:
 
 
 def _time(names: list[str], columns: list[npt.NDArray[Any]], time_column: str | None) -> tuple[int | None, float]:
-    """The column that is the time, and seconds of its unit."""
+    """Returns the index of the time column, or None, and the seconds per unit of the time."""
     if time_column == "none":
         return None, 1.0
     if time_column is not None:
@@ -73,7 +73,7 @@ def _time(names: list[str], columns: list[npt.NDArray[Any]], time_column: str | 
         if name not in names:
             raise _ridgetone.UsageError(f"no column {name}; there are: {', '.join(names)}")
         at = names.index(name)
-        # As of a file: the name may say the unit.
+        # As for a file, the name may declare the unit.
         return at, _named_unit(name, columns[at]) or 1.0 if seconds_of_unit is None else seconds_of_unit
     if "time_s" in names:
         return names.index("time_s"), 1.0
@@ -92,7 +92,7 @@ def _time(names: list[str], columns: list[npt.NDArray[Any]], time_column: str | 
 
 
 def _named_unit(name: str, values: npt.NDArray[Any]) -> float | None:
-    """Seconds of the unit of a time, by its name, or of numbers with decimals; none if nothing says it."""
+    """Returns the seconds per unit of a time, from its name, or 1 for dates and for numbers with decimals; None if unknown."""
     if values.dtype.kind in "mM":
         return 1.0
     unit_s = _ridgetone.declared_unit(name)
@@ -105,19 +105,19 @@ def _named_unit(name: str, values: npt.NDArray[Any]) -> float | None:
 
 
 def _may_be_days(values: npt.NDArray[Any]) -> bool:
-    """Whether numbers may be days since 1900 or the year 0, as of a file."""
+    """Returns True if numbers may be days since 1900 or since year 0, as for a file."""
     first, step = float(values[0]), float(np.median(np.diff(values[:1000].astype(np.float64))))
     return (20_000 <= first < 80_000 or 700_000 <= first < 780_000) and first != int(first) and 0 < step < 1e-3
 
 
 def _grows(values: npt.NDArray[Any]) -> bool:
-    """Whether a column may be a clock."""
+    """Returns True if a column may be a clock: it never decreases, and is not constant."""
     steps = np.diff(values[:1000].astype(np.float64))
     return bool(len(steps)) and bool(np.all(steps >= 0)) and bool(np.any(steps > 0))
 
 
 def _index_s(index: Any) -> Array | None:
-    """The times of an index of dates, or of one called `time_s`."""
+    """Returns the times of an index of dates, or of one called `time_s`."""
     if index is None:
         return None
     if getattr(index, "tz", None) is not None:
@@ -131,7 +131,7 @@ def _seconds(values: npt.NDArray[Any], unit: float) -> Array:
 
 
 def seconds(times: npt.NDArray[Any]) -> Array:
-    """Seconds from the first of these dates, or those of durations. A missing time is NaN, and no unit is lost."""
+    """Converts dates of any unit to seconds since the first, and durations to seconds. Missing times become NaN."""
     known = times[~np.isnat(times)]
     if times.dtype.kind == "M" and len(known):
         times = times - known[0]

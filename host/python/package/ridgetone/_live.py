@@ -16,7 +16,7 @@ from ._events import Event, event
 from ._objects import Settings, load
 from ._recording import Path
 
-# Longest wait between two looks at Ctrl-C, seconds.
+# Longest wait between two checks for Ctrl-C, seconds.
 _LOOK_S = 0.1
 
 
@@ -26,7 +26,7 @@ class _Source(Protocol):
 
 
 class _Page:
-    """The packets of a `ridgetone view`."""
+    """Packets from a running `ridgetone view`."""
 
     def __init__(self, url: str) -> None:
         try:
@@ -46,16 +46,16 @@ class _Page:
 
 
 class Live(Iterator[Event], AsyncIterator[Event]):
-    """The events of a board as they come: `for event in live(...)`, or `async for`. It ends when the board's scene is over.
+    """Iterates over the events of a board as they arrive, with `for` or `async for`. Ends when its scene is over.
 
-    A board that is unplugged is waited for, with a warning. Close it, or use it in a `with` statement.
+    If the board is unplugged, warns and waits for it. Close the object, or use it in a `with` statement.
     """
 
     def __init__(self, source: _Source) -> None:
         self._source = source
 
     def _event(self) -> Event | None:
-        """The next event, if there is one soon."""
+        """Returns the next event; None if none arrives soon."""
         found = self._source.next(_LOOK_S)
         if found is None:
             return None
@@ -103,17 +103,17 @@ class Live(Iterator[Event], AsyncIterator[Event]):
         return load(Settings, self._board().settings())
 
     def set(self, *, keep: bool = False, **changes: Any) -> Settings:
-        """Puts settings into force, by their names in the settings file, from the next window on; `keep` stores them too."""
+        """Applies settings by their names in the settings file, from the next window on; `keep` also stores them."""
         self._board().change(json.dumps(changes), keep)
         return self.settings
 
     def command(self, name: str) -> None:
-        """Sends a command: `start`, `stop`, `restart`, or `forget` for the stored settings."""
+        """Sends a command: `start`, `stop`, `restart`, or `forget`, which erases the stored settings."""
         self._board().command(name)
 
     @property
     def counts(self) -> dict[str, int]:
-        """Packets received, missing by their numbers, and damaged."""
+        """Numbers of packets received, missing by their sequence numbers, and damaged."""
         return dict(zip(("received", "missing", "damaged"), self._board().counts(), strict=True))
 
     def close(self) -> None:
@@ -139,12 +139,12 @@ def live(
     elf: Path | None = None,
 ) -> Live:
     """Opens a board: the name of a serial port, "emulated", or the address of a `ridgetone view` such as
-    "http://127.0.0.1:8321". Without any of them it is the only board on this computer.
+    "http://127.0.0.1:8321". Default: the only board on this computer.
 
-    `raw` requests every frame; `settings` are put into force first; `record` writes what arrives into a new recording. Of the
-    emulated board: `scene` is what it feels, a file; `once` ends after one touch; `pace` is its speed, 0 as fast as possible;
-    `elf` is its firmware: a file, or in a wheel of a release the name of a board that it has an image of, "feather-f405" (the
-    default) or "nucleo-f446re"; without both it is the one that `cargo xtask firmware` builds in the repository,
+    `raw` requests every frame; `settings` are applied first; `record` writes what arrives to a new recording. For the emulated
+    board: `scene` is a scene file; `once` ends after one touch; `pace` is the speed, 0 for as fast as possible; `elf` is the
+    firmware: a file or, in a wheel of a release, the name of a board whose image it contains: "feather-f405" (the default) or
+    "nucleo-f446re". Without either, it is the image that `cargo xtask firmware` builds in the repository,
     `target/firmware/feather-f405/ridgetone-firmware.elf`.
     """
     is_emulated = source == "emulated"

@@ -1,7 +1,7 @@
-"""The objects of the command's JSON as Python's: their fields are items and attributes.
+"""The JSON objects of the command in Python, with fields as items and attributes.
 
-Numbers are those of the JSON to the last bit. What the board computes is f32: such a number is the shortest decimal that reads
-back to the same f32. Fields that are not known are None; those of messages are in `_events`.
+Numbers are those of the JSON to the last bit. The board computes in f32; its numbers are the shortest decimals that read back
+to the same f32. Unknown fields are None; `_events` describes the fields of messages.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ T = TypeVar("T", bound="Object")
 
 
 class Object(dict[str, Any]):
-    """A JSON object. `o.name` is `o["name"]`; `match` statements and `json.dumps` take it as it is."""
+    """A JSON object. `o.name` is `o["name"]`; `match` statements and `json.dumps` work with it."""
 
     def __getattr__(self, name: str) -> Any:
         try:
@@ -40,7 +40,7 @@ class Object(dict[str, Any]):
         return _show.html(type(self).__name__, self)
 
     def __reduce__(self) -> tuple[type[Object], tuple[dict[str, Any]]]:
-        # The fields alone: what a fit was made of is not copied.
+        # Copies only the fields, not the samples and settings of a fit.
         return type(self), (dict(self),)
 
 
@@ -122,5 +122,5 @@ class Settings(Object):
 
 
 def load(kind: type[T], text: str) -> T:
-    """An object of a kind from its JSON."""
+    """Parses JSON into an object of the class `kind`."""
     return kind(json.loads(text, object_hook=Object))

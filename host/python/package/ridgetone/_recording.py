@@ -18,17 +18,17 @@ from ._frame import DataFrame, Framed, is_frame, seconds
 Path: TypeAlias = str | PathLike[str]
 Array: TypeAlias = npt.NDArray[np.float64]
 
-# A unit at the end of a column's name, in brackets. Columns of our own have volts.
+# Unit in brackets at the end of a column's name. Our own columns of taxels are in volts.
 _UNIT = re.compile(r"[\[(]([^\])]+)[\])]\s*$")
 _TAXEL = re.compile(r"ain\d+$")
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """Samples of some channels, and what a board said of them.
+    """Samples of some channels, with the messages of the board.
 
     `values` has a row for each sample and a column for each channel; NaN is a missing reading. `time_s` has the times of the
-    rows, or is None where there are none; then `rate_hz` may be given to whatever takes it.
+    rows, or is None if there are none; then pass `rate_hz` to the function that takes the recording.
     """
 
     file: str
@@ -40,13 +40,13 @@ class Recording:
 
     @property
     def rate_hz(self) -> float | None:
-        """Rows per second by the first and the last time, for a quick look: `fit` finds it better. None without times."""
+        """Rows per second from the first and the last time; `fit` determines it more accurately. None without times."""
         if self.time_s is None or len(self.time_s) < 2:
             return None
         return float((len(self.time_s) - 1) / (self.time_s[-1] - self.time_s[0]))
 
     def __getitem__(self, name: str) -> Array:
-        """The values of the channel of this name."""
+        """Returns the values of the channel of this name."""
         return self.values[:, self.names.index(name)]
 
     def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[np.generic]:
@@ -59,9 +59,9 @@ Samples: TypeAlias = Recording | Path | DataFrame | npt.ArrayLike
 def read(path: Path, *, time_column: str | None = None, flatten: bool = False) -> Recording:
     """Reads a recording: a table as CSV, telemetry (`.rec`), or what `export` made of it (`.mcap`, JSON lines).
 
-    Of telemetry the channels are the raw frames in volts, in no row if it was recorded without `--raw`, and `events` has its
-    other messages. Of a table `time_column` says which column is the time, as `NAME`, `NAME:UNIT` or `none`; what is guessed of
-    a table otherwise is said in a warning. With `flatten` rows hold consecutive samples of one series.
+    From telemetry, the channels are the raw frames in volts (no rows if it was recorded without `--raw`), and `events` has the
+    other messages. For a table, `time_column` names the time column, as `NAME`, `NAME:UNIT` or `none`; a warning lists what is
+    guessed. With `flatten`, rows hold consecutive samples of one series.
     """
     lines = _ridgetone.messages(path)
     events = [event(line) for line in lines or []]
@@ -80,20 +80,20 @@ def read(path: Path, *, time_column: str | None = None, flatten: bool = False) -
 
 
 def unit(name: str) -> str | None:
-    """The unit of a column, by its name; None if it does not say."""
+    """Returns the unit that a column's name declares; None without one."""
     found = _UNIT.search(name)
     return found[1].strip() if found else "V" if _TAXEL.match(name) else None
 
 
 @dataclass(frozen=True, slots=True)
 class Times:
-    """What a caller says of the times of rows."""
+    """Times of rows, as passed by the caller."""
 
     time_s: npt.ArrayLike | None = None
     time_column: str | None = None
     rate_hz: float | None = None
     has_columns: bool = False
-    """Columns are chosen: they are channels."""
+    """True if the caller chose the columns, which are then channels."""
 
 
 def native(
@@ -102,8 +102,8 @@ def native(
     names: list[str] | None = None,
     beside: tuple[str, npt.ArrayLike] | None = None,
 ) -> _ridgetone.Samples:
-    """Samples for the native part. An array of f32 or f64 is read where it is; any other is converted to f64. `beside` is a
-    column more, with its name.
+    """Converts samples for the native part. An array of f32 or f64 is not copied; any other is converted to f64. `beside` is an
+    additional column with its name.
     """
     times = times or Times()
     time_s = times.time_s
@@ -140,7 +140,7 @@ def native(
 
 
 def numbers(values: object, *, is_time: bool = False) -> npt.NDArray[np.float32] | Array:
-    """An array of floats. What a mask hides is NaN."""
+    """Converts values to an array of floats. Masked values become NaN."""
     if is_time and getattr(values, "tz", None) is not None:
         values = values.tz_convert("UTC").tz_localize(None)  # type: ignore[attr-defined]
     array = np.asanyarray(values)

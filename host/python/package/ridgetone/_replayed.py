@@ -1,4 +1,4 @@
-"""What `replay` reports."""
+"""Result of `replay`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ E = TypeVar("E", bound=Event)
 
 
 class Replayed(list[Event]):
-    """The events of a replay in their order, and those of one kind at a time.
+    """The events of a replay in order, with properties that select one kind.
 
     Times of events are seconds from the first row of the samples, or from the first conversion of a scene.
     """
@@ -30,12 +30,12 @@ class Replayed(list[Event]):
 
     @property
     def slides(self) -> list[Slide]:
-        """Slides that are over, with `start_s` and `end_s`. The event that announces one is in the list of all."""
+        """Completed slides, with `start_s` and `end_s`. The whole list also has an event at the start of each."""
         return [slide for slide in self.of(Slide) if slide.end_s is not None]
 
     @property
     def estimates(self) -> list[Estimate]:
-        """Estimates of the frequency: `span` tells windows from whole slides."""
+        """Estimates of the frequency; `span` distinguishes windows from whole slides."""
         return self.of(Estimate)
 
     @property
@@ -56,8 +56,8 @@ class Replayed(list[Event]):
         Returns
         -------
         dict of str to ndarray
-            Numbers are float64 with NaN where a field is null, flags are bool, texts are str. Fields that are lists or
-            objects, such as `channels`, are left out.
+            Numbers are float64 with NaN where a field is null, flags are bool, texts are str. Fields that are lists or objects,
+            such as `channels`, are omitted.
 
         >>> import ridgetone as rt
         >>> found = rt.replay().columns(rt.Estimate, lambda one: one.span == "window")

@@ -1,4 +1,4 @@
-"""Objects for people: values with their uncertainty to two digits, as text and as HTML; pictures in a notebook."""
+"""Formats objects for people: values with their uncertainty to two digits, as text and as HTML; pictures in a notebook."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Any
 
 
 class Picture(str):
-    """SVG, which a notebook shows."""
+    """SVG that a notebook displays as a picture."""
 
     def _repr_svg_(self) -> str:
         return str(self)
 
 
 def uncertain(value: float, sigma: float) -> str:
-    """A value and its standard deviation, this with two digits; of an exact value there is none."""
+    """Formats a value with its standard deviation to two digits; an exact value (sigma 0) without."""
     if sigma == 0:
         return number(value)
     if not (math.isfinite(sigma) and sigma > 0):
         return f"{number(value)} ± {number(sigma)}"
-    # The exponent after rounding: 0.0996 is 0.10.
+    # Use the exponent after rounding, since 0.0996 becomes 0.10.
     decimals = max(0, 1 - int(f"{sigma:.1e}".partition("e")[2]))
     return f"{value:.{decimals}f} ± {sigma:.{decimals}f}"
 
@@ -31,7 +31,8 @@ def number(value: object) -> str:
 
 
 def _value_of(name: str, fields: Mapping[str, Any]) -> str | None:
-    """The field that a standard deviation belongs to: `period_sigma_mm` to `period_mm`, `sigma_hz` to `frequency_hz`."""
+    """Returns the field that a standard deviation belongs to: `period_mm` for `period_sigma_mm`, `frequency_hz` for
+    `sigma_hz`."""
     if "sigma" not in name.split("_"):
         return None
     owner = name.replace("sigma_", "", 1)
@@ -41,7 +42,7 @@ def _value_of(name: str, fields: Mapping[str, Any]) -> str | None:
 
 
 def lines(fields: Mapping[str, Any], under: str = "") -> Iterator[tuple[str, str]]:
-    """Names and values of what is known but tables."""
+    """Yields names and values of all known fields except tables."""
     sigmas = {owner: name for name in fields if (owner := _value_of(name, fields))}
     for name, value in fields.items():
         if value is None or name in sigmas.values() or name == "type" or _is_table(value):
@@ -57,7 +58,7 @@ def lines(fields: Mapping[str, Any], under: str = "") -> Iterator[tuple[str, str
             yield under + name, number(value)
 
 
-# Items of a list that are shown.
+# Maximum number of list items shown.
 _MOST = 8
 
 
@@ -66,10 +67,10 @@ def _is_table(value: object) -> bool:
 
 
 def tables(fields: Mapping[str, Any]) -> Iterator[tuple[str, list[list[str]]]]:
-    """Lists of objects: the name, a row of names, and a row each."""
+    """Yields each list of objects as a table: its name, a row of field names, and a row for each object."""
     for name, value in fields.items():
         if _is_table(value):
-            # What is nested deeper is in the object itself.
+            # Omits nested fields; the object itself has them.
             heads = [head for head in value[0] if not any(isinstance(row.get(head), (Mapping, list)) for row in value)]
             cells = [["-" if (cell := row.get(head)) is None else _cell(cell) for head in heads] for row in value]
             yield name, [heads, *cells]

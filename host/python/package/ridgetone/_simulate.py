@@ -20,7 +20,7 @@ _TAXELS = 16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulated(Recording):
-    """Frames of the simulated finger, and what is true of them. `fit` and `replay` take them as they are.
+    """Frames of the simulated finger, with their true values. `fit` and `replay` accept them directly.
 
     Attributes
     ----------
@@ -29,17 +29,17 @@ class Simulated(Recording):
     time_s : ndarray, shape (n,)
         When AIN0 was converted, seconds from the beginning of the scene. AIN`k` follows `k` conversions later.
     position_mm : ndarray, shape (n,)
-        Position of the grating at `time_s`: a ridge, ahead of the middle of the contact, millimetres.
+        Position of the grating at `time_s`: distance of a ridge ahead of the contact's middle, millimetres.
     truth : Object
         `contact_s`, `slide_start_s`, `slide_end_s`, `release_s` and `end_s` in seconds from the beginning of the scene, and
-        `frequency_hz`: speed over period, without a ripple; of a hand by its greatest speed.
+        `frequency_hz`: speed over period, ignoring ripple; for a hand, at its greatest speed.
     channels : list of Object
-        `offset_v`, `load_v` and `tone_v` of each channel: level without touch, its step under load, amplitude of the
-        fundamental, volts. Creep and filter of the finger change them.
+        `offset_v`, `load_v` and `tone_v` of each channel: level without touch, its step under load, and amplitude of the
+        fundamental, volts. The finger's creep and filter change them.
     noise_v : float
-        Standard deviation of the scene's noise, volts; that of the converter comes to it.
+        Standard deviation of the scene's noise, volts; the converter adds its own.
     scan_hz : float
-        Nominal frames a second.
+        Nominal frames per second.
     """
 
     time_s: Array
@@ -63,18 +63,18 @@ def simulate(
     Parameters
     ----------
     scene : path, str or mapping, optional
-        A scene: a file, the text of one, or its keys, such as ``{"period_mm": 2.6, "finger": {"depth_mm": 1.0}}``.
+        Scene as a file, as text, or as a mapping of its keys, such as ``{"period_mm": 2.6, "finger": {"depth_mm": 1.0}}``.
         ``ridgetone emulate --print-scene`` and ``hal-mock/scenes/every_key.toml`` list the keys. Default: the paper's protocol
         at 30 mm/s over 3.6 mm.
     seed : int, optional
-        Seed of the run, in place of the scene's.
+        Seed of the run, instead of the scene's.
     settings : mapping, optional
-        Settings of a board, of which `plan` and `vref_v` count: ``{"plan": "hand"}``. The plan must convert 16 channels.
+        Board settings, of which only `plan` and `vref_v` are used: ``{"plan": "hand"}``. The plan must convert 16 channels.
     random_channels : bool
-        Draw gains, phases and offsets of the channels by the seed in place of the physical finger: no creep, no filter, and
+        Draw gains, phases and offsets of the channels from the seed instead of modelling the finger: no creep, no filter, and
         three overtones of known amplitude.
     converter : bool
-        False gives the voltages at the converter's inputs, without its noise, its steps and its clock's error.
+        False returns the voltages at the converter's inputs, without its noise, its steps and its clock's error.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def simulate(
 
 
 def _text(scene: Path | str | Mapping[str, Any] | None) -> tuple[str, str]:
-    """Name of a scene for messages, and its text."""
+    """Returns a scene's name for messages, and its text."""
     if scene is None:
         return "scene", ""
     if isinstance(scene, Mapping):
@@ -135,7 +135,7 @@ def _text(scene: Path | str | Mapping[str, Any] | None) -> tuple[str, str]:
 
 
 def _toml(scene: Mapping[str, Any]) -> str:
-    """The keys of a mapping and of the mappings in it as TOML."""
+    """Writes a mapping, and the mappings in it, as TOML."""
     tables = {name: value for name, value in scene.items() if isinstance(value, Mapping)}
     lines = [f"{name} = {_value(name, value)}" for name, value in scene.items() if name not in tables]
     for table, keys in tables.items():

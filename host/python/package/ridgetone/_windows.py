@@ -41,20 +41,20 @@ class Options(TypedDict, total=False):
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Fits:
-    """Fits of the windows of a recording: arrays with one entry, or one row, a window.
+    """Fits of the windows of a recording: arrays with one entry, or one row, per window.
 
     Numbers that a window does not have are NaN. Arrays of channels have a row for each window and a column for each name.
 
     Attributes
     ----------
     status : array of str
-        `good`, `ambiguous`, `unsteady`, `doubtful`, `no_tone`, `too_short` or `nothing`; `no_fit` where `why` says why.
+        `good`, `ambiguous`, `unsteady`, `doubtful`, `no_tone`, `too_short` or `nothing`; or `no_fit`, with the reason in `why`.
     frequency_hz, sigma_hz : array of float
         Mean of the common frequency over the window and its standard deviation, Hz.
     frequency_per_mm, sigma_per_mm, period_mm, period_sigma_mm : array of float
-        The same by position, 1/mm, and the period, mm.
+        Common spatial frequency, 1/mm, and period, mm, with their standard deviations.
     wander_percent, wander_sigma_percent : array of float
-        RMS of the frequency about its mean and its standard deviation, %.
+        RMS deviation of the frequency from its mean, and its standard deviation, %.
     chirp_hz_per_s, chirp_sigma_hz_per_s, chirp_per_mm2, chirp_sigma_per_mm2 : array of float
         Change of the frequency over the window and its standard deviation, Hz/s or 1/mm^2.
     other_tone_hz, other_tone_per_mm, other_tone_fraction : array of float
@@ -64,7 +64,7 @@ class Fits:
     from_s, to_s, window_s : array of float
         Times of the first and the last row, and the length, s.
     rate_hz, rate_sigma_hz : array of float
-        Rows a second and the standard deviation by the time stamps, Hz.
+        Rows per second, and the standard deviation by the time stamps, Hz.
     rows, rows_missing, readings_missing, harmonics : array of int
         Rows that were fitted, rows missing between them, blank cells, and harmonics in the fit.
     why : array of str
@@ -72,7 +72,7 @@ class Fits:
     names : list of str
         Names of the channels.
     usable : array of bool, windows by channels
-        False for a constant channel or a ramp, which the fit leaves out.
+        False for a constant channel or a ramp, which the fit omits.
     offset, amplitude, residual : array of float, windows by channels
         Level at the window's centre, amplitude of the fundamental and standard deviation of the residual, in the samples' unit.
     phase_rad : array of float, windows by channels
@@ -117,7 +117,7 @@ class Fits:
         return len(self.status)
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
-        """Each window as a `dict`, channels as rows of arrays: `pandas.DataFrame(fits)` is a table."""
+        """Yields each window as a `dict`, with arrays for the channels: `pandas.DataFrame(fits)` is a table."""
         fields = [name for name in Fits.__annotations__ if name != "names"]
         return ({name: getattr(self, name)[at] for name in fields} for at in range(len(self)))
 
@@ -132,7 +132,7 @@ _TEXTS = ("status", "why")
 
 
 def arrays(windows: list[tuple[float, str | None, str]]) -> Fits:
-    """Arrays of the windows' JSON; of a window without a fit, from its start and the reason."""
+    """Makes arrays from the windows' JSON; a window without a fit has only its start and the reason."""
     fits: list[dict[str, Any]] = [
         json.loads(text) if text is not None else {"status": "no_fit", "from_s": from_s} for from_s, text, _ in windows
     ]

@@ -21,7 +21,7 @@ use std::time::Duration;
 /// Changes the bytes of one packet, numbered from 0.
 type OnLine = Box<dyn FnMut(u64, &mut Vec<u8>) + Send>;
 
-/// A board that is healthy except for these faults.
+/// A healthy board, except for the faults that these fields inject.
 pub struct Bench {
     pub input: Opened,
     pub boot: Boot,
@@ -162,7 +162,7 @@ struct Running {
     telemetry: Receiver<Vec<u8>>,
     requests: Option<Sender<Vec<u8>>>,
     unsent: Vec<u8>,
-    /// True if the board waits for what the reader sends.
+    /// True if the board is waiting for bytes from the reader.
     is_waited_for: bool,
     thread: Option<JoinHandle<Result<()>>>,
 }

@@ -1,5 +1,5 @@
 //! Whole runs against a simulated board: faults of its chip, bus, line and settings are reported,
-//! and the board has its own settings again whatever happens.
+//! and the board's own settings are restored in every case.
 
 use super::bench::Bench;
 use super::{Fail, Inputs, Observations, Plan, Skipped, Verdict, find, judge, wrong};
@@ -16,8 +16,8 @@ use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Hello, PROTOCOL, Packet};
 
-/// The change to a healthy board, the checks that warn or fail in their order, and part of the
-/// first one's finding.
+/// Change to a healthy board; the checks that then warn or fail, in order; and part of the first
+/// one's finding.
 type Case = (fn(&mut Bench), &'static str, &'static str);
 
 /// One line per case: the board and its change, the checks, the words.
@@ -43,19 +43,19 @@ fn cases() -> Vec<Case> {
             |bench| bench.on_start = |chip| chip.begin_fault(Fault::BusCut { high: true });
         "adc_id Fail, adc_registers Fail, adc_restarts Fail, frame_rate Fail, drdy_jitter Fail, inputs Fail, noise Fail, mains Fail, faults Fail" "DOUT is always low" =>
             |bench| bench.on_start = |chip| chip.begin_fault(Fault::BusCut { high: false });
-        // A bit of every thousandth byte is flipped; every thousandth byte is lost.
+        // Flips a bit of every thousandth byte; the next case loses every thousandth byte.
         "commands Warn" "arrived damaged" => |bench| bench.received = |number, byte| Received::Byte(byte ^ (u8::from(number % 1000 == 500) << 2));
         "commands Fail" "bytes overrun" => |bench| bench.received = |number, byte| match number % 1000 {
             500 => Received::Lost(1),
             _ => Received::Byte(byte),
         };
-        // Packets 1000 and 1001 on the line.
+        // Loses packet 1000 on the line, and damages packet 1001.
         "losses Fail" "2 packets lost, 1 packets damaged" => |bench| bench.on_line = Box::new(|number, bytes| match number {
             1000 => bytes.clear(),
             1001 => bytes[3] ^= 8,
             _ => {}
         });
-        // Instead of the fifth `health` the board greets as after a start.
+        // The board sends the greeting of a start instead of the fifth `health`.
         "losses Fail" "1 restarts of the board" => |bench| {
             let (mut greeting, mut healths) = (None, 0);
             bench.altered = Box::new(move |packet| match &packet.event {
@@ -72,8 +72,8 @@ fn cases() -> Vec<Case> {
         "settings Fail" "stored settings are not in force" => |bench| stores(bench, |hello| {
             (hello.settings, hello.source) = (Settings::DEFAULT, Usual);
         });
-        // A board that does not forget: after the third start it has different settings than at
-        // first.
+        // A board that does not forget: after the stored settings were erased, it still reports
+        // different ones.
         "settings Fail" "what was stored before is not restored" => |bench| {
             let mut was_stored = false;
             stores(bench, move |hello| {
@@ -103,7 +103,7 @@ fn cases() -> Vec<Case> {
     }
 }
 
-/// Adds a fault of the chip that happens once, two seconds into the watch.
+/// Injects a single fault into the chip, two seconds into the watch.
 fn happens(bench: &mut Bench, fault: Fault) {
     let injection = Injection {
         at_s: 4.0,
@@ -149,7 +149,7 @@ fn faults_of_the_board_are_found_and_no_others() {
 }
 
 /// Rates, noise and mains are judged with the default plan in force. A flash that refuses to be
-/// written has not changed, so nothing is restored there.
+/// written has not changed, so it need not be restored.
 #[test]
 fn what_was_stored_and_what_was_in_force_is_restored() {
     let stored = Settings {
@@ -262,8 +262,8 @@ impl Scene for Touch {
     }
 }
 
-/// While a finger slides, mains and noise cannot be judged, but all else can; between touches they
-/// can.
+/// During a slide, everything except mains and noise can be judged; between touches these can be
+/// judged too.
 #[test]
 fn touches_are_not_mistaken_for_pick_up() {
     let once = || Input::default().open().expect("a scene");

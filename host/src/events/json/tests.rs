@@ -1,4 +1,4 @@
-//! Packets of each kind, as lines.
+//! Tests packets of each kind as lines of JSON.
 
 use super::*;
 use ridgetone_proto::fault::{FaultKind, FaultSet};
