@@ -1,4 +1,4 @@
-//! Shared by the whole-path tests: a board that runs a scene through driver, pipeline and
+//! Code shared by the whole-path tests: a board that runs a scene through driver, pipeline and
 //! telemetry.
 
 use hal_mock::{Options, Scene, SimulatedBoard, Truth};
@@ -10,7 +10,7 @@ use ridgetone_proto::telemetry::{
 };
 
 /// Runs `scene` through the simulated chip, byte by byte over SPI, then through driver, pipeline
-/// and wire; `keep` may drop or modify conversions. Returns the decoded events.
+/// and telemetry line; `keep` may drop or modify conversions. Returns the decoded events.
 pub fn run(
     scene: impl Scene + 'static,
     settings: Settings,
@@ -65,13 +65,13 @@ pub fn all(_: u32, conversion: TimedConversion) -> Option<TimedConversion> {
     Some(conversion)
 }
 
-/// A finger without contact, with some noise.
+/// A finger without contact, with a little noise.
 pub fn in_the_air(end_s: f64) -> impl Scene {
     let volts = [2.5; 16];
     hal_mock::Noisy::new(hal_mock::Constant { volts, end_s }, 20e-6, 5)
 }
 
-/// Number of events that match.
+/// Counts the events that match.
 pub fn count(events: &[Event], is_it: fn(&Event) -> bool) -> usize {
     events.iter().filter(|event| is_it(event)).count()
 }
@@ -103,7 +103,7 @@ pub struct Outcome {
     pub contacts_s: Vec<f64>,
     /// Starts and ends of the slides, seconds.
     pub slides_s: Vec<(f64, f64)>,
-    /// Releases, seconds.
+    /// Times of the releases, seconds.
     pub releases_s: Vec<f64>,
     /// Fits over whole slides.
     pub slide_fits: Vec<Estimate>,
@@ -129,8 +129,8 @@ impl Outcome {
         assert_eq!(touch, (1, 1, 1), "{what}: {self:?}");
     }
 
-    /// Asserts one touch with one slide at the scene's times: the contact within 10 ms, and the
-    /// slide's ends within `slide_s`.
+    /// Asserts one touch with one slide at the scene's times: the contact to within 10 ms, and the
+    /// slide's start and end to within `slide_s`.
     #[track_caller]
     pub fn assert_touch(&self, what: &str, truth: &Truth, slide_s: f64) {
         self.assert_slide(what, truth, slide_s);
@@ -141,7 +141,7 @@ impl Outcome {
         );
     }
 
-    /// As [`Self::assert_touch`], but the contact may be reported at any time.
+    /// Like [`Self::assert_touch`], but the contact may be reported at any time.
     #[track_caller]
     pub fn assert_slide(&self, what: &str, truth: &Truth, within_s: f64) {
         self.assert_one_slide(what);
@@ -200,7 +200,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
     out
 }
 
-/// Counts of estimates and of those that are not good.
+/// Number of estimates, and those that are not good.
 #[derive(Debug, Default)]
 pub struct Rate {
     estimates: usize,
