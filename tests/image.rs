@@ -45,7 +45,6 @@ fn pressed_v(mut scene: SlidingScene, image: &Image) -> [f64; TAXELS] {
     sums.map(|sum| sum / image.frames as f64)
 }
 
-/// Returns the taxels in a pressure map.
 fn alive(image: &Image) -> Vec<u8> {
     image.taxels.iter().map(|found| found.taxel).collect()
 }

@@ -54,7 +54,6 @@ const WAVE: Wave = Wave {
 impl Wave {
     fn values(&self) -> Vec<[f32; 16]> {
         let mut noise = Noise::new(self.seed);
-        // The phase at the window's centre varies with the seed.
         let start_mm = self.period_mm * 0.618_034 * self.seed as f64;
         let way = if self.backward { -1.0 } else { 1.0 };
         codes(self.frames, |c, frame| {

@@ -23,7 +23,6 @@ use ridgetone_proto::telemetry::{
 };
 use touch::{SCANS, TONE_HZ, scan};
 
-/// Period of a scan, nanoseconds.
 const SCAN_NS: u64 = SLOTS as u64 * CONVERSION_NS;
 const DAY_S: u64 = 86_400;
 /// Period of the wrapping 32-bit microsecond counter, 71.6 minutes.

@@ -14,7 +14,6 @@ const FRAMES: usize = 241;
 /// Position in mm, as a function of time in windows.
 type Shape = fn(f64) -> f64;
 
-/// Paths over a surface.
 const SHAPES: [(&str, Shape); 6] = [
     ("steady", |t| 30.0 * t),
     ("backwards", |t| -30.0 * t),

@@ -10,7 +10,6 @@ use ridgetone_proto::telemetry::{Direction, Estimate, Status, TravelStatus};
 use std::path::Path;
 use support::{Rate, all, outcome, run};
 
-/// Returns all estimates of a scene.
 fn estimates(scene: Sliding, settings: Settings) -> Vec<Estimate> {
     let out = outcome(&run(SlidingScene::new(scene).unwrap(), settings, all));
     assert_eq!(

@@ -96,7 +96,6 @@ impl Wire {
     }
 }
 
-/// Outcome of one touch.
 #[derive(Debug, Default)]
 pub struct Outcome {
     /// Times of the contact spikes, seconds.
@@ -105,13 +104,10 @@ pub struct Outcome {
     pub slides_s: Vec<(f64, f64)>,
     /// Times of the releases, seconds.
     pub releases_s: Vec<f64>,
-    /// Fits over whole slides.
     pub slide_fits: Vec<Estimate>,
-    /// Fits over windows.
     pub window_fits: Vec<Estimate>,
     /// Pressure maps of the holds.
     pub images: Vec<Image>,
-    /// Textures.
     pub textures: Vec<Texture>,
     /// The last health message.
     pub health: Health,

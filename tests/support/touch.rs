@@ -9,7 +9,6 @@ use std::f64::consts::TAU;
 /// Number of scans in a touch; the slide lasts from 0.8 s to 2.8 s.
 pub const SCANS: u64 = 820;
 
-/// The tone of the slide, hertz.
 pub const TONE_HZ: f64 = 8.3;
 
 /// The chip's own readings (SBAS297G): offset 0, supply 5 V, 25 degrees, gain 1, reference 4.096 V.
