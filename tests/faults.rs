@@ -78,7 +78,6 @@ fn number_us(number: u64) -> u64 {
     number * CONVERSION_NS / 1000
 }
 
-/// True if this conversion belongs to one of `scans`.
 fn is_in(scans: &std::ops::Range<u64>, number: u64) -> bool {
     scans.contains(&(number / SLOTS))
 }

@@ -38,7 +38,6 @@ fn scan_at(t_us: u64) -> u64 {
     t_us * 1000 / SCAN_NS
 }
 
-/// Returns the times in an event.
 fn times_us(event: &Event) -> Vec<u64> {
     match event {
         Event::Contact(contact) => vec![contact.t_us],
@@ -63,7 +62,6 @@ fn touched() -> impl Iterator<Item = u64> + Clone {
 
 /// Scans of the hold after the slide, from 2.82 to 3.07 s.
 const HOLD: std::ops::Range<u64> = 680..740;
-/// Number of scans in [`touched`].
 const LENGTH: u64 = SCANS + 4 * (HOLD.end - HOLD.start) + 3 * 70;
 
 /// Asserts that an estimate is right and agrees with `plain`.
@@ -196,7 +194,6 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
     assert!(healths > 1000, "{healths}");
 }
 
-/// Result of playing touches one after another.
 struct Played {
     touches: u64,
     first: Vec<Estimate>,

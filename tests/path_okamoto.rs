@@ -183,7 +183,6 @@ fn show(wavelength_mm: f64, e: &Errors) {
     );
 }
 
-/// Returns the errors at [`RIGHT_MM`] and at [`WRONG_MM`].
 fn table(channels: usize, window: usize) -> (Vec<Errors>, Vec<Errors>) {
     println!("{channels} channels, windows of {window} ms");
     let row = |wavelength_mm: f64| {

@@ -91,7 +91,6 @@ fn settings_are_kept_though_the_flash_has_old_error_flags() {
     }
 }
 
-/// Number of records in a sector of 128 KiB.
 const RECORDS: u16 = (128 * 1024 / RECORD_BYTES) as u16;
 
 /// Content of a sector after a power loss during its erase: half of it blank; all bits programmed,

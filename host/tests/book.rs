@@ -84,7 +84,6 @@ const MORE: [&str; 8] = [
     "teletaction/README.md",
 ];
 
-/// Returns the results, the guide, the READMEs and [`MORE`].
 fn documents() -> Vec<PathBuf> {
     let docs = fs::read_dir(root().join("docs/results"))
         .expect("documents")

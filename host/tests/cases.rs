@@ -160,7 +160,6 @@ const OF_THE_ESTIMATOR: [(&str, Answer); 6] = [
     ("tacho_pulses.csv", Answer::Good(12.288)),
 ];
 
-/// Expected answer of the estimator.
 enum Answer {
     /// A tone of this frequency, hertz.
     Good(f64),

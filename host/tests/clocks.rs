@@ -288,7 +288,6 @@ impl Source for Firmware {
         let at_ns = at.duration_since(UNIX_EPOCH)?.as_nanos() as u64;
         // A line does not reorder bytes.
         self.arrived_ns = self.arrived_ns.max(at_ns);
-        // Draws the delay of the next packet.
         if bytes.contains(&PACKET_END) {
             let share = (f64::from(self.random.next_u32()) + 0.5) / 4_294_967_296.0;
             self.late_s = -share.ln() * 1e-3

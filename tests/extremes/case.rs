@@ -13,7 +13,6 @@ const SURE: Range<f64> = 0.5..2.2;
 /// white noise.
 const SURE_MEAN: Range<f64> = 0.9..1.35;
 
-/// A window and how to fit it.
 #[derive(Clone)]
 pub struct Case {
     pub values: Vec<[f32; 16]>,

@@ -8,7 +8,6 @@ use proptest::test_runner::{RngSeed, TestRunner};
 use ridgetone_tone::Status;
 use std::f64::consts::TAU;
 
-/// A tone, its noise and its window.
 #[derive(Clone, Debug)]
 struct Any {
     frames: usize,

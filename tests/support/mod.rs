@@ -19,7 +19,6 @@ pub fn run(
     run_on(SimulatedBoard::new(scene, chip(&settings)), settings, keep)
 }
 
-/// Chip options with the clock from the settings.
 fn chip(settings: &Settings) -> Options {
     Options {
         clock_hz: settings.plan.adc_clock_hz,
@@ -27,7 +26,6 @@ fn chip(settings: &Settings) -> Options {
     }
 }
 
-/// Runs the whole path on `board`.
 pub fn run_on(
     board: SimulatedBoard,
     settings: Settings,
@@ -60,7 +58,6 @@ pub fn run_on(
     wire.received
 }
 
-/// Keeps every conversion.
 pub fn all(_: u32, conversion: TimedConversion) -> Option<TimedConversion> {
     Some(conversion)
 }
@@ -71,7 +68,6 @@ pub fn in_the_air(end_s: f64) -> impl Scene {
     hal_mock::Noisy::new(hal_mock::Constant { volts, end_s }, 20e-6, 5)
 }
 
-/// Counts the events that match.
 pub fn count(events: &[Event], is_it: fn(&Event) -> bool) -> usize {
     events.iter().filter(|event| is_it(event)).count()
 }
@@ -153,7 +149,6 @@ impl Outcome {
         }
     }
 
-    /// All fits, over windows and over slides.
     pub fn fits(&self) -> impl Iterator<Item = &Estimate> {
         self.window_fits.iter().chain(&self.slide_fits)
     }

@@ -117,7 +117,6 @@ impl Case {
         }
     }
 
-    /// Returns the lean scene, with four harmonics if there are overtones.
     fn scene(&self) -> Scene {
         let harmonics = if self.overtones.is_some() { 4 } else { 1 };
         Scene {

@@ -45,7 +45,6 @@ fn delay(channel: usize) -> f64 {
 /// Overtones (amplitude and phase in turns) used in most tests.
 const MADE: [(f64, f64); OVERTONES] = [(0.3, 0.1), (0.15, -0.35), (0.08, 0.45)];
 
-/// Returns real and imaginary part.
 fn complex(size: f64, turns: f64) -> [f64; 2] {
     [size * (TAU * turns).cos(), size * (TAU * turns).sin()]
 }

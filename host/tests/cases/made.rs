@@ -130,7 +130,6 @@ fn by_place(header: &str, column: &dyn Fn(f64, f64) -> String) -> String {
     csv
 }
 
-/// Returns the input of a case.
 pub fn made(name: &str) -> Vec<u8> {
     let text = match name {
         "data.csv.gz" => return gzip(&plain()),
@@ -269,7 +268,6 @@ pub fn made(name: &str) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// Returns the input of a case that once failed.
 fn failing(name: &str) -> Vec<u8> {
     let numbered =
         |header: &str, stamp: &dyn Fn(usize) -> String| stamped(header, &|row, _| stamp(row));

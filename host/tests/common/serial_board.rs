@@ -31,7 +31,6 @@ struct Shared {
 }
 
 pub struct SerialBoard {
-    /// Name of the board's port.
     pub name: String,
     shared: Arc<Shared>,
 }

@@ -22,7 +22,6 @@ const OFF: f64 = 0.002;
 /// point only later, each with a frame of up to 104 bytes in addition to its own stack.
 const STACK_GROWTH_BYTES: u32 = 2048;
 
-/// Counts of events, and health messages to compare.
 #[derive(Default)]
 struct Seen {
     hellos: u64,

@@ -67,7 +67,6 @@ impl Terminal {
         self.end.write_all(bytes).expect("written");
     }
 
-    /// Reads until the screen shows `part`.
     pub fn read_until(&mut self, part: &str) {
         let begun = Instant::now();
         while !self.shows(part) {

@@ -23,7 +23,6 @@ const TOKENS: [&[u8]; 16] = [
     b"\xef\xbb\xbf",
 ];
 
-/// Maximum number of changes to an input.
 const CHANGES_MAX: usize = 6;
 
 /// Maximum length of a piece that is removed, repeated or copied from a different input, bytes.

@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
-/// Maximum time for any action of the browser, wall time.
+/// Maximum time for any action of the browser.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Size and colours of the window.
@@ -28,7 +28,8 @@ fn browser() -> OsString {
     std::env::var_os("RIDGETONE_BROWSER").unwrap_or_else(|| "chromium".into())
 }
 
-/// The browser without a window; it can resolve no host but this computer.
+/// Returns the command of a browser without a window, which cannot resolve any host except this
+/// computer.
 fn command(profile: &Path, look: Look) -> Command {
     let mut command = Command::new(browser());
     command
@@ -66,7 +67,7 @@ pub struct Browser {
     session: String,
     number: u64,
     events: Vec<Value>,
-    /// Deleted with the browser.
+    /// Deleted when the browser is dropped.
     _folder: tempfile::TempDir,
 }
 
@@ -92,7 +93,7 @@ impl Browser {
             .stderr(log)
             .spawn()
             .expect("a shell");
-        // In the order in which the shell opens the pipes.
+        // Open them in the same order as the shell, or both would block.
         let commands = File::options()
             .write(true)
             .open(commands)
@@ -211,7 +212,7 @@ impl Browser {
         }
     }
 
-    /// Messages in the console, and exceptions in scripts.
+    /// Returns console messages, and exceptions in scripts.
     pub fn errors(&self) -> Vec<String> {
         let bad = [
             "Log.entryAdded",
@@ -226,7 +227,7 @@ impl Browser {
             .collect()
     }
 
-    /// URLs that the page requested.
+    /// Returns the URLs that the page requested.
     pub fn requests(&self) -> Vec<String> {
         let sent = self
             .events
