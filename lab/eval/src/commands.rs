@@ -1,4 +1,4 @@
-//! Command-line arguments and the commands they run.
+//! Command-line arguments, and the commands that they run.
 
 use crate::faults::{self, FaultsArgs};
 use clap::{Parser, Subcommand};

@@ -1,5 +1,4 @@
-//! The firmware's tasks on this PC, observed by the campaign, with the simulated chip and its
-//! faults.
+//! Runs the firmware's tasks on this PC with the simulated chip and its faults, and observes them.
 
 use super::scan_order::ScanOrder;
 use ads1258::{Channel, Register};
@@ -14,7 +13,8 @@ use ridgetone_proto::boot::Boot;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Packet};
 
-/// Registers that keep their written values: GPIOD reads back the pins, ID is read-only.
+/// Registers that keep their written values: not GPIOD, which reads back the pins, and not ID,
+/// which is read-only.
 fn writable(registers: &[u8]) -> &[u8] {
     &registers[..Register::Gpiod as usize]
 }
@@ -22,22 +22,22 @@ fn writable(registers: &[u8]) -> &[u8] {
 #[derive(Clone, Debug, Default)]
 pub struct Ran {
     pub packets: Vec<Packet>,
-    /// Numbers of packets lost and of packets damaged.
+    /// Numbers of lost and of damaged packets.
     pub line: (u32, u32),
     pub chip: Counters,
     /// Times when each injection took effect, nanoseconds of the simulated board.
     pub injected: Vec<Injected>,
-    /// Conversions from the queue with NEW set.
+    /// Conversions taken from the queue with NEW set.
     pub delivered: u64,
     /// Conversions that differ from the chip's results.
     pub altered: u64,
-    /// Arrival times of conversions with an altered code and the right status, which nothing
-    /// reveals, nanoseconds of the simulated board.
+    /// Arrival times of conversions with an altered code but the right status, which cannot be
+    /// detected, nanoseconds of the simulated board.
     pub unseen_ns: Vec<u64>,
     /// Arrival times of the chip's supply and reference readings, nanoseconds of the simulated
     /// board.
     pub readings_ns: Vec<(Channel, u64)>,
-    /// Times when a scan was complete with correct registers, nanoseconds of the simulated board.
+    /// Times when a scan was completed with correct registers, nanoseconds of the simulated board.
     pub whole_ns: Vec<u64>,
     /// Simulated time at device time zero, nanoseconds.
     pub zero_ns: u64,
