@@ -64,8 +64,8 @@ def count(batch, answers):
     error = answers.frequency - batch.frequency
     near = np.abs(error / batch.frequency) <= WRONG
     if batch.second is not None:
-        # Tones may be closer to each other than 5 %, so an outlier is one that is far from both by
-        # its own sigma.
+        # Tones may be closer to each other than 5 %, so an outlier is far from both by its own
+        # sigma.
         near = np.minimum(np.abs(error), np.abs(answers.frequency - batch.second)) <= 5 * answers.sigma
     covered = np.abs(error) <= NINETY_FIVE * answers.sigma
     found |= {"wrong": int((good & ~near).sum()), "covered": int((good & covered).sum())}
@@ -86,15 +86,15 @@ def count(batch, answers):
 
 
 def missed(requirement, cell):
-    """Returns a cell's figure, and how it compares with the limit: None if within it, "luck" if
-    beyond it by no more than chance, otherwise "missed"."""
+    """Returns a cell's figure, and None if it is within the limit, "luck" if it is beyond by no
+    more than chance, otherwise "missed"."""
     low, high = requirement.get("min", -np.inf), requirement.get("max", np.inf)
     if "count" in requirement:
         hits, of = sum(cell.get(name, 0) for name in requirement["count"].split("+")), cell.get(requirement["of"], 0)
         if not of:
             return None, None
         value = 100 * hits / of
-        # In percent, with the probability of a count at least as far beyond the limit.
+        # Percent; the probability of a count at least as far beyond the limit.
         above = stats.binom.sf(hits - 1, of, min(high, 100) / 100)
         below = stats.binom.cdf(hits, of, max(low, 0) / 100)
         beyond = (value > high, above) if value > high else (value < low, below)

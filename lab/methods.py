@@ -143,7 +143,7 @@ class Harmonic:
         return criterion, scores.sum() / information, information, scores
 
     def best(self, power, pad, harmonics, tries=3, steps=6):
-        """Returns the best criterion and frequency for this number of harmonics, starting at the
+        """Returns the best criterion and frequency for this number of harmonics, from the
         highest sums over a comb."""
         last = (len(power) - 1) // harmonics
         sums = sum(power[: h * last + 1 : h] for h in range(1, harmonics + 1))

@@ -145,8 +145,8 @@ def names_both(batch, found):
 
 
 def opponent(batch, every):
-    """Returns the answers of harmonic least squares, which assumes white, independent noise, on
-    every n-th window."""
+    """Returns the answers of harmonic least squares for white, independent noise on every n-th
+    window."""
     return judge.Answers(*np.array([methods.nls(x, HARMONICS) for x in batch.x[::every]]).T)
 
 
@@ -180,8 +180,7 @@ def measure(run):
 
 
 def detection(run):
-    """Measures the detection probability by SNR and number of channels, in white noise and
-    windows of 1 s."""
+    """Measures detection probability by SNR and channels, in white noise and windows of 1 s."""
     found = {}
     for snr_db in run.progress(list(SNRS_DB), "detection"):
         for channels in (1, 4, 16):

@@ -65,8 +65,8 @@ def coloured(rng, shape, parts):
 
 
 def resonance(rng, windows, count):
-    """Returns two vibrations per window, with the same random centre of 3 to 30 Hz and a
-    bandwidth of a tenth of it."""
+    """Returns two vibrations per window with the same random centre, 3 to 30 Hz, a tenth of it
+    wide."""
     centre = log_uniform(rng, 3, 30, windows) / RATE_HZ
     turn = (np.exp(-np.pi * 0.1 * centre + 2j * np.pi * centre))[:, None]
     kick = np.sqrt(1 - np.abs(turn) ** 2)

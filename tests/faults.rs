@@ -157,8 +157,7 @@ fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
     }
 }
 
-/// The board was busy, so one edge's time stamp is late, by up to a conversion. The signal is
-/// unaffected.
+/// The board was busy, so an edge's time stamp is late, by up to a conversion.
 #[test]
 fn an_edge_whose_time_is_noted_late_is_no_fault() {
     for slot in [0, 5, 20] {
@@ -300,9 +299,9 @@ fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
     }
 }
 
-/// An input that is always at a rail (a broken bridge) is reported, appears in the fault set of
-/// every estimate, and is left out; estimates from the other inputs stay good. A second input that
-/// alternates between rail and signal makes estimates doubtful.
+/// An input that is always at a rail (a broken bridge) is reported, listed in the faults of every
+/// estimate, and left out; the estimates stay good. A second input that alternates between rail and
+/// signal makes estimates doubtful.
 #[test]
 fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     let comes_and_goes = MIDDLE..MIDDLE + 3;
@@ -356,8 +355,7 @@ fn all_faults_together_make_few_messages() {
         };
         detector.push(conversion, &mut ring, &diagnostics, outputs);
     }
-    // The interval may span the end of one eighth and the beginning of the next, with up to four
-    // messages in each.
+    // Four at the end of one eighth, and four at the beginning of the next.
     let in_an_eighth = |from_us: u32| {
         reported
             .iter()
@@ -374,8 +372,8 @@ fn all_faults_together_make_few_messages() {
             .filter(|(_, fault)| fault.until_us.is_none())
             .count();
         let ends = of_it().count() - begins;
-        // There are up to three episodes, one every 300 scans. A touch sometimes delays events,
-        // which merges two of them.
+        // Up to three episodes, one every 300 scans. A touch sometimes delays events, which merges
+        // two of them.
         assert!(
             (1..=3).contains(&begins) && (ends == begins || ends + 1 == begins),
             "{kind:?}: {begins} {ends}"

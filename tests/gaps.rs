@@ -81,7 +81,7 @@ fn a_window_with_a_long_gap_is_doubtful_and_one_with_a_short_gap_good() {
     }
 }
 
-/// As many frames are missing as in a long gap, but they are scattered.
+/// As many frames are missing as in a long gap, but scattered.
 #[test]
 fn frames_that_are_missing_here_and_there_leave_a_window_good() {
     let hash =

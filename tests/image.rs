@@ -113,8 +113,8 @@ fn both_holds_are_imaged_with_their_standard_error() {
             }
         }
     }
-    // Both maps of a touch share the level before it, so their errors are correlated. The 960
-    // errors are worth 480 independent ones.
+    // Both maps of a touch share the level before it, so their errors are correlated: 960 are worth
+    // 480.
     let spread = (squares / count as f64).sqrt();
     assert!((spread - 1.0).abs() < 0.1, "{spread} of {count}");
 }

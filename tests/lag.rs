@@ -156,7 +156,7 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
                 squares[which] += off * off;
             }
         }
-        // At most 1 % may not be good, plus three standard deviations.
+        // At most 1 %, plus three standard deviations.
         assert!(others <= 20, "{name}: {others} of 1000 are not good");
         let good = f64::from(runs as u32 - others);
         for which in 0..2 {
@@ -183,9 +183,9 @@ fn dead_and_noisy_channels_do_not_hurt() {
         f64::from(travel(&wave.fitted(&mut tracker), &ARRAY).spatial_period_sigma_mm)
     };
     let (whole, damaged) = (sigma(false), sigma(true));
-    // The weight of a pair of channels is its strength squared: 1, 0.16, 0.81 or 0.09, for two
-    // channels per column. If one of the first and one of the second channels fail, 2 * 1 / (2 + 1)
-    // = 2/3 of their weight remains.
+    // The weight of a strength is its square: 1, 0.16, 0.81 or 0.09. Each strength occurs in two
+    // channels per column. If one of two channels fails in one column, 2 * 1 / (2 + 1) = 2/3 of the
+    // weight remains.
     let expected = (2.06f64 / (0.81 + 0.09 + 2.0 / 3.0 * 1.16)).sqrt();
     let ratio = damaged / whole;
     assert!(

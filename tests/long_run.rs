@@ -1,5 +1,5 @@
-//! Tests thirty virtual days: times must match exact 64-bit arithmetic, counters the exact counts,
-//! estimates must be as accurate at the end as at the start, and memory must not grow.
+//! Tests thirty virtual days: exact times and counts, estimates as accurate at the end as at the
+//! start, and constant memory.
 //!
 //! The normal test plays only a touch around each of the 604 wraps of the board's microseconds, and
 //! one scan every twenty minutes in between. The ignored test plays all 13 thousand million
@@ -84,7 +84,7 @@ fn assert_same(fit: &Estimate, plain: &Estimate) {
     );
 }
 
-/// Asserts that the frame rate agrees with the scan period to one part in a million.
+/// Asserts that the frame rate agrees with the scans to one part in a million.
 #[track_caller]
 fn assert_rate(health: &Health) {
     let off = f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0;
@@ -145,7 +145,7 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
             // The report is sent with the scan's last conversion.
             let exact_us = (done * SCAN_NS + (SCAN_NS - CONVERSION_NS)) / 1000;
             assert_eq!(health.t_us, exact_us, "{health:?}");
-            // The count is exact until it saturates at 32 bits.
+            // Exact until the counter saturates at 32 bits.
             let lost = (next - given) * u64::from(SLOTS);
             let lost_before = u64::from(health.conversions_lost);
             assert!(
@@ -321,7 +321,7 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
     let (mut posted, mut dropped, mut lost, mut received) = (0u64, 0u64, 0u64, 0u64);
     let mut wire = [0; WIRE_MAX];
     while posted < 30 * DAY_S {
-        // Mostly one message, sometimes more than the outbox can hold.
+        // Mostly one message, sometimes too many.
         let burst = if posted % 1013 < 5 { 20 } else { 1 };
         for _ in 0..burst {
             dropped += u64::from(

@@ -256,9 +256,8 @@ fn a_conversion_lost_just_before_the_touch_changes_nothing() {
     }
 }
 
-/// A window that begins or ends in a gap of lost scans must still use the right frame rate. Windows
-/// that extend beyond the slide are excluded, because they include a standstill with a different
-/// mean.
+/// A window that begins or ends in a gap of lost scans must use the right frame rate. Windows that
+/// extend beyond the slide are excluded: they include a standstill with a different mean.
 #[test]
 fn holes_do_not_bend_the_frequency() {
     let settings = Settings {

@@ -65,7 +65,7 @@ impl Board {
     }
 }
 
-/// Returns the estimates of a touch in which the settings change from `before` to `after` at scan
+/// Returns the estimates of a touch in which settings change from `before` to `after` at scan
 /// `changed`.
 fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate)> {
     let mut board = Box::new(Board {

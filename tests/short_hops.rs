@@ -1,5 +1,4 @@
-//! Tests strides much shorter than the time needed to detect a slide, so that many windows are due
-//! at once.
+//! Tests strides much shorter than the time to detect a slide: many windows are due at once.
 
 #[path = "support/touch.rs"]
 #[allow(dead_code, reason = "a part of it is used here")]

@@ -156,7 +156,7 @@ fn another_grating_in_the_same_touch_is_reported_again() {
     }
 }
 
-/// A scene played three times in a row.
+/// A scene that plays three times.
 struct Again(SlidingScene);
 
 impl Scene for Again {

@@ -118,7 +118,7 @@ fn the_minimal_firmware_prints_a_touch_as_text() {
     let found = |word: &str| text.lines().position(|line| line == word);
     let (contact, release) = (found("contact"), found("release"));
     assert!(contact.is_some() && contact < release, "{text}");
-    // Parses lines such as `Good: 8333 mHz +- 682 uHz`.
+    // A line such as `Good: 8333 mHz +- 682 uHz`.
     let good = text.lines().filter_map(|line| {
         let (mhz, sigma_uhz) = line.strip_prefix("Good: ")?.split_once(" mHz +- ")?;
         let sigma_uhz: f64 = sigma_uhz.strip_suffix(" uHz")?.parse().ok()?;

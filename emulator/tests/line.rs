@@ -25,7 +25,7 @@ fn short_commands_and_usual_settings_arrive_while_the_chip_scans() {
                     Outcome::Done,
                     "{board:?}: request {number}"
                 );
-                // A period that is not a multiple of the conversions.
+                // Not a multiple of the conversion period.
                 run.run_s(0.00037);
             }
             run.assert_rules();
@@ -96,8 +96,8 @@ fn times_of_edges_are_right_to_some_microseconds_also_while_bytes_arrive() {
     }
 }
 
-/// Writing a word of flash stalls the processor for 16 us, and a byte takes 10.9 us, but the DMA
-/// still fetches the bytes. The scan must not lose anything either, and the settings must be kept.
+/// The processor stalls for 16 us per word of flash, and a byte takes 10.9 us, but the DMA fetches
+/// the bytes. The scan must not lose anything either, and the settings must be kept.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_byte_is_lost_while_settings_are_kept() {
@@ -136,7 +136,7 @@ fn no_byte_is_lost_while_settings_are_kept() {
 }
 
 /// Requests wait in the buffer while settings are written. Meanwhile the buffer's half-full
-/// interrupt, whose priority is above that of the task that takes them, must not fire repeatedly.
+/// interrupt, whose priority is above the task that takes them, must not fire repeatedly.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn requests_that_wait_behind_another_keep_no_task_from_running() {

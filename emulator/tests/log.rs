@@ -57,8 +57,8 @@ fn the_log_shows_a_touch_line_by_line() {
     let board = Board::FeatherF405;
     let mut run = Run::sliding(board);
     run.run_s(7.0);
-    // `_SEGGER_RTT` has an id of 16 bytes and two numbers of channels, followed by the first
-    // channel's name, buffer, size, write offset and read offset. Nothing has been read yet.
+    // `_SEGGER_RTT` holds an id of 16 bytes and two numbers of channels, then the first channel's
+    // name, buffer, size, write and read offsets. Nothing has been read yet.
     let header = image(board).symbol("_SEGGER_RTT").expect("a log");
     let word = |address: u32| {
         let bytes = run.emulator.ram(address).first_chunk().copied();

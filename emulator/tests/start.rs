@@ -170,8 +170,8 @@ fn assert_all_doubted(events: &[Event], board: Board) {
     }
 }
 
-/// The frame rate cannot reveal an error of the own ADC's clock, because the same clock counts the
-/// time stamps. Nor does it reveal an error of 0.4 % with an ADS1258.
+/// The frame rate cannot reveal an error of the own ADC's clock, which also counts the time stamps,
+/// or of 0.4 % with an ADS1258.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_estimate_is_good_on_an_internal_oscillator() {

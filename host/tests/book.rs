@@ -41,8 +41,7 @@ const RUN_S: &str = "15";
 /// Maximum duration of a command, seconds.
 const LONGEST_S: &str = "600";
 
-/// Words that mark a command as long: it needs the emulator, takes minutes, or reads the output of
-/// such a command.
+/// Words in commands that take long: they need the emulator, take minutes, or read such output.
 const LONG: [&str; 6] = [
     "emulate",
     "--emulated",

@@ -87,8 +87,8 @@ fn the_constants_are_those_of_every_plan_with_both_columns() {
     );
 }
 
-/// Calibrates with one grating at a known speed, under short and long contacts. The periods of all
-/// other gratings must then be right within their uncertainty.
+/// One grating at a known speed, under short and long contacts: the periods of all other gratings
+/// must then be right within their uncertainty.
 #[test]
 fn one_grating_calibrates_a_finger() {
     for contact_mm in [7, 8, 10, 30] {

@@ -363,7 +363,7 @@ fn two_emulated_boards_of_skewed_clocks_agree_within_a_millisecond() {
         );
         surest_ppm = surest_ppm.min(sigma_ppm);
     }
-    // A busy computer may delay the bytes of one board and make its skew less certain, so only the
+    // A busy computer may delay one board's bytes and make its skew less certain, so only the
     // better one counts.
     assert!(surest_ppm < 40.0, "{surest_ppm} ppm");
 }

@@ -181,11 +181,10 @@ fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
     });
 }
 
-/// The paper's gratings on the physical finger, with an SNR of 20 dB and windows of 1 s, without a
-/// declared speed. The period must be within 1 % and the speed within 1.5 %, and the direction
-/// never wrong. The tests for two more lines between those of the comb have false-alarm rates of
-/// 0.1 % each, and one false alarm affects up to four overlapping windows, so four of about 170 may
-/// be ambiguous.
+/// The paper's gratings on the physical finger, with an SNR of 20 dB, windows of 1 s and no
+/// declared speed: period within 1 %, speed within 1.5 %, direction never wrong. The tests for two
+/// lines between those of the comb have false-alarm rates of 0.1 % each, and a false alarm affects
+/// up to four overlapping windows, so four of about 170 may be ambiguous.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn period_speed_and_direction_of_table_2_without_a_given_speed() {

@@ -37,7 +37,7 @@ fn check(arguments: &[&str]) -> bool {
     error.contains("u{1b}") || error.contains("... (")
 }
 
-/// Returns every command that takes a user's text or file, with this path as argument.
+/// Returns every command that reads a user's file, with this path.
 fn commands(path: &Path) -> Vec<Vec<&str>> {
     let path = text(path);
     vec![

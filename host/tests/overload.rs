@@ -5,9 +5,9 @@ use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::Input;
 use ridgetone_proto::telemetry::{Event, Packet};
 
-/// Clock at which the simulated chip makes 23,739 conversions a second with the default scan, which
-/// makes 5064 at 15.72864 MHz. That is the maximum of the real chip with any settings (SBAS297G: 16
-/// MHz, DRATE 3, no delay), but no real chip runs at this clock.
+/// Clock at which the simulated chip's default scan makes 23,739 conversions a second (5064 at
+/// 15.72864 MHz), the maximum of the real chip (SBAS297G: 16 MHz, DRATE 3, no delay). No real chip
+/// runs at this clock.
 const FAST_CLOCK_HZ: u32 = 73_734_000;
 
 #[test]

@@ -63,7 +63,7 @@ fn the_default_scene_is_understood() {
     );
 }
 
-/// The power of a texture in mV^2 must be rounded to two digits of its uncertainty.
+/// A texture's power in mV^2 must be rounded to two digits of its uncertainty.
 #[test]
 fn a_power_is_written_with_two_digits_of_its_uncertainty() {
     let lines = stdout(&run(&["replay"]));
@@ -320,7 +320,7 @@ fn a_recording_that_is_all_slide_gives_estimates() {
 }
 
 /// A recording is replayed at its own rate, with a tone above the limit of a scan at 241 frames a
-/// second. Events must name only its own channels, and contain nothing that is not in the file.
+/// second. Events must contain only its own channels, and nothing that is not in the file.
 #[test]
 fn a_recording_keeps_its_rate_and_its_channels_and_nothing_is_invented() {
     let folder = common::directory();
@@ -417,7 +417,7 @@ fn a_recording_without_an_estimate_is_explained() {
     }
 }
 
-/// Each row has five samples, with the time of the first one or without a time.
+/// Rows of five samples, with the time of the first or without times.
 #[test]
 fn rows_of_several_samples_are_played_one_after_the_other() {
     let folder = directory();

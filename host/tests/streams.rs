@@ -88,8 +88,8 @@ fn a_broker_gets_every_message_and_the_schemas() {
     assert!(report.contains("0 frames and 0 events lost\n"), "{report}");
 }
 
-/// If the connection is lost for seconds, every event must still arrive, and every lost frame must
-/// be counted.
+/// If the connection is lost for seconds, every event must arrive, and every lost frame must be
+/// counted.
 #[test]
 fn what_a_broken_connection_costs_is_counted_and_reported() {
     let broker = Broker::start();
@@ -173,7 +173,7 @@ fn a_subscriber_that_comes_late_gets_the_greeting_also_of_a_restarted_broker() {
     drop(broker);
 }
 
-/// If a publisher had to wait for its broker, it must let subscribers connect before it publishes.
+/// A publisher that had to wait for its broker must let subscribers connect first.
 #[test]
 fn what_waited_for_a_broker_comes_to_a_subscriber_that_connects_later() {
     let (broker, board) = (Broker::start(), SerialBoard::new());
@@ -286,7 +286,7 @@ fn foxglove_gets_channels_schemas_and_messages() {
         "{last}"
     );
     assert!(!found["/ridgetone/f0/health"].is_empty());
-    // A viewer that connects long after the board's greeting must still get it.
+    // A viewer that connects long after the greeting must still get it.
     let mut late = foxglove::Viewer::connect(port);
     late.subscribe_to(6);
     let greeting = std::iter::from_fn(|| late.next())

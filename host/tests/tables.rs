@@ -198,7 +198,7 @@ fn separators_decimals_and_times_of_all_kinds_give_the_same_numbers() {
                 .collect();
         }
         let (found, beside) = fit(&file(folder.path(), &format!("{name}.csv"), &rows), options);
-        // Seconds since 1970 in f64 have a resolution of a quarter of a microsecond.
+        // Seconds since 1970 in f64 resolve a quarter of a microsecond.
         if said.contains("time of day") {
             let hz = |found: &Value| found["frequency_hz"].as_f64().expect("a tone");
             assert!((hz(&found) / hz(&plain.0) - 1.0).abs() < 1e-6, "{found}");

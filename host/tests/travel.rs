@@ -128,7 +128,7 @@ fn an_array_that_nobody_calibrated_says_so() {
 
 #[test]
 fn a_given_speed_gives_the_period() {
-    // The speed must not be too low, or the protocol's slide would be longer than the true one.
+    // If the speed is too low, the protocol's slide is longer than the true one.
     for (speed, verdict) in [("15", "given"), ("18", "contradicted")] {
         let speed_mm_s: f64 = speed.parse().expect("a number");
         for estimate in estimates(&["--speed", speed]) {

@@ -55,7 +55,7 @@ fn each_window_is_the_fit_of_its_rows() {
         .iter()
         .map(|from_s| from_s.parse().expect("a time"))
         .collect();
-    // Windows start every half second, in files of 8 s and 2 s.
+    // Files of 8 s and 2 s, with windows every half second.
     let expected: Vec<f64> = (0..15).chain(0..3).map(|n| 0.5 * f64::from(n)).collect();
     assert_eq!(starts, expected);
     let alone = run(&["fit", text(&path), "--from", "3", "--to", "3.996", "--json"]);

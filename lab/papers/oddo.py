@@ -25,8 +25,7 @@ FIT = {"1, 2": [0.91, 1.26, 0.73, 0.79, 1.08, 1.27, 1.66, 0.93, 1.07, 1.47],
 REPEATABILITY = {1: (0.87, 0.97), 2: (0.80, 0.89)}
 SPEEDS = np.array([v for v, _ in COMBINATIONS], float)
 SLOPE, OFFSET = np.polyfit(SPEEDS, FIT["1, 2"], 1)
-"""Speed error of the stimulator, percent: a line through the errors in Table 3 as a function of
-speed."""
+"""Speed error of the stimulator, percent: a line through Table 3 as a function of speed."""
 SCATTER = 0.166
 """Scatter from run to run, percent: twice the residual about lines with one slope and an offset
 for each grating."""
@@ -112,8 +111,8 @@ WINDOWS_S = (0.2, 0.4, 0.6, 0.8, 1.0)
 
 
 def combination(speed_mm_s, period_mm, seed, short):
-    """Returns the errors of one combination over its runs, percent of the nominal frequency;
-    those named `own` are relative to the true one."""
+    """Returns a combination's errors over its runs, percent of the nominal frequency; `own` ones
+    are relative to the true frequency."""
     nominal_hz, cropped = speed_mm_s / period_mm, {1: [], 2: []}
     errors = {key: [] for key in [*(f"{way} {pair}" for way in ("fft", "fit") for pair in PAIRS), "all", "own fit", "own all", "firmware"]}
     windows = {(way, length_s): [] for way in ("fft", "fit", "all") for length_s in WINDOWS_S}
@@ -179,8 +178,8 @@ def table_2(steps, which):
 
 
 def chance(period_mm, speed_mm_s, seeds):
-    """Returns the range over seeds of the error of four runs, percent, by FFT and by least
-    squares, for two plain tones with that speed error."""
+    """Returns the range over seeds of four runs' errors, percent, by FFT and by least squares,
+    for two plain tones with that speed error."""
     rng, nominal_hz, errors = np.random.default_rng(seeds), speed_mm_s / period_mm, []
     for _ in range(seeds):
         each = []
@@ -300,8 +299,7 @@ def by_lags(steps):
 
 
 def oblique(steps):
-    """Tests oblique gratings: frequency over speed gives the component along the slide, and
-    phases the one across it."""
+    """Tests oblique gratings: frequency over speed along the slide, and phases across it."""
     rng, speed_mm_s, period_mm, runs, count = np.random.default_rng(5), 30, 3.6, 200, round(RATE_HZ)
     shown, covered, n = [], 0, np.arange(count)[:, None]
     for degrees in (0, 10, 25, 40):

@@ -49,8 +49,8 @@ def at_once(made):
 
 def highest_line_mm(made, speed_mm_s, wavelength_mm):
     """Section IV: the wavelength in windows of 32 ms is the speed over the frequency of maximum
-    power, of all channels. Returns the RMS error in percent of windows with 1.5 cycles or more,
-    or of all windows if none has so many."""
+    power, of all channels. Returns the RMS error in percent, of windows with 1.5 cycles or more
+    if there are any."""
     count = round(WINDOW_S * made.scan_hz)
     t_s = made.time_s - made.truth.slide_start_s
     lasts_s = made.truth.slide_end_s - made.truth.slide_start_s
@@ -70,8 +70,8 @@ def highest_line_mm(made, speed_mm_s, wavelength_mm):
 
 
 def answers(made, speed_mm_s, wavelength_mm, harmonics, window_s=WINDOW_S):
-    """Returns for each window: error of the wavelength, its standard deviation, status, cycles,
-    and true if the finger turns. At a steady speed the frequency is fitted, under a hand the
+    """Returns error of the wavelength, standard deviation, status, cycles, and true if the
+    finger turns, for each window. At a steady speed the frequency is fitted, under a hand the
     frames by position."""
     start_s, found = made.truth.slide_start_s, []
     if speed_mm_s is not None:
@@ -144,8 +144,8 @@ def plain_tone(wavelength_mm, speed_mm_s, rate_hz=1458.33, count=47):
 
 
 def error_by_window(window_s):
-    """Returns the error of the highest line over all scales under a hand that moves back and
-    forth, percent RMS, at 1 kHz."""
+    """Returns the highest line's error over all scales under a moving hand, percent RMS, at 1
+    kHz."""
     count, t_s, squares = round(1000 * window_s), np.arange(4665) / 1000, []
     for wavelength_mm in WAVELENGTHS_MM:
         tone = np.sin(2 * np.pi * position_at(t_s) / wavelength_mm + 1)

@@ -18,9 +18,8 @@ ENTER, LEAVE = 0.10, 0.10
 
 
 def stepwise(columns, score):
-    """Returns the names of the columns that explain the score, and the regression. The most
-    significant column enters if its p is below 0.10, and a column whose p is no longer below
-    leaves."""
+    """Returns the columns that explain the score, and the regression. The most significant
+    column enters if its p is below 0.10, and a column whose p no longer is leaves."""
     chosen, seen = [], set()
     while frozenset(chosen) not in seen:
         seen.add(frozenset(chosen))

@@ -1,5 +1,5 @@
-//! Tests `ridgetone link`: in virtual time with a simulated stylus, with two ends over UDP, with
-//! the emulated finger, and with options that must be refused.
+//! Tests `ridgetone link`: in virtual time with a simulated stylus, as two ends over UDP, with the
+//! emulated finger, and with refused options.
 
 #[path = "../../host/tests/common/mod.rs"]
 mod common;
@@ -108,8 +108,8 @@ impl Bench {
         self.link.report(0.001 * f64::from(self.now_ms))
     }
 
-    /// Asserts that nothing is felt, that the stylus' state is reported as `state`, and that it is
-    /// disabled at the rest code.
+    /// Asserts that nothing is felt, that the stylus' state is reported as `state`, and that it
+    /// rests.
     fn assert_rests(&mut self, report: &Report, state: Option<State>) {
         let said = report.stylus.expect("a stylus").state;
         assert_eq!(
@@ -431,8 +431,7 @@ fn what_makes_no_sense_is_refused_on_one_line() {
     }
 }
 
-/// Runs the emulated finger with a simulated hand and the paper's network delay, as from a clean
-/// clone. The delay must not be felt.
+/// The emulated finger with a simulated hand and the paper's network delay, which must not be felt.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_finger_is_felt_without_the_delay() {

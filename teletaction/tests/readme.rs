@@ -53,7 +53,7 @@ fn the_commands_of_the_emulated_finger_run() {
     }
 }
 
-/// The README must list the pins of the stylus by function, as the firmware uses them.
+/// The README must list the stylus' pins by function, as in the firmware.
 #[test]
 fn the_pins_of_the_stylus_are_the_firmwares() {
     let code: String = include_str!("../image/board.rs")

@@ -1,5 +1,5 @@
-//! Compares the stimulus with the true surface in f64, also as sound, and tests its limits for any
-//! input. Hands move as in section IV-A; counts are 5 um, the rate is 5 kHz.
+//! Compares the stimulus, also as sound, with the true surface in f64, and tests its limits for any
+//! input. Hands as in section IV-A, counts of 5 um, 5 kHz.
 
 use proptest::prelude::*;
 use ridgetone_teletaction::stimulus::{
@@ -42,8 +42,8 @@ fn felt(texture: Texture, latency_s: f32) -> Stimulus {
     stimulus
 }
 
-/// The hands are the paper's mean one, two that move as fast as in its experiments, and one that
-/// moves slowly back and forth.
+/// The hands: the paper's mean one, two as fast as in its experiments, and one that moves slowly
+/// back and forth.
 #[test]
 fn the_output_is_the_surface() {
     let hands: [fn(f64) -> f64; 4] = [
@@ -259,9 +259,8 @@ proptest! {
     }
 }
 
-/// The tones are 100, 400 and 700 Hz. Above the cut-off of 310 Hz they are reduced, and from 620 Hz
-/// on they are silent. When the hand leaves, the vibration must stop within the fade of 20 ms (100
-/// samples).
+/// 100, 400 and 700 Hz: above the cut-off of 310 Hz the tone is reduced, and from 620 Hz on it is
+/// silent. When the hand leaves, the vibration must stop within the fade of 20 ms (100 samples).
 #[test]
 fn fast_hands_are_held_back_and_one_that_leaves_stops_softly() {
     for (speed, expected_v) in [(4, 75.0), (16, 75.0 * (2.0 - 400.0 / 310.0)), (28, 0.0)] {

@@ -138,8 +138,8 @@ impl Stylus {
         );
     }
 
-    /// Returns the output from `from_s` (seconds since power-up) on: the time of the middle of each
-    /// sample, and its volts.
+    /// Returns the output from `from_s` on (seconds since power-up): the middle of each sample, and
+    /// volts.
     fn volts_from(&self, from_s: f64) -> Vec<(f64, f64)> {
         let outputs = self.emulator.outputs().iter();
         outputs
@@ -215,8 +215,8 @@ fn it_rises_softly_and_its_output_is_the_surface() {
     }
 }
 
-/// The output must stop softly when the hand rests, when the line is silent, and when the stylus is
-/// disabled. The watchdog must reset a board that takes no samples.
+/// The output must stop softly when the hand rests, when the line is silent and when it is
+/// disabled. The watchdog must reset a board without samples.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn it_stops_softly_and_a_dead_sampler_is_reset() {

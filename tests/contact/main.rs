@@ -207,8 +207,7 @@ fn slides_are_found_where_they_begin_and_end() {
         let tone = tone(t, 7.0, 3.1 * (t - 3.0).clamp(0.0, 2.0) + lag);
         sign * (load(t, 7.0) + 500.0 * (tone + knock(2.0) + knock(6.0)))
     };
-    // The tone is as strong as the noise, and averaging four frames removes most of a tone near 60
-    // Hz.
+    // As strong as the noise, and averaging four frames removes most of a tone near 60 Hz.
     let of_60_hz: Signal<'_> = &|t, sign, lag| {
         let tone = during(2.0..10.0, t, 141.0 * (TAU * (60.0 * (t - 2.0) + lag)).sin());
         sign * load(t, 11.0) + tone
@@ -349,8 +348,7 @@ fn a_finger_that_lifts_for_a_moment_and_slides_on_slides_from_there_on() {
     );
 }
 
-/// The drift exceeds the load within half a second, but must neither be taken for a touch nor hide
-/// one.
+/// The drift exceeds the load within half a second. It must not be taken for a touch or hide one.
 #[test]
 fn a_drift_is_no_touch_and_hides_none() {
     let found = changes(12.0, 20.0, &|t, sign, lag| {

@@ -55,8 +55,7 @@ impl Case {
     }
 
     /// Returns the error of a fit in standard deviations of the f64 reference, and the ratio of
-    /// their sigmas. A fit does not report its baseline, so the reference is computed with four
-    /// baselines and the nearest one counts.
+    /// their sigmas. A fit does not report its baseline, so the nearest of four references counts.
     pub fn off(&self, fit: &Fit, truth: f64) -> (f64, f64) {
         self.off_at_least(fit, truth, 0.0)
     }
@@ -133,7 +132,7 @@ impl Case {
 pub struct GoodFits(Vec<f64>);
 
 impl GoodFits {
-    /// Asserts that the fit of one more window is good and right, and adds it.
+    /// Asserts that another window's fit is good and right, and adds it.
     #[track_caller]
     pub fn add(&mut self, case: &Case, what: &str, truth: f64) -> Fit {
         let fit = case.assert_good(what, truth);

@@ -1,6 +1,6 @@
-//! Corner cases of the fit's input: values of any scale, a level far above the tone, few or many
-//! frames, only one live channel. The error of the f32 fit must stay within [`OFF_MAX`] standard
-//! deviations of the f64 reference. The seed is fixed; `cargo xtask test --fresh` draws another.
+//! Corner cases of the fit's input: any scale, a level far above the tone, few or many frames, a
+//! single live channel. The error of the f32 fit must stay within [`OFF_MAX`] standard deviations
+//! of the f64 reference. The seed is fixed; `cargo xtask test --fresh` draws another.
 
 use crate::case::{Case, OFF_MAX};
 use crate::properties::{config, seed};
@@ -41,7 +41,7 @@ prop_compose! {
         long in 0.0..1.0,
         fraction in 0.0..1.0,
         scale in -30.0..30.0,
-        // From 1 up to 5 V over a microvolt.
+        // 1 to 5 V over a microvolt.
         over in 0.0..6.7,
         // At least 15 dB: below that, the answer depends on how the channels are weighted.
         clear in 0.9..2.5,

@@ -56,7 +56,7 @@ fn frame_numbers_that_wrap_change_nothing() {
         .flat_map(|n| scan(n, n, 0))
         .chain(rest)
         .chain(touch);
-    // Once with windows of fixed length, and once with windows that grow.
+    // With windows of fixed length, and with windows that grow.
     for accuracy in [0.0, 0.001] {
         let wrapped = estimates(&events(rested.clone(), accuracy));
         let plain = estimates(&events((0..SCANS).flat_map(|n| scan(n, n, 0)), accuracy));

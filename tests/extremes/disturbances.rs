@@ -95,8 +95,8 @@ fn assert_not_good_and_wrong(what: &str, fit: &Fit, off: f64) {
     assert!(is_right, "{what}: {fit:?}");
 }
 
-/// Fits two tones in noise; `ratio` is the ratio of their frequencies, `fraction` the ratio of the
-/// second amplitude to the first.
+/// Fits two tones in noise; `ratio` is that of their frequencies, `fraction` the second's relative
+/// amplitude.
 fn two_tones(ratio: f64, fraction: f64, noise_codes: f64, seed: u64) -> Fit {
     let mut noise = Noise::new(seed);
     let values = codes(FRAMES, |c, t| {
@@ -152,7 +152,7 @@ fn a_tone_that_starts_or_ends_inside_is_good_only_where_its_interval_holds() {
     assert!(100 * wrong.len() <= windows, "{wrong:#?} of {windows}");
 }
 
-/// A jump of the reference moves all channels at once, by a fraction of their level. A step has
+/// A jump of the reference moves all channels by a fraction of their level. Such a step has
 /// overtones too, but must not be taken for a tone.
 #[test]
 fn a_step_of_the_reference_is_no_tone() {
@@ -209,8 +209,8 @@ fn two_tones_of_equal_strength() {
     }
 }
 
-/// A second tone must be reported if it has half, a quarter or an eighth of the amplitude, and is
-/// far from the first and not a multiple of it.
+/// A second tone of half, a quarter or an eighth of the amplitude must be reported if it is far
+/// from the first and not a multiple of it.
 #[test]
 fn a_weaker_tone_is_named() {
     for fraction in [0.5, 0.25, 0.125] {
@@ -245,8 +245,8 @@ fn mains_stronger_than_the_tone() {
     fits.assert_sure();
 }
 
-/// The mains hum is fitted before the tone. If they are within four cycles of each other, they
-/// share energy: the tone is right to two percent, but its sigma is too small.
+/// Mains hum is fitted before the tone. Within four cycles of each other they share energy: the
+/// tone is right to two percent, but its sigma is too small.
 #[test]
 fn mains_folded_next_to_the_tone() {
     for frequency in [0.0346, 3.2 / FRAMES as f64] {

@@ -1,5 +1,4 @@
-//! Unusual levels and channels: at the rails, full scale and a millionth of it, stuck, clipped,
-//! dead.
+//! Unusual levels and channels: rails, full scale, a millionth of it, stuck, clipped, dead.
 
 use crate::case::Case;
 use crate::reference::{Noise, Tone, codes};

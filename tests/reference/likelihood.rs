@@ -56,8 +56,8 @@ impl<'a> Likelihood<'a> {
         }
     }
 
-    /// Searches for the maximum within `reach` of `near`, and returns its frequency, cycles per
-    /// frame. Searches on a grid, then by golden section.
+    /// Returns the frequency of the maximum within `reach` of `near`, cycles per frame, by grid
+    /// search and then golden section.
     pub fn peak(&self, near: f64, reach: f64) -> f64 {
         let sides = 8;
         let at = |i: i32| near + reach * i as f64 / sides as f64;

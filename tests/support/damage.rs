@@ -11,7 +11,7 @@ use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-/// Counts of spans, the bytes between two zeros on a line.
+/// Counts of spans (the bytes between two zeros).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tried {
     /// Frames that arrived whole.
@@ -127,8 +127,8 @@ impl Sent {
     }
 }
 
-/// Sends and damages frames as `bytes` encode. Panics if the decoder returns a wrong packet, or
-/// counts or loses any wrongly.
+/// Sends and damages frames as `bytes` encode. Panics if the decoder returns, counts or loses
+/// anything wrongly.
 pub fn try_line(bytes: &[u8]) -> Tried {
     let mut sent = Sent::default();
     let mut bytes = bytes.iter().copied();

@@ -121,8 +121,8 @@ impl Outcome {
         assert_eq!(touch, (1, 1, 1), "{what}: {self:?}");
     }
 
-    /// Asserts one touch with one slide at the scene's times: the contact to within 10 ms, and the
-    /// slide's start and end to within `slide_s`.
+    /// Asserts one touch with one slide at the scene's times: the contact within 10 ms, and the
+    /// slide's start and end within `slide_s`.
     #[track_caller]
     pub fn assert_touch(&self, what: &str, truth: &Truth, slide_s: f64) {
         self.assert_slide(what, truth, slide_s);

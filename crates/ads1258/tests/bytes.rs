@@ -313,7 +313,7 @@ fn errors_can_be_shown() {
     }
 }
 
-/// The ADS1158 sends 16 bits, which are returned as the upper 16 of 24. Its bit ID4 is set.
+/// The ADS1158 sends 16 bits, returned as the upper 16 of 24. Its bit ID4 is set.
 #[test]
 fn the_sibling_of_16_bits() {
     let script = [

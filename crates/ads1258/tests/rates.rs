@@ -5,8 +5,7 @@ use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, Mux, Sysred};
 mod common;
 use common::SCAN;
 
-/// Rate table of the datasheet (SBAS297G) at 16 MHz, DLY 0, CHOP 0: samples per second in auto-scan
-/// and on a fixed channel.
+/// The datasheet's rates (SBAS297G) at 16 MHz, DLY 0, CHOP 0, in auto-scan and on a fixed channel.
 const TABLE: [(DataRate, f32, f32); 4] = [
     (DataRate::Drate3, 23739.0, 125_000.0),
     (DataRate::Drate2, 15123.0, 31250.0),

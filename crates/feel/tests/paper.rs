@@ -78,8 +78,8 @@ fn thresholds_are_equations_1_to_4_and_table_1() {
     }
 }
 
-/// A vibration of 30 um at 40 Hz has three bins, each of which contributes the logarithm of its
-/// amplitude over the threshold.
+/// 30 um at 40 Hz have three bins, each of which adds the logarithm of its amplitude over the
+/// threshold.
 #[test]
 fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
     let firing = Firing::new(&sine(512, 20, 30.0), window(0.5));
@@ -99,8 +99,7 @@ fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
             "{receptor:?}: {decades:?}"
         );
     }
-    // 30 um are below the threshold of FA I, 54 um. Only the middle line is above that of SA II, 28
-    // um.
+    // 30 um are below FA I's threshold of 54 um; only the middle line is above SA II's 28 um.
     assert_eq!(firing.above, [0.0, 3.0, 3.0, 1.0]);
 }
 
@@ -178,7 +177,7 @@ fn tones_and_noise_change_by_their_own_laws_with_the_window() {
     let tone = sine(512, 20, 300.0);
     let [own, wanted] = [window(0.5), CONVERTED].map(|windows| indices(&tone, windows));
     assert_eq!(own.values, wanted.values);
-    // If this were noise narrower than a bin, there would be more bins, so sigma is larger.
+    // Noise narrower than a bin would have more bins, so sigma is larger.
     let sigma = |indices: &Indices| indices.get(Receptor::Sa1 as usize).unwrap().sigma;
     assert!(sigma(&wanted) > 2.0 * sigma(&own));
 

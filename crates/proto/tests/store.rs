@@ -15,7 +15,7 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, TABLE};
 use ridgetone_proto::store::{FlashStore, NotStored, Saved, Store, WORD_BYTES};
 
-/// Size of a record in bytes, in the type of flash addresses.
+/// Bytes of a record, in the type of flash addresses.
 const RECORD_BYTES: u32 = ridgetone_proto::store::RECORD_BYTES as u32;
 
 fn settings(number: u64) -> Settings {
@@ -339,7 +339,7 @@ fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
     // A value of a different size counts as missing.
     let other_type = [others.clone(), vec![(harmonics, vec![2, 0])]].concat();
     assert_eq!(load(&other_type), (default, SettingsSource::Migrated));
-    // If a value is out of bounds or the list is truncated, the record must not be used.
+    // A record with a value out of bounds or a truncated list must not be used.
     let refused = [others.clone(), vec![(harmonics, vec![9])]].concat();
     assert_eq!(load(&refused), DAMAGED);
     let mut cut_off = with_pairs(number, &pairs[..1]);

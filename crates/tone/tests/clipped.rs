@@ -1,5 +1,5 @@
-//! Tests clipped channels. If the tone clips them, all must be used and the interval must cover. If
-//! the level clips a channel, it must be left out, or the fit must not be good.
+//! Tests clipped channels. If the tone clips them, all are used and the interval covers. If the
+//! level clips one, it is left out, or the fit is not good.
 
 mod common;
 

@@ -122,10 +122,9 @@ fn overtones_above_half_the_frame_rate_make_no_lower_tone() {
     }
 }
 
-/// The tone has a fifth harmonic that is not fitted. The twentieth harmonic aliases to the tone
-/// itself, as the fourth of the fifth harmonic. A comb of the fifth harmonic therefore explains
-/// both with fewer lines, but the alias is its strongest line, so the fit must report the tone as
-/// well.
+/// The tone has a fifth harmonic that is not fitted, and its twentieth harmonic aliases to the tone
+/// itself. A comb of the fifth harmonic and the alias of its fourth has fewer lines, but the alias
+/// is its strongest line, so the fit must report the tone as well.
 #[test]
 fn a_tone_is_not_taken_for_the_image_of_an_overtone() {
     const FRAMES: usize = 47;

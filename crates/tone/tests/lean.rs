@@ -33,8 +33,8 @@ struct Case {
     channels: usize,
     snr_db: f64,
     extra: Extra,
-    /// Amplitudes of harmonics 2, 3 and 4 relative to the fundamental's, if there are any. Together
-    /// with the fundamental they have the power of a single tone.
+    /// Amplitudes of harmonics 2, 3 and 4 relative to the fundamental's, if any. The total power is
+    /// that of a single tone.
     overtones: Option<[f64; 3]>,
 }
 

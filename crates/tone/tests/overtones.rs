@@ -42,7 +42,7 @@ fn delay(channel: usize) -> f64 {
     0.137 * (channel * channel) as f64
 }
 
-/// Overtones (amplitude and phase in turns) used in most tests.
+/// Overtones in most tests: amplitude, and phase in turns.
 const MADE: [(f64, f64); OVERTONES] = [(0.3, 0.1), (0.15, -0.35), (0.08, 0.45)];
 
 fn complex(size: f64, turns: f64) -> [f64; 2] {

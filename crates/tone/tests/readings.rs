@@ -76,8 +76,7 @@ fn a_tone_that_decays_is_not_reported_at_a_fraction_of_its_frequency() {
     assert!(right >= 24, "{right} of 30");
 }
 
-/// If a tone is subtracted as hum, only its second harmonic remains, which must not be taken for
-/// the tone.
+/// If a tone is subtracted as hum, its second harmonic remains, and must not be taken for the tone.
 #[test]
 fn a_tone_next_to_mains_is_not_good_at_twice_its_frequency() {
     for (tone_hz, is_hidden) in [

@@ -13,8 +13,7 @@ use std::time::Instant;
 /// Time between the starts of two touches, seconds; longer than a touch.
 const EVERY_S: f64 = 6.0;
 
-/// Tolerances of contact and slide in seconds, and of frequency as a fraction: the requirements in
-/// `emulated.rs`.
+/// Tolerances of contact and slide (seconds) and frequency, as in `emulated.rs`.
 const OFF_S: f64 = 0.020;
 const OFF: f64 = 0.002;
 
@@ -155,7 +154,7 @@ pub fn run(end_s: f64) {
         lost + health.overruns + health.messages_dropped + health.chip_restarts
     };
     assert_eq!(quiet(&last), 0, "{last:?}");
-    // The rate is measured since the start, with an error of up to a microsecond at either end.
+    // Measured since the start, with an error of up to a microsecond at either end.
     let rate_hz = f64::from(SCAN.clock_hz) / f64::from(SCAN.frame_ticks());
     assert!(
         (f64::from(last.frame_rate_hz) / rate_hz - 1.0).abs() < 2.0 / last.t_us as f64 + 1e-6,

@@ -41,8 +41,7 @@ fn the_emulated_board_is_recorded_with_raw_frames_from_which_the_library_gets_th
         "window_s=1",
         "--json",
     ]));
-    // The first scene's frequency is 15 mm/s over 3.6 mm. The board must find it, and so must the
-    // library from its frames.
+    // 15 mm/s over 3.6 mm in the first scene, on the board and from its frames.
     for found in [tone(&events), tone(&again)] {
         assert!((found / (15.0 / 3.6) - 1.0).abs() < 1e-3, "{found} Hz");
     }
@@ -184,8 +183,8 @@ fn the_emulated_board_obeys_commands() {
     }
 }
 
-/// The emulated board must pass its check, and the check must give a reason for each point that it
-/// does not judge.
+/// The emulated board must pass its check, which gives a reason for each point that it does not
+/// judge.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_board_passes_its_check() {

@@ -133,11 +133,10 @@ fn gratings_under_a_hands_speed_are_those_of_the_pc_bit_for_bit() {
         let windows = on_chip
             .iter()
             .filter(|one| one.span == Span::Window && one.status == Status::Good)
-            // Drop windows in which the hand starts or stops, because its speed differs there.
+            // Drop windows with the hand's start or stop, where its speed differs.
             .filter(|one| one.movement.wander < 0.05)
             .collect::<Vec<_>>();
-        // A short first or last window may include a start or stop too, but two cycles do not show
-        // it, so drop both.
+        // A short first or last window may include a start or stop too: two cycles do not show it.
         let edge = usize::from(window_s < 0.1);
         let inner = windows.get(edge..windows.len().saturating_sub(edge));
         // Windows of two cycles have a standard deviation of 3 %.

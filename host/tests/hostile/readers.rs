@@ -53,8 +53,8 @@ fn file(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// Asserts that rows are complete and finite, that there are no more of them than bytes, and that a
-/// second pass returns the same rows.
+/// Asserts that rows are complete and finite, no more than the bytes, and the same in a second
+/// pass.
 fn rows(bytes: &[u8]) -> bool {
     let path = file("rows", bytes);
     let Ok(samples) = Samples::file(&path) else {
@@ -110,7 +110,7 @@ fn recording(bytes: &[u8]) -> bool {
     packets > 0
 }
 
-/// Asserts that the messages are parts of the file, none of them used twice.
+/// Asserts that messages are parts of the file, none used twice.
 fn mcap(bytes: &[u8]) -> bool {
     let Ok(all) = messages(&file("messages", bytes), Form::Mcap) else {
         return false;
@@ -162,8 +162,7 @@ fn scene(bytes: &[u8]) -> bool {
     true
 }
 
-/// Asserts that an accepted request fits its frame, and that valid settings in it can be written to
-/// a file.
+/// Asserts that an accepted request fits its frame, and that valid settings in it fit a file.
 fn request(bytes: &[u8]) -> bool {
     let mut wire = [0; 2 * REQUEST_WIRE_MAX];
     let read = |wire: &[u8]| Request::decode(&mut wire.to_vec());

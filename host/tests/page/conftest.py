@@ -1,4 +1,4 @@
-"""Fixtures and helpers for the page of `ridgetone view` in Chromium."""
+"""Helpers for the page of `ridgetone view` in Chromium."""
 
 import contextlib
 import csv
@@ -38,7 +38,7 @@ DRAWN = """(canvas) => {
 
 
 def ridgetone(*arguments: object) -> list[dict[str, Any]]:
-    """Runs the command and returns the JSON lines that it prints."""
+    """Returns the JSON lines that a command prints."""
     done = subprocess.run([COMMAND, *map(str, arguments)], capture_output=True, text=True, check=True, cwd=ROOT)
     return [json.loads(line) for line in done.stdout.splitlines()]
 
@@ -100,7 +100,7 @@ def view(browser: Browser) -> Iterator[Callable[..., View]]:
         return views[-1]
 
     yield start
-    # Collect these before ending the commands: a page logs an error as soon as its command is gone.
+    # Collect these before ending the commands: a page logs an error when its command is gone.
     said = [said for one in views for said in one.said]
     for context in browser.contexts:
         context.close()

@@ -40,13 +40,12 @@ def test_a_run_is_scrubbed_compared_and_has_new_settings(view: Start, recordings
     assert text(page, "play") == "Stop"
     page.keyboard.press(" ")
     assert text(page, "play") == "Play"
-    # The two runs have 30 and 20 mm/s over the same grating.
+    # 30 and 20 mm/s over the same grating.
     page.click("[aria-label='Compare slower.mcap']")
     wait(page, "document.getElementById('difference').textContent.includes('touch.rec − slower.mcap: ')")
     found = re.search(r"mcap: (\S+)", text(page, "difference"))
     assert found and float(found[1]) == pytest.approx(windows[1]["frequency_hz"] / 3, rel=0.03)
-    # Reads the frames again with other settings. Without an estimate, the page must show the
-    # reason.
+    # Reads the frames with other settings. Without an estimate, the page must show the reason.
     for window_s, words in [("3.9", "s, fills no window of 3.9 s"), ("0.5", "with the new settings")]:
         page.fill("#window_s", window_s)
         page.click("#settings-send")
@@ -85,7 +84,7 @@ def test_runs_have_notes_are_reloaded_and_do_not_go_unsaved(view: Start, recordi
     path.write_bytes((recordings / "quiet.rec").read_bytes())
     page.click("[aria-label='Reload touch.rec']")
     wait(page, "document.querySelector('#run-rows tr').children[1].textContent.startsWith('0.4')")
-    # Neither the page nor the run may be closed without a warning before it is saved.
+    # Neither the page nor the run may close without a warning before it is saved.
     page.click("#latest")
     wait(page, "document.querySelectorAll('#run-rows tr').length === 2")
     row = page.locator("#run-rows tr").last

@@ -97,8 +97,7 @@ impl Viewer {
         }
     }
 
-    /// Reads a frame from a server, which is unmasked and holds a whole message. Returns `None` at
-    /// the end.
+    /// Reads a server's frame, an unmasked whole message. Returns `None` at the end.
     fn frame(&mut self) -> Option<(u8, Vec<u8>)> {
         let mut head = [0; 2];
         self.stream.read_exact(&mut head).ok()?;
@@ -120,7 +119,7 @@ impl Viewer {
         Some((head[0] & 0x0f, content))
     }
 
-    /// Sends a frame as a client, with a mask of zeros, which does not change the bytes.
+    /// Sends a client's frame, with a mask of zeros, which changes nothing.
     fn send(&mut self, text: &str) {
         let length = u16::try_from(text.len()).expect("short").to_be_bytes();
         let head = [0x80 | TEXT, 0x80 | 126, length[0], length[1], 0, 0, 0, 0];

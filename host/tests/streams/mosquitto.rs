@@ -116,7 +116,7 @@ pub struct Subscriber {
 impl Subscriber {
     /// Subscribes to everything, and waits for the subscription.
     pub fn start(port: u16) -> Self {
-        // `stdbuf` makes the subscriber write each line to the pipe immediately.
+        // `stdbuf` sends every line to the pipe at once.
         let mut subscriber = Command::new("stdbuf");
         subscriber.args(["-oL", &program("mosquitto_sub")]);
         // "-d" also prints the acknowledgement of the subscription, on lines without JSON.
@@ -148,8 +148,7 @@ impl Subscriber {
         self.got.lock().expect("messages").len()
     }
 
-    /// Waits for the status that `serve` sends when it ends, and returns all messages. `serve` must
-    /// have been ended.
+    /// Waits for the status that `serve` sends when it ends, and returns all messages.
     pub fn finish(self) -> Vec<Received> {
         let (mut count, mut since) = (self.count(), Instant::now());
         let is_over = || {

@@ -21,7 +21,7 @@ impl Serving {
         Self(child.expect("the command runs"))
     }
 
-    /// Starts `serve` with one finger, f0, at this board, and publishes to a broker at this port.
+    /// Starts `serve` with one finger, f0, and publishes to a broker at this port.
     pub fn publish(board: &SerialBoard, port: u16) -> Self {
         Self::start(board, &["--mqtt", &format!("mqtt://127.0.0.1:{port}")])
     }

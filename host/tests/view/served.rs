@@ -9,8 +9,8 @@ use std::net::TcpStream;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Requests a page. Returns status, head and body of the answer; if the answer is endless, as much
-/// as arrives within `most`.
+/// Returns status, head and body of the answer to a request; if endless, what arrives within
+/// `most`.
 pub fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
     let mut line = TcpStream::connect(address).expect("it listens");
     line.set_read_timeout(Some(Duration::from_millis(100)))
@@ -247,7 +247,7 @@ fn open_starts_the_browser_with_the_address() {
         assert!(begun.elapsed() < LONG, "nothing was opened");
         sleep(Duration::from_millis(20));
     }
-    // If no browser can be started, the command says what to do and continues.
+    // Without a browser, the command says what to do and continues.
     let nothing = folder.path().join("nothing");
     let mut view = View::with(
         &["--file", common::text(&path), "--open"],

@@ -198,8 +198,8 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
     });
     assert!(status == 200 && (a / b - 1.0).abs() < 1e-4, "{a} and {b}");
 
-    // A file that is not a run must be refused with its original name in the message. Requests from
-    // other pages must be refused.
+    // A file that is not a run must be refused under its original name, and requests from other
+    // pages must be refused.
     let refused = post(
         &address,
         "/runs?name=a%20letter.txt",

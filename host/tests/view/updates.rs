@@ -23,8 +23,8 @@ fn live() -> Live {
     live
 }
 
-/// Returns the products of `values` with cosine and sine of `frequency_hz`, times 2 / n, which are
-/// the components of a line.
+/// Returns `values` times cosine and sine of `frequency_hz`, summed, times 2 / n: the components of
+/// a line.
 fn line(t_s: &[f64], values: &[f64], frequency_hz: f64) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let sum = |wave: fn(f64) -> f64| -> f64 {

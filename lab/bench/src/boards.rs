@@ -155,7 +155,7 @@ impl Bench {
     }
 
     /// Measures the tasks' interrupts during the demo's touch while requests arrive. Returns JSON
-    /// by task: number of runs, and mean and maximum of run time and waiting time in microseconds.
+    /// by task: number of runs, mean and maximum run and wait, microseconds.
     fn tasks(&self) -> Outcome<String> {
         let mut emulator = self.emulator(SlidingScene::new(Sliding::default())?, None)?;
         emulator.run_ns(400_000_000)?;

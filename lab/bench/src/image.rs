@@ -56,7 +56,7 @@ fn main() -> ! {
     }
     roots(ridgetone_tone::sqrt);
     roots(libm::sqrtf);
-    // The host reads the results from memory, so they must be kept.
+    // Keep the results in memory, where the host reads them.
     black_box(&RESULTS);
     loop {
         cortex_m::asm::wfi();

@@ -136,7 +136,7 @@ pub struct Figures<T> {
     pub detail: T,
 }
 
-/// Used if there are no details in addition to the tables.
+/// No details in addition to the tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct None {}
 

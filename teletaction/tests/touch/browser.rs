@@ -28,8 +28,7 @@ fn browser() -> OsString {
     std::env::var_os("RIDGETONE_BROWSER").unwrap_or_else(|| "chromium".into())
 }
 
-/// Returns the command of a browser without a window, which cannot resolve any host except this
-/// computer.
+/// Returns the command of a headless browser that cannot resolve any host but this computer.
 fn command(profile: &Path, look: Look) -> Command {
     let mut command = Command::new(browser());
     command

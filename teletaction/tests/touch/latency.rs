@@ -18,7 +18,7 @@ pub struct Measured {
     /// seconds.
     unknown_s: f64,
     /// Drift between the clocks of page and sound during the measurement, seconds: the larger of
-    /// the values measured by the test and by the page.
+    /// what the test and the page measured.
     slipped_s: f64,
     /// Time from a position until it is heard, without the wait, seconds. Computed only from
     /// clocks: the page compares its clock with the sound that it produces, the test with the sound
@@ -80,7 +80,7 @@ fn measure(browser: &mut Browser) -> Measured {
         serde_json::from_value(found["seen"].clone()).expect("positions");
     Measured {
         pointer: seen.iter().map(|(at_s, _, x_mm)| (*at_s, *x_mm)).collect(),
-        // While a hand turns, there are no positions for a moment, so ignore small movements.
+        // Ignore small steps: a hand that turns reports nothing for a moment.
         unknown_s: (seen
             .windows(2)
             .filter(|pair| (pair[1].2 - pair[0].2).abs() > 0.3))
@@ -182,7 +182,7 @@ pub fn best(measured: &Measured, period_mm: f64) -> (f64, f64, f64) {
             });
         tried.min_by(|a, b| a.1.total_cmp(&b.1)).expect("a latency")
     };
-    // A cycle lasts at least 12 ms, so these steps cannot miss the minimum.
+    // A cycle lasts at least 12 ms, so these steps find the minimum.
     let (coarse_s, ..) = try_each(0.0, 0.002, 200);
     try_each((coarse_s - 0.003).max(0.0), 0.000_25, 24)
 }

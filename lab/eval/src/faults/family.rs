@@ -70,7 +70,7 @@ impl Family {
             Self::None => ("nothing (control)", &[], true),
             Self::EdgesLost => ("1 to 40 edges of DRDY lost", &[Lost], true),
             Self::EdgeRepeated => ("edge of DRDY repeated", &[Repeated], true),
-            // If shorter than the half second of the watch, it looks like a gap.
+            // If shorter than the watch's half second, it looks like a gap.
             Self::DrdyStuck => (
                 "DRDY stuck high or low, 1 to 600 ms",
                 &[Silent, Lost],

@@ -13,8 +13,7 @@ use ridgetone_proto::boot::Boot;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Packet};
 
-/// Registers that keep their written values: not GPIOD, which reads back the pins, and not ID,
-/// which is read-only.
+/// Registers that keep their written values. GPIOD reads back the pins, and ID is read-only.
 fn writable(registers: &[u8]) -> &[u8] {
     &registers[..Register::Gpiod as usize]
 }

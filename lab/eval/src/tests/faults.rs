@@ -297,8 +297,7 @@ fn a_row_is_clean_only_if_everything_is_zero_that_must_be() {
         )
         .is_clean()
     );
-    // A fault that was not reported, one that left no sign, and one in a mixed run, where a
-    // different fault may hide it.
+    // An unreported fault, one that left no sign, and one in a mixed run, where others may hide it.
     let of = |family, is_unseen| {
         let fates = vec![Fate {
             is_unseen,
