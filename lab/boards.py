@@ -44,7 +44,6 @@ def memory(path):
 
 
 def measured(board):
-    """Returns the figures of a board."""
     path = image(board)
     words = ["cargo", "run", "--quiet", "--release", "-p", "ridgetone-bench", "--bin", "boards", "--", board, str(path)]
     done = subprocess.run(words, cwd=pages.ROOT, check=True, stdout=subprocess.PIPE, text=True)
@@ -52,7 +51,6 @@ def measured(board):
 
 
 def tables(found):
-    """Returns the tables of the page."""
     one = lambda values: [pages.fixed(value, 1) for value in values]
     rows = [[name, *(pages.fixed(found[board]["start_ms"][at], 1) for board in found)] for at, name in enumerate(START)]
     for name, rate in (("load_percent", "5,064"), ("load_fast_percent", "23,739")):

@@ -156,7 +156,6 @@ def others(run):
 
 
 def tables(found):
-    """Returns the table of the page."""
     rows = []
     for name, (window_s, stride_s, kind) in CHOICES.items():
         one = found[f"choice/{name}"]
@@ -171,7 +170,6 @@ def tables(found):
 
 
 def values(found):
-    """Returns the values used in sentences."""
     return {
         "touches": min(found[f"choice/{name}"]["touches"] for name in CHOICES),
         "every_load": pages.fixed(found["choice/lean, at every frame"]["load_percent"], 0),
@@ -209,7 +207,6 @@ def draw(found):
 
 
 def main():
-    """Runs the campaign."""
     run = campaign.Run("choices", __doc__, TOUCHES, SEED)
     found = run.cells(*((choices, others) if run.full else (choices,)))
     run.finish(found, tables, draw, values)

@@ -29,7 +29,6 @@ class Answers:
 
 
 def of_fits(fits):
-    """Returns the answers of the package."""
     return Answers(fits.frequency_hz, fits.sigma_hz, fits.status)
 
 

@@ -39,7 +39,6 @@ def honest_fft(x, pad=8):
 
 
 def mean_of(frequencies, sigmas):
-    """Returns the weighted mean of the channels' answers."""
     weights = 1 / np.square(sigmas)
     return np.sum(weights * frequencies) / weights.sum(), 1 / np.sqrt(weights.sum())
 

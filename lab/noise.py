@@ -277,7 +277,6 @@ def extremes(run):
 
 
 def tables(found):
-    """Returns the page's tables."""
     percent = pages.percent
 
     def kind(name, window_s):
@@ -380,7 +379,6 @@ def draw(found):
 
 
 def main():
-    """Runs the campaign."""
     run = campaign.Run("noise", __doc__, WINDOWS, SEED)
     run.finish(run.cells(measure, detection, extremes), tables, draw, values)
 

@@ -79,7 +79,6 @@ def dumped(value, depth=0):
 
 
 def shown(cell):
-    """Formats a cell for a page."""
     match cell:
         case None:
             return "-"
@@ -135,7 +134,6 @@ def pages():
 
 
 def main():
-    """Fills all pages, or compares them."""
     arguments = argparse.ArgumentParser(description="Fill the tables and values of pages from docs/results/*.json.")
     arguments.add_argument("--check", action="store_true", help="fail if a page differs")
     check = arguments.parse_args().check

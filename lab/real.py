@@ -46,7 +46,6 @@ class Recording:
         return self.rows(low_row := int(np.searchsorted(self.along, low)), int(np.searchsorted(self.along, high, "right")) - low_row)
 
     def half(self, first):
-        """Returns every second channel."""
         return replace(self, values=self.values[:, first::2])
 
 
@@ -77,7 +76,6 @@ class Answer:
 
 
 def fit(recording):
-    """Returns Ridgetone's fit of all rows."""
     by = {"position_mm": recording.along - recording.along[0]} if recording.by_position else {}
     try:
         times = np.arange(len(recording.along)) / 340 if by else recording.along

@@ -60,7 +60,6 @@ def still(case, name=None):
 
 
 def cases():
-    """Returns all cases by group."""
     found = [Case("tones", f"{low} to {high} Hz, {db} dB", (low, high), db)
              for db in (20, 10, 0) for low, high in ((1, 2), (2, 5), (5, 20), (20, 50), (50, 70), (70, 100))]  # fmt: skip
     found += [Case("lengths", f"{low:g} to {high:g} s", slide_s=(low, high)) for low, high in ((0.4, 0.5), (0.5, 1), (1, 2), (2, 4), (7.9, 8))]

@@ -79,7 +79,6 @@ def batch_of(run, scene, window_s):
 
 
 def others(run, batch, harmonics):
-    """Returns the counts of the other methods."""
     found = {}
     for name, method in {"highest line of the FFT": methods.highest_line, **methods.METHODS}.items():
         every = 1 if method in (methods.highest_line, methods.honest_fft) else EVERY
@@ -90,7 +89,6 @@ def others(run, batch, harmonics):
 
 
 def ours(batch, options, channels, harmonics):
-    """Returns the counts of Ridgetone's fits."""
     part = narrowed(batch, channels, harmonics) if channels < CHANNELS else batch
     return judge.count(part, judge.of_fits(fits(part, **{"harmonics": 4, **options})))
 
@@ -196,7 +194,6 @@ def converters(run):
 
 
 def converters_table(found):
-    """Returns a table with a row for each tone."""
     rows = []
     for tone_uv in TONES_UV:
         cells = [found[f"converter/{name}/{tone_uv:g} uV"] for name, _ in CONVERTERS]
@@ -321,7 +318,6 @@ COMPARED = [
 
 
 def methods_table(found, scene):
-    """Compares methods on the same windows of a scene."""
     rows = []
     for name, shown, work in COMPARED:
         cells = [found.get(f"{scene}/{window_s:g} s/{name}") for window_s in SHOWN_S]
@@ -372,7 +368,6 @@ def tables(found):
 
 
 def values(found):
-    """Returns the values used in sentences."""
 
     def most(scene, over, under):
         ratios = [
@@ -423,7 +418,6 @@ def draw(found, folder=pages.RESULTS):
 
 
 def main():
-    """Runs the campaign."""
     run = campaign.Run("trade", __doc__, WINDOWS, SEED)
     found = run.cells(measure, declared, false_declarations, plans, converters)
     if run.full:

@@ -25,7 +25,6 @@ RIDGES = (1.0, 0.4, 0.2, 0.1)
 
 
 def frames(window_s, rate_hz=RATE_HZ):
-    """Returns the number of rows in a window."""
     return round(window_s * rate_hz)
 
 
@@ -60,7 +59,6 @@ FLOOR = 0.01
 
 
 def coloured(rng, shape, parts):
-    """Returns noise that is a sum of autoregressions."""
     return sum(np.sqrt(variance) * autoregression(rng, shape, factor) for factor, variance in parts)
 
 
@@ -113,7 +111,6 @@ def noise(rng, kind, windows, count):
 
 
 def log_uniform(rng, low, high, count):
-    """Returns log-uniform random numbers."""
     return low * (high / low) ** rng.random(count)
 
 
@@ -189,7 +186,6 @@ class Windows:
     chirp: np.ndarray | None = None
     """Change of the frequency per frame; NaN if it wanders."""
     second: np.ndarray | None = None
-    """Frequency of a second tone."""
     interferer: float | None = None
     """Frequency of hum as declared to the fit."""
     crb: np.ndarray | None = None
@@ -394,7 +390,6 @@ def narrowed(batch, channels, harmonics):
 
 
 def joined(batches):
-    """Returns the windows of several batches as one batch."""
     names = ("x", "frequency", "crb", "luck", "slope")
     return Windows(**{name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names})
 

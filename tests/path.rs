@@ -107,7 +107,6 @@ fn the_greeting_comes_first_and_health_once_a_second() {
     assert_eq!(healths(&events), end_s as usize + 1);
     let last = outcome(&events).health;
     for (found, expected, within) in [
-        // Supply, reference and temperature of the simulated chip.
         (last.supply_v, 5.0, 1e-3),
         (last.reference_v, 4.096, 1e-3),
         (last.temperature_c, 25.0, 0.5),

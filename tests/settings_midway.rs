@@ -14,7 +14,6 @@ use ridgetone_proto::telemetry::{Estimate, Event, Span, Status};
 use ridgetone_tone::Fitter;
 use touch::{SCANS, TONE_HZ};
 
-/// Start of the slide in `touch`, seconds.
 const SLIDE_START_S: f32 = 0.8;
 
 /// End of the slide, seconds. A window that extends beyond it, before the hold is detected, may

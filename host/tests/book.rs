@@ -38,7 +38,6 @@ const ENDLESS: [(&str, &str); 4] = [
 /// Time after which an endless command is interrupted, seconds.
 const RUN_S: &str = "15";
 
-/// Maximum duration of a command, seconds.
 const LONGEST_S: &str = "600";
 
 /// Words in commands that take long: they need the emulator, take minutes, or read such output.

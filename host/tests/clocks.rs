@@ -76,7 +76,6 @@ impl Source for Board {
     }
 }
 
-/// A message in an export.
 struct Stamp {
     kind: String,
     /// Time by the board's clock.
@@ -223,7 +222,6 @@ fn two_boards_of_skewed_clocks_agree_within_a_millisecond() {
     }
 }
 
-/// Byte that ends each packet.
 const PACKET_END: u8 = 0;
 
 /// The firmware image on the emulated board, whose clock runs at `pace`. The computer's clock is

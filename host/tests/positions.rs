@@ -23,7 +23,6 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// UTC at which the scene begins, seconds since 1970.
 const EPOCH_S: f64 = 1_769_862_605.25;
 /// Relative amount by which the board's clock is slow.
 const SLOW: f64 = 80e-6;
@@ -433,7 +432,6 @@ fn what_does_not_go_is_named() {
     );
     let empty = folder.join("empty.rec");
     {
-        // A recording without raw frames.
         let mut out = recording::create(&empty, "a test", BYTE_S).expect("a recording");
         let hello = hello(Plan::PAPER);
         let mut wire = [0; WIRE_MAX];

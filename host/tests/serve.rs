@@ -36,7 +36,6 @@ impl Serving {
         Self { child, lines }
     }
 
-    /// Returns the next message and its topic.
     fn next(&mut self) -> Option<(String, Value)> {
         let line = self.lines.next()?.expect("UTF-8");
         let mut object: Value = serde_json::from_str(&line).expect("JSON");

@@ -7,7 +7,6 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Spatial period of the surface, millimetres.
 const PERIOD_MM: f64 = 2.5;
 
 /// Returns position and speed of a hand that moves 100 mm back and forth every two seconds.

@@ -197,7 +197,6 @@ fn what_waited_for_a_broker_comes_to_a_subscriber_that_connects_later() {
     }
 }
 
-/// If a broker hangs, the board must continue.
 #[test]
 fn a_broker_that_hangs_holds_up_no_board() {
     let broker = Broker::start();

@@ -8,7 +8,6 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::process::Stdio;
 
-/// Returns a named column of a table, as text.
 fn column(csv: &str, name: &str) -> Vec<String> {
     let mut lines = csv.lines().map(|line| line.split(','));
     let at = lines

@@ -228,7 +228,6 @@ def table_3(steps, found, seeds):
 
 
 def short_windows(steps, found):
-    """Compares with Figure 7."""
     worst = {name: max(one["windows"][name] or 0 for one in found.values()) for name in next(iter(found.values()))["windows"]}
     shown = "; ".join(f"{worst[f'fit {s}']:.1f}, {worst[f'fft {s}']:.0f} % in {s} s" for s in (0.4, 0.2))
     steps.add("least squares, FFT in short windows, largest error (Figure 7)", "least squares stable down to 0.4 s", shown, "prediction", holds=worst["fit 0.4"] < 2)

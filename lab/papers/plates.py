@@ -70,7 +70,6 @@ def chunks(values, rows):
 
 
 def run(steps, short, seed):
-    """Adds all rows."""
     regressions(steps)
     components(steps, 500 if short else 4000)
     intensities(steps)

@@ -33,7 +33,6 @@ CHI_SQUARES_2 = {2.4: 2.41, 3.0: 4.98, 3.6: 7.29, 4.2: 34.3, 4.8: 28.7}
 
 
 def run(steps, short, seed):
-    """Adds all rows."""
     people(steps)
     skin(steps, seed)
     layers(steps, short)

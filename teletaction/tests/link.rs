@@ -42,7 +42,6 @@ const MAX_CODE: f32 = 4095.0;
 const STEADY: [f64; 2] = [120.0, 0.0];
 const PAPER: [f64; 2] = [120.0, 40.0];
 
-/// A link that runs in steps of a millisecond.
 struct Bench {
     link: Link,
     now_ms: u32,
@@ -68,7 +67,6 @@ impl Bench {
         Self { link, now_ms: 0 }
     }
 
-    /// Creates a link with a texture under the finger.
     fn touching(period_mm: f32, delay_ms: [f64; 2], loss: f64) -> Self {
         let mut bench = Self::new(Hand::OKAMOTO, delay_ms, loss, false);
         bench.link.finger.found(Some(Texture::new(period_mm)));

@@ -29,7 +29,6 @@ fn powered(power: f32, period_mm: f32) -> Texture {
     }
 }
 
-/// Returns the paper's stimulus with a texture.
 fn felt(texture: Texture, latency_s: f32) -> Stimulus {
     let encoder = Encoder {
         latency_s,
@@ -78,7 +77,6 @@ fn the_output_is_the_surface() {
             let case =
                 format!("hand {hand}, {period_mm} mm, {latency_s} s: {found} {phase} {worst}");
             assert!((found - 1.0).abs() < 0.01 && phase.abs() < 0.02, "{case}");
-            // Every sample is within 0.02 cycles.
             assert!(worst < 0.02 * TAU, "{case}");
         }
     }
@@ -421,7 +419,6 @@ fn a_carrier_has_the_texture_as_its_envelope() {
     let (mut worst, mut loudest) = (0.0f64, 0.0f64);
     for n in 0..96_000 {
         let t_s = f64::from(n) / SOUND_HZ;
-        // The hand moves for a second.
         if n % 48 == 0 && n < 48_000 {
             vibration.moved(t_s + 1e-3, 28.0 * (t_s + 1e-3));
         }

@@ -10,7 +10,6 @@ use ridgetone_teletaction::stylus::message::{Command, Event, Mark, Outcome, Requ
 use ridgetone_teletaction::stylus::parameters::Parameters;
 use ridgetone_teletaction::stylus::sampler::Look;
 
-/// A stylus without a board.
 struct Bench {
     tasks: Tasks,
     now_us: u32,

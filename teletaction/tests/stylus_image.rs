@@ -76,7 +76,6 @@ impl Stylus {
         }
     }
 
-    /// Sends a command and waits for its reply.
     #[track_caller]
     fn command(&mut self, command: Command) -> Outcome {
         self.number += 1;
@@ -105,7 +104,6 @@ impl Stylus {
         })
     }
 
-    /// Returns the next health report.
     fn health(&mut self) -> Health {
         self.run_s(1.1);
         let healths = self.events.iter().rev().find_map(|event| match event {
@@ -283,7 +281,6 @@ fn every_sample_is_in_time() {
         stylus.emulator.served(IRQ_USART3),
     );
     println!("the interrupt of a sample: {served:?}; the line's: {line:?}");
-    // 10 us at 168 MHz.
     assert!(
         served.times > 39_000 && served.longest_run_cycles <= 1680,
         "{served:?}"

@@ -67,7 +67,6 @@ fn two_touches(t: f64, hz: f64, lag: f64) -> f64 {
     during(0.0..5.0, t, 1000.0 + tone(2.0)) + during(7.0..12.0, t, 1000.0 + tone(9.0))
 }
 
-/// Frequencies of the slides, Hz.
 const SLIDES_HZ: [f64; 3] = [1.0, 8.0, 60.0];
 
 /// Slides are only scheduled, so the first motion and the first lift count as contacts, and the

@@ -131,7 +131,6 @@ fn during(range: std::ops::Range<f64>, t: f64, value: f64) -> f64 {
     if range.contains(&t) { value } else { 0.0 }
 }
 
-/// Touches without a slide.
 #[test]
 fn what_only_loads_the_finger_does_not_slide() {
     let plain: Signal<'_> = &|t, sign, _| sign * load(t, 3.0);

@@ -102,7 +102,6 @@ pub struct Outcome {
     pub releases_s: Vec<f64>,
     pub slide_fits: Vec<Estimate>,
     pub window_fits: Vec<Estimate>,
-    /// Pressure maps of the holds.
     pub images: Vec<Image>,
     pub textures: Vec<Texture>,
     /// The last health message.
@@ -110,7 +109,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Asserts that there was one touch with one slide.
     #[track_caller]
     pub fn assert_one_slide(&self, what: &str) {
         let touch = (
@@ -159,7 +157,6 @@ pub fn off(fit: &Estimate, truth: &Truth) -> f64 {
     (f64::from(fit.frequency) - truth.frequency_hz) / f64::from(fit.sigma)
 }
 
-/// Sorts the events of a run.
 pub fn outcome(events: &[Event]) -> Outcome {
     let mut out = Outcome::default();
     let seconds = |us: u64| us as f64 * 1e-6;

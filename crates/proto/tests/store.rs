@@ -210,7 +210,6 @@ fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
         let saved = store.save(Some(&settings(number)), false);
         assert_eq!(saved, Ok(Saved::AtOnce));
     }
-    // Flip a bit of the third record's settings.
     let mut flash = store.release();
     flash.bytes[2 * RECORD_BYTES as usize + 8] ^= 4;
     let mut store = FlashStore::new(flash);

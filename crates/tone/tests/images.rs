@@ -8,11 +8,9 @@ use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
 
-/// Parameters of a window; frequencies are in cycles per window.
 struct Window {
     frames: usize,
     cycles: f64,
-    /// Amplitudes of the harmonics.
     harmonics: [f64; 4],
     /// Cycles and amplitude of an interferer.
     hum: (f64, f64),

@@ -22,7 +22,6 @@ struct Recipe {
     way: f64,
     /// Amplitude of a third harmonic, which is not fitted.
     third: f64,
-    /// Standard deviation of the noise.
     noise: f64,
     seed: u64,
     is_lateness_unknown: bool,

@@ -139,7 +139,6 @@ impl Case {
     }
 }
 
-/// Statistics of the fits of many windows.
 #[derive(Debug, Default)]
 struct Counts {
     good: u64,

@@ -14,7 +14,6 @@ use ridgetone_proto::telemetry::{ConverterState, Decoder, Estimate, Event, Healt
 
 pub const BOARDS: [Board; 2] = [Board::FeatherF405, Board::NucleoF446re];
 
-/// An emulator with a receiver for its telemetry.
 pub struct Run {
     pub emulator: Emulator,
     decoder: Decoder,

@@ -29,7 +29,6 @@ fn channels(row: usize, t_s: f64) -> [f64; 3] {
 /// Formats a row from its number, its time and its channels.
 type Text<'a> = &'a dyn Fn(usize, f64, [String; 3]) -> String;
 
-/// Returns a table with one row for each time.
 fn table(header: &str, times_s: &[f64], text: Text) -> String {
     let mut csv = header.to_owned();
     for (row, t_s) in times_s.iter().enumerate() {

@@ -76,7 +76,6 @@ impl SerialBoard {
         self.shared.late_us.load(Relaxed) as f64 * 1e-6
     }
 
-    /// Stops the board, but keeps the line open.
     pub fn stop(&self) {
         self.shared.stops.store(true, Relaxed);
     }

@@ -17,7 +17,6 @@ pub struct Terminal {
     /// Path at which the far end can be opened.
     pub name: String,
     received: Vec<u8>,
-    /// Text on the screen.
     screen: vt100::Parser,
 }
 

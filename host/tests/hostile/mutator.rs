@@ -39,7 +39,6 @@ impl Mutator {
         self.0.next_u32() as usize % most.max(1)
     }
 
-    /// Returns one of the intact inputs with random changes.
     pub fn changed(&mut self, wholes: &[Vec<u8>]) -> Vec<u8> {
         let mut bytes = wholes[self.below(wholes.len())].clone();
         for _ in 0..=self.below(CHANGES_MAX) {

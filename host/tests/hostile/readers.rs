@@ -15,7 +15,6 @@ use std::path::PathBuf;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Readers of untrusted bytes.
 #[derive(Clone, Copy, Debug)]
 pub enum Reader {
     /// Samples: tables, and raw frames in any file.

@@ -99,7 +99,6 @@ impl Drop for Broker {
 
 /// A message as a subscriber received it.
 pub struct Received {
-    /// True if the broker retained the message.
     pub is_retained: bool,
     pub topic: String,
     pub message: Value,
@@ -197,7 +196,6 @@ impl Received {
     }
 }
 
-/// Relays connections until it is cut.
 pub struct Relay {
     pub port: u16,
     /// Ends of all connections; `None` if the relay is cut.

@@ -103,7 +103,6 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
         sleep(Duration::from_millis(100));
     }
     let live = &state()["live"];
-    // Numbers must equal those of `--json`.
     let lines = common::json_lines(&common::run(&[
         "monitor",
         "--file",

@@ -55,7 +55,6 @@ fn window(strips: &Strips, from_s: f64, until_s: f64) -> (Vec<f64>, Vec<Vec<f64>
     )
 }
 
-/// Subtracts a fitted straight line from the values.
 fn about_line(t_s: &[f64], values: &[f64]) -> Vec<f64> {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (level, middle) = (mean(values), mean(t_s));
@@ -69,7 +68,6 @@ fn squares(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum()
 }
 
-/// Returns the squared magnitude of a Fourier sum.
 fn power(values: &[f64], angle: impl Fn(usize) -> f64) -> f64 {
     let sum = |wave: fn(f64) -> f64| -> f64 {
         let waves = (0..values.len()).map(|n| values[n] * wave(angle(n)));

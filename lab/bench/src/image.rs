@@ -26,10 +26,8 @@ static VALID: [u16; LONGEST] = [u16::MAX; LONGEST];
 /// Results, row after row.
 static RESULTS: [AtomicU32; ROWS * WORDS] = [const { AtomicU32::new(0) }; ROWS * WORDS];
 
-/// Number of finished rows.
 static DONE: AtomicU32 = AtomicU32::new(0);
 
-/// Called before and after each row.
 #[inline(never)]
 fn mark() {
     DONE.store(black_box(DONE.load(Relaxed)), Relaxed);

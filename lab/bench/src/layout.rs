@@ -24,7 +24,6 @@ pub const WINDOW_ROWS: usize = (2 * SCENES.len() + 2) * FRAMES.len();
 /// Number of rows: the window rows, followed by square roots by the instruction and by `libm`.
 pub const ROWS: usize = WINDOW_ROWS + 2;
 
-/// Square roots per row.
 pub const ROOTS: u32 = 4096;
 
 /// Words per row: status, bits of the frequency in cycles per frame, bits of its sigma.

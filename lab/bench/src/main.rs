@@ -141,7 +141,6 @@ fn json(rows: &[Row], plans: Vec<Value>) -> serde_json::Result<String> {
     ))
 }
 
-/// Runs the image and returns its rows.
 fn run(path: &Path) -> Result<Vec<Row>, Box<dyn Error>> {
     let image = Image::read(path)?;
     let place = |name: &str| {

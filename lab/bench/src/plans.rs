@@ -23,7 +23,6 @@ const WATCHED_S: f64 = 1.5;
 const SETTLED_S: f64 = 0.4;
 /// Interval at which bytes are taken off the line, nanoseconds.
 const STEP_NS: u64 = 10_000;
-/// Clock of the STM32F405, hertz.
 const CLOCK_HZ: f64 = 168e6;
 
 struct Run {
@@ -63,7 +62,6 @@ impl Run {
     }
 }
 
-/// Measures load and latency of each named plan and window.
 pub fn measure(image: &Image, fit_irq: u16) -> Result<Vec<Value>, Box<dyn Error>> {
     let mut rows = Vec::new();
     for (name, plan) in Plan::usual(Converters::ADS1258) {

@@ -22,7 +22,6 @@ struct Rotation {
 }
 
 impl Rotation {
-    /// Starts at `from` cycles and advances by `step` cycles.
     fn new(from: f32, step: f32) -> Self {
         let unit = |cycles: f32| (cosf(TAU * cycles), sinf(TAU * cycles));
         Self {
@@ -38,7 +37,6 @@ impl Rotation {
     }
 }
 
-/// Working memory of both estimators.
 pub struct Scratch {
     points: [f32; POINTS],
     power: [f32; POINTS / 2],
@@ -151,7 +149,6 @@ fn fit(points: &[f32], guess: f32) -> Option<(f32, f32)> {
     Some((frequency, cosine * cosine + sine * sine))
 }
 
-/// Solves four normal equations by Gaussian elimination.
 fn solve(mut rows: [[f32; 5]; 4]) -> Option<[f32; 4]> {
     for k in 0..4 {
         let own = rows[k];

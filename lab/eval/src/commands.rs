@@ -19,7 +19,6 @@ enum Command {
     Faults(FaultsArgs),
 }
 
-/// Runs the command from the arguments.
 pub fn main() -> ExitCode {
     let Command::Faults(args) = Cli::parse().command;
     match faults::run(&args) {

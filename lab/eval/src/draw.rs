@@ -27,7 +27,6 @@ impl Draw {
         min + (max - min) * self.uniform()
     }
 
-    /// Returns a log-uniform number from `min` to `max`.
     pub fn log(&mut self, min: f64, max: f64) -> f64 {
         min * (max / min).powf(self.uniform())
     }

@@ -16,7 +16,6 @@ pub struct Table {
     pub rows: Vec<Vec<Value>>,
 }
 
-/// The tables of a page by name.
 pub type Tables = BTreeMap<String, Table>;
 
 impl Table {
@@ -92,7 +91,6 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// A requirement, and whether it is met.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Requirement {
     pub requirement: String,
@@ -161,7 +159,6 @@ pub fn write<T: Serialize>(folder: &Path, topic: &str, figures: &Figures<T>) -> 
     output::line(&path.display().to_string())
 }
 
-/// Prints all tables.
 pub fn print(tables: &Tables) -> Result<()> {
     for (name, table) in tables {
         output::line(&format!("{name}\n{}\n", table.markdown()))?;

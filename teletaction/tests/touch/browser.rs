@@ -15,7 +15,6 @@ use std::time::{Duration, Instant};
 /// Maximum time for any action of the browser.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Size and colours of the window.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
     pub width: u32,
@@ -58,7 +57,6 @@ fn command(profile: &Path, look: Look) -> Command {
     command
 }
 
-/// A browser with one page.
 pub struct Browser {
     child: Child,
     commands: File,
@@ -71,7 +69,6 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// Starts a browser with an empty page.
     pub fn start(look: Look) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let pipe = |name: &str| {
@@ -169,7 +166,6 @@ impl Browser {
         }
     }
 
-    /// Sets size and colours of the page.
     pub fn look(&mut self, look: Look) {
         let Look {
             width,
@@ -183,7 +179,6 @@ impl Browser {
         self.call("Emulation.setEmulatedMedia", json!({"features": features}));
     }
 
-    /// Opens a page.
     pub fn open(&mut self, url: &str) {
         let loaded = self.call("Page.navigate", json!({"url": url}));
         assert!(loaded["errorText"].is_null(), "{url}: {loaded}");
@@ -198,7 +193,6 @@ impl Browser {
         found["result"]["value"].clone()
     }
 
-    /// Waits until an expression in the page is true.
     pub fn wait(&mut self, expression: &str) {
         let begun = Instant::now();
         while self.value(expression) != true {
@@ -226,7 +220,6 @@ impl Browser {
             .collect()
     }
 
-    /// Returns the URLs that the page requested.
     pub fn requests(&self) -> Vec<String> {
         let sent = self
             .events

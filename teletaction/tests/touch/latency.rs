@@ -118,7 +118,6 @@ pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
     panic!("this computer is too busy to measure on");
 }
 
-/// Interpolates the pointer's position linearly.
 fn position_mm(pointer: &[(f64, f64)], t_s: f64) -> f64 {
     let n = pointer
         .partition_point(|(at_s, _)| *at_s <= t_s)

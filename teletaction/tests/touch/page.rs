@@ -22,7 +22,6 @@ const LOOK: Look = Look {
     dark: false,
 };
 
-/// `ridgetone touch` on a free port.
 struct Touch {
     child: Child,
     url: String,

@@ -4,7 +4,6 @@
 
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Scene};
 
-/// Frame rate of the scan, hertz.
 pub const RATE_HZ: f64 = 241.14;
 
 /// Returns uniform numbers from 0 to 1, from a linear congruential generator (D. E. Knuth, MMIX).

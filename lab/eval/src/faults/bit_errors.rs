@@ -28,7 +28,6 @@ use serde::Serialize;
 
 /// Maximum number of single bit errors in a frame.
 const SINGLE_MAX: u32 = 16;
-/// Longest burst, bits.
 const BURST_MAX: u32 = 64;
 /// Frames per batch, which has its own random stream: enough to keep a thread busy, and few enough
 /// to share the work among all threads.

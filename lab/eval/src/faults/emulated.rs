@@ -15,7 +15,6 @@ use ridgetone_proto::telemetry::Packet;
 /// off by about as much, within the 0.5 % that the rate check allows.
 const INTERNAL_PPM: i32 = 4_000;
 
-/// Makes one run with the image's settings.
 pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     let (input, truth) = plan.open()?;
     let mut packets = Vec::new();

@@ -49,7 +49,6 @@ pub struct Fate {
 
 #[derive(Clone, Debug, Default)]
 pub struct Judgement {
-    /// Fate of each injection that took effect.
     pub fates: Vec<Fate>,
     pub counts: Counts,
     pub complaints: Vec<String>,

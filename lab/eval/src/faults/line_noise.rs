@@ -10,7 +10,6 @@ use ridgetone_host::requests::receiver::Receiver;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Reply, Request};
 
-/// Page size of the flash, bytes.
 const PAGE_BYTES: u32 = 1024;
 
 /// Numbers of the board's current settings, and of settings in requests that it must refuse.
@@ -214,7 +213,6 @@ mod tests {
         }
         assert_eq!(board.in_force(), (settings(3), SettingsSource::Sent));
         let pages = board.into_pages();
-        // Number of words in a record.
         let words = ridgetone_proto::store::RECORD_BYTES as u64 / 4;
         assert_eq!((pages.done, pages.erased, pages.wrong), (words, 0, 0));
     }

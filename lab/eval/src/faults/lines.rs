@@ -11,7 +11,6 @@ use anyhow::Result;
 use ridgetone_host::input::Input;
 use ridgetone_proto::store::RECORD_BYTES;
 
-/// Telemetry frames per injection into the chip.
 const TELEMETRY_FRAMES: u64 = 100;
 const RANDOM_BYTES: u64 = 1000;
 const REQUESTS: u64 = 10;

@@ -24,7 +24,6 @@ const APART_S: (f64, f64) = (1.25, 1.6);
 const MIXED_APART_S: (f64, f64) = (0.03, 0.3);
 /// Time after the touch in which faults are still injected, seconds.
 const RELEASE_IDLE_S: f64 = 0.8;
-/// Number of injections in a mixed run.
 const MIXED: usize = 6;
 
 #[derive(Clone, Debug)]
@@ -35,7 +34,6 @@ pub struct Plan {
     pub sliding: Sliding,
     /// Injections in the order of scene time.
     pub injections: Vec<Injection>,
-    /// Scan plan of the chip.
     pub scan: Scan,
 }
 
@@ -103,7 +101,6 @@ impl Plan {
         Ok((input, truth))
     }
 
-    /// Returns the boot record of the run on the PC.
     pub fn boot(&self) -> Boot {
         let oscillator = match self.family {
             Family::Oscillator => Oscillator::Internal,

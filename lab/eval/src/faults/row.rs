@@ -56,7 +56,6 @@ pub struct Delays {
 }
 
 impl Delays {
-    /// A count without times.
     pub const fn untimed(count: u64) -> Self {
         Self {
             count: count as usize,
@@ -92,14 +91,12 @@ pub struct Row {
     pub unseen: usize,
     /// Injections after which everything worked again; `None` if there is nothing to recover.
     pub recovered: Option<Delays>,
-    /// True if the number of lost conversions is known.
     pub loss_is_known: bool,
     #[serde(flatten)]
     pub counts: Counts,
     pub complaints: Vec<String>,
 }
 
-/// Maximum number of complaints per row.
 const COMPLAINTS: usize = 5;
 
 /// True if the fault changes bits that are read only once.
@@ -107,7 +104,6 @@ fn may_alter(family: Family, place: Place) -> bool {
     family.alters() && !place.is_read_twice()
 }
 
-/// Name of a row.
 #[derive(Clone, Copy)]
 pub struct Title<'a> {
     pub name: &'a str,
@@ -213,7 +209,6 @@ impl Row {
         self.injected.saturating_sub(reported + self.unseen)
     }
 
-    /// True if conversions may arrive altered.
     pub fn may_alter(&self) -> bool {
         Family::from_str(&self.name, false).is_ok_and(|family| may_alter(family, self.place))
     }

@@ -18,7 +18,6 @@ impl ScanOrder {
         }
     }
 
-    /// Position of a channel in the scan.
     fn slot_of(&self, id: u8) -> Option<usize> {
         (self.channels >> id & 1 != 0)
             .then(|| (self.channels & ((1 << id) - 1)).count_ones() as usize)

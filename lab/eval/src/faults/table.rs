@@ -44,7 +44,6 @@ const ZEROS: [(&str, Option<(&str, &str)>); 6] = [
     ("false alarms", None),
 ];
 
-/// Adds the table of requirements.
 pub fn with_requirements(mut tables: Tables) -> Tables {
     let sums = |column: &str, unless: Option<(&str, &str)>| {
         let of_table = |table: &Table| {

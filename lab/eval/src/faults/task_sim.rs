@@ -40,12 +40,10 @@ pub struct Ran {
     pub whole_ns: Vec<u64>,
     /// Simulated time at device time zero, nanoseconds.
     pub zero_ns: u64,
-    /// Simulated time at the end of the run, nanoseconds.
     pub end_ns: u64,
     pub registers_right: bool,
 }
 
-/// Runs `input` through the firmware's tasks.
 pub fn run(input: Opened, settings: Settings, boot: Boot) -> Result<Ran> {
     let own = Ads1258Plan::of(&settings.plan);
     let mut observer = Observer {
