@@ -19,8 +19,8 @@ def detrended(x):
 
 
 def highest_line(x):
-    """Returns the highest line of the power spectrum summed over channels, without a window or
-    padding: bins are a cycle apart."""
+    """Returns the highest line of the power spectrum summed over channels: no window or padding,
+    and bins a cycle apart."""
     power = np.square(np.abs(np.fft.rfft(x - x.mean(0), axis=0))).sum(1)
     return (1 + np.argmax(power[1:])) / len(x), np.nan
 

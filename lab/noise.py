@@ -237,8 +237,8 @@ def worst(batch, frequency, sigma, status):
 
 
 def extremes(run):
-    """Measures windows of 1 s with uneven times, clipped and coarse channels, tones near
-    fractions of the frame rate, and scaled values."""
+    """Measures rows at uneven times, clipped and coarse channels, tones near fractions of the
+    frame rate, and scaled values, in 1 s."""
     found = {}
     spacings = [
         (f"uniform, +-{size:g} of a spacing", lambda rng, n, size=size: rng.uniform(-size, size, n))

@@ -110,8 +110,8 @@ def measure(run):
 
 
 def declared(run):
-    """Returns the answers of a scene and of the default, in windows of 1 s that contain what the
-    scene excludes."""
+    """Returns the answers of a scene and of the default in windows of 1 s that contain what it
+    excludes."""
     found = {}
     many = 4 * run.windows
     for name, options, content in run.progress(DECLARED, "scenes"):
@@ -227,8 +227,7 @@ def error(cell):
 
 
 def coverage(cell):
-    """Returns the fraction of good answers whose intervals cover the truth, percent, or None for
-    a method without intervals."""
+    """Returns the percentage of good answers whose intervals cover, or None without intervals."""
     return pages.percent(cell["covered"], cell["good"]) if cell["covered"] else None
 
 

@@ -211,8 +211,8 @@ def courses(rng, tone, windows, count):
 
 
 def sound(rng, course, amplitudes, gains, envelope=1.0):
-    """Returns a tone of harmonics with random phases, and its derivative with respect to a
-    frequency shared by all frames."""
+    """Returns a tone of harmonics with random phases, and its derivative by a frequency that all
+    frames share."""
     windows, count = course.shape
     steps = np.concatenate([course[:, :1] * 0, 0.5 * (course[:, 1:] + course[:, :-1])], axis=1)
     turns = np.cumsum(steps, axis=1)

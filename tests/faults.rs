@@ -53,8 +53,7 @@ fn estimates(events: &[Event]) -> Vec<&Estimate> {
 }
 
 /// True if the window includes this device time. `None` if the time is after the window or up to 13
-/// ms before it: the estimate may then be doubtful, because the fault may have been noticed before
-/// the report.
+/// ms before it: the estimate may then be doubtful, if the fault came before the report.
 fn holds(fit: &Estimate, t_us: u64) -> Option<bool> {
     let from_us = fit.t_us - (fit.window_s * 1e6) as u64;
     let is_near = (from_us - 13_000..from_us).contains(&t_us) || t_us > fit.t_us;
@@ -330,8 +329,8 @@ fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     }
 }
 
-/// All faults occur at once, repeatedly. At most four messages are sent in an eighth of a second,
-/// and every beginning is reported.
+/// All faults at once, repeatedly: at most four messages are sent in an eighth of a second, and
+/// every beginning is reported.
 #[test]
 fn all_faults_together_make_few_messages() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));

@@ -183,9 +183,8 @@ fn dead_and_noisy_channels_do_not_hurt() {
         f64::from(travel(&wave.fitted(&mut tracker), &ARRAY).spatial_period_sigma_mm)
     };
     let (whole, damaged) = (sigma(false), sigma(true));
-    // The weight of a strength is its square: 1, 0.16, 0.81 or 0.09. Each strength occurs in two
-    // channels per column. If one of two channels fails in one column, 2 * 1 / (2 + 1) = 2/3 of the
-    // weight remains.
+    // The weight of a strength is its square: 1, 0.16, 0.81 or 0.09, each in two channels per
+    // column. If one of the two fails in one column, 2 * 1 / (2 + 1) = 2/3 of the weight remains.
     let expected = (2.06f64 / (0.81 + 0.09 + 2.0 / 3.0 * 1.16)).sqrt();
     let ratio = damaged / whole;
     assert!(
@@ -237,8 +236,8 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
     }
 }
 
-/// There is no lag if there is only one column, if one column lacks the tone, or if no taxels
-/// respond alike in both columns.
+/// There is no lag with only one column, without a tone in one, or if no taxels respond alike in
+/// both columns.
 #[test]
 fn without_two_columns_there_is_nothing() {
     let mut fitted = WAVE.fitted(&mut Tracker::new());

@@ -314,7 +314,7 @@ fn touch_after_touch_for_thirty_days_is_the_same() {
 
 /// Sends one message per second for 30 days, with bursts that exceed the line's capacity and with
 /// lost frames. The PC's count of missing messages must be exact across all 39 wraps of the
-/// sequence numbers.
+/// numbers.
 #[test]
 fn every_message_is_sent_dropped_or_lost_and_counted() {
     let (mut outbox, mut decoder) = (Outbox::default(), Decoder::new());

@@ -103,7 +103,6 @@ struct Errors {
     /// RMS errors over the windows with a tone.
     fit: f64,
     fft: f64,
-    /// Mean error of the fit.
     bias: f64,
     /// RMS of the fit's errors, each divided by its uncertainty.
     over_sigma: f64,

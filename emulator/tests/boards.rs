@@ -58,7 +58,7 @@ fn the_demo_is_the_same_on_all_boards_and_on_the_pc() {
             .find(|one| one.span == Span::Slide);
         let estimate = whole.expect("an estimate of the whole slide");
         assert_eq!(estimate.status, Status::Good);
-        // The tone is 3.6 mm at 30 mm/s.
+        // 3.6 mm at 30 mm/s.
         let off = (estimate.frequency - 30.0 / 3.6).abs() / estimate.sigma;
         assert!(off < 4.0, "{estimate:?}");
         println!("{board:?}: {} conversions", run.emulator.readings().len());

@@ -34,9 +34,8 @@ fn short_commands_and_usual_settings_arrive_while_the_chip_scans() {
     }
 }
 
-/// If the task that takes requests is late, bytes that fit into the buffer must be kept. Later
-/// bytes are lost. If they exceed half a buffer they must be counted, and the next request must
-/// arrive.
+/// If the task that takes requests is late, bytes that fit into the buffer are kept. Later bytes
+/// are lost. More than half a buffer of them must be counted, and the next request must arrive.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_late_task_loses_no_byte_that_the_buffer_holds_and_counts_the_others() {
@@ -97,7 +96,7 @@ fn times_of_edges_are_right_to_some_microseconds_also_while_bytes_arrive() {
 }
 
 /// The processor stalls for 16 us per word of flash, and a byte takes 10.9 us, but the DMA fetches
-/// the bytes. The scan must not lose anything either, and the settings must be kept.
+/// the bytes. The scan loses nothing either, and the settings are kept.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_byte_is_lost_while_settings_are_kept() {

@@ -25,8 +25,7 @@ fn whole_slide(run: &Run) -> Estimate {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn the_demo_is_good_without_another_chip() {
-    // Field L of ADC_SQR1 (bits 23 to 16): number of inputs in a scan minus one, for eight or
-    // fourteen inputs.
+    // Field L of ADC_SQR1 (bits 23 to 16) is one less than the inputs of a scan, eight or fourteen.
     for (board, sequence) in Board::OWN_ADC.into_iter().zip([0x70, 0xd0, 0x70]) {
         let mut run = Run::sliding(board);
         let greeting = run.run_to(1.0, hello);

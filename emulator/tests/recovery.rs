@@ -211,7 +211,7 @@ fn a_bus_that_dies_for_two_seconds_is_reported_and_the_next_touch_is_right() {
         let whole = run.run_to(10.0, |event| {
             estimate_of(event).filter(|one| one.span == Span::Slide)
         });
-        // The tone is 3.6 mm at 30 mm/s.
+        // 3.6 mm at 30 mm/s.
         let off = (whole.frequency - 30.0 / 3.6).abs() / whole.sigma;
         assert!(
             whole.status == Status::Good && off < 4.0,

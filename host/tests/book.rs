@@ -353,8 +353,8 @@ fn the_commands_with_a_board_parse() {
     }
 }
 
-/// Cargo commands must name existing packages and test programs. Commands of `cargo xtask` are
-/// parsed by a test of xtask itself.
+/// Cargo commands must name existing packages and test programs. A test of xtask parses commands of
+/// `cargo xtask`.
 #[test]
 fn the_commands_of_cargo_name_what_exists() {
     let lock = read(&root().join("Cargo.lock"));

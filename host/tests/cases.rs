@@ -149,8 +149,8 @@ const CASES: [Case; 52] = [
     ),
 ];
 
-/// Cases that depend on the estimator rather than the reader. They are tested only if the folder of
-/// users' files exists.
+/// Cases that depend on the estimator, not the reader. Tested only if the folder of users' files
+/// exists.
 const OF_THE_ESTIMATOR: [(&str, Answer); 6] = [
     ("three_axes_three_tones.csv", Answer::NotGood),
     ("four_channels_four_tones.csv", Answer::NotGood),

@@ -1,5 +1,5 @@
-//! Tests that the messages of two boards with different clocks agree in UTC after both were
-//! recorded on one computer and exported.
+//! Tests that the messages of two boards with different clocks, after recording on one computer and
+//! export, agree in UTC.
 #![cfg(unix)]
 
 mod common;

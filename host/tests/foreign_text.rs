@@ -111,8 +111,7 @@ fn no_command_passes_on_what_acts_on_a_terminal() {
             .into_iter()
             .filter(|arguments| check(arguments))
             .count();
-        // Errors must quote the text, to show that it was the cause, except for MCAP, whose errors
-        // quote nothing.
+        // Errors must quote the text, to show that it was the cause; MCAP errors quote nothing.
         let is_mcap = path
             .extension()
             .is_some_and(|extension| extension == "mcap");

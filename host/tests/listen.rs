@@ -169,8 +169,7 @@ fn send(board: &mut File, sequence: u16, event: Event) {
     board.write_all(&wire[..used]).expect("written");
 }
 
-/// The board's greeting must be checked before any packets are printed, because they would be
-/// misread.
+/// The board's greeting must be checked before packets are printed, because they would be misread.
 #[test]
 fn a_board_with_another_protocol_is_refused_before_anything_is_printed() {
     let (mut board, child, messages) = listening();

@@ -219,8 +219,7 @@ const SLOW_HAND: Hand = Hand {
     swings: 4.0,
 };
 
-/// The period of every good window must be within its uncertainty while the speed varies and
-/// reverses.
+/// Every good window's period must be within its uncertainty while the speed varies and reverses.
 #[test]
 fn windows_have_the_scenes_period_within_their_sigma() {
     type Row = fn(&Recorded, f64) -> (f64, f64);

@@ -52,8 +52,7 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     // Send only a part of the last frame.
     board.write_all(&bytes[..bytes.len() - 5]).expect("written");
     let whole = bytes.iter().filter(|byte| **byte == 0).count() - 1;
-    // Every part ends with a zero: the header, the frames, and the marks with their times of
-    // receipt.
+    // Every part ends with a zero: the header, frames, and the marks with their times of receipt.
     let written = || {
         let file = std::fs::read(&path).unwrap_or_default();
         file.split_inclusive(|byte| *byte == 0)

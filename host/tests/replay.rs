@@ -1,5 +1,4 @@
-//! Tests `ridgetone replay` and `ridgetone emulate --print-scene`, which run scenes and recordings
-//! through the library.
+//! Tests `ridgetone replay` and `ridgetone emulate --print-scene` with scenes and recordings.
 
 mod common;
 #[path = "common/raw_recording.rs"]
@@ -319,8 +318,8 @@ fn a_recording_that_is_all_slide_gives_estimates() {
     assert!((period_mm - 3.0).abs() < 0.01, "{period_mm}");
 }
 
-/// A recording is replayed at its own rate, with a tone above the limit of a scan at 241 frames a
-/// second. Events must contain only its own channels, and nothing that is not in the file.
+/// A recording keeps its rate, with a tone above the limit of a scan at 241 frames a second. Events
+/// must contain only its own channels, and nothing that is not in the file.
 #[test]
 fn a_recording_keeps_its_rate_and_its_channels_and_nothing_is_invented() {
     let folder = common::directory();

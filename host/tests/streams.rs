@@ -35,7 +35,6 @@ fn gaps(indices: &BTreeSet<u64>) -> u64 {
         .map_or(0, |last| last + 1 - indices.len() as u64)
 }
 
-/// Returns the messages of the command itself.
 fn statuses(all: &[Received]) -> Vec<&Value> {
     all.iter()
         .filter(|one| one.topic == "ridgetone/status")

@@ -34,7 +34,7 @@ RUN_TO_RUN = np.array([-1, 1, 3, -3]) / math.sqrt(5)
 
 def scene(speed_mm_s, period_mm, run, seed, *, speed=True, ripple=True, onset=True, noise=True):
     """Returns a scene as imperfect as the paper's figures suggest. Ripple and jitter are
-    plausible values; the noise represents everything else that differs."""
+    plausible; noise represents all other differences."""
     error = OFFSET + SLOPE * speed_mm_s + SCATTER * RUN_TO_RUN[run]
     return {
         "speed_mm_s": speed_mm_s,

@@ -70,9 +70,8 @@ def highest_line_mm(made, speed_mm_s, wavelength_mm):
 
 
 def answers(made, speed_mm_s, wavelength_mm, harmonics, window_s=WINDOW_S):
-    """Returns error of the wavelength, standard deviation, status, cycles, and true if the
-    finger turns, for each window. At a steady speed the frequency is fitted, under a hand the
-    frames by position."""
+    """Returns for each window error of the wavelength, sigma, status, cycles, and true if the
+    finger turns. A steady speed is fitted by frequency, a hand by position."""
     start_s, found = made.truth.slide_start_s, []
     if speed_mm_s is not None:
         events = rt.replay(made, settings={"window_s": window_s, "stride_s": 0.05, "harmonics": harmonics})
@@ -127,8 +126,8 @@ def run(steps, short, seed):
 
 
 def power(made):
-    """Returns the mean square of the fundamental's amplitude over the channels during the slide,
-    mV^2, or None without a good fit."""
+    """Returns the mean square of the fundamental's amplitude over the channels in the slide,
+    mV^2; None without a good fit."""
     t_s = made.time_s
     part = (t_s > made.truth.slide_start_s + 0.03) & (t_s < made.truth.slide_end_s - 0.03)
     one = rt.fit(made.values[part], made.scan_hz)

@@ -75,8 +75,8 @@ def skin(steps, seed):
     steps.add("A, B, c from forces made of them, 15 s (eq. 15, 16)", "six subjects", f"within {worst:.1f} sigma", "SciPy `curve_fit`", holds=worst < 4)
 
 
-# Half plane. Compression is positive, stresses are per newton per millimetre of the line, and
-# strains are multiplied by Young's modulus.
+# Half plane. Compression is positive, stresses are per newton per millimetre of the line, strains
+# times Young's modulus.
 
 
 def normal(x, z):
@@ -211,8 +211,8 @@ def ridges(period_mm):
 
 
 def pins(spacing_mm, number, error):
-    """Returns pins half as wide as their spacing and 1 mm high, with heights off by a cosine
-    over `number` pins, the worst case of a resolution."""
+    """Returns pins half as wide as their spacing and 1 mm high, off by a cosine over `number`
+    pins: the worst case of a resolution."""
     count = round(spacing_mm / CELL_MM)
     n = np.arange(number * count)
     return np.where(n % count < count // 2, 1 + error * np.cos(2 * np.pi * (n // count) / number), np.nan)

@@ -1,5 +1,5 @@
-//! Tests `ridgetone link`: in virtual time with a simulated stylus, as two ends over UDP, with the
-//! emulated finger, and with refused options.
+//! Tests `ridgetone link`: in virtual time with a simulated stylus, over UDP, with the emulated
+//! finger, and with refused options.
 
 #[path = "../../host/tests/common/mod.rs"]
 mod common;

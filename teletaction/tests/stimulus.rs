@@ -257,8 +257,8 @@ proptest! {
     }
 }
 
-/// 100, 400 and 700 Hz: above the cut-off of 310 Hz the tone is reduced, and from 620 Hz on it is
-/// silent. When the hand leaves, the vibration must stop within the fade of 20 ms (100 samples).
+/// 100, 400 and 700 Hz: beyond the cut-off of 310 Hz the tone is weaker, and silent from 620 Hz on.
+/// When the hand leaves, the vibration stops within the fade of 20 ms, 100 samples.
 #[test]
 fn fast_hands_are_held_back_and_one_that_leaves_stops_softly() {
     for (speed, expected_v) in [(4, 75.0), (16, 75.0 * (2.0 - 400.0 / 310.0)), (28, 0.0)] {

@@ -162,8 +162,8 @@ impl Stylus {
     }
 }
 
-/// The output must be 0 V at first, rise softly once enabled, and be y = A sin(2 pi x / period) + B
-/// at the middle of each sample, for the paper's mean hand (section IV-A) and its fastest.
+/// The output must be 0 V at first, rise softly, and be y = A sin(2 pi x / period) + B at the
+/// middle of each sample, for the paper's mean hand (section IV-A) and its fastest.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn it_rises_softly_and_its_output_is_the_surface() {
@@ -244,7 +244,7 @@ fn it_stops_softly_and_a_dead_sampler_is_reset() {
 }
 
 /// The interrupt may take a tenth of the sample period, with all harmonics and back-to-back bytes.
-/// Meanwhile no sample may be late for 4 s; after that, a missed one must be counted.
+/// No sample may be late in 4 s of this, and a missed one must be counted.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn every_sample_is_in_time() {

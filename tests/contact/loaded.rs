@@ -24,8 +24,8 @@ fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
     }
 }
 
-/// If the finger does not slide, the release from a loaded start is taken for a contact. The next
-/// slide shows which level is idle.
+/// Without a slide, the release from a loaded start is taken for a contact. The next slide shows
+/// which level is idle.
 #[test]
 fn a_loaded_start_without_a_slide_is_set_right_by_the_next_one() {
     let mut found = changes(14.0, 20.0, &|t, sign, lag| {
@@ -87,8 +87,8 @@ fn by_the_protocol_a_loaded_start_does_not_stop_the_detector() {
     }
 }
 
-/// The rule changes in the hold after the slide, before the idle level is known and before a
-/// pressure map is taken of that hold.
+/// The rule changes in the hold after the slide, before the idle level is known or a pressure map
+/// of that hold is taken.
 #[test]
 fn a_change_to_the_protocol_in_a_hold_of_a_loaded_start_hides_no_release() {
     for hz in SLIDES_HZ {

@@ -112,7 +112,6 @@ fn slid(from_s: f64, to_s: f64, off_s: f64) -> [(&'static str, f64); 4] {
     ]
 }
 
-/// Expected events: contact at 1 s and the release.
 fn touched(off_s: f64) -> [(&'static str, f64); 2] {
     [("contact", 1.0), ("release", off_s)]
 }

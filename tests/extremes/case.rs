@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// Maximum error of a fit, in standard deviations of the f64 reference.
 pub const OFF_MAX: f64 = 4.5;
-/// Accepted ratio of one fit's sigma to that of the f64 reference, which knows the noise. The fit
+/// Accepted ratio of one fit's sigma to the f64 reference's, which knows the noise. The fit
 /// estimates the noise from a few bins next to the lines.
 const SURE: Range<f64> = 0.5..2.2;
 /// Accepted ratio averaged over many windows: allowing for a varying speed costs up to a fifth in

@@ -108,9 +108,9 @@ fn two_tones(ratio: f64, fraction: f64, noise_codes: f64, seed: u64) -> Fit {
     Case::new(values).fit()
 }
 
-/// Sigma does not allow for the tone's ends, yet the frequency must be right to half a bin, or the
-/// fit ambiguous. A tone in less than half of the window may be lost in the noise estimated next to
-/// it, and must not be good.
+/// Sigma ignores the tone's ends, yet the frequency must be right to half a bin, or the fit
+/// ambiguous. A tone in less than half of the window may be lost in the noise estimated next to it,
+/// and must not be good.
 #[test]
 fn a_tone_that_starts_or_ends_inside_is_found() {
     let check = |what: &str, fraction: f64, fit: &Fit, frequency: f64| {

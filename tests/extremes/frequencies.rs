@@ -18,8 +18,8 @@ fn case(tone: &Tone, harmonics: u8) -> Case {
     case
 }
 
-/// Fits of fewer cycles than the minimum are never good, because half a cycle resembles a curved
-/// baseline. From 0.9 cycles on the frequency is right, except for what the baseline absorbs.
+/// Fewer cycles than the minimum are never good, because half a cycle resembles a curved baseline.
+/// From 0.9 cycles on the frequency is right, except for what the baseline absorbs.
 #[test]
 fn half_a_cycle_to_one() {
     for cycles in [0.5, 0.55, 0.6, 0.65, 0.7, 0.73, 0.8, 0.9, 1.0, 1.1] {

@@ -2,7 +2,6 @@
 
 use std::f64::consts::TAU;
 
-/// Model of a channel's baseline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Baseline {
     /// A level and a slope.
@@ -17,7 +16,6 @@ pub struct Likelihood<'a> {
     values: &'a [[f32; 16]],
     /// Times of the frames, in frames from the centre.
     positions: Vec<f64>,
-    /// Frames used.
     rows: Vec<usize>,
     /// Bit c: channel c is used.
     channels: u16,
@@ -89,7 +87,7 @@ impl<'a> Likelihood<'a> {
     }
 
     /// Returns the standard deviation of the frequency in cycles per frame, from the curvature at
-    /// the maximum `peak`: the Cramer-Rao bound with the noise estimated from the residuals.
+    /// `peak`: the Cramer-Rao bound with the noise estimated from the residuals.
     pub fn sigma(&self, peak: f64) -> f64 {
         let mut step = 1e-4 / self.values.len() as f64;
         for _ in 0..4 {

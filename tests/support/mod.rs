@@ -96,9 +96,7 @@ impl Wire {
 pub struct Outcome {
     /// Times of the contact spikes, seconds.
     pub contacts_s: Vec<f64>,
-    /// Starts and ends of the slides, seconds.
     pub slides_s: Vec<(f64, f64)>,
-    /// Times of the releases, seconds.
     pub releases_s: Vec<f64>,
     pub slide_fits: Vec<Estimate>,
     pub window_fits: Vec<Estimate>,
@@ -119,8 +117,8 @@ impl Outcome {
         assert_eq!(touch, (1, 1, 1), "{what}: {self:?}");
     }
 
-    /// Asserts one touch with one slide at the scene's times: the contact within 10 ms, and the
-    /// slide's start and end within `slide_s`.
+    /// Asserts one touch with one slide at the scene's times: the contact within 10 ms, the slide
+    /// within `slide_s`.
     #[track_caller]
     pub fn assert_touch(&self, what: &str, truth: &Truth, slide_s: f64) {
         self.assert_slide(what, truth, slide_s);

@@ -173,8 +173,8 @@ fn every_configuration_has_its_registers() {
             }
         }
     }
-    // 32 CONFIG0 x 192 CONFIG1 x 32 SYSRED, without the forbidden combinations: CHOP in auto-scan
-    // (8 of 32) with 30 of the 32 SYSRED.
+    // 32 CONFIG0 x 192 CONFIG1 x 32 SYSRED, minus the forbidden CHOP in auto-scan (8 of 32) with 30
+    // of the 32 SYSRED.
     assert_eq!(valid, 192 * (32 * 32 - 8 * 30));
 }
 

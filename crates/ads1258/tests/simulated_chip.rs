@@ -447,8 +447,8 @@ fn nothing_relies_on_what_the_datasheet_leaves_open() {
     }
 }
 
-/// Assuming that the interface's time-out counts from a frame's start, a slow SCLK cuts frames, but
-/// SCLK from [`Config::sclk_min_hz`] on does not.
+/// If the interface's time-out counts from a frame's start, a slow SCLK cuts frames, but SCLK from
+/// [`Config::sclk_min_hz`] does not.
 #[test]
 fn from_the_least_sclk_on_no_frame_is_cut() {
     let min_hz = SCAN.sclk_min_hz();

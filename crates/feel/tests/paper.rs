@@ -194,8 +194,8 @@ fn tones_and_noise_change_by_their_own_laws_with_the_window() {
     }
 }
 
-/// A line keeps its amplitude, and noise keeps its power per hertz. Leakage must not be taken for
-/// an amplitude.
+/// A line keeps its amplitude, noise its power per hertz. Leakage must not be taken for an
+/// amplitude.
 #[test]
 fn the_reference_needs_a_line() {
     let line = |amplitude, spectrum: &[f32]| SpectralLine::new(amplitude, spectrum, 20.0);

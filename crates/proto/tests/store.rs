@@ -42,8 +42,8 @@ fn found<const PAGE_BYTES: u32>(flash: &CutFlash<PAGE_BYTES>) -> (Settings, Sett
     found
 }
 
-/// Checks the settings found after power was lost while `new` settings were stored over `old` ones.
-/// Either may be found; if the old ones are, the source must report that a newer record was begun.
+/// Checks the settings found after power was lost while `new` settings were stored over `old` ones:
+/// either of them. For the old ones, the source must report that a newer record was begun.
 fn check_cut<const PAGE_BYTES: u32>(
     flash: &CutFlash<PAGE_BYTES>,
     old: Option<Settings>,
@@ -220,7 +220,7 @@ fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
     assert_eq!(store.release().wrong, 0);
 }
 
-/// During a touch nothing must be erased, and stored settings must be kept.
+/// During a touch nothing is erased, and stored settings are kept.
 #[test]
 fn a_full_page_is_not_erased_without_permission() {
     let mut store = empty::<{ 2 * RECORD_BYTES }>();

@@ -1,5 +1,5 @@
-//! Tests windows of any length and frequency, from one and a half cycles to half the frame rate:
-//! the fit must be good and right, and its interval must cover the truth.
+//! Windows of any length and frequency, from one and a half cycles to half the frame rate: the fit
+//! must be good and right, and its interval cover the truth.
 
 mod common;
 

@@ -17,8 +17,8 @@ fn assert_good_and_right(fit: &Fit, cycles: f64, what: &str) {
     assert!(off.abs() < 0.01, "{what}, {cycles} cycles: {fit:?}");
 }
 
-/// Tests a finger on a grating with only the converter's rounding as noise, with and without
-/// overtones, for the paper's signal and for a compressed solid.
+/// Tests a finger on a grating with no noise except the converter's rounding, with and without
+/// overtones: the paper's signal, and a compressed solid.
 #[test]
 fn a_clean_finger_is_good() {
     for (speed_mm_s, period_mm) in [(30.0, 3.6), (30.0, 2.6), (60.0, 3.1), (20.0, 3.6)] {
@@ -62,8 +62,7 @@ fn a_clean_finger_is_good() {
     }
 }
 
-/// Rounding creates an endless series of overtones, some of which alias to fractions of the tone's
-/// frequency.
+/// Rounding creates endless overtones, some of which alias to fractions of the tone's frequency.
 #[test]
 fn a_sine_that_is_rounded_is_good() {
     for frames in [48, 120, 241] {

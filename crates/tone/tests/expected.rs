@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 const CHANNELS: usize = 16;
 const FRAMES: usize = 241;
 
-/// Returns a window with lines of amplitude 1 at these cycles per window, 23 dB above white noise.
+/// Lines of amplitude 1 at these cycles per window, 23 dB above white noise.
 fn window(lines: &[f64], seed: u64) -> Vec<f32> {
     let mut normal = normal(seed);
     let mut values = Vec::new();
@@ -44,8 +44,8 @@ fn it_is_what_a_search_finds() {
     }
 }
 
-/// If the tone is elsewhere, at half the expected frequency, or absent, the result must equal that
-/// of a search without an expectation.
+/// If the tone is elsewhere, at half the expected frequency, or absent, the result is that of a
+/// search without an expectation.
 #[test]
 fn what_is_not_there_is_searched_for() {
     for (lines, expected) in [

@@ -1,5 +1,5 @@
-//! Tests fits along a path whose channels are read one after another, at different positions, and
-//! fits where the path turns and friction changes its sign.
+//! Tests fits along a path: channels read one after another are at different positions, and where
+//! the path turns, friction changes its sign.
 
 mod common;
 

@@ -199,8 +199,8 @@ fn white_noise_is_fitted_as_well_as_the_bound_allows() {
     }
 }
 
-/// Any of four harmonics may be the strongest. Neither a harmonic nor a fraction of the fundamental
-/// must be taken for the fundamental.
+/// Any of four harmonics may be strongest. Neither a harmonic nor a fraction of the fundamental
+/// must be taken for it.
 #[test]
 fn harmonics_are_fitted_as_well_as_the_bound_allows() {
     const WINDOWS: u64 = 200;

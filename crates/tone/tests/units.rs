@@ -137,10 +137,9 @@ fn noisy(frequency_hz: f32, count: usize, seed: u64, shared: f32) -> Vec<f32> {
     out
 }
 
-/// A least-squares fit weights an impulse of twenty standard deviations like four hundred values:
-/// with one impulse in a hundred values, the error would be 2.2 times as large. In a tone at a
-/// third of the frame rate, third differences are as large as those of impulses of thirty standard
-/// deviations.
+/// Least squares weights an impulse of twenty standard deviations like four hundred values: with
+/// one in a hundred the error would be 2.2 times as large. In a tone at a third of the frame rate,
+/// third differences are as large as those of impulses of thirty standard deviations.
 #[test]
 fn impulses_change_little() {
     for (frequency_hz, count, square_max, own_range) in [
@@ -194,7 +193,7 @@ fn what_is_no_impulse_is_left() {
     assert!(is_left || !fit.status.has_tone(), "{fit:?}");
 }
 
-/// A common disturbance is three times as strong as the noise. If channels were treated as
+/// A common disturbance is three times as strong as the noise. With channels treated as
 /// independent, all of it would remain in the error.
 #[test]
 fn what_channels_share_is_taken_out() {

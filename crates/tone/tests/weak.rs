@@ -1,5 +1,5 @@
-//! Tests weak tones in the default scene. Sixteen channels must find tones that a single one
-//! misses, and noise that is red or common to channels must not be taken for a tone.
+//! Tests weak tones in the default scene: sixteen channels find tones that a single one misses, and
+//! noise that is red or common to channels is not taken for a tone.
 
 mod common;
 
@@ -15,8 +15,8 @@ enum Noise {
     White,
     /// Independent autoregressions with this coefficient in each channel.
     Red(f64),
-    /// Two such autoregressions, mixed with different gains in each channel, plus white noise of a
-    /// hundredth of the power.
+    /// Two such autoregressions, mixed with different gains in each channel, plus a hundredth of
+    /// white noise.
     Shared(f64),
 }
 

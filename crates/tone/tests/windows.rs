@@ -23,8 +23,8 @@ impl Even {
     }
 }
 
-/// Returns frames with a tone of `cycles` cycles and overtones in `channels` channels, 20 dB above
-/// white noise. There is no tone if `cycles` is zero.
+/// Returns frames with a tone of `cycles` cycles and overtones, 20 dB above white noise; no tone if
+/// `cycles` is zero.
 fn window(frames: usize, channels: usize, cycles: f64, seed: u64) -> Vec<f32> {
     with_overtones(1.0, frames, channels, cycles, seed)
 }
@@ -196,8 +196,7 @@ fn along_a_path_the_frequency_is_in_cycles_per_its_unit() {
     );
 }
 
-/// A tone must be common to the channels. If each channel has a different one, the fit must not be
-/// good.
+/// A tone must be common to the channels. If each has a different one, the fit is not good.
 #[test]
 fn channels_with_a_tone_of_their_own_share_none() {
     let mut even = Even(11);
@@ -295,7 +294,7 @@ fn a_tone_is_looked_for_in_the_band_alone() {
     }
 }
 
-/// Values in any unit must be fitted, within the range of f32.
+/// Any unit works within the range of f32.
 #[test]
 fn huge_and_tiny_values_are_fitted() {
     let whole = window(240, 8, 9.3, 5);

@@ -148,8 +148,8 @@ pub fn on_pc(run: &Run) -> Vec<Event> {
     events
 }
 
-/// Selects contacts, slides, releases and images in order, followed by the estimates in order,
-/// because the time at which a fit ends varies.
+/// Selects contacts, slides, releases and images in order, then estimates in order, because the
+/// time at which a fit ends varies.
 pub fn touches_and_tones(events: &[Event]) -> Vec<Event> {
     let is_kept = |event: &&Event| {
         matches!(

@@ -69,8 +69,8 @@ pub fn text(path: &Path) -> &str {
 }
 
 /// Returns a table of `channels` columns, sampled at `rate_hz`: a tone of `frequency_hz` with an
-/// overtone, a little noise, and a different amplitude and phase in each column. Stamps are rounded
-/// down to multiples of `jitter_s` unless it is zero.
+/// overtone, a little noise, and different amplitudes and phases. Stamps are rounded down to
+/// multiples of `jitter_s` unless it is zero.
 pub fn tone(
     channels: usize,
     rows: usize,

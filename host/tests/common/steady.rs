@@ -101,7 +101,7 @@ pub fn run(end_s: f64) {
         begun.elapsed().as_secs_f64()
     );
 
-    // One greeting at the start and one after every ten health messages. A restart would add one.
+    // One greeting at the start and one after ten health messages each. A restart would add one.
     assert_eq!(
         seen.hellos,
         1 + seen.healths / 10,
@@ -202,7 +202,7 @@ impl Seen {
             exact_us.abs_diff(health.t_us.into()) <= 1,
             "{health:?} is not the time of conversion {number}"
         );
-        // Counts whole scans, because the last health message comes in the middle of one.
+        // Whole scans: the last health message comes in the middle of one.
         assert_eq!(
             (number + 1) / SCAN.slots() as u128,
             health.frames.into(),

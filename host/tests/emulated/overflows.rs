@@ -20,8 +20,8 @@ fn run(elf: &Firmware) -> (Outcome, Vec<Packet>) {
 }
 
 /// Arithmetic wraps silently in the release image, but panics in the checked one. Both must report
-/// the same messages for a touch, though the slower checked image may stamp some a microsecond
-/// later, and may skip windows.
+/// the same messages for a touch, but the slower checked image stamps some a microsecond later, and
+/// may skip windows.
 #[test]
 #[ignore = "needs the emulator and an image in RIDGETONE_CHECKED_ELF: cargo xtask test"]
 fn no_arithmetic_overflows_in_a_touch() {

@@ -95,8 +95,8 @@ def test_runs_have_notes_are_reloaded_and_do_not_go_unsaved(view: Start, recordi
     page.once("dialog", lambda dialog: (asked.append(dialog.message), dialog.dismiss()))
     row.locator("[aria-label^=Close]").click()
     assert "is not saved" in asked[0] and page.locator("#run-rows tr").count() == 2
-    # A note is kept by the command, and becomes part of the file's name. Typing it must not move
-    # the slider.
+    # A note is kept by the command, and is part of the file's name. Typing it must not move the
+    # slider.
     t_s = page.input_value("#time")
     row.locator("input").press_sequentially("oak,2")
     row.locator("input").blur()

@@ -83,8 +83,8 @@ impl Viewer {
         self.send(&json!({"op": "subscribe", "subscriptions": wanted}).to_string());
     }
 
-    /// Returns the next message: its topic, its time in nanoseconds since 1970, and its object.
-    /// Returns `None` at the end.
+    /// Returns topic, time in nanoseconds since 1970, and object of the next message, or `None` at
+    /// the end.
     pub fn next(&mut self) -> Option<(String, u64, Value)> {
         loop {
             let (code, content) = self.frame()?;

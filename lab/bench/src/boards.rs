@@ -19,8 +19,8 @@ const TASKS: [(&str, [&[u16]; 2]); 6] = [
     ("fit", [&[76], &[76]]),
 ];
 
-/// Phases of the demo's touch, seconds after START. The contact is at 0.51 s, the slide from 1.51
-/// to 3.51 s, the release at 4.51 s.
+/// Phases of the demo's touch, seconds after START: the contact is at 0.51, the slide from 1.51 to
+/// 3.51, the release at 4.51.
 const PHASES: [(f64, f64); 3] = [(0.1, 0.4), (0.7, 1.4), (1.6, 3.4)];
 
 /// Clock in hertz at which the simulated chip makes 23,739 conversions a second in the default
@@ -38,7 +38,6 @@ const STEP_NS: u64 = 10_000;
 /// Number of bytes sent back to back while jitter is measured.
 const BYTES: usize = 20_000;
 
-/// Processor cycles per microsecond.
 const CYCLES_US: f64 = 168.0;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;

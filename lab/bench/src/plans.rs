@@ -118,7 +118,7 @@ fn watch(
         decoder: Decoder::new(),
     };
     run.run_to("greeting", 1.0, |event| matches!(event, Event::Hello(_)))?;
-    // Device time starts at the first reading, and a change of plan does not reset it.
+    // Device time starts at the first reading, and continues if the plan changes.
     let first = run.emulator.readings().first().map(|one| one.edge_ns);
     let zero_ns = first.ok_or("no conversion is read")?;
     let command = Command::Set {

@@ -65,8 +65,8 @@ fn detrended<'s>(frames: &[Values], channel: usize, points: &'s mut [f32]) -> &'
     points
 }
 
-/// Detrends, applies a Hann window, zero-pads by 8, sums the power over 16 channels, and fits a
-/// parabola to the logarithm of the peak.
+/// Detrends, applies a Hann window, zero-pads by 8, sums the power over 16 channels, and
+/// interpolates the logarithm of the peak by a parabola.
 pub fn hann(frames: &[Values], scratch: &mut Scratch) -> Option<f32> {
     let points = 8 * frames.len().next_power_of_two();
     let power = &mut scratch.power[..points / 2];

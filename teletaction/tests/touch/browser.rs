@@ -150,7 +150,6 @@ impl Browser {
             .expect("a browser: cargo xtask setup installs one");
     }
 
-    /// Calls a method and returns its result.
     pub fn call(&mut self, method: &str, parameters: Value) -> Value {
         self.tell(method, parameters);
         loop {

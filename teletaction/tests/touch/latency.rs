@@ -96,8 +96,8 @@ fn measure(browser: &mut Browser) -> Measured {
     }
 }
 
-/// Repeats the measurement until it is undisturbed. If other programs delayed the browser by more
-/// than the wait, or delayed its sound, their effect would be measured.
+/// Measures until undisturbed. If other programs delayed the browser by more than the wait, or its
+/// sound, their effect would be measured.
 pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
     for _ in 0..10 {
         let measured = measure(browser);

@@ -1,15 +1,15 @@
-//! Sends telemetry frames with bit errors. Counts how many the decoder rejects, and tests that it
+//! Sends telemetry frames with bit errors: counts how many the decoder rejects, and whether it
 //! reads the next frame.
 //!
-//! A CRC-32 only guarantees something about the message that it covers, here up to 504 bytes: it
-//! detects any burst of up to 32 bits, any 3 bit errors, and in messages of up to 371 bytes any 4
-//! (Koopman, *32-bit cyclic redundancy codes for Internet applications*, DSN 2002, table 1: for
-//! 0x04C11DB7 the Hamming distance is 5 up to 2,974 bits and 4 up to 91,607). On the line, the
-//! message is stuffed by COBS. A bit error that creates a zero splits the frame in two, and an
-//! error in a length byte of the stuffing also changes bytes elsewhere, which voids the guarantees.
-//! Of such frames, and of frames with more errors, one in 2^32 passes the checksum, or 0.002 of ten
-//! million. Some are rejected before that by the stuffing, and others afterwards by the content's
-//! decoder: leftover bytes, unknown variants, values out of range.
+//! The guarantees of a CRC-32 apply to the message that it covers, here up to 504 bytes: it detects
+//! any burst of up to 32 bits, any 3 bit errors, and in messages of up to 371 bytes any 4 (Koopman,
+//! *32-bit cyclic redundancy codes for Internet applications*, DSN 2002, table 1: for 0x04C11DB7
+//! the Hamming distance is 5 up to 2,974 bits and 4 up to 91,607). On the line the message is
+//! stuffed by COBS. A bit error that creates a zero splits the frame in two, and an error in a
+//! length byte of the stuffing also changes bytes elsewhere, which voids the guarantees. Of such
+//! frames, and of frames with more errors, one in 2^32 passes the checksum, or 0.002 of ten
+//! million. The stuffing rejects some before that, and the content's decoder others after it:
+//! leftover bytes, unknown variants, values out of range.
 //!
 //! One damaged message always passes: the empty one, whose checksum is 0. Zeros in a row, as in
 //! `health`, are stuffed as ones, and two bit errors that cut five ones out of a frame create an

@@ -11,8 +11,8 @@ use ridgetone_finger::converter::SCAN;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_proto::telemetry::Packet;
 
-/// Frequency error of a board's internal oscillator, ppm. The converter's clock then appears to be
-/// off by about as much, within the 0.5 % that the rate check allows.
+/// Frequency error of a board's internal oscillator, ppm. The converter's clock then appears off by
+/// about as much, within the 0.5 % that the rate check allows.
 const INTERNAL_PPM: i32 = 4_000;
 
 pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
@@ -31,9 +31,8 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     Ok(judge(plan, &truth, &ran(packets, &outcome)?))
 }
 
-/// Converts the results of an image run into the form of a PC run. Since the firmware reads each
-/// conversion twice and may have taken either read, a conversion counts as delivered if at least
-/// one read was right.
+/// Converts the results of an image run into the form of a PC run. The firmware reads twice and may
+/// have taken either read, so a conversion counts as delivered if one read was right.
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
     // The firmware's counter starts only after power-up.

@@ -8,7 +8,6 @@ use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
 
-/// Counts of the settings found after power losses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cuts {
     pub injected: u64,

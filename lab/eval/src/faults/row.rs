@@ -132,8 +132,8 @@ impl Row {
                 .collect::<Vec<_>>()
         };
         let mut complaints: Vec<_> = judgements.iter().flat_map(of_run).collect();
-        // Sort allowed complaints to the end: unreported faults in mixed runs, and altered
-        // conversions if they are read only once.
+        // Allowed complaints come last: unreported faults in mixed runs, and altered conversions if
+        // they are read once.
         complaints.sort_by_key(|(_, complaint)| match complaint {
             complaint if complaint.ends_with(ALTERED) && may_alter(family, place) => 2,
             complaint => u8::from(complaint.starts_with(NOT_REPORTED)),

@@ -76,7 +76,6 @@ impl Surroundings for Observer {
         Ok(())
     }
 
-    /// Compares a conversion with the chip's result.
     fn read(&mut self, timed: &TimedConversion, board: &SimulatedBoard) {
         let status = timed.status();
         if !status.is_new() {

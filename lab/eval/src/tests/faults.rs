@@ -14,8 +14,7 @@ use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_proto::plan::{Converters, HealthReadings, Plan as Scan};
 use std::path::Path;
 
-/// In more than a thousand injections, no wrong estimate may be good, and nothing may be lost
-/// silently.
+/// In more than a thousand injections, no wrong estimate is good, and nothing is lost silently.
 #[test]
 fn a_thousand_faults_and_nothing_wrong_is_reported_as_right() {
     let campaign = Campaign::on_pc(1100, 1, None, Scan::PAPER).expect("a campaign");
