@@ -85,8 +85,8 @@ def count(batch, answers):
 
 
 def missed(requirement, cell):
-    """Returns a cell's figure, and None if it is within the limit, "luck" if it is beyond by no
-    more than chance, otherwise "missed"."""
+    """Returns a cell's figure and verdict: None within the limit, "luck" if beyond it by no more
+    than chance, otherwise "missed"."""
     low, high = requirement.get("min", -np.inf), requirement.get("max", np.inf)
     if "count" in requirement:
         hits, of = sum(cell.get(name, 0) for name in requirement["count"].split("+")), cell.get(requirement["of"], 0)

@@ -225,7 +225,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
 }
 
 /// Speed changes smear a spectrum, so the paper gained nothing from longer windows. A fit along the
-/// path does, even where the hand turns.
+/// path gains, even where the hand turns.
 #[test]
 fn a_longer_window_is_better() {
     let (right, wrong) = table(16, 4 * WINDOW);

@@ -34,8 +34,8 @@ fn short_commands_and_usual_settings_arrive_while_the_chip_scans() {
     }
 }
 
-/// If the task that takes requests is late, bytes that fit into the buffer are kept. Later bytes
-/// are lost. More than half a buffer of them must be counted, and the next request must arrive.
+/// If the task that takes requests is late, bytes that fit into the buffer are kept and later ones
+/// lost. A loss of more than half a buffer must be counted, and the next request must arrive.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_late_task_loses_no_byte_that_the_buffer_holds_and_counts_the_others() {

@@ -205,7 +205,7 @@ def power_by_wavelength(steps, powers):
               "as printed; the grooves of the skin are guessed", "`simulate`, `fit`", 1.2 <= peak_mm <= 1.6 and 1.2 <= best_mm <= 1.6)  # fmt: skip
     volts = [75 / 6000 * np.polyval(POLYNOMIAL, mm) for mm in (0.8, 1.4, 2.0)]
     steps.add("amplitude at 0.8, 1.4, 2 mm (eq. 2, 3)", "-", ", ".join(f"{v:.1f}" for v in volts) + " V", "the crate's test has these", "`ridgetone-teletaction touch`")
-    # Overtones share the actuator's limit, so the fundamental is weaker than by equation 3.
+    # Overtones share the actuator's limit, so the fundamental is weaker than in equation 3.
     steps.add("fundamental with a second harmonic of 0.26 (eq. 3)", "amplitude of the law", f"{100 * (1 - 1 / 1.26):.0f} % weaker", "**differs by choice**: the sum stays within the actuator's limit", "`ridgetone-teletaction touch`")
     flat = max(max(each) / min(each) for mm in used if len(each := [p for v in SPEEDS_MM_S if (p := powers[mm, v])]) > 1)
     his = {mm: [np.mean(highest_power(mm, v)) for v in range(50, 231, 10)] for mm in used}

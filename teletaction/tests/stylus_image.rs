@@ -213,7 +213,7 @@ fn it_rises_softly_and_its_output_is_the_surface() {
     }
 }
 
-/// The output must stop softly when the hand rests, when the line is silent and when it is
+/// The output must stop softly when the hand rests, when the line is silent and when the stylus is
 /// disabled. The watchdog must reset a board without samples.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]

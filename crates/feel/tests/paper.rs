@@ -78,8 +78,8 @@ fn thresholds_are_equations_1_to_4_and_table_1() {
     }
 }
 
-/// 30 um at 40 Hz have three bins, each of which adds the logarithm of its amplitude over the
-/// threshold.
+/// A vibration of 30 um at 40 Hz fills three bins. Each adds the logarithm of its amplitude over
+/// the threshold.
 #[test]
 fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
     let firing = Firing::new(&sine(512, 20, 30.0), window(0.5));

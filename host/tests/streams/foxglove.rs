@@ -97,7 +97,7 @@ impl Viewer {
         }
     }
 
-    /// Reads a server's frame, an unmasked whole message. Returns `None` at the end.
+    /// Reads an unmasked, whole frame from the server. Returns `None` at the end.
     fn frame(&mut self) -> Option<(u8, Vec<u8>)> {
         let mut head = [0; 2];
         self.stream.read_exact(&mut head).ok()?;
