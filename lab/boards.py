@@ -19,31 +19,31 @@ RAM = 128
 START = ("from power-up to START, ms", "from power-up to the first conversion that is read, ms", "from power-up to the end of `hello` on the line, ms", "conversions lost at the start")
 PHASES = ("in the air", "in contact", "sliding, with fits")
 TOLERANCE = 0.05
-"""Figures of another compiler may differ by this fraction, or by 0.3."""
+"""Allowed deviation of figures made by another compiler, as a fraction; or 0.3."""
 
 
 def image(board):
-    """Builds an image; gives its path."""
+    """Builds an image and returns its path."""
     subprocess.run(["cargo", "xtask", "firmware", "--board", board], cwd=pages.ROOT, check=True, stdout=sys.stderr)
     return pages.ROOT / "target" / "firmware" / board / "ridgetone-firmware.elf"
 
 
 def memory(path):
-    """KiB of flash and of RAM by the sections of an ELF file that are loaded or allocated; the stack takes the rest of RAM."""
+    """Returns KiB of flash and of RAM, from the sections of an ELF file that are loaded or
+    allocated. The stack gets the rest of the RAM."""
     elf = path.read_bytes()
     start, size, count = struct.unpack_from("<I", elf, 32)[0], *struct.unpack_from("<HH", elf, 46)
     flash = ram = 0
     for at in range(start, start + size * count, size):
         _, kind, flags, address, _, length = struct.unpack_from("<6I", elf, at)
         is_kept, is_ram = flags & 2 and length, address >= 0x2000_0000
-        # Initial values of statics are in flash, too; sections of type 8 have none.
+        # Initial values of statics are in flash too; sections of type 8 have none.
         flash += length if is_kept and kind != 8 else 0
         ram += length if is_kept and is_ram else 0
     return flash / 1024, ram / 1024
 
 
 def measured(board):
-    """Figures of a board."""
     path = image(board)
     words = ["cargo", "run", "--quiet", "--release", "-p", "ridgetone-bench", "--bin", "boards", "--", board, str(path)]
     done = subprocess.run(words, cwd=pages.ROOT, check=True, stdout=subprocess.PIPE, text=True)
@@ -51,7 +51,6 @@ def measured(board):
 
 
 def tables(found):
-    """Tables of the page."""
     one = lambda values: [pages.fixed(value, 1) for value in values]
     rows = [[name, *(pages.fixed(found[board]["start_ms"][at], 1) for board in found)] for at, name in enumerate(START)]
     for name, rate in (("load_percent", "5,064"), ("load_fast_percent", "23,739")):
@@ -65,7 +64,7 @@ def tables(found):
 
 
 def differences(fresh, shipped, board):
-    """Figures of a board that are not those of the page."""
+    """Returns the figures of a board that differ from those on the page."""
     column = shipped["boards"]["columns"].index(board)
     pairs = [(row[0], row[1], next((old[column] for old in shipped["boards"]["rows"] if old[0] == row[0]), None)) for row in fresh["boards"]["rows"]]
     old_tasks = {row[0]: row for row in shipped["tasks"]["rows"]}
@@ -83,7 +82,7 @@ def main():
     if given.short:
         print(pages.markdown(fresh["boards"]))
         return "\n".join(differences(fresh, pages.load("boards")["tables"], BOARDS[0])) or 0
-    # The page states the busier board.
+    # The page shows the figures of the busier board.
     most = lambda name, at: max(found[board][name][at] for board in found)
     values = {"load_rest": round(most("load_percent", 0)), "load_sliding": round(most("load_percent", 2)), "latency_ms": round(most("latency_ms", 0))}
     pages.save("boards", fresh, values)

@@ -12,7 +12,8 @@ import pages
 
 
 class Run:
-    """Arguments of a campaign: `--short` for a twentieth of the windows, `--seed`, `--out` for a folder of its own."""
+    """A run of a campaign. `--short` takes a twentieth of the windows, `--out` selects a
+    different folder."""
 
     def __init__(self, topic, description, windows, seed):
         arguments = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -29,11 +30,11 @@ class Run:
         self.begun_s = time.monotonic()
 
     def rng(self, name):
-        """Random numbers of a test case: the same for equal seeds and names, whatever else runs."""
+        """Returns random numbers for a test case. They depend only on the seed and the name."""
         return np.random.default_rng([self.seed, zlib.crc32(name.encode())])
 
     def cells(self, *parts):
-        """Cells of all parts of the campaign, or those of the JSON with `--again`."""
+        """Returns the cells of all parts of the campaign, or with `--again` those in the JSON."""
         if self.again:
             before = pages.load(self.topic, self.out)["detail"]
             self.windows, self.seed = before["windows"], before["seed"]
@@ -41,7 +42,7 @@ class Run:
         return {name: cell for part in parts for name, cell in part(self).items()}
 
     def progress(self, items, what="test cases"):
-        """Yield items, with a line on standard error that says how far the run is."""
+        """Yields items, and shows the progress on standard error."""
         for number, item in enumerate(items):
             print(
                 f"\r{self.topic}: {what} {number + 1} of {len(items)}, {time.monotonic() - self.begun_s:.0f} s ",
@@ -53,7 +54,9 @@ class Run:
         print(file=sys.stderr)
 
     def finish(self, cells, tables, draw, values=None, others=None):
-        """Judge the requirements, those of the cells of `others` by topic too; write the JSON, the page and its picture after a full run. Exits with 1 if one is missed."""
+        """Judges the requirements, including those on the cells of `others` by topic. After a
+        full run, writes the JSON, the page and its picture. Exits with 1 if a requirement is
+        missed."""
         if self.full:
             made = tables(cells)
             pages.save(

@@ -27,16 +27,16 @@ from trade import CLOCK_HZ, DECLARED, instructions
 from windows import NINETY_FIVE, RATE_HZ, frames
 
 TOUCHES = 12
-"""Touches of a choice, each with a tone of its own."""
+"""Touches per choice, each with a different tone."""
 SEED = 70_000
 TONES_HZ = (15, 21)
 SLIDE_S = 5.0
 SLIDE_MM = 60
-"""Distance that the plain scene slides."""
+"""Distance of the slide in the plain scene."""
 FITTING_S = 4.0
-"""For how long windows end within a slide, if that is longer."""
+"""Time in which windows end within a slide, if that makes the slide longer."""
 SETTLED_S = 1.0
-"""From the first fit of a slide until a `health` speaks of fits alone."""
+"""Time from the first fit of a slide until a `health` covers only fits."""
 LEAN = [f"scene.{name}=false" for name in ("overtones", "curved_baseline", "coloured_noise", "shared_noise", "impulses")]
 PURE, RIDGED = "pure tone", "three overtones"
 CHOICES = {
@@ -44,7 +44,7 @@ CHOICES = {
     **{f"lean, {window_s:g} s": (window_s, 0.05, PURE) for window_s in (0.1, 0.2, 0.4, 1.0)},
     **{f"default, {window_s:g} s": (window_s, 0.25, RIDGED) for window_s in (0.4, 1.0, 3.9)},
 }
-"""Window and stride, seconds, and the scene. The lean scene is set where the tone is pure."""
+"""Window and stride in seconds, and the scene. If the tone is pure, the lean scene is set."""
 OTHERS = {"Hann FFT": methods.honest_fft, "IEEE 1057": methods.ieee1057}
 LABELS = {"Hann FFT": "padded FFT", "IEEE 1057": "IEEE 1057"}
 OTHER_WINDOWS_S = (0.2, 0.4, 1.0, 3.9)
@@ -53,14 +53,14 @@ BOARD = boards.BOARDS[0]
 
 
 def built():
-    """Builds what is measured; gives the command."""
+    """Builds the image and the command, and returns the command."""
     boards.image(BOARD)
     subprocess.run(["cargo", "build", "--quiet", "--release", "-p", "ridgetone-host"], cwd=pages.ROOT, check=True)
     return pages.ROOT / "target" / "release" / "ridgetone"
 
 
 def scene(run, number, kind, slide_s=SLIDE_S):
-    """Options of a touch's scene: all choices have the same tones."""
+    """Returns options for a touch's scene. All choices get the same tones."""
     rng = run.rng(f"touch {number}")
     hz = rng.uniform(*TONES_HZ)
     speed = SLIDE_MM / slide_s
@@ -69,13 +69,13 @@ def scene(run, number, kind, slide_s=SLIDE_S):
 
 
 def emulated(command, options):
-    """A touch on the emulator, and the bytes that each message took on the line."""
+    """Returns a touch on the emulator, and the number of bytes of each message on the line."""
     with tempfile.TemporaryDirectory() as folder:
         serial = Path(folder) / "serial.bin"
         words = [command, "emulate", "--json", "--serial-out", serial, *options]
         done = subprocess.run(words, cwd=pages.ROOT, check=True, capture_output=True, text=True)
         touch = Touch(done.stdout.splitlines(), "ridgetone emulate")
-        # Each message ends with the only zero that it has.
+        # Each message ends with a zero, and contains no other.
         sizes = [len(part) + 1 for part in serial.read_bytes().split(b"\0") if part]
     if len(sizes) != len(touch.messages):
         raise ValueError(f"{len(sizes)} messages on the line, {len(touch.messages)} lines of JSON")
@@ -83,7 +83,7 @@ def emulated(command, options):
 
 
 def watched(touch, sizes, window_s):
-    """Figures of the answers of one touch whose windows lie within the slide."""
+    """Returns figures of a touch's answers whose windows are within the slide."""
     truth, answers = touch.truth, touch.answers(window_s)
     start_s, end_s = truth["slide_start_s"], truth["slide_end_s"]
     good = [one for _, one in answers if one["status"] == "good"]
@@ -102,7 +102,7 @@ def watched(touch, sizes, window_s):
 
 
 def cell(touches):
-    """Counts and figures of all touches of a choice."""
+    """Returns counts and figures over all touches of a choice."""
     off = np.concatenate([one["off"] for one in touches])
     ages = [age for one in touches for age in one["ages"]]
     return {
@@ -119,7 +119,7 @@ def cell(touches):
 
 
 def choices(run):
-    """Each choice on the emulator."""
+    """Runs each choice on the emulator."""
     command, found = built(), {}
     for name, (window_s, stride_s, kind) in run.progress(list(CHOICES.items()), "choices"):
         own = [f"window_s={window_s}", f"stride_s={stride_s}", *(LEAN if kind == PURE else [])]
@@ -133,7 +133,7 @@ def choices(run):
 
 
 def others(run):
-    """Errors of other methods in windows of the same slides, one behind the other."""
+    """Returns errors of other methods in consecutive windows of the same slides."""
     command, found = built(), {}
     for kind in (PURE, RIDGED):
         off = {}
@@ -156,7 +156,6 @@ def others(run):
 
 
 def tables(found):
-    """The table of the page."""
     rows = []
     for name, (window_s, stride_s, kind) in CHOICES.items():
         one = found[f"choice/{name}"]
@@ -171,7 +170,6 @@ def tables(found):
 
 
 def values(found):
-    """Values that stand in sentences."""
     return {
         "touches": min(found[f"choice/{name}"]["touches"] for name in CHOICES),
         "every_load": pages.fixed(found["choice/lean, at every frame"]["load_percent"], 0),
@@ -179,7 +177,7 @@ def values(found):
 
 
 def draw(found):
-    """Error against the age of an answer."""
+    """Draws error against the age of an answer."""
     import plots
 
     figure, (axis,) = plots.panels(height=4.6)
@@ -209,7 +207,6 @@ def draw(found):
 
 
 def main():
-    """Run the campaign."""
     run = campaign.Run("choices", __doc__, TOUCHES, SEED)
     found = run.cells(*((choices, others) if run.full else (choices,)))
     run.finish(found, tables, draw, values)

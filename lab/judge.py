@@ -13,13 +13,14 @@ from windows import NINETY_FIVE, Covariance
 WHITE = Covariance(white=1.0)
 
 WRONG = 0.05
-"""A good answer off by more than this fraction is an outlier."""
+"""Good answers that are off by more than this fraction are outliers."""
 TAIL = 1e-4
-"""Probability at which a count of few windows says that a requirement is missed."""
+"""Probability of a count below which a requirement counts as missed."""
 
 
 class Answers:
-    """Answers of a method to windows: frequency and sigma in cycles per frame, NaN where there is none, and the status."""
+    """A method's answers to windows: frequency and sigma in cycles per frame (NaN without an
+    answer), and status."""
 
     def __init__(self, frequency, sigma, status=None):
         self.frequency, self.sigma = np.asarray(frequency, float), np.asarray(sigma, float)
@@ -28,18 +29,18 @@ class Answers:
 
 
 def of_fits(fits):
-    """Answers of the package."""
     return Answers(fits.frequency_hz, fits.sigma_hz, fits.status)
 
 
 def single(x, t, harmonics):
-    """The package's fit of one window whose rows are at these times."""
+    """Returns the package's fit of one window whose rows have these times."""
     return ridgetone.fit(x, time_s=t, harmonics=harmonics)
 
 
 def squares(error, unit, batch, good, controls):
-    """Mean of squared errors in units, and its standard error. The squared error of an estimator on the bound has a known
-    mean, and serves as a control variate where nearly all windows are answered."""
+    """Returns the mean of squared errors in units, and its standard error. If nearly all windows
+    are answered, the squared error of an estimator on the bound, whose mean is known, serves as
+    a control variate."""
     values = np.square(error / unit)[good]
     if controls and batch.luck is not None and good.sum() >= 10:
         control = (np.square(batch.luck / unit) - np.square(batch.crb / unit))[good]
@@ -51,7 +52,8 @@ def squares(error, unit, batch, good, controls):
 
 
 def count(batch, answers):
-    """Counts and figures of a batch. RMS errors are those of good answers; windows without one are `windows - good`."""
+    """Returns counts and figures of a batch. RMS errors include only good answers; windows
+    without one are `windows - good`."""
     good = answers.status == "good"
     found = {"windows": len(good), "good": int(good.sum())}
     for status in ("ambiguous", "unsteady", "doubtful"):
@@ -61,7 +63,8 @@ def count(batch, answers):
     error = answers.frequency - batch.frequency
     near = np.abs(error / batch.frequency) <= WRONG
     if batch.second is not None:
-        # Tones may be nearer to each other than 5 %: an outlier is far from both by its own sigma.
+        # Tones may be closer to each other than 5 %, so an outlier is far from both by its own
+        # sigma.
         near = np.minimum(np.abs(error), np.abs(answers.frequency - batch.second)) <= 5 * answers.sigma
     covered = np.abs(error) <= NINETY_FIVE * answers.sigma
     found |= {"wrong": int((good & ~near).sum()), "covered": int((good & covered).sum())}
@@ -82,14 +85,15 @@ def count(batch, answers):
 
 
 def missed(requirement, cell):
-    """Figure of a cell, and how far beyond the limit it is: None within it, "luck" within its error, "missed" beyond."""
+    """Returns a cell's figure and verdict: None within the limit, "luck" if beyond it by no more
+    than chance, otherwise "missed"."""
     low, high = requirement.get("min", -np.inf), requirement.get("max", np.inf)
     if "count" in requirement:
         hits, of = sum(cell.get(name, 0) for name in requirement["count"].split("+")), cell.get(requirement["of"], 0)
         if not of:
             return None, None
         value = 100 * hits / of
-        # Percents; the chance of a count as far beyond the limit.
+        # Percent; the probability of a count at least as far beyond the limit.
         above = stats.binom.sf(hits - 1, of, min(high, 100) / 100)
         below = stats.binom.cdf(hits, of, max(low, 0) / 100)
         beyond = (value > high, above) if value > high else (value < low, below)
@@ -103,9 +107,10 @@ def missed(requirement, cell):
 
 
 def requirements(topic, cells, folder=Path(__file__).parent):
-    """Judge the cells of a topic. Gives lines for people, and the requirements that are missed and not known to be.
+    """Judges the cells of a topic. Returns lines for people, and the missed requirements that are
+    not known to be missed.
 
-    An entry's `known` lists cells that miss it, each with the level that it is known to be at: there it must not get worse.
+    An entry's `known` lists cells that miss it, each with a level that must not get worse.
     """
     lines, failures = [], []
     for entry in tomllib.loads((folder / "requirements.toml").read_text()).get("requirement", []):

@@ -30,18 +30,19 @@ class Touch:
         self.messages = [one for one in objects if one["type"] != "truth"]
 
     def of(self, kind, **fields):
-        """Messages of a kind whose fields have these values."""
+        """Returns the messages of a kind whose fields have these values."""
         return [one for one in self.messages if one["type"] == kind and all(one[name] == value for name, value in fields.items())]
 
     def answers(self, window_s):
-        """Tracks, or estimates of windows if there is no track, and the windows' starts; only of windows within the slide."""
+        """Returns tracks, or estimates of windows if there are no tracks, with the windows'
+        starts. Includes only windows within the slide."""
         answers = self.of("track") or self.of("estimate", span="window")
         begins = [(one["t_s"] - one.get("window_s", window_s), one) for one in answers]
         return [(at, one) for at, one in begins if at >= self.truth["slide_start_s"] and one["t_s"] <= self.truth["slide_end_s"]]
 
 
 def quantile(values, part):
-    """The value below which this part of the values lies."""
+    """Returns the value below which this fraction of the values lies."""
     return sorted(values)[round(part * (len(values) - 1))]
 
 
@@ -57,11 +58,11 @@ ROWS = [
     ("estimate of the slide", "slide_end_s", "estimate", {"span": "slide"}),
     ("release", "release_s", "release", {}),
 ]
-"""What is printed, the true time that it is measured from, and the first message that it is."""
+"""Label to print, true time to measure from, and fields of the first message that matches."""
 
 
 def report(touch):
-    """Lines of the table, and the ages of all answers."""
+    """Yields the lines of the table, then the ages of all answers."""
     yield f"{'event':<22}{'happened, s':>12}{'dated, s':>10}{'left, s':>10}{'later, ms':>11}"
     for name, of, kind, fields in ROWS:
         happened_s, found = touch.truth[of], touch.of(kind, **fields)

@@ -13,20 +13,22 @@ from windows import waves
 
 
 def detrended(x):
-    """Channels without offset and slope."""
+    """Subtracts offset and slope from each channel."""
     base = np.linalg.qr(np.column_stack([np.ones(len(x)), np.arange(len(x))]))[0]
     return x - base @ (base.T @ x)
 
 
 def highest_line(x):
-    """Highest line of the power spectrum, summed over channels: neither window nor padding, and bins a cycle apart."""
+    """Returns the highest line of the power spectrum summed over channels: no window or padding,
+    and bins a cycle apart."""
     power = np.square(np.abs(np.fft.rfft(x - x.mean(0), axis=0))).sum(1)
     return (1 + np.argmax(power[1:])) / len(x), np.nan
 
 
 def honest_fft(x, pad=8):
-    """What one types first: detrend, Hann window, padding with zeros by 8, power summed over the channels, and a parabola
-    through the logarithm at the peak, which is looked for from one cycle on."""
+    """The usual first attempt: detrends, applies a Hann window, zero-pads by 8, sums the power
+    over the channels, and fits a parabola to the logarithm at the peak, searched from one cycle
+    on."""
     size = pad * 2 ** int(np.ceil(np.log2(len(x))))
     spectrum = np.fft.rfft(detrended(x) * np.hanning(len(x))[:, None], size, axis=0)
     power = np.square(np.abs(spectrum)).sum(1)
@@ -37,14 +39,13 @@ def honest_fft(x, pad=8):
 
 
 def mean_of(frequencies, sigmas):
-    """Weighted mean of the channels' answers."""
     weights = 1 / np.square(sigmas)
     return np.sum(weights * frequencies) / weights.sum(), 1 / np.sqrt(weights.sum())
 
 
 def ieee1057(x, steps=8):
-    """Four-parameter sine fit of IEEE Std 1057-2017, 4.1.4, on each channel from the peak of the padded spectrum; mean by the
-    fits' own sigmas."""
+    """Fits the four-parameter sine of IEEE Std 1057-2017, 4.1.4, to each channel, starting at
+    the peak of the padded spectrum. Averages by the fits' own sigmas."""
     n = len(x)
     t = np.arange(n) - (n - 1) / 2
     answers = []
@@ -66,7 +67,8 @@ def ieee1057(x, steps=8):
 
 
 def curve_fit(x):
-    """`scipy.optimize.curve_fit` of a sine with an offset to each channel, mean by the sigmas of its covariance."""
+    """Fits a sine with an offset to each channel with `scipy.optimize.curve_fit`. Averages by
+    the sigmas of its covariances."""
     t = np.arange(len(x))
 
     def sine(t, f, a, b, c):
@@ -92,8 +94,8 @@ def curve_fit(x):
 
 
 def oddo2009(x, pair=(0, 4)):
-    """Oddo et al. 2009, equations 7 to 9: one frequency and an amplitude, a phase and an offset for each of two channels by
-    descent from the highest line."""
+    """Oddo et al. 2009, equations 7 to 9: fits one frequency, and amplitude, phase and offset of
+    two channels, by descent from the highest line."""
     t, two = np.arange(len(x))[:, None], x[:, pair]
     two = two - two.mean(0)
     scale = two.std()
@@ -109,7 +111,8 @@ def oddo2009(x, pair=(0, 4)):
 
 
 class Harmonic:
-    """Harmonic least squares: offset and slope in each channel, which is of variance one."""
+    """Harmonic least squares, with offset and slope in each channel. Channels are scaled to
+    variance one."""
 
     def __init__(self, x):
         self.n, self.channels = x.shape
@@ -120,7 +123,8 @@ class Harmonic:
         self.x = x[:, scale > 0] / scale[scale > 0]
 
     def solve(self, f, harmonics):
-        """BIC, residuals, step of Gauss and Newton, information, and each channel's share of the score."""
+        """Returns BIC, residuals, Gauss-Newton step, information, and each channel's part of the
+        score."""
         columns = np.hstack([self.base, waves(self.t, f, harmonics)])
         q, r = np.linalg.qr(columns)
         seen = q.T @ self.x
@@ -138,7 +142,8 @@ class Harmonic:
         return criterion, scores.sum() / information, information, scores
 
     def best(self, power, pad, harmonics, tries=3, steps=6):
-        """Best criterion and frequency for so many harmonics, from the highest sums over a comb."""
+        """Returns the best criterion and frequency for this number of harmonics, from the
+        highest sums over a comb."""
         last = (len(power) - 1) // harmonics
         sums = sum(power[: h * last + 1 : h] for h in range(1, harmonics + 1))
         peaks = 1 + np.flatnonzero((sums[1:-1] >= sums[:-2]) & (sums[1:-1] > sums[2:]))
@@ -155,8 +160,9 @@ class Harmonic:
 
 
 def nls(x, most=4, pad=4):
-    """Harmonic least squares over all channels with the order by BIC (fast NLS: Nielsen, Christensen et al. 2017), sigma by
-    the scatter of the channels. NaN where no tone beats none by BIC."""
+    """Harmonic least squares over all channels, with the order chosen by BIC (fast NLS: Nielsen,
+    Christensen et al. 2017) and sigma from the scatter of the channels. NaN if BIC prefers no
+    tone."""
     window = Harmonic(x)
     power = np.square(np.abs(np.fft.rfft(window.x, pad * window.n, axis=0))).sum(1)
     criterion, f, harmonics = min((*window.best(power, pad, h), h) for h in range(1, most + 1))

@@ -17,10 +17,11 @@ from windows import CHANNELS, RIDGES, SINE, Tone, Windows, fits, frames, limits,
 WINDOWS_S = (0.2, 0.4, 1.0, 3.9)
 WINDOWS = 200
 SEED = 40_000
-"""Seed of the page. Constants of the estimator are chosen on seeds up to 10,000."""
+"""Seed of the page. Constants of the estimator are chosen with seeds up to 10,000."""
 HARMONICS = 4
 
-# Name, noise, what else, its size: in standard deviations of the noise where there is no tone.
+# Name, noise, disturbance and its size, in standard deviations of the noise because there is no
+# tone.
 NO_TONE = [
     ("white", "white", "", 0),
     ("impulses: 1 % of 20 sigma", "impulses", "", 0),
@@ -38,7 +39,7 @@ NO_TONE = [
     ("narrow band, shared with random phases", "narrow band", "", 0),
     ("mains of 30 sigma at 49.5 Hz, 50 Hz declared", "white", "mains", 30),
 ]
-# Name, harmonics, what else, its size in amplitudes of the tone.
+# Name, harmonics, disturbance and its size, in amplitudes of the tone.
 SOMETHING = [
     ("nothing else", RIDGES, "", 0),
     ("a step of 3 amplitudes", RIDGES, "step", 3),
@@ -55,7 +56,7 @@ SOMETHING = [
     ("harmonics 1, 2, 4 of 0.03, 1, 0.4", (0.03, 1, 0, 0.4), "", 0),
     ("harmonics 1, 2, 4 of 0.02, 1, 0.4", (0.02, 1, 0, 0.4), "", 0),
 ]
-# Name, noise, what else, its size in amplitudes.
+# Name, noise, disturbance and its size, in amplitudes of the tone.
 SIGMA = [
     ("white", "white", "", 0),
     ("white, logarithmic creep of 30 amplitudes", "white", "creep", 30),
@@ -78,7 +79,7 @@ KINDS = [
     "pink, the same in all channels",
     "pink, shared with random phases",
 ]
-"""Noises of the first table."""
+"""Noises in the first table."""
 FEW = [
     *((cycles, 16) for cycles in (0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.25, 1.5)),
     *((cycles, few) for few in (4, 1) for cycles in (0.4, 0.5, 0.7, 0.9, 2)),
@@ -87,12 +88,12 @@ UNSTEADY = [("wander", 0.005), ("wander", 0.02), ("wander", 0.05), ("chirp", 0.0
 SNRS_DB = range(20, -17, -4)
 HIDDEN_DB = (16, 8)
 HIDDEN_EXTREMES = ("uniform, +-0.1 of a spacing", "uniform, +-0.2 of a spacing", "uniform, +-0.3 of a spacing", "normal, 0.1 of a spacing")
-"""Rows that the page leaves out; `noise.json` has their cells."""
+"""Rows that are not on the page, but in `noise.json`."""
 FRACTIONS = [(1, 7), (1, 5), (1, 4), (1, 3), (2, 5)]
 
 
 def cells():
-    """Every test case: path, noise, tone, what else and its size."""
+    """Yields every test case: path, noise, tone, disturbance and its size."""
     few, drift = (1.0, 1.5), ("relaxation", 2 / 3)
     for name, kind, extra, size in NO_TONE:
         yield f"no_tone/{name}", kind, None, extra, size
@@ -113,7 +114,8 @@ def cells():
 
 
 def movement(batch, found):
-    """How many 95 % intervals of good and unsteady answers hold the mean, the wander and the chirp."""
+    """Counts the 95 % intervals of good and unsteady answers that cover the mean, the wander and
+    the chirp."""
     sure = np.isin(found.status, ("good", "unsteady"))
 
     def holds(value, sigma, truth):
@@ -130,7 +132,8 @@ def movement(batch, found):
 
 
 def names_both(batch, found):
-    """How many name both of two tones, in either order, and how many sure ones do not."""
+    """Counts the answers that name both tones, in either order, and the sure answers that do
+    not."""
 
     def near(value, truth):
         return np.abs(value / truth - 1) <= judge.WRONG
@@ -142,23 +145,26 @@ def names_both(batch, found):
 
 
 def opponent(batch, every):
-    """Harmonic least squares in white, independent noise, on some of the windows."""
+    """Returns the answers of harmonic least squares for white, independent noise on every n-th
+    window."""
     return judge.Answers(*np.array([methods.nls(x, HARMONICS) for x in batch.x[::every]]).T)
 
 
 def some(batch, every):
-    """Some windows of a batch."""
+    """Returns every n-th window of a batch."""
     of = {name: value[::every] for name, value in vars(batch).items() if isinstance(value, np.ndarray)}
     return Windows(**of)
 
 
 def measure(run):
-    """Counts of every test case and window, and those of the opponent."""
+    """Returns counts of every test case and window, for Ridgetone and for harmonic least
+    squares."""
     found = {}
     for path, kind, tone, extra, size in run.progress(list(cells())):
         for window_s in WINDOWS_S:
             name = f"{path}/{window_s:g} s"
-            # One relaxation and no tone is the usual window of a press: its outliers are counted to a tenth of a percent.
+            # One relaxation without a tone is the usual window of a press, so its outliers are
+            # counted to 0.1 %.
             many = run.windows * (10 if path.endswith("one relaxation of 100 sigma") else 1)
             batch = make(run.rng(name), many, frames(window_s), kind, tone, extra, size)
             answers = fits(batch, HARMONICS)
@@ -174,7 +180,7 @@ def measure(run):
 
 
 def detection(run):
-    """Detection probability by SNR and channels, in white noise, windows of 1 s."""
+    """Measures detection probability by SNR and channels, in white noise and windows of 1 s."""
     found = {}
     for snr_db in run.progress(list(SNRS_DB), "detection"):
         for channels in (1, 4, 16):
@@ -182,7 +188,7 @@ def detection(run):
             batch = make(run.rng(name), run.windows, frames(1.0), "white", Tone((4, 30), snr_db=snr_db))
             batch.x, batch.crb, batch.luck = batch.x[:, :, :channels], None, None
             found[name] = judge.count(batch, judge.of_fits(fits(batch, HARMONICS)))
-            # The lean scene and the padded FFT, which answers every window, on pure tones.
+            # On pure tones, also the lean scene and the padded FFT, which answers every window.
             batch = make(run.rng(f"pure {name}"), run.windows, frames(1.0), "white", Tone((4, 30), harmonics=SINE, snr_db=snr_db))
             batch.x, batch.crb, batch.luck = batch.x[:, :, :channels], None, None
             found[f"lean {name}"] = judge.count(batch, judge.of_fits(fits(batch, harmonics=1, exclude=["all"])))
@@ -191,7 +197,7 @@ def detection(run):
 
 
 def uneven(run, name, offsets):
-    """Times of uneven rows, in frames, that the fit knows."""
+    """Fits rows at uneven times (in frames) that the fit knows."""
     rng = run.rng(name)
     many, count = run.windows, frames(1.0)
     tone = Tone((4, 30))
@@ -225,13 +231,14 @@ def uneven(run, name, offsets):
 
 
 def worst(batch, frequency, sigma, status):
-    """The largest error of a good answer in its own sigmas."""
+    """Returns the largest error of a good answer, in its own sigmas."""
     off = np.abs(frequency - batch.frequency) / sigma
     return {"worst_sigmas": float(f"{np.max(off[status == 'good'], initial=0):.3g}")}
 
 
 def extremes(run):
-    """Rows at uneven times, clipped and coarse channels, tones near fractions of the frame rate, scaled values: 1 s."""
+    """Measures rows at uneven times, clipped and coarse channels, tones near fractions of the
+    frame rate, and scaled values, in 1 s."""
     found = {}
     spacings = [
         (f"uniform, +-{size:g} of a spacing", lambda rng, n, size=size: rng.uniform(-size, size, n))
@@ -270,7 +277,6 @@ def extremes(run):
 
 
 def tables(found):
-    """The page's tables."""
     percent = pages.percent
 
     def kind(name, window_s):
@@ -324,7 +330,8 @@ def tables(found):
 
 
 def values(found):
-    """Values that stand in sentences: percentages over the cells of a pattern, from the least to the most."""
+    """Returns values used in sentences: ranges of percentages over the cells that match a
+    pattern."""
 
     def span(pattern, count, of="windows", less=False):
         cells = [cell for name, cell in found.items() if fnmatch.fnmatchcase(name, pattern) and cell[of]]
@@ -356,7 +363,7 @@ def values(found):
 
 
 def draw(found):
-    """RMS over CRB by window, of Ridgetone and of its opponent."""
+    """Draws RMS error over CRB by window, for Ridgetone and for harmonic least squares."""
     import plots
 
     figure, (axis,) = plots.panels()
@@ -372,7 +379,6 @@ def draw(found):
 
 
 def main():
-    """Run the campaign."""
     run = campaign.Run("noise", __doc__, WINDOWS, SEED)
     run.finish(run.cells(measure, detection, extremes), tables, draw, values)
 

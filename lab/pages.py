@@ -25,40 +25,40 @@ END = "<!-- end -->"
 
 
 def significant(value, digits):
-    """A number rounded to significant digits; None if it is not finite."""
+    """Rounds a number to significant digits. Returns None if it is not finite."""
     if value is None or not math.isfinite(value):
         return None
     return whole(float(f"{value:.{digits}g}"))
 
 
 def fixed(value, decimals):
-    """A number rounded to decimals; None if it is not finite."""
+    """Rounds a number to decimals. Returns None if it is not finite."""
     return None if value is None or not math.isfinite(value) else whole(round(float(value), decimals))
 
 
 def whole(value):
-    """A whole number is written as one."""
+    """Converts a whole number to an integer."""
     return int(value) if value == int(value) else value
 
 
 def percent(count, of):
-    """A fraction in percent to a tenth; None of nothing."""
+    """Returns a fraction in percent to a tenth, or None if `of` is zero."""
     return fixed(100 * count / of, 1) if of else None
 
 
 def table(headings, rows):
-    """A table with headings that `|` separates."""
+    """Returns a table; `|` separates the headings."""
     return {"columns": headings.split("|"), "rows": [list(row) for row in rows]}
 
 
 def load(topic, folder=RESULTS):
-    """Figures of a topic; empty where nothing was measured."""
+    """Returns the figures of a topic; empty if nothing was measured."""
     path = Path(folder) / f"{topic}.json"
     return json.loads(path.read_text()) if path.exists() else {}
 
 
 def save(topic, tables, values=None, detail=None, folder=RESULTS):
-    """Write the JSON of a topic, a row a line, and fill its page."""
+    """Writes the JSON of a topic, one row per line, and fills its page."""
     figures = {"tables": tables, "values": values or {}, "detail": detail or {}}
     Path(folder).mkdir(parents=True, exist_ok=True)
     (Path(folder) / f"{topic}.json").write_text(dumped(figures) + "\n")
@@ -68,7 +68,8 @@ def save(topic, tables, values=None, detail=None, folder=RESULTS):
 
 
 def dumped(value, depth=0):
-    """JSON with an entry a line down to the rows of tables and the entries of details."""
+    """Returns JSON with one entry per line, down to the rows of tables and the entries of
+    details."""
     if isinstance(value, dict) and value and depth < 3:
         entries = [f"{json.dumps(str(key))}: {dumped(one, depth + 1)}" for key, one in value.items()]
         return "{\n" + ",\n".join(entries) + "\n}"
@@ -78,7 +79,6 @@ def dumped(value, depth=0):
 
 
 def shown(cell):
-    """A cell as a page shows it."""
     match cell:
         case None:
             return "-"
@@ -93,7 +93,7 @@ def shown(cell):
 
 
 def markdown(table, columns=()):
-    """A table in Markdown; columns of numbers stand to the right."""
+    """Formats a table in Markdown, with numbers right-aligned."""
     columns = columns or range(len(table["columns"]))
     is_text = [any(isinstance(row[at], str) for row in table["rows"]) for at in columns]
     lines = [[table["columns"][at] for at in columns], ["---" if text else "---:" for text in is_text]]
@@ -103,7 +103,7 @@ def markdown(table, columns=()):
 
 
 def find(kind, name, topic, folder=RESULTS):
-    """A table or a value by its name, of another topic as `TOPIC.NAME`."""
+    """Returns a table or a value by name; `TOPIC.NAME` is of another topic."""
     of, _, own = name.rpartition(".")
     found = load(of or topic, folder).get(kind, {})
     if own not in found:
@@ -112,7 +112,7 @@ def find(kind, name, topic, folder=RESULTS):
 
 
 def filled(text, topic, folder=RESULTS):
-    """A page with its tables and values filled in."""
+    """Returns a page with its tables and values filled in."""
 
     def of_table(match):
         name, columns = match[1], [int(at) for at in (match[2] or "").split()]
@@ -127,14 +127,13 @@ def filled(text, topic, folder=RESULTS):
 
 
 def pages():
-    """Pages of the repository that have a marker."""
+    """Returns the pages of the repository that have a marker."""
     found = subprocess.run(["git", "ls-files", "*.md"], cwd=ROOT, capture_output=True, text=True, check=True)
     paths = (ROOT / line for line in found.stdout.splitlines())
     return [path for path in paths if path.exists() and END in path.read_text()]
 
 
 def main():
-    """Fill all pages, or compare them."""
     arguments = argparse.ArgumentParser(description="Fill the tables and values of pages from docs/results/*.json.")
     arguments.add_argument("--check", action="store_true", help="fail if a page differs")
     check = arguments.parse_args().check

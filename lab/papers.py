@@ -24,7 +24,7 @@ PAPERS = {"oddo": oddo, "okamoto": okamoto, "plates": plates, "teletaction": tel
 
 
 def draw(found):
-    """Errors of Oddo's Table 3 by combination, printed and ours."""
+    """Draws the errors of Oddo's Table 3 by combination, as printed and ours."""
     figure, [axis] = plots.panels(1, height=3.6)
     names = list(found)
     curves = {"FFT, printed": oddo.FFT["1, 2"], "FFT": [one["fft 1, 2"] for one in found.values()], "least squares, printed": oddo.FIT["1, 2"],

@@ -1,4 +1,5 @@
-"""One style for all pictures of the results: direct labels, legible on a light and on a dark page."""
+"""Common style for all pictures of the results, with direct labels, legible on light and dark
+pages."""
 
 import re
 
@@ -9,7 +10,7 @@ import matplotlib.pyplot as plt
 
 from pages import RESULTS
 
-# Colours on a light and on a dark page: text, faint text, grid, card, then the curves.
+# Colours on light and on dark pages: text, faint text, grid, card, then curves.
 TEXT, FAINT, GRID, CARD = "#222222", "#555555", "#dddddd", "#ffffff"
 CURVES = ("#0064a4", "#c4480a", "#00795a", "#a01050", "#6b4fa0", "#7a6a00", "#556677")
 DARK = {
@@ -29,14 +30,15 @@ plt.rcParams.update(
 
 
 def panels(count=1, width=9.4, height=4.2):
-    """Make a figure with panels below each other and room for labels at the right. Returns figure and axes."""
+    """Creates a figure with panels one below the other and room for labels on the right. Returns
+    figure and axes."""
     figure, axes = plt.subplots(count, 1, figsize=(width, height * count), squeeze=False)
     figure.subplots_adjust(left=0.08, right=0.74, top=1 - 0.35 / (height * count), bottom=0.5 / (height * count), hspace=0.35)
     return figure, list(axes[:, 0])
 
 
 def curve(axis, x, y, name, number, marker="o", dashed=False, faint=False):
-    """Draw a curve with its name at the right end, in the curve's colour."""
+    """Draws a curve with its name at the right end, in the curve's colour."""
     colour = TEXT if faint else CURVES[number % len(CURVES)]
     style = (0, (2, 3)) if faint else (0, (7, 3)) if dashed else "-"
     axis.plot(x, y, color=colour, linestyle=style, marker=None if faint else marker, markersize=4.5)
@@ -45,14 +47,15 @@ def curve(axis, x, y, name, number, marker="o", dashed=False, faint=False):
 
 
 def ticks(axis, values, unit=""):
-    """Ticks of a logarithmic axis of lengths at just these values."""
+    """Sets a logarithmic axis with ticks only at these values."""
     axis.set_xscale("log")
     axis.set_xticks(values, [f"{value:g}{unit}" for value in values])
     axis.minorticks_off()
 
 
 def save(figure, name, title, folder=RESULTS):
-    """Place the labels so that none covers another, and write `NAME.svg` with colours for a dark page."""
+    """Places the labels so that they do not overlap, and writes `NAME.svg` with colours for a
+    dark page."""
     figure.canvas.draw()
     for axis in figure.axes:
         labels = axis.__dict__.get("_labels", [])

@@ -20,13 +20,13 @@ from windows import NINETY_FIVE
 FOLDER = pages.ROOT.parent / "shared" / "recordings"
 WINDOW_CYCLES = (1.5, 2, 3, 4, 6)
 CLOTH_ROWS = (54, 107)
-"""Rows of a stretch of cloth: 1.5 and 3 s."""
+"""Rows of a stretch of cloth, for 1.5 and 3 s."""
 PATTERN_MM, PATTERN_TOLERANCE = 6.9, 0.02
 
 
 @dataclass
 class Recording:
-    """Rows along time in seconds, or along position in mm."""
+    """Rows by time in seconds, or by position in mm."""
 
     name: str
     along: np.ndarray
@@ -46,13 +46,12 @@ class Recording:
         return self.rows(low_row := int(np.searchsorted(self.along, low)), int(np.searchsorted(self.along, high, "right")) - low_row)
 
     def half(self, first):
-        """Every second channel."""
         return replace(self, values=self.values[:, first::2])
 
 
 @dataclass
 class Answer:
-    """A fit: cycles per second or per mm."""
+    """A fit in cycles per second or per mm."""
 
     status: str
     value: float = math.nan
@@ -66,7 +65,7 @@ class Answer:
         return bool(abs(self.value / truth - 1) <= tolerance)
 
     def covers(self, recording):
-        """True if the 95 % interval covers the truth, as well as that is known."""
+        """True if the 95 % interval covers the truth, allowing for the tolerance of the truth."""
         return bool(abs(self.value - recording.truth) <= NINETY_FIVE * math.hypot(self.sigma, recording.tolerance * recording.truth / 2))
 
     def __str__(self):
@@ -77,7 +76,6 @@ class Answer:
 
 
 def fit(recording):
-    """Ridgetone's fit of all rows."""
     by = {"position_mm": recording.along - recording.along[0]} if recording.by_position else {}
     try:
         times = np.arange(len(recording.along)) / 340 if by else recording.along
@@ -89,7 +87,8 @@ def fit(recording):
 
 
 def peak(recording):
-    """The highest line of the channels' periodograms, each less a line and over its own power: lines a cycle a window apart."""
+    """Returns the highest line of the channels' periodograms, each detrended and divided by its
+    power. Lines are one cycle per window apart."""
     rows = len(recording.along)
     u = np.linspace(-1, 1, rows)
     left = recording.values - recording.values.mean(0)
@@ -99,7 +98,7 @@ def peak(recording):
 
 
 def read(path, column="time_s"):
-    """A recording; of a column the channels are the other ones but the time."""
+    """Reads a recording along `column`. All other columns except the time are channels."""
     with path.open() as file:
         names = file.readline().strip().split(",")
         table = np.loadtxt(file, delimiter=",", ndmin=2)
@@ -108,7 +107,7 @@ def read(path, column="time_s"):
 
 
 def known(folder):
-    """Recordings of a known frequency, in their steady part."""
+    """Yields the steady parts of recordings with a known frequency."""
     for path in sorted(folder.glob("*.csv")):
         one, end = read(path), None
         if "_V" in path.stem:
@@ -130,7 +129,7 @@ def share(answers):
 
 
 def parts_agree(recording, found):
-    """Halves and thirds whose mean is that of the whole, where all of them are good."""
+    """Compares halves and thirds with the whole: if all are good, their mean must agree with it."""
     for count in (2, 3):
         rows = len(recording.along) // count
         parts, whole = [fit(recording.rows(at * rows, rows)) for at in range(count)], fit(recording.rows(0, count * rows))
@@ -140,7 +139,7 @@ def parts_agree(recording, found):
 
 
 def channels_agree(recording, found):
-    """Halves of the channels, of the whole and of either half of it, where both are good."""
+    """Compares halves of the channels if both are good, in the whole and in either half of it."""
     rows = len(recording.along) // 2
     for part in (recording, recording.rows(0, rows), recording.rows(rows, rows)) if recording.values.shape[1] >= 4 else ():
         halves = [fit(part.half(first)) for first in (0, 1)]
@@ -149,7 +148,7 @@ def channels_agree(recording, found):
 
 
 def by_cycles(recordings):
-    """The ridged board in windows of some cycles."""
+    """Fits the ridged board in windows of a few cycles."""
     for cycles in WINDOW_CYCLES:
         errors, good, covered = [], [], []
         for one in (one for one in recordings if one.name.startswith("fabric")):
@@ -162,7 +161,7 @@ def by_cycles(recordings):
                 errors.append([100 * abs(found / one.truth - 1) for found in (peak(part), answer.value)])
         errors = np.array(errors)
         unanswered = np.isnan(errors[:, 1])
-        # No answer counts as far off.
+        # A missing answer counts as an infinite error.
         medians = np.median(np.where(np.isnan(errors), np.inf, errors), axis=0)
         yield [cycles, len(errors), *(pages.fixed(one, 1) for one in medians), int(unanswered.sum()), share(good), share(covered) if covered else "-"]
 

@@ -9,7 +9,7 @@ import socket, struct, subprocess, tempfile, threading, time, tty, zlib
 
 RATE_HZ = 241.14
 CONTACT, REPLY, RAW = 1, 8, 9  # variants of `Event` in crates/proto/src/telemetry/event.rs
-AWAY_S, BACK_S = (2, 12, 5), 20  # how long the broker is away, and until its subscriber is back, too
+AWAY_S, BACK_S = (2, 12, 5), 20  # the broker's absences, and time until its subscriber is back
 
 
 def varint(value):
@@ -92,7 +92,7 @@ class Broker:
                 self.arrived[topic].setdefault(int(index[1]), float(utc_s))
 
     def missing(self, topic):
-        """Counts the messages of a topic that did not arrive, apart from those around a restart."""
+        """Counts the messages of a topic that did not arrive, except those around a restart."""
         arrived = sorted(self.arrived[topic].items())
         return sum(after - before - 1 for (before, before_s), (after, after_s) in zip([(-1, 0), *arrived], arrived)
                    if not any(before_s < at_s + BACK_S and at_s - 2 < after_s for at_s in self.restarts))

@@ -18,18 +18,20 @@ from campaign import Run
 
 PERIOD_MM, RATE_HZ, CHANNELS = 3.6, windows.RATE_HZ, 16
 CONVERTER_V = 4.5e-6
-"""Noise of the converter at the scan's data rate."""
+"""Noise of the converter at the scan's data rate, volts."""
 RISE_S, DECAY_S = 0.010, 0.040
-"""From touch to the peak of the spike, and its decay to 1/e: those of hal-mock's scenes."""
+"""Time from the touch to the peak of the spike, and its decay to 1/e, as in hal-mock's scenes."""
 CONTACT_S, RELEASE_S, NEAR_S = 0.1, (-0.05, 1.0), 0.02
-"""Events count as those of the truth within these. A release may lag by what the skin needs to creep back."""
+"""Maximum difference of an event from the truth. A release may lag by the time in which the skin
+creeps back."""
 VISIBLE = 25.0
-"""Whoever knows the motion sees it once the squares of its traces, over the variance of the noise, add up to this: five sigma."""
+"""Sum of the squares of the motion's traces, over the variance of the noise, at which someone
+who knows the motion would see it: five sigma."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is in the touches of a case. Pairs are drawn evenly in the logarithm."""
+    """Contents of a case's touches. Pairs are ranges, drawn log-uniformly."""
 
     group: str
     name: str
@@ -41,24 +43,23 @@ class Case:
     before_s: tuple = (0.5, 2)
     after_s: tuple = (0.5, 2)
     pink: bool = False
-    spike: tuple | None = None  # square of the contact spike over that of the hold; otherwise about 2
-    creep: float = 0.0  # of the skin, over the amplitude of the tone
+    spike: tuple | None = None  # square of the contact spike over the hold's; otherwise about 2
+    creep: float = 0.0  # of the skin, relative to the amplitude of the tone
     drift_v_s: float = 0.0
     hum: bool = False  # 50 Hz as strong as the tone
-    mains: bool = False  # and the detector is told
+    mains: bool = False  # the hum is declared to the detector
     load: float = 1.0
     press: float = 0.0  # the load swings by this fraction at 1 to 3 Hz
     loaded: bool = False  # the recording begins under load
-    physical: bool = False  # the physical finger, whose creep, filter and noise are its own
+    physical: bool = False  # the physical finger, which has its own creep, filter and noise
 
 
 def still(case, name=None):
-    """The same without a slide."""
+    """Returns the same case without a slide."""
     return replace(case, name=name or f"{case.name}, no slide", slide_s=None, before_s=(2, 8))
 
 
 def cases():
-    """All cases by group."""
     found = [Case("tones", f"{low} to {high} Hz, {db} dB", (low, high), db)
              for db in (20, 10, 0) for low, high in ((1, 2), (2, 5), (5, 20), (20, 50), (50, 70), (70, 100))]  # fmt: skip
     found += [Case("lengths", f"{low:g} to {high:g} s", slide_s=(low, high)) for low, high in ((0.4, 0.5), (0.5, 1), (1, 2), (2, 4), (7.9, 8))]
@@ -88,11 +89,11 @@ def cases():
 
 
 def touch(case, rng):
-    """Frames of a touch in volts, and its truth in seconds from the first frame."""
+    """Returns the frames of a touch in volts, and its truth in seconds from the first frame."""
     draw = lambda low, high: low * (high / low) ** rng.random()
     hz, slide_s = draw(*case.tone_hz), case.slide_s and draw(*case.slide_s)
     ramp_s = min(draw(*case.ramp_s), slide_s / 2 if slide_s else 0.5)
-    # A slide of a thousandth of a period is none.
+    # A slide of a thousandth of a period does not count as one.
     slide_mm = hz * PERIOD_MM * (slide_s - ramp_s) if slide_s else 1e-3 * PERIOD_MM
     scene = {
         "speed_mm_s": hz * PERIOD_MM, "period_mm": PERIOD_MM, "slide_mm": slide_mm, "idle_s": draw(*case.idle_s), "hold_before_s": draw(*case.before_s),
@@ -109,7 +110,7 @@ def touch(case, rng):
     t_s = made.time_s[:, None] + np.arange(CHANNELS) / 21 / RATE_HZ
     step = lambda x: 0.5 - 0.5 * np.cos(np.pi * np.clip(x, 0, 1))
     load = step((t_s - truth.contact_s) / RISE_S + 1) * (1 - step((t_s - truth.release_s) / RISE_S))
-    # A scene has a spike about half as high as its load.
+    # The spike of a scene is about half as high as its load.
     more = (np.sqrt(draw(*case.spike)) - 1.5) if case.spike else 0.0
     after = t_s - truth.contact_s
     spike = np.where(after < 0, step(after / RISE_S + 1), np.exp(-after.clip(0) / DECAY_S))
@@ -137,7 +138,8 @@ def touch(case, rng):
         is_slide = (made.time_s >= truth.slide_start_s) & (made.time_s <= truth.slide_end_s)
         times_s, moved = made.time_s[is_slide], clean[is_slide]
         ends = [(times_s, moved), (times_s[::-1], moved[::-1])]
-        # From either end inwards: when so much of the motion has passed that it shows in the noise.
+        # From either end inwards, until so much of the motion has passed that it shows in the
+        # noise.
         shows = [times[min(np.searchsorted(np.cumsum(np.square((one - one[0]) / sigma_v).sum(1)), VISIBLE), len(times) - 1)] for times, one in ends]
         seen = truth.slide_start_s - from_s, truth.slide_end_s - from_s, shows[0] - from_s, shows[1] - from_s
     return values[first:], None if case.loaded else truth.contact_s - from_s, seen, truth.release_s - from_s
@@ -148,9 +150,9 @@ def overlap(a, b):
 
 
 def judged(case, rng):
-    """What `replay` reports of a touch, next to its truth."""
+    """Compares the report of `replay` on a touch with its truth."""
     values, contact_s, slide, release_s = touch(case, rng)
-    # One window a second: the detector is judged here, and `good` where nothing slides.
+    # One window a second is enough to judge the detector, and `good` where nothing slides.
     settings = {"interferer_hz": 50.0 if case.mains else 0.0, "stride_s": 1.0}
     events = rt.replay(values, rate_hz=RATE_HZ, settings=settings)
     contacts = [one.t_s for one in events.contacts]
@@ -166,7 +168,7 @@ def judged(case, rng):
     best = max(slides, key=lambda one: overlap(one, slide[:2]), default=None) if slide else None
     is_found = best is not None and all(overlap(best, slide[:2]) > 0.5 * (one[1] - one[0]) for one in (best, slide))
     out["slide false"] = len(slides) > is_found
-    # A slide in pieces was not found.
+    # A slide reported in pieces does not count as found.
     out["slide found"] = is_found and len(slides) == 1
     out["near"] = out["near visible"] = False
     if out["slide found"]:
@@ -180,7 +182,7 @@ COUNTS = ("slide", "slide found", "slide false", "near", "near visible", "contac
 
 
 def cell(found):
-    """Counts of a case, and quantiles of its errors, ms: 5 %, median, 95 %."""
+    """Returns counts of a case, and quantiles of its errors in ms: 5 %, median, 95 %."""
     counts = {"touches": len(found)} | {name: int(sum(one[name] for one in found)) for name in COUNTS}
     for name in ("contact ms", "start ms", "end ms", "release ms"):
         errors = [one[name] for one in found if one.get(name) is not None]
@@ -196,7 +198,7 @@ FIGURES = {
 
 
 def tables(cells):
-    """The worst case of each group, and the cases in which ends are badly located."""
+    """Returns the worst case of each group, and the cases whose ends are badly located."""
     percents = {name: [pages.percent(of[count], of[all_of]) for count, all_of in FIGURES.values()] for name, of in cells.items()}
     groups = []
     for group in dict.fromkeys(name.split("/")[0] for name in cells):

@@ -17,23 +17,23 @@ from windows import CHANNELS, RATE_HZ, RIDGES, SINE, TABLE_2, Tone, fits, finger
 
 WINDOWS_S = (0.2, 0.3, 0.4, 0.6, 1.0, 3.9)
 SHOWN_S = (0.2, 0.4, 1.0, 3.9)
-"""Windows of the other methods, and of the instructions."""
+"""Window lengths for the other methods, and for the instructions."""
 PERCENTS = (10, 1, 0.1, 0.01, 0.001)
-"""Ticks of the picture of errors."""
+"""Ticks in the picture of errors."""
 WINDOWS = 60
-"""Windows of each combination of speed and period of Table 2."""
+"""Windows per combination of speed and period in Table 2."""
 SEED = 50_000
 SNR_DB = 20.0
 CLOCK_HZ = 168e6
 SCENES = {"pure tone": SINE, "three overtones": RIDGES}
 EVERY = 10
-"""Methods that take long get every tenth window."""
+"""Slow methods get every tenth window."""
 TONES_UV = (1000, 100, 20, 5)
 CONVERTERS = [("ADS1258", None), ("gain of 20", 20), ("bare bridges", 3.3 / 5)]
-"""Converters with the gain between bridge and pin; at 3.3 V a bare bridge gives less."""
+"""Converters with the gain between bridge and pin. A bare bridge at 3.3 V has less than one."""
 LEAN = {"harmonics": 1, "exclude": ["all"]}
 WHITE = {"harmonics": 4, "exclude": ["curved_baseline", "coloured_noise", "shared_noise", "impulses"]}
-# Scenes that are declared: settings, options of the fit, and windows that contain what they exclude.
+# Declared scenes: name, options of the fit, and windows that contain what the scene excludes.
 DECLARED = [
     ("default: four harmonics", {}, None),
     ("harmonics = 1", {"harmonics": 1}, ("white", Tone(), "", 0)),
@@ -45,8 +45,8 @@ DECLARED = [
     ("four harmonics, all four false", WHITE, ("white", Tone(), "", 0)),
     ("lean: one harmonic, all four false", LEAN, ("white", Tone(harmonics=SINE), "", 0)),
 ]
-# Windows that contain something that both white-noise scenes exclude: noise, disturbance, its size
-# in amplitudes, and the tone's speed.
+# Windows that contain something that both white-noise scenes exclude: noise, disturbance and its
+# size in amplitudes, and the tone's speed.
 EXCLUDED = [
     ("nothing", "white", "", 0, {}),
     ("logarithmic creep of 30 amplitudes", "white", "creep", 30, {}),
@@ -70,7 +70,7 @@ CONTENTS = [
 
 
 def batch_of(run, scene, window_s):
-    """Windows of the combinations of Table 2 that hold a cycle."""
+    """Returns windows of those combinations in Table 2 that have at least one cycle."""
     rng, count = run.rng(f"{scene}/{window_s:g}"), frames(window_s)
     combinations = [(speed / period, period) for speed, period in TABLE_2 if speed / period * window_s >= 1]
     return joined(
@@ -79,7 +79,6 @@ def batch_of(run, scene, window_s):
 
 
 def others(run, batch, harmonics):
-    """Counts of the other methods."""
     found = {}
     for name, method in {"highest line of the FFT": methods.highest_line, **methods.METHODS}.items():
         every = 1 if method in (methods.highest_line, methods.honest_fft) else EVERY
@@ -90,13 +89,12 @@ def others(run, batch, harmonics):
 
 
 def ours(batch, options, channels, harmonics):
-    """Instruction counts of Ridgetone's fit."""
     part = narrowed(batch, channels, harmonics) if channels < CHANNELS else batch
     return judge.count(part, judge.of_fits(fits(part, **{"harmonics": 4, **options})))
 
 
 def measure(run):
-    """Counts of every choice, method and window."""
+    """Returns the counts of every choice, method and window."""
     found = {}
     for scene, window_s in run.progress([(scene, window_s) for scene in SCENES for window_s in WINDOWS_S]):
         batch, path = batch_of(run, scene, window_s), f"{scene}/{window_s:g} s"
@@ -112,7 +110,8 @@ def measure(run):
 
 
 def declared(run):
-    """Answers in windows that contain what a scene excludes, by that scene and by default: 1 s."""
+    """Returns the answers of a scene and of the default in windows of 1 s that contain what it
+    excludes."""
     found = {}
     many = 4 * run.windows
     for name, options, content in run.progress(DECLARED, "scenes"):
@@ -126,7 +125,8 @@ def declared(run):
 
 
 def false_declarations(run):
-    """Answers of the two scenes in white noise to windows that contain what these exclude: 1 s, each with its own tone."""
+    """Returns the answers of the two white-noise scenes in windows of 1 s that contain what they
+    exclude, each with its own tone."""
     found = {}
     for name, kind, extra, size, speed in run.progress(EXCLUDED, "false declarations"):
         for scene, options, harmonics in (("lean", LEAN, SINE), ("four harmonics", WHITE, RIDGES)):
@@ -137,12 +137,14 @@ def false_declarations(run):
 
 
 def plans(run):
-    """Errors of the scan plans in front of the same pure tones of 70 to 100 Hz, with the converter's own noise."""
+    """Compares the scan plans' errors on the same pure tones of 70 to 100 Hz, with the
+    converter's own noise."""
     found = {}
     for row in run.progress(counts("plans"), "scan plans"):
         channels, rate_hz, window_s = row["channels"], row["frame_rate_hz"], row["window_s"]
         rng, count = run.rng(f"{row['plan']} {window_s}"), round(window_s * rate_hz)
-        # Noise of a conversion (SBAS297G): 12 uV at the fast plans' data rate, 4.5 uV at that of `paper`.
+        # Noise of a conversion (SBAS297G): 12 uV at the fast plans' data rate, and 4.5 uV at that
+        # of `paper`.
         snr_db = SNR_DB + (20 * np.log10(12 / 4.5) if row["plan"] == "paper" else 0)
         taxels = {4: (0, 4, 8, 12), 2: (0, 4), 1: (0,)}.get(channels, range(channels))
         batch = joined(
@@ -163,20 +165,21 @@ def plans(run):
 
 
 def converters(run):
-    """The STM32's own 12 bits next to the ADS1258, in front of the same tones of 10 Hz: 14 channels, 1 s, their own noise."""
+    """Compares the STM32's own 12-bit ADC with the ADS1258 on the same tones of 10 Hz: 14
+    channels, 1 s, each with its own noise."""
     found = {}
     count, scans, step_v = frames(1.0), 93, 3.3 / 4096
     for tone_uv in run.progress(TONES_UV, "converters"):
         for name, gain in CONVERTERS:
             path = f"converter/{name}/{tone_uv:g} uV"
             rng = run.rng(path)
-            # Without noise, in volts: `finger` gives standard deviations of the noise.
+            # Without noise and in volts, because `finger` returns standard deviations of the noise.
             batch = finger(rng, run.windows, count, 10 / RATE_HZ, RIDGES, 0.0, period_mm=3.0, taxels=range(14), noise=0.0)
             volts = 1e-6 * tone_uv * (batch.x - batch.x.mean(1, keepdims=True))
             if gain is None:
                 batch.x = volts + 4.5e-6 * rng.standard_normal(volts.shape)
             else:
-                # A frame is the mean of 93 samples, each with noise of a step.
+                # A frame is the mean of 93 samples, each with noise of one step.
                 sums = np.zeros(volts.shape)
                 pins = 0.5 * 4096 + gain * volts / step_v + rng.uniform(0, 1, (run.windows, 1, 14))
                 for _ in range(scans):
@@ -191,7 +194,6 @@ def converters(run):
 
 
 def converters_table(found):
-    """A row for each tone."""
     rows = []
     for tone_uv in TONES_UV:
         cells = [found[f"converter/{name}/{tone_uv:g} uV"] for name, _ in CONVERTERS]
@@ -205,32 +207,32 @@ def converters_table(found):
 
 
 def counts(kind):
-    """Instructions by cell, or rows of the plans, as the emulator counted them."""
+    """Returns instructions by cell, or rows of the plans, as counted by the emulator."""
     return pages.load("counts").get("detail", {}).get(kind, {} if kind == "cells" else [])
 
 
 def instructions(scene, window_s, tracked=False):
-    """Instructions of a window; None where they were not counted."""
+    """Returns the instructions for a window, or None if they were not counted."""
     return counts("cells").get(f"{scene}/{frames(window_s)} frames", {}).get("tracked" if tracked else "untracked")
 
 
 def unanswered(cell):
-    """Windows without a good answer, percent."""
+    """Returns the fraction of windows without a good answer, percent."""
     return pages.percent(cell["windows"] - cell["good"], cell["windows"])
 
 
 def error(cell):
-    """RMS error of the good answers, percent."""
+    """Returns the RMS error of the good answers, percent."""
     return pages.significant(cell.get("rms_percent"), 2)
 
 
 def coverage(cell):
-    """Intervals of good answers that hold the truth, percent; None of a method without intervals."""
+    """Returns the percentage of good answers whose intervals cover, or None without intervals."""
     return pages.percent(cell["covered"], cell["good"]) if cell["covered"] else None
 
 
 def choices_table(found):
-    """What other choices change, at 0.4 and 1 s."""
+    """Returns the effect of other choices at 0.4 and 1 s."""
     rows = []
     names = {
         "default": "16 channels, four harmonics",
@@ -255,7 +257,7 @@ def choices_table(found):
 
 
 def false_table(found):
-    """What the tests of a declaration let pass."""
+    """Returns the results of false declarations that the tests accept."""
     rows = []
     for name, *_ in EXCLUDED:
         cells = [found[f"false/{scene}/{name}"] for scene in ("lean", "four harmonics")]
@@ -265,7 +267,7 @@ def false_table(found):
 
 
 def scenes_table(found):
-    """What declarations save, and what goes wrong where they do not hold."""
+    """Returns the instructions that declarations save, and the errors of false declarations."""
     rows = []
     for (name, _, _), contained in zip(DECLARED, CONTENTS, strict=True):
         work = [instructions(name, window_s) for window_s in SHOWN_S] + [instructions(name, 1.0, True)]
@@ -288,7 +290,7 @@ def scenes_table(found):
 
 
 def plans_table(found):
-    """Scan plans by window: error, latency and load."""
+    """Returns error, latency and load of the scan plans, by window."""
     rows = []
     for row in sorted(counts("plans"), key=lambda row: row["window_s"]):
         cell = found[f"plan/{row['plan']}/{1e3 * row['window_s']:.0f} ms"]
@@ -311,11 +313,10 @@ COMPARED = [
     ("honest FFT", "Hann, padded by 8, parabola", lambda s: instructions("Hann FFT", s)),
     ("highest line of the FFT", "highest line of the FFT", lambda s: None),
 ]
-"""Methods as cells and as the page calls them, with their instructions."""
+"""Methods: name of the cells, name on the page, and instructions."""
 
 
 def methods_table(found, scene):
-    """Methods on the same windows of a scene."""
     rows = []
     for name, shown, work in COMPARED:
         cells = [found.get(f"{scene}/{window_s:g} s/{name}") for window_s in SHOWN_S]
@@ -330,7 +331,7 @@ def methods_table(found, scene):
 
 
 def summary(found, choices):
-    """A few choices as the README and the guide show them."""
+    """Returns a few choices as shown in the README and the guide."""
     rows = []
     for scene, name, option, window_s, counted in choices:
         work = instructions(counted, window_s)
@@ -349,7 +350,7 @@ def summary(found, choices):
 
 
 def tables(found):
-    """Tables of both pages, and of the README and the guide."""
+    """Returns the tables of both pages, and of the README and the guide."""
     default = DECLARED[0][0]
     readme = summary(found, [
         ("pure tone", "lean", ("pure tone", "`--harmonics 1 --exclude all`"), 1.0, DECLARED[-1][0]),
@@ -366,7 +367,6 @@ def tables(found):
 
 
 def values(found):
-    """Values that stand in sentences."""
 
     def most(scene, over, under):
         ratios = [
@@ -395,7 +395,7 @@ def values(found):
 
 
 def draw(found, folder=pages.RESULTS):
-    """RMS error of the methods by window, three overtones."""
+    """Draws the RMS error of the methods by window, with three overtones."""
     import plots
 
     figure, (axis,) = plots.panels()
@@ -407,7 +407,7 @@ def draw(found, folder=pages.RESULTS):
     axis.set_xlabel("tone with three overtones, 16 channels, noise 20 dB below it")
     names = [("default", "Ridgetone"), ("harmonic NLS, BIC", "harmonic NLS"), ("curve_fit per channel", "curve_fit per channel"),
              ("honest FFT", "Hann, padded, parabola"), ("highest line of the FFT", "highest line of the FFT"), ("Oddo 2009, two channels", "Oddo 2009")]  # fmt: skip
-    # Ridgetone last, over the others.
+    # Draws Ridgetone last, on top of the others.
     for number, (name, shown) in reversed(list(enumerate(names))):
         errors = [found[f"three overtones/{s:g} s/{name}"].get("rms_percent", np.nan) for s in SHOWN_S]
         plots.curve(axis, SHOWN_S, errors, shown, number)
@@ -417,7 +417,6 @@ def draw(found, folder=pages.RESULTS):
 
 
 def main():
-    """Run the campaign."""
     run = campaign.Run("trade", __doc__, WINDOWS, SEED)
     found = run.cells(measure, declared, false_declarations, plans, converters)
     if run.full:

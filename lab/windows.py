@@ -13,10 +13,10 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 RATE_HZ = 241.14
-"""Frames a second of the plan `paper`."""
+"""Frames per second of the plan `paper`."""
 CHANNELS = 16
 NINETY_FIVE = 1.959964
-"""Normal deviate that is exceeded in 5 % of all cases, either sign."""
+"""Normal deviate whose magnitude is exceeded in 5 % of all cases."""
 TABLE_2 = [(15, 3.6), (30, 3.6), (15, 4.1), (30, 4.1), (15, 3.1), (30, 3.1), (48, 3.1), (15, 2.6), (30, 2.6), (48, 2.6)]
 """Speeds in mm/s and periods in mm of Oddo et al. 2009, table 2."""
 SINE = (1.0,)
@@ -25,11 +25,10 @@ RIDGES = (1.0, 0.4, 0.2, 0.1)
 
 
 def frames(window_s, rate_hz=RATE_HZ):
-    """Rows of a window."""
     return round(window_s * rate_hz)
 
 
-# Noise: mean square 1 in each channel.
+# Noise: its mean square is 1 in each channel.
 
 
 @dataclass(frozen=True)
@@ -47,25 +46,25 @@ class Covariance:
 
 
 def autoregression(rng, shape, factor):
-    """A first-order autoregression along the second axis, stationary, of variance 1."""
+    """Returns a stationary first-order autoregression of variance 1 along the second axis."""
     drive = np.sqrt(1 - factor**2) * rng.standard_normal(shape)
     drive[:, 0] /= np.sqrt(1 - factor**2)
     return lfilter([1], [1, -factor], drive, axis=1)
 
 
-# Pink noise is a sum of relaxations whose corners are half a decade apart, Hz.
+# Pink noise is a sum of relaxations with corners half a decade apart, Hz.
 PINK = tuple((float(np.exp(-2 * np.pi * corner / RATE_HZ)), 1 / 7) for corner in (0.1, 0.3, 1, 3, 10, 30, 100))
 FLOOR = 0.01
-"""Fraction of the power that is white and independent next to a shared disturbance."""
+"""Fraction of the power that is white and independent, in addition to a shared disturbance."""
 
 
 def coloured(rng, shape, parts):
-    """Noise that is a sum of autoregressions."""
     return sum(np.sqrt(variance) * autoregression(rng, shape, factor) for factor, variance in parts)
 
 
 def resonance(rng, windows, count):
-    """Two vibrations a window of one random centre, 3 to 30 Hz, a tenth of it wide."""
+    """Returns two vibrations per window with the same random centre, 3 to 30 Hz, a tenth of it
+    wide."""
     centre = log_uniform(rng, 3, 30, windows) / RATE_HZ
     turn = (np.exp(-np.pi * 0.1 * centre + 2j * np.pi * centre))[:, None]
     kick = np.sqrt(1 - np.abs(turn) ** 2)
@@ -78,14 +77,15 @@ def resonance(rng, windows, count):
 
 
 def noise(rng, kind, windows, count):
-    """Noise of a kind, and its covariance where that is known: `white`, `impulses`, `pink`, `ar 0.9`, `shared pink`,
-    `shared phases`, `shared walk` or `narrow band`."""
+    """Returns noise of a kind, and its covariance if known. Kinds: `white`, `impulses`, `pink`,
+    `ar 0.9`, `shared pink`, `shared phases`, `shared walk`, `narrow band`."""
     shape = (windows, count, CHANNELS)
     word, _, factor = kind.partition(" ")
     if word == "white":
         return rng.standard_normal(shape), Covariance(white=1.0)
     if word == "impulses":
-        # 1 % of the values, 20 standard deviations. The bound is that of the other values: impulses are known at a glance.
+        # 1 % of the values are off by 20 standard deviations. The bound is that of all others,
+        # because impulses are obvious.
         hits = (rng.random(shape) < 0.01) * np.where(rng.random(shape) < 0.5, 20.0, -20.0)
         return rng.standard_normal(shape) + hits, Covariance(white=1.0)
     if word in ("pink", "ar"):
@@ -111,35 +111,36 @@ def noise(rng, kind, windows, count):
 
 
 def log_uniform(rng, low, high, count):
-    """Log-uniform random numbers."""
     return low * (high / low) ** rng.random(count)
 
 
-# The bound.
+# Cramer-Rao bound.
 
 
 @lru_cache(maxsize=8)
 def modes(parts, count):
-    """Eigenvectors and eigenvalues of the covariance of autoregressions over time."""
+    """Returns eigenvectors and eigenvalues of the covariance of autoregressions over time."""
     lag = np.arange(count)
     values, vectors = np.linalg.eigh(toeplitz(sum(variance * factor**lag for factor, variance in parts)))
     return vectors, np.maximum(values, 0)
 
 
 def waves(t, frequency, harmonics):
-    """Cosines and sines of harmonics, a column each."""
+    """Returns cosines and sines of harmonics, one per column."""
     angles = 2 * np.pi * frequency * np.outer(t, np.arange(1, harmonics + 1))
     return np.hstack([np.cos(angles), np.sin(angles)])
 
 
 def bound(nuisance, slope, x, covariance, gains=None):
-    """Cramer-Rao bound of a parameter with the derivative `slope` (frames by channels), in the presence of unknown multiples
-    of `nuisance` (columns) in each channel, for any covariance. Gives the bound, and the error of an estimator on the bound
-    for the values `x`. All are in the covariance's `modes`, where it has `parts`."""
+    """Returns the Cramer-Rao bound of a parameter with the derivative `slope` (frames by
+    channels), with unknown multiples of `nuisance` (columns) in each channel, for any
+    covariance; and the error of an estimator on the bound for the values `x`. If the covariance
+    has `parts`, all arguments are in its `modes`."""
     scales = modes(covariance.parts, len(x))[1] if covariance.parts else np.zeros(len(x))
     directions = [(None, 1.0)]
     if gains is not None:
-        # Mixtures of channels in which the disturbances are uncorrelated, the rest of the channels with white noise alone.
+        # Mixtures of channels in which the disturbances are uncorrelated; all other mixtures have
+        # only white noise.
         powers, mixtures = np.linalg.eigh(gains @ gains.T)
         strong = powers > 1e-9
         directions = [(mixtures[:, ~strong], 0.0), *((mixtures[:, [k]], powers[k]) for k in np.flatnonzero(strong))]
@@ -155,14 +156,15 @@ def bound(nuisance, slope, x, covariance, gains=None):
     return 1 / np.sqrt(information), score / information
 
 
-# Tones and what else is in a window.
+# Tones, and the other contents of a window.
 
 
 @dataclass(frozen=True)
 class Tone:
-    """A tone: cycles in the window (drawn between two numbers, up to 40 Hz if the second is infinite), relative amplitudes of the harmonics of which
-    the strongest is 1, power of the strongest over that of the noise, and its speed: `steady`, or `wander` (below 2 Hz) or
-    `chirp` over the window by a fraction of the frequency."""
+    """A tone: cycles in the window (drawn between two numbers, or up to 40 Hz if the second is
+    infinite), amplitudes of the harmonics relative to the strongest, SNR of the strongest, and
+    the tone's speed: `steady`, or changing by a fraction of the frequency over the window with
+    `wander` (below 2 Hz) or `chirp`."""
 
     cycles: tuple[float, float] = (1.6, np.inf)
     harmonics: tuple[float, ...] = RIDGES
@@ -173,28 +175,28 @@ class Tone:
 
 @dataclass
 class Windows:
-    """A batch of windows, in standard deviations of the noise, and the truth. Frequencies in cycles per frame."""
+    """A batch of windows in standard deviations of the noise, and the truth. Frequencies are in
+    cycles per frame."""
 
     x: np.ndarray
     frequency: np.ndarray | None = None
     """Mean over the window."""
     wander: np.ndarray | None = None
-    """RMS of the frequency about its mean, as a fraction of it."""
+    """RMS deviation of the frequency from its mean, as a fraction of the mean."""
     chirp: np.ndarray | None = None
-    """Change of the frequency in each frame; NaN where it wanders."""
+    """Change of the frequency per frame; NaN if it wanders."""
     second: np.ndarray | None = None
-    """A second tone."""
     interferer: float | None = None
-    """Frequency of hum as the fit is told."""
+    """Frequency of hum as declared to the fit."""
     crb: np.ndarray | None = None
-    """Cramer-Rao bound, and the error on the bound for the noise of the window."""
+    """Cramer-Rao bound. `luck` is the error on the bound for the window's noise."""
     luck: np.ndarray | None = None
     slope: np.ndarray | None = None
-    """Derivative of the tone by the frequency, of the simulated finger's windows."""
+    """Derivative of the tone with respect to the frequency, for windows of the simulated finger."""
 
 
 def courses(rng, tone, windows, count):
-    """Frequency in each frame, windows by frames."""
+    """Returns the frequency in each frame, windows by frames."""
     low, high = tone.cycles
     high = max(high if np.isfinite(high) else 40 / RATE_HZ * count, low)
     middle = (log_uniform(rng, low, high, windows) / count)[:, None] * np.ones(count)
@@ -209,7 +211,8 @@ def courses(rng, tone, windows, count):
 
 
 def sound(rng, course, amplitudes, gains, envelope=1.0):
-    """A tone of harmonics with random phases, and its derivative by a frequency that all frames share."""
+    """Returns a tone of harmonics with random phases, and its derivative by a frequency that all
+    frames share."""
     windows, count = course.shape
     steps = np.concatenate([course[:, :1] * 0, 0.5 * (course[:, 1:] + course[:, :-1])], axis=1)
     turns = np.cumsum(steps, axis=1)
@@ -224,7 +227,8 @@ def sound(rng, course, amplitudes, gains, envelope=1.0):
 
 
 def drift(rng, extra, size, windows, count):
-    """A baseline of unknown size in each channel: its shape, windows by frames by one column a shape, and the values."""
+    """Returns a baseline of unknown size in each channel: its shapes (windows by frames by
+    shapes) and its values."""
     part = ((np.arange(count) + 0.5) / count)[None, :]
     place, width = rng.uniform(0.2, 0.8, (windows, 1)), log_uniform(rng, 0.08, 0.25, (windows, 1))
     decay = rng.uniform(0.02, 0.05, (windows, 1))
@@ -250,12 +254,13 @@ def drift(rng, extra, size, windows, count):
 
 
 BOUNDED = ("", "relaxation", "creep", "gains", "channels", "dead", "rounded")
-"""Extras for which the bound holds: linear in unknowns, or a matter of the values alone."""
+"""Disturbances for which the bound is valid: linear in unknowns, or affecting only the values."""
 
 
 def make(rng, windows, count, kind="white", tone=None, extra="", size=0.0):
-    """Windows of noise of a kind, with a tone if there is one, and something else if `extra` names it. Sizes are in
-    amplitudes of the tone, without one in standard deviations of the noise."""
+    """Returns windows of noise of a kind, with a tone if there is one, and the disturbance that
+    `extra` names. Sizes are in amplitudes of the tone, or without a tone in standard deviations
+    of the noise."""
     x, covariance = noise(rng, kind, windows, count)
     out = Windows(x)
     amplitude = np.sqrt(2) * 10 ** (tone.snr_db / 20) if tone else 1.0
@@ -286,7 +291,7 @@ def make(rng, windows, count, kind="white", tone=None, extra="", size=0.0):
     )
     x += added
     if extra == "mains":
-        # The fit is told 50 Hz; the hum is at 49.5 Hz.
+        # The declared frequency is 50 Hz, but the hum is at 49.5 Hz.
         out.interferer = 50 / RATE_HZ
         hum = rng.uniform(0.5, 1.5, (windows, CHANNELS)) * size * amplitude
         x += sound(rng, np.full((windows, count), 49.5 / RATE_HZ), (1.0,), hum)[0]
@@ -304,7 +309,7 @@ def make(rng, windows, count, kind="white", tone=None, extra="", size=0.0):
 
 
 def change(rng, out, extra, size, amplitude):
-    """Change values as a real channel might, and set their offsets."""
+    """Changes values as in a real channel, and sets their offsets."""
     x, (windows, _, channels) = out.x, out.x.shape
     if extra == "gains":
         x *= 10 ** (4 * np.arange(channels) / (channels - 1) - 2)
@@ -328,7 +333,8 @@ def change(rng, out, extra, size, amplitude):
 
 
 def limits(out, slope, x, shapes, covariance, tone, t=None):
-    """Set the bound of each window, with unknown offset, slope, drift and amplitudes in each channel."""
+    """Sets the bound of each window, with unknown offset, slope, drift and amplitudes in each
+    channel."""
     windows, count, _ = x.shape
     t = np.arange(count) - (count - 1) / 2 if t is None else t
     base = np.column_stack([np.ones(count), t / count])
@@ -344,8 +350,9 @@ def limits(out, slope, x, shapes, covariance, tone, t=None):
 
 
 def finger(rng, windows, count, frequency, harmonics=RIDGES, snr_db=20.0, *, period_mm=3.0, taxels=range(CHANNELS), noise=1.0):
-    """Windows of the simulated finger with random channels: piezoresistors of one unit differ in strength and sign, and units
-    2 and 4 lie a pitch further along the motion. `frequency` in cycles per frame; noise `snr_db` below the mean power of the
+    """Returns windows of the simulated finger with random channels. Piezoresistors of a unit
+    differ in strength and sign, and units 2 and 4 are one pitch further along the motion.
+    `frequency` is in cycles per frame; the noise is `snr_db` below the mean power of the
     fundamental."""
     unit, piezo = np.divmod(np.arange(CHANNELS), 4)
     spread = 1 + 0.15 * rng.uniform(-1, 1, (windows, CHANNELS))
@@ -375,7 +382,7 @@ def finger(rng, windows, count, frequency, harmonics=RIDGES, snr_db=20.0, *, per
 
 
 def narrowed(batch, channels, harmonics):
-    """The first channels of windows of the simulated finger, with the bound of these."""
+    """Returns the first channels of windows of the simulated finger, with their bound."""
     out = replace(batch, x=batch.x[:, :, :channels], slope=batch.slope[:, :, :channels])
     windows, count, _ = out.x.shape
     limits(out, out.slope, out.x, np.zeros((windows, count, 0)), Covariance(white=1.0), Tone(harmonics=tuple(harmonics)))
@@ -383,13 +390,12 @@ def narrowed(batch, channels, harmonics):
 
 
 def joined(batches):
-    """Windows of several batches as one."""
     names = ("x", "frequency", "crb", "luck", "slope")
     return Windows(**{name: np.concatenate([getattr(batch, name) for batch in batches]) for name in names})
 
 
 def fits(batch, harmonics=4, **options):
-    """Ridgetone's fits of a batch, in cycles per frame, from one call of the package."""
+    """Returns Ridgetone's fits of a batch in cycles per frame, from one call of the package."""
     windows, count, width = batch.x.shape
     rows = batch.x.reshape(windows * count, width)
     return ridgetone.fit(rows, 1.0, window_s=count, harmonics=harmonics, mains_hz=batch.interferer, **options)

@@ -1,5 +1,5 @@
-//! Requested accuracy: an estimate is reported as soon as its uncertainty is small enough, and no
-//! sooner.
+//! Tests the required accuracy: an estimate is reported as soon as its uncertainty is small enough,
+//! and no sooner.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -67,8 +67,8 @@ fn length_needed_s(accuracy: f32, snr_db: f64) -> f64 {
         .expect("a second is enough")
 }
 
-/// A window's noise estimate, from a few bins, scatters by some tens of percent, so only the mean
-/// length is judged.
+/// Judges only the mean length: a window's noise is estimated from a few bins and scatters by some
+/// tens of percent.
 #[test]
 fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
     let mut errors = Vec::new();

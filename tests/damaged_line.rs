@@ -1,5 +1,5 @@
-//! The decoder behind a line that damages its bytes: the property that the fuzzer in `fuzz/` tests,
-//! here from a fixed seed.
+//! Tests the decoder on a line that damages bytes. The fuzzer in `fuzz/` tests the same property;
+//! here the seed is fixed.
 
 #[path = "support/damage.rs"]
 mod damage;
@@ -20,7 +20,7 @@ fn what_comes_through_is_read_and_nothing_else_is() {
         all.damaged += tried.damaged;
         all.forged += tried.forged;
     }
-    // Both outcomes are frequent.
+    // Both outcomes must be frequent.
     assert!(all.whole > 80_000 && all.damaged > 80_000, "{all:?}");
     assert_eq!(all.forged, 0, "{all:?}");
 }

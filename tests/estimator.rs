@@ -1,4 +1,4 @@
-//! The fit against the truth of synthetic windows, and its statuses.
+//! Compares the fit and its status with the truth of synthetic windows.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -21,12 +21,12 @@ fn fit_whole(values: &[[f32; 16]], harmonics: u8) -> Fit {
     fit(values, &vec![u16::MAX; values.len()], harmonics)
 }
 
-/// Distance of a fit's frequency from the truth, in its own standard deviations.
+/// Error of a fit's frequency, in its own standard deviations.
 fn off(fit: &Fit, truth: f64) -> f64 {
     (f64::from(fit.frequency) - truth) / f64::from(fit.sigma)
 }
 
-/// Asserts that a fit is good, and within `sigmas` of its own standard deviations of the truth.
+/// Asserts that a fit is good, and within `sigmas` of its standard deviations from the truth.
 #[track_caller]
 fn assert_good(fit: &Fit, truth: f64, sigmas: f64) {
     assert_eq!(fit.status, Status::Good, "{truth}: {fit:?}");
@@ -78,7 +78,8 @@ fn sigma_is_the_spread_of_the_estimates() {
             tone.harmonics = 3;
             sum += off(&fit_whole(&tone.values(), 3), frequency).powi(2);
         }
-        // The root of a chi-square of 300 stays within 12 % (three of its own standard deviations).
+        // The RMS of 300 normal deviates stays within 12 % of one (three of its standard
+        // deviations).
         let spread = (sum / runs as f64).sqrt();
         let is_one = (0.88..1.12).contains(&spread);
         assert!(is_one, "{frequency} {frames}: {spread}");
@@ -192,7 +193,7 @@ fn bad_channels_do_not_hurt() {
     assert_good(&fit, tone.frequency, 4.0);
     assert_eq!(fit.usable, !(1 << 9 | 1 << 12));
     assert_eq!(fit.frames, 238);
-    // Thirteen channels instead of sixteen.
+    // Thirteen channels remain of sixteen.
     let ratio = fit.sigma / clean.sigma / (16f32 / 13.0).sqrt();
     assert!((ratio - 1.0).abs() < 0.1, "{fit:?} {clean:?}");
 }
@@ -219,8 +220,8 @@ fn missing_frames_and_drift_do_not_bias() {
     }
 }
 
-/// Across a gap, large lines of a harmonic comb can cancel each other: a comb at a third of the
-/// tone must not be taken for the tone.
+/// Across a gap, strong lines of a harmonic comb can cancel each other. A comb at a third of the
+/// tone's frequency must not be taken for the tone.
 #[test]
 fn a_gap_makes_no_subharmonic() {
     for (frequency, frames, gap) in [
@@ -239,7 +240,7 @@ fn a_gap_makes_no_subharmonic() {
     }
 }
 
-/// Two frames that each lack some taxels are left out; the taxels stay.
+/// Two frames that each lack some taxels are left out; all taxels are kept.
 #[test]
 fn half_a_frame_is_left_out() {
     let tone = Tone::default();
@@ -251,8 +252,8 @@ fn half_a_frame_is_left_out() {
     assert_eq!(found, (Status::Good, u16::MAX, 239));
 }
 
-/// A drift that outweighs a fast tone hides it from the search on means, but not from the search on
-/// frames.
+/// A drift stronger than a fast tone hides the tone from the search on means, but not from the
+/// search on frames.
 #[test]
 fn a_fast_tone_on_a_drift_is_found() {
     let mut tone = Tone::new(35.0 / 241.14, 241, 20.0, 1);

@@ -1,4 +1,4 @@
-//! Faults in a touch: they are reported, and no estimate that they affected is good.
+//! Tests that faults in a touch are reported, and that no estimate that they affected is good.
 
 #[path = "support/touch.rs"]
 mod touch;
@@ -14,11 +14,11 @@ use touch::{SCANS, TONE_HZ};
 
 /// Conversions of a scan.
 const SLOTS: u64 = 21;
-/// Scan in the middle of the slide, at 1.8 s.
+/// Scan in the middle of the slide, 1.8 s after the start.
 const MIDDLE: u64 = 434;
 
 /// Returns the events of a touch with windows of half a second; `change` may drop or modify
-/// conversions, by number.
+/// conversions by their number.
 fn events(mut change: impl FnMut(u64, TimedConversion) -> Option<TimedConversion>) -> Vec<Event> {
     let settings = Settings {
         window_s: 0.5,
@@ -43,7 +43,7 @@ fn faults(events: &[Event]) -> Vec<Fault> {
     faults.collect()
 }
 
-/// Estimates from windows within the slide.
+/// Returns the estimates of windows that end within the slide.
 fn estimates(events: &[Event]) -> Vec<&Estimate> {
     let fits = events.iter().filter_map(|event| match event {
         Event::Estimate(fit) if fit.span == Span::Window && fit.t_us < 2_750_000 => Some(fit),
@@ -52,15 +52,15 @@ fn estimates(events: &[Event]) -> Vec<&Estimate> {
     fits.collect()
 }
 
-/// True if the window includes this device time. `None` if the time is up to two frames before the
-/// window, or after it: the estimate may then be doubtful, if the fault came before its report.
+/// True if the window includes this device time. `None` if the time is after the window or up to 13
+/// ms before it: the estimate may then be doubtful, if the fault came before the report.
 fn holds(fit: &Estimate, t_us: u64) -> Option<bool> {
     let from_us = fit.t_us - (fit.window_s * 1e6) as u64;
     let is_near = (from_us - 13_000..from_us).contains(&t_us) || t_us > fit.t_us;
     (!is_near).then_some(t_us >= from_us)
 }
 
-/// Asserts that good estimates are within a tenth of a percent of the truth.
+/// Asserts that the good estimates are within 0.1 % of the truth.
 fn assert_good_ones_are_right(events: &[Event]) {
     for fit in estimates(events)
         .iter()
@@ -77,7 +77,6 @@ fn number_us(number: u64) -> u64 {
     number * CONVERSION_NS / 1000
 }
 
-/// True if this conversion belongs to `scans`.
 fn is_in(scans: &std::ops::Range<u64>, number: u64) -> bool {
     scans.contains(&(number / SLOTS))
 }
@@ -110,7 +109,7 @@ fn losses_are_reported_with_their_times_and_leave_estimates_good() {
     let [begin, end] = faults(&events)[..] else {
         panic!("{:?}", faults(&events))
     };
-    // Detected in the incomplete scan, reported with the next frames.
+    // Detected in the incomplete scan, and reported with the next frames.
     assert!((begin.kind, begin.count, begin.until_us) == (FaultKind::Lost, 3, None));
     assert!(begin.from_us.abs_diff(number_us(lost)) < 5_000, "{begin:?}");
     let until_us = Some(begin.from_us);
@@ -133,7 +132,7 @@ fn losses_are_reported_with_their_times_and_leave_estimates_good() {
     assert_good_ones_are_right(&events);
 }
 
-/// The converter pauses: no id is missing, but the tone's phase jumps.
+/// The converter pauses: every id arrives, but the tone's phase jumps.
 #[test]
 fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
     let from = MIDDLE * SLOTS + 5;
@@ -145,7 +144,7 @@ fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
         assert!(has(&events, FaultKind::Clock) || has(&events, FaultKind::Channel));
         let moment_us = number_us(from);
         for fit in estimates(&events) {
-            // A tone with a phase jump may be ambiguous instead.
+            // A tone with a phase jump may be ambiguous instead of doubtful.
             let is_right = match holds(fit, moment_us) {
                 Some(true) => matches!(fit.status, Status::Doubtful | Status::Ambiguous),
                 Some(false) => fit.status != Status::Doubtful,
@@ -157,7 +156,7 @@ fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
     }
 }
 
-/// The board was busy: only an edge's time stamp is late, by up to a conversion.
+/// The board was busy, so an edge's time stamp is late, by up to a conversion.
 #[test]
 fn an_edge_whose_time_is_noted_late_is_no_fault() {
     for slot in [0, 5, 20] {
@@ -170,7 +169,8 @@ fn an_edge_whose_time_is_noted_late_is_no_fault() {
     }
 }
 
-/// The registers are at their defaults: sixteen channels at 23.7 thousand conversions a second.
+/// After the reset the registers are at their defaults: sixteen channels at 23.7 thousand
+/// conversions a second.
 #[test]
 fn a_chip_that_reset_itself_is_never_believed() {
     let from = MIDDLE * SLOTS;
@@ -196,8 +196,8 @@ fn a_chip_that_reset_itself_is_never_believed() {
 
 #[test]
 fn supply_and_reference_out_of_range_are_reported() {
-    // Supply: 4.70 V is below 4.75 V, and 4.80 V is above; reference: 3 % below 4.096 V, and 1 %.
-    // The scale is 786432 codes per volt.
+    // Supply: 4.70 V is below the limit of 4.75 V, 4.80 V is above. Reference: 3 % and 1 % below
+    // 4.096 V. Both have 786432 codes per volt.
     for (id, code, kind) in [
         (0x1a, 3_696_230, Some(FaultKind::Supply)),
         (0x1a, 3_774_874, None),
@@ -276,12 +276,12 @@ fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
         [(FaultKind::Overload, 1), (FaultKind::Overload, 3)]
     );
     // The return of the signal looks like motion until a hold is detected, 22 blocks of four frames
-    // later: an estimate whose window ends within that time may include a standstill.
+    // later. An estimate whose window ends before that may include a standstill.
     let clipped_us = number_us(MIDDLE * SLOTS + 3);
     let back_us = number_us((MIDDLE + 2) * SLOTS + 3);
     assert!(count_of(&events, Status::Good) > 0 && count_of(&events, Status::Doubtful) > 0);
     for fit in estimates(&events) {
-        // An estimate that ended just before may have been reported after the fault.
+        // An estimate whose window ended just before the fault may be reported after it.
         if !(clipped_us - 13_000..clipped_us).contains(&fit.t_us) {
             let is_unsure = (clipped_us..back_us + 365_000).contains(&fit.t_us);
             let expected = if is_unsure {
@@ -298,9 +298,9 @@ fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
     }
 }
 
-/// A broken bridge is reported, appears in the fault set of every estimate, and is left out; the
-/// other inputs stay as good. A second input that alternates between rail and signal makes
-/// estimates doubtful.
+/// An input that is always at a rail (a broken bridge) is reported, listed in the faults of every
+/// estimate, and left out; the estimates stay good. A second input that alternates between rail and
+/// signal makes estimates doubtful.
 #[test]
 fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     let comes_and_goes = MIDDLE..MIDDLE + 3;
@@ -329,15 +329,15 @@ fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     }
 }
 
-/// All faults at once, repeatedly: at most four messages in an eighth of a second, and every
-/// beginning is reported.
+/// All faults at once, repeatedly: at most four messages are sent in an eighth of a second, and
+/// every beginning is reported.
 #[test]
 fn all_faults_together_make_few_messages() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
     let mut detector = Box::new(Detector::new(Settings::DEFAULT));
     let mut reported = Vec::new();
     for (conversion, number) in (0..SCANS).flat_map(|n| touch::scan(n, n, 0)).zip(0u64..) {
-        // Episodes end and begin again all the time.
+        // Faults begin and end again all the time.
         if number % (SLOTS * 300) < SLOTS * 5 {
             FaultKind::ALL
                 .into_iter()
@@ -354,7 +354,7 @@ fn all_faults_together_make_few_messages() {
         };
         detector.push(conversion, &mut ring, &diagnostics, outputs);
     }
-    // At most four at the end of one eighth and four at the beginning of the next.
+    // Four at the end of one eighth, and four at the beginning of the next.
     let in_an_eighth = |from_us: u32| {
         reported
             .iter()
@@ -371,8 +371,8 @@ fn all_faults_together_make_few_messages() {
             .filter(|(_, fault)| fault.until_us.is_none())
             .count();
         let ends = of_it().count() - begins;
-        // Up to three episodes of 300 scans; a touch sometimes delays events, which merges two
-        // episodes.
+        // Up to three episodes, one every 300 scans. A touch sometimes delays events, which merges
+        // two of them.
         assert!(
             (1..=3).contains(&begins) && (ends == begins || ends + 1 == begins),
             "{kind:?}: {begins} {ends}"
@@ -410,7 +410,7 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
         "{} {greetings}",
         healths.len()
     );
-    // Device time is zero at the first conversion, at 7 us.
+    // Device time is zero at the first conversion, 7 us on the board's clock.
     assert!(
         healths
             .windows(2)
@@ -425,7 +425,7 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
     };
     let episode = (begin.from_us, end.until_us, end.count);
     assert_eq!(episode, (499_993, Some(19_499_993), 39));
-    // The count of lost conversions saturates, and never decreases.
+    // The count of lost conversions saturates, and must never decrease.
     let mut latest = 0;
     for half in 61..=72 {
         diagnostics.unseen.add(u32::MAX / 4);
@@ -467,15 +467,15 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
                 diagnostics.fault(kind, fit.t_us as u32 - ago_us);
                 diagnostics.qualify(&mut fit, &window);
                 assert_eq!(fit.faults.has(kind), counts, "{kind:?}");
-                // An input that returns late can hide the end of the slide.
+                // A clipped input that recovers late can hide the end of the slide.
                 let changes = kind.changes_frequency() || kind == FaultKind::Overload;
                 let found = (fit.status == Status::Doubtful, !fit.travel.is_known());
                 assert_eq!(found, (counts && changes, counts && changes), "{kind:?}");
             }
         }
     }
-    // Once a hold could have been detected, the channel is only left out. For a window shorter than
-    // that time, faults before the window count too.
+    // After a hold could have been detected, the overload only removes its channel. If the window
+    // is shorter than that time, faults before the window count too.
     for (ago_us, window_s, status) in [
         (500_000, 1.0, Status::Good),
         (300_000, 1.0, Status::Doubtful),

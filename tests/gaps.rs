@@ -1,4 +1,4 @@
-//! Windows with consecutive frames missing: no estimate that the gap could bias is good.
+//! Tests windows with consecutive frames missing: no estimate that the gap could bias may be good.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -10,7 +10,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Status};
 use ridgetone_tone::{Fitter, Table};
 
-/// Frames of a window of the plan `single`, 43 ms.
+/// Frames in a window of the plan `single`, 43 ms.
 const FRAMES: usize = 1003;
 
 /// Returns the estimate of a window of one channel with some frames missing.
@@ -38,8 +38,8 @@ fn estimate(
     }
 }
 
-/// Of 120 windows with 3 to 6 cycles, counts those that are good, those that are good but wrong,
-/// and those that are doubtful.
+/// Fits 120 windows with 3 to 6 cycles. Returns the numbers of good fits, of good but wrong ones,
+/// and of doubtful ones.
 fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
     let mut estimator = Estimator::new(Settings::DEFAULT.with_plan(Plan::SINGLE));
     let mut fitter = Box::new(Fitter::new());
@@ -60,7 +60,7 @@ fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
     (good, wrong, doubtful)
 }
 
-/// Gaps below and above a tenth of the window, anywhere in it.
+/// Gaps shorter and longer than a tenth of the window, anywhere in it.
 #[test]
 fn a_window_with_a_long_gap_is_doubtful_and_one_with_a_short_gap_good() {
     for fraction in [0.0, 0.05, 0.09, 0.11, 0.2, 0.35, 0.45] {
@@ -81,7 +81,7 @@ fn a_window_with_a_long_gap_is_doubtful_and_one_with_a_short_gap_good() {
     }
 }
 
-/// As many frames as in a long gap, but scattered.
+/// As many frames are missing as in a long gap, but scattered.
 #[test]
 fn frames_that_are_missing_here_and_there_leave_a_window_good() {
     let hash =

@@ -1,4 +1,4 @@
-//! The pressure map of each hold against the scene's loads.
+//! Compares the pressure map of each hold with the scene's loads.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -11,7 +11,7 @@ use ridgetone_proto::telemetry::{Hold, Image};
 use std::f64::consts::TAU;
 use support::{all, in_the_air, outcome, run, run_on};
 
-/// Pressure maps of a scene, with converter noise from `seed`.
+/// Returns the pressure maps of a scene, with converter noise from `seed`.
 fn images(scene: impl Scene + 'static, seed: u64) -> Vec<Image> {
     let board = SimulatedBoard::new(
         scene,
@@ -45,7 +45,6 @@ fn pressed_v(mut scene: SlidingScene, image: &Image) -> [f64; TAXELS] {
     sums.map(|sum| sum / image.frames as f64)
 }
 
-/// Returns the taxels in a pressure map.
 fn alive(image: &Image) -> Vec<u8> {
     image.taxels.iter().map(|found| found.taxel).collect()
 }
@@ -101,7 +100,7 @@ fn both_holds_are_imaged_with_their_standard_error() {
                 "{image:?} in {from_s} s to {to_s} s"
             );
             // The spike takes 0.3 s of a one-second hold. The last blocks are left out because they
-            // may contain the onset of a motion.
+            // may contain the start of a motion.
             assert!(end_s - start_s > 0.5, "{image:?}");
             let frames_s = image.frames as f64 / FRAME_RATE_HZ as f64;
             assert!((end_s - start_s - frames_s).abs() < 1e-4, "{image:?}");
@@ -114,8 +113,8 @@ fn both_holds_are_imaged_with_their_standard_error() {
             }
         }
     }
-    // Both maps of a touch share the level before it, so their errors are correlated: 480 of 960
-    // count.
+    // Both maps of a touch share the level before it, so their errors are correlated: 960 are worth
+    // 480.
     let spread = (squares / count as f64).sqrt();
     assert!((spread - 1.0).abs() < 0.1, "{spread} of {count}");
 }
@@ -146,8 +145,8 @@ impl Scene for Steps {
     }
 }
 
-/// Asserts a load of 1 mV per taxel plus the tone at its initial phase, to which slides of whole
-/// cycles return.
+/// Asserts a load of 1 mV per taxel plus the tone at its initial phase, to which it returns after
+/// slides of whole cycles.
 fn assert_steps(image: &Image) {
     assert_eq!(alive(image), (0..TAXELS as u8).collect::<Vec<_>>());
     for found in &image.taxels {
@@ -161,8 +160,8 @@ fn assert_steps(image: &Image) {
     }
 }
 
-/// Each hold gets a pressure map, with or without slides before or after it, also if the recording
-/// ends in it.
+/// Each hold gets a pressure map, with or without slides before or after it, even if the recording
+/// ends during the hold.
 #[test]
 fn each_hold_of_a_touch_is_imaged() {
     use Hold::{AfterSlide, BeforeSlide};
@@ -192,7 +191,7 @@ fn each_hold_of_a_touch_is_imaged() {
 #[test]
 fn a_hold_that_is_too_short_has_no_image() {
     // The spike takes at least 0.1 s of 0.3 s. The last blocks are left out because they may
-    // contain the onset of a slide.
+    // contain the start of a slide.
     for hold_before_s in [0.15, 0.2] {
         let scene = SlidingScene::new(Sliding {
             hold_before_s,

@@ -1,5 +1,5 @@
-//! Spatial period, speed and direction of a plane wave that is sampled slot by slot, with their
-//! uncertainties.
+//! Tests spatial period, speed and direction of a plane wave that is sampled slot by slot, and
+//! their uncertainties.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 
 /// Slots of a scan (datasheet SBAS297G, auto-scan: 16 inputs and the five internal readings).
 const SLOTS: f64 = 21.0;
-/// Array whose channels respond to the wave at their position only.
+/// Array whose channels respond to the wave only at their position.
 const ARRAY: Array = Array {
     pitch_mm: 2.3,
     edge_phase_rad: 0.0,
@@ -23,7 +23,7 @@ const ARRAY: Array = Array {
     ..Array::DEFAULT
 };
 
-/// A wave that passes under the channels, in codes.
+/// A wave that passes under the channels; amplitude and noise in codes.
 #[derive(Clone, Copy)]
 struct Wave {
     speed_mm_s: f64,
@@ -54,7 +54,6 @@ const WAVE: Wave = Wave {
 impl Wave {
     fn values(&self) -> Vec<[f32; 16]> {
         let mut noise = Noise::new(self.seed);
-        // The phase at the window's centre varies with the seed.
         let start_mm = self.period_mm * 0.618_034 * self.seed as f64;
         let way = if self.backward { -1.0 } else { 1.0 };
         codes(self.frames, |c, frame| {
@@ -129,7 +128,7 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
             let wave = Wave { seed, ..wave };
             let fitted = wave.fitted(&mut tracker);
             let travel = travel(&fitted, &ARRAY);
-            // The tests for competing tones have a false-alarm rate.
+            // Tests for competing tones reject a few right fits.
             if fitted.fit.status != Status::Good {
                 others += 1;
                 continue;
@@ -157,14 +156,14 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
                 squares[which] += off * off;
             }
         }
-        // One in a hundred, plus three standard deviations.
+        // At most 1 %, plus three standard deviations.
         assert!(others <= 20, "{name}: {others} of 1000 are not good");
         let good = f64::from(runs as u32 - others);
         for which in 0..2 {
             let spread = (squares[which] / good).sqrt();
             // The noise of a short window is estimated from few bins, so some sigmas are too small:
-            // the 95 % intervals cover the truth in 92 to 98 % of runs, and the spread exceeds one
-            // slightly.
+            // the spread slightly exceeds one, and the 95 % intervals cover the truth in 92 to 98 %
+            // of the runs.
             let coverage = f64::from(covered[which]) / good;
             assert!((0.93..1.12).contains(&spread), "{name}: spread {spread}");
             assert!(
@@ -175,7 +174,7 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
     }
 }
 
-/// A dead and a noisy channel cost only the information they carried.
+/// A dead and a noisy channel cost only the information that they carried.
 #[test]
 fn dead_and_noisy_channels_do_not_hurt() {
     let mut tracker = Tracker::new();
@@ -184,9 +183,8 @@ fn dead_and_noisy_channels_do_not_hurt() {
         f64::from(travel(&wave.fitted(&mut tracker), &ARRAY).spatial_period_sigma_mm)
     };
     let (whole, damaged) = (sigma(false), sigma(true));
-    // A pair's weight is its strength squared: 1, 0.16, 0.81, 0.09, each on two channels per
-    // column. Without one of the first and one of the second, 2 * 1 / (2 + 1) = 2/3 of that weight
-    // remains.
+    // The weight of a strength is its square: 1, 0.16, 0.81 or 0.09, each in two channels per
+    // column. If one of the two fails in one column, 2 * 1 / (2 + 1) = 2/3 of the weight remains.
     let expected = (2.06f64 / (0.81 + 0.09 + 2.0 / 3.0 * 1.16)).sqrt();
     let ratio = damaged / whole;
     assert!(
@@ -195,8 +193,8 @@ fn dead_and_noisy_channels_do_not_hurt() {
     );
 }
 
-/// The closed form: two phases of variance 2 sigma^2 / (N A^2) each (Rife and Boorstyn 1974, for a
-/// tone known but for offset and slope), times period^2 / (2 pi pitch).
+/// In closed form, two phases of variance 2 sigma^2 / (N A^2) each (Rife and Boorstyn 1974, for a
+/// known tone with unknown offset and slope), times period^2 / (2 pi pitch).
 #[test]
 fn the_uncertainty_is_that_of_the_closed_form() {
     let travel = travel(&WAVE.fitted(&mut Tracker::new()), &ARRAY);
@@ -209,8 +207,8 @@ fn the_uncertainty_is_that_of_the_closed_form() {
     assert!(off.abs() < 0.05, "{travel:?} instead of {sigma_mm}");
 }
 
-/// Four slots separate the readings of two channels. At 92 Hz that is 7 % of a turn: ignoring the
-/// skew causes a larger error than that, with opposite signs in the two directions.
+/// Two channels are read four slots apart, which at 92 Hz is 7 % of a turn. Ignoring this skew
+/// causes an error above 5 %, with opposite signs in the two directions.
 #[test]
 fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
     let mut tracker = Tracker::new();
@@ -238,7 +236,7 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
     }
 }
 
-/// There is no lag without a second column, without a tone in it, or if no taxels respond alike in
+/// There is no lag with only one column, without a tone in one, or if no taxels respond alike in
 /// both columns.
 #[test]
 fn without_two_columns_there_is_nothing() {
@@ -268,7 +266,7 @@ fn without_two_columns_there_is_nothing() {
     }
 }
 
-/// Where channels disagree by more than their noise, the uncertainty is their scatter.
+/// If channels disagree by more than their noise, the uncertainty is computed from their scatter.
 #[test]
 fn channels_that_disagree_are_less_certain() {
     let mut fitted = WAVE.fitted(&mut Tracker::new());

@@ -1,5 +1,5 @@
-//! Thirty virtual days: times against exact 64-bit arithmetic, counters against exact counts,
-//! estimates as accurate at the end as at the start, constant memory.
+//! Tests thirty virtual days: exact times and counts, estimates as accurate at the end as at the
+//! start, and constant memory.
 //!
 //! The normal test plays only a touch around each of the 604 wraps of the board's microseconds, and
 //! one scan every twenty minutes in between. The ignored test plays all 13 thousand million
@@ -23,13 +23,12 @@ use ridgetone_proto::telemetry::{
 };
 use touch::{SCANS, TONE_HZ, scan};
 
-/// Period of a scan, nanoseconds.
 const SCAN_NS: u64 = SLOTS as u64 * CONVERSION_NS;
 const DAY_S: u64 = 86_400;
-/// Microseconds from one wrap of the board's counter to the next: 71.6 minutes.
+/// Period of the wrapping 32-bit microsecond counter, 71.6 minutes.
 const WRAP_US: u64 = 1 << 32;
 
-/// Device time of a scan's first slot, in whole microseconds, as the board counts.
+/// Device time of a scan's first slot in whole microseconds, as counted by the board.
 fn scan_us(number: u64) -> u64 {
     number * SCAN_NS / 1000
 }
@@ -39,7 +38,6 @@ fn scan_at(t_us: u64) -> u64 {
     t_us * 1000 / SCAN_NS
 }
 
-/// Returns the times in an event.
 fn times_us(event: &Event) -> Vec<u64> {
     match event {
         Event::Contact(contact) => vec![contact.t_us],
@@ -64,10 +62,9 @@ fn touched() -> impl Iterator<Item = u64> + Clone {
 
 /// Scans of the hold after the slide, from 2.82 to 3.07 s.
 const HOLD: std::ops::Range<u64> = 680..740;
-/// Number of scans in [`touched`].
 const LENGTH: u64 = SCANS + 4 * (HOLD.end - HOLD.start) + 3 * 70;
 
-/// Asserts that an estimate is right and matches `plain`.
+/// Asserts that an estimate is right and agrees with `plain`.
 fn assert_same(fit: &Estimate, plain: &Estimate) {
     assert_eq!(
         (fit.status, fit.span, fit.harmonics),
@@ -87,7 +84,7 @@ fn assert_same(fit: &Estimate, plain: &Estimate) {
     );
 }
 
-/// Asserts that the frame rate matches the scans to a millionth.
+/// Asserts that the frame rate agrees with the scans to one part in a million.
 #[track_caller]
 fn assert_rate(health: &Health) {
     let off = f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0;
@@ -104,7 +101,7 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
         }
         events
     };
-    // The skipped scans are the only faults, and are reported.
+    // The skipped scans must be the only faults reported.
     let is_no_fault = |event: &Event| match event {
         Event::Fault(fault) => {
             let is_expected = [FaultKind::Lost, FaultKind::Silent].contains(&fault.kind);
@@ -145,10 +142,10 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
             };
             healths += 1;
             let done = scan_at(health.t_us);
-            // Reported with the scan's last conversion.
+            // The report is sent with the scan's last conversion.
             let exact_us = (done * SCAN_NS + (SCAN_NS - CONVERSION_NS)) / 1000;
             assert_eq!(health.t_us, exact_us, "{health:?}");
-            // Exact until the 32-bit counter saturates.
+            // Exact until the counter saturates at 32 bits.
             let lost = (next - given) * u64::from(SLOTS);
             let lost_before = u64::from(health.conversions_lost);
             assert!(
@@ -172,8 +169,8 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
                 "wrap {wrap}"
             );
             for (t_us, plain_us) in times_us(event).into_iter().zip(times_us(plain)) {
-                // The time is a scan's, to the microsecond. Which scan may depend on where blocks
-                // of four began.
+                // Times must be the exact times of scans. Which scan it is may depend on where
+                // blocks of four began.
                 let number = (t_us * 1000).div_ceil(SCAN_NS);
                 assert_eq!(t_us, scan_us(number), "wrap {wrap}: {event:?}");
                 let expected = begin + (plain_us * 1000).div_ceil(SCAN_NS);
@@ -197,24 +194,23 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
     assert!(healths > 1000, "{healths}");
 }
 
-/// Result of playing touches one after another.
 struct Played {
     touches: u64,
     first: Vec<Estimate>,
     last: Vec<Estimate>,
     health: Health,
-    /// Resident memory before the second touch and at the end.
+    /// Resident memory before the second touch and at the end, bytes.
     resident: Option<(u64, u64)>,
 }
 
-/// Plays every conversion of one touch after another for `length_s`.
+/// Plays all conversions of one touch after another for `length_s`.
 fn play(length_s: u64) -> Played {
     let touch: Vec<TimedConversion> = touched().flat_map(|n| scan(n, n, 0)).collect();
     let touches = scan_at(length_s * 1_000_000) / LENGTH;
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
     let (mut t_ns, mut first, mut last) = (0u64, Vec::new(), Vec::<Estimate>::new());
     let (mut health, mut resident) = (None, None);
-    // Contact, start and end of the slide, release, in scans from the start of the touch.
+    // Contact, start and end of the slide, and release, in scans from the start of the touch.
     let mut expected: Option<[u64; 4]> = None;
     let mut heard = Vec::with_capacity(8);
     for number in 0..touches {
@@ -229,7 +225,7 @@ fn play(length_s: u64) -> Played {
             Event::Slide(slide) => heard.push(slide.end_us.unwrap_or(slide.start_us)),
             Event::Release(release) => heard.push(release.t_us),
             Event::Health(report) => {
-                // 30 days are fewer than 2^32 scans, and all of them were played.
+                // All scans were played, and 30 days have fewer than 2^32 scans.
                 let exact_us = (u64::from(report.frames) * SCAN_NS - CONVERSION_NS) / 1000;
                 assert_eq!(report.t_us, exact_us, "{report:?}");
                 assert_eq!(
@@ -308,7 +304,7 @@ fn touch_after_touch_for_three_hours_is_the_same() {
 fn touch_after_touch_for_thirty_days_is_the_same() {
     let played = play(30 * DAY_S);
     assert_steady(&played);
-    // No other test runs next to it: `--ignored` selects it alone.
+    // `--ignored` selects this test alone, so no other test uses memory meanwhile.
     let (from, to) = played.resident.expect("Linux reports memory");
     assert!(
         to.saturating_sub(from) < 1 << 20,
@@ -316,15 +312,16 @@ fn touch_after_touch_for_thirty_days_is_the_same() {
     );
 }
 
-/// Messages of 30 days, one per second, with bursts that exceed the line's capacity and with lost
-/// frames: the PC's count of missing messages is exact across all 39 wraps of the numbers.
+/// Sends one message per second for 30 days, with bursts that exceed the line's capacity and with
+/// lost frames. The PC's count of missing messages must be exact across all 39 wraps of the
+/// numbers.
 #[test]
 fn every_message_is_sent_dropped_or_lost_and_counted() {
     let (mut outbox, mut decoder) = (Outbox::default(), Decoder::new());
     let (mut posted, mut dropped, mut lost, mut received) = (0u64, 0u64, 0u64, 0u64);
     let mut wire = [0; WIRE_MAX];
     while posted < 30 * DAY_S {
-        // Mostly one; sometimes more than fit.
+        // Mostly one message, sometimes too many.
         let burst = if posted % 1013 < 5 { 20 } else { 1 };
         for _ in 0..burst {
             dropped += u64::from(
@@ -352,7 +349,7 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
         "{posted} {dropped} {lost}"
     );
     assert_eq!(posted, received + dropped + lost);
-    // Losses after the last message received are not known yet.
+    // Losses after the last received message are not known yet.
     let unseen = posted - received - u64::from(decoder.missing);
     assert!(unseen < 20, "{unseen}");
     assert_eq!((decoder.damaged, decoder.stepped_back), (0, 0));
@@ -362,7 +359,8 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
 fn counters_stay_at_the_most_that_they_hold() {
     let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     (assembler.lost, assembler.doubtful) = (u32::MAX - 3, u32::MAX - 3);
-    // The first conversion is counted with the missing ones before it, so push it first.
+    // The first conversion is counted with the missing ones before it, so the counter is set after
+    // that.
     let mut scans = (0..40).flat_map(|n| scan(n, n, 0).map(move |conversion| (n, conversion)));
     for (n, mut conversion) in scans.by_ref() {
         if n == 1 {
@@ -379,7 +377,8 @@ fn counters_stay_at_the_most_that_they_hold() {
     assert_eq!((assembler.lost, assembler.doubtful), (u32::MAX, u32::MAX));
 }
 
-/// A finger idle for a year: the frame numbers wrap after 206 days, and the rate stays right.
+/// A finger is idle for a year. The frame numbers wrap after 206 days, but the rate must stay
+/// right.
 #[test]
 fn the_rate_is_right_before_and_after_the_frames_numbers_wrap() {
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));

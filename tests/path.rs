@@ -1,4 +1,4 @@
-//! The whole path on a PC: SPI bytes in, telemetry out, following the paper's protocol.
+//! Tests the whole path on a PC, from SPI bytes to telemetry, following the paper's protocol.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -21,8 +21,8 @@ fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScen
     .unwrap()
 }
 
-/// Asserts the limits of the emulated run (host/tests/emulated.rs), without an emulator. The tests
-/// for competing tones have false alarms, so [`Rate`] limits how many estimates are not good.
+/// Asserts the limits of the emulated run (host/tests/emulated.rs), without an emulator. Tests for
+/// competing tones reject a few right fits, so [`Rate`] limits how many estimates are not good.
 fn assert_within_limits(what: &str, out: &Outcome, truth: &Truth, rate: &mut Rate) {
     out.assert_touch(what, truth, 0.020);
     let what = format!("{what}: {out:?} {truth:?}");
@@ -47,14 +47,14 @@ fn assert_within_limits(what: &str, out: &Outcome, truth: &Truth, rate: &mut Rat
     );
 }
 
-/// Asserts that the frequency is right to two thousandths.
+/// Asserts that the frequency is right to 0.2 %.
 #[track_caller]
 fn assert_near(fit: &Estimate, truth: &Truth) {
     let off = f64::from(fit.frequency) / truth.frequency_hz - 1.0;
     assert!(off.abs() < 0.002, "{fit:?} {truth:?}");
 }
 
-/// Every combination of Table 2 with four seeds.
+/// Scenes of all combinations in Table 2, with four seeds each.
 fn table_2() -> impl Iterator<Item = (String, SlidingScene)> {
     (0..40).map(|number| {
         let ((speed_mm_s, period_mm), seed) = (TABLE_2[number / 4], number % 4 + 1);
@@ -75,7 +75,7 @@ fn all_of_table_2_within_its_bars() {
     rate.assert_good();
 }
 
-/// Table 2 from recordings: rows are held, or resampled if their rate differs.
+/// Runs Table 2 from recordings: rows are held, or resampled if their rate differs.
 #[test]
 fn all_of_table_2_from_recordings_of_any_rate() {
     let mut rate = Rate::default();
@@ -107,12 +107,11 @@ fn the_greeting_comes_first_and_health_once_a_second() {
     assert_eq!(healths(&events), end_s as usize + 1);
     let last = outcome(&events).health;
     for (found, expected, within) in [
-        // Supply, reference and temperature of the simulated chip.
         (last.supply_v, 5.0, 1e-3),
         (last.reference_v, 4.096, 1e-3),
         (last.temperature_c, 25.0, 0.5),
         (last.gain, 1.0, 1e-4),
-        // Rate formula of the datasheet, by the board's clock.
+        // Frame rate from the datasheet's formula and the board's clock.
         (last.frame_rate_hz, 241.14, 0.01),
     ] {
         assert!((found - expected).abs() < within, "{last:?}");
@@ -123,7 +122,7 @@ fn healths(events: &[Event]) -> usize {
     count(events, |event| matches!(event, Event::Health(_)))
 }
 
-/// Without a taxel no frame is complete, so nothing is detected, but health is still sent.
+/// If a taxel is missing, no frame is complete and nothing is detected, but health is still sent.
 #[test]
 fn without_a_taxel_health_is_sent_once_a_second() {
     let events = run(
@@ -153,7 +152,7 @@ fn the_slide_by_protocol_follows_the_paper() {
     let truth = scene.truth();
     let out = outcome(&run(scene, settings, all));
     let (start_s, end_s) = out.slides_s[0];
-    // Equations 4 and 5, to within a frame of the spike.
+    // Equations 4 and 5 must be right to within a frame of the spike.
     assert!((start_s - (out.contacts_s[0] + 1.0)).abs() < 0.005);
     assert!((end_s - start_s - 55.0 / 30.0).abs() < 0.005);
     out.assert_one_slide("by protocol");
@@ -171,7 +170,7 @@ fn a_finger_in_the_air_greets_again_and_says_nothing_else() {
     );
 }
 
-/// After a gap of four scans a slide may have ended unnoticed.
+/// If four scans are missing, a slide may have ended unnoticed.
 #[test]
 fn lost_conversions_are_counted_and_their_frames_left_out() {
     for (hole, status) in [
@@ -182,7 +181,8 @@ fn lost_conversions_are_counted_and_their_frames_left_out() {
         let truth = scene.truth();
         let mut lost = 0;
         let events = run(scene, Settings::default(), |count, conversion| {
-            // One conversion in 997 is lost, and some scans and a half in the middle of the slide.
+            // One conversion in 997 is lost, and several scans and a half in the middle of the
+            // slide.
             let gone = count % 997 == 500 || hole.contains(&count);
             lost += gone as u32;
             (!gone).then_some(conversion)
@@ -200,8 +200,8 @@ fn lost_conversions_are_counted_and_their_frames_left_out() {
     }
 }
 
-/// A conversion's slot is a delay: uncorrected, the phases of taxels 0 and 15 would be 15 / 21 of a
-/// frame apart.
+/// A conversion's slot delays it. Without correction, the phases of taxels 0 and 15 would be 15 /
+/// 21 of a frame apart.
 #[test]
 fn phases_are_those_of_one_moment() {
     struct Together;
@@ -229,7 +229,8 @@ fn phases_are_those_of_one_moment() {
     }
 }
 
-/// A taxel whose conversion was lost has no value; reading it as zero would be a touch of 2.5 V.
+/// A taxel whose conversion was lost has no value. Reading it as zero would look like a touch of
+/// 2.5 V.
 #[test]
 fn a_conversion_lost_just_before_the_touch_changes_nothing() {
     let without = |gone| {
@@ -242,7 +243,7 @@ fn a_conversion_lost_just_before_the_touch_changes_nothing() {
     };
     let clean = without(None);
     for lost in 0..4 {
-        // The frames just before the contact, at 0.5 s.
+        // Lost in the frames just before the contact at 0.5 s.
         let out = without(Some((118 + lost) * 21 + 7));
         assert_eq!(out.health.conversions_lost, 1);
         out.assert_one_slide("one lost");
@@ -254,8 +255,8 @@ fn a_conversion_lost_just_before_the_touch_changes_nothing() {
     }
 }
 
-/// A window that begins or ends in a gap of lost scans still knows the frame rate. One that extends
-/// beyond the slide includes a standstill, with a different mean.
+/// A window that begins or ends in a gap of lost scans must use the right frame rate. Windows that
+/// extend beyond the slide are excluded: they include a standstill with a different mean.
 #[test]
 fn holes_do_not_bend_the_frequency() {
     let settings = Settings {
@@ -284,7 +285,7 @@ fn holes_do_not_bend_the_frequency() {
     }
 }
 
-/// Conversions with SUPPLY low are not trusted, nor used for touch detection.
+/// Conversions with SUPPLY low must not be trusted or used for touch detection.
 #[test]
 fn a_dip_of_the_supply_is_not_a_touch() {
     let events = run(

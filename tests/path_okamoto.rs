@@ -1,11 +1,11 @@
-//! The fit in the spatial domain against the method published with such scans: Okamoto et al.,
-//! "Transmission of tactile roughness through master-slave systems", section IV-A.
+//! Compares the fit in the spatial domain with the method published with such scans: Okamoto et
+//! al., "Transmission of tactile roughness through master-slave systems", section IV-A.
 //!
-//! There a hand moves to and fro at 197 sin(2 pi 1.07 t) mm/s over a grating, the sensor is read a
-//! thousand times a second, and each window of 32 ms yields a wavelength: the speed over the
-//! frequency of the spectrum's maximum. Here the method and the fit along the path get the same
-//! frames, and are compared on windows of at least one and a half cycles in which the fit has a
-//! tone: fewer may be a single bump.
+//! In the paper, a hand moves to and fro over a grating at 197 sin(2 pi 1.07 t) mm/s, the sensor is
+//! read a thousand times a second, and each window of 32 ms yields a wavelength: the speed over the
+//! frequency of the spectrum's maximum. Here both methods get the same frames, and are compared on
+//! windows of at least one and a half cycles in which the fit finds a tone, because fewer cycles
+//! may be a single bump.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -16,19 +16,20 @@ use reference::{normal, unit};
 use ridgetone_tone::{Fitter, FrameSpan, Scene, Status, Table, Values};
 use std::f64::consts::TAU;
 
-/// Readings a second (section III-B).
+/// Readings per second (section III-B).
 const RATE_HZ: f64 = 1000.0;
-/// Maximum speed of the hand, mm/s, and its cycles a second (section IV-A).
+/// Maximum speed of the hand in mm/s, and frequency of its motion (section IV-A).
 const TOP_MM_S: f64 = 197.0;
 const HAND_HZ: f64 = 1.07;
-/// Five cycles of the hand (section IV-A), frames.
+/// Frames in five cycles of the hand (section IV-A).
 const FRAMES: usize = 4665;
-/// Window of the paper, frames: the best of 16, 32, 64 and 128 ms in its own search.
+/// Window length in the paper, frames: the best of 16, 32, 64 and 128 ms in the authors' search.
 const WINDOW: usize = 32;
 const STRIDE: usize = 4;
 /// Minimum number of cycles along the path for a window to be judged.
 const CYCLES: f64 = 1.5;
-/// Wavelengths in the paper, mm: those that its figure 9 gets right, and those that it gets wrong.
+/// Wavelengths in the paper, mm: first those that its figure 9 shows right, then those that it
+/// shows wrong.
 const RIGHT_MM: [f64; 4] = [0.5, 0.8, 1.0, 1.5];
 const WRONG_MM: [f64; 3] = [2.0, 2.5, 3.0];
 /// Amplitude of the tone, codes. The paper states no noise; ours is 20 dB below the tone.
@@ -43,8 +44,7 @@ fn speed_mm_s(frame: f64) -> f64 {
     TOP_MM_S * (TAU * HAND_HZ * frame / RATE_HZ).sin()
 }
 
-/// Simulates a scan of a grating by `channels` channels, each with its own phase; the others are
-/// dead.
+/// Simulates a scan of a grating by `channels` channels with different phases; all others are dead.
 fn scan(wavelength_mm: f64, channels: usize) -> Vec<Values> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let phases: [f64; 16] = std::array::from_fn(|_| unit(&mut rng));
@@ -85,8 +85,8 @@ fn wavelength_by_fft(values: &[Values], first: usize) -> f64 {
     speed_mm_s(middle).abs() / (bin as f64 * RATE_HZ / WINDOW as f64)
 }
 
-/// Number of cycles from which a window must have a tone. One channel needs two, as do two channels
-/// with similar phases, because any bump resembles fewer cycles.
+/// Number of cycles from which the fit must find a tone. One channel needs two, as do two channels
+/// with similar phases, because fewer cycles resemble any bump.
 const fn cycles_min(channels: usize) -> f64 {
     if channels <= 2 { 2.1 } else { CYCLES }
 }
@@ -100,14 +100,13 @@ struct Errors {
     /// All windows in which the fit has a tone, and how many of them have two or more cycles.
     with_tone: usize,
     of_two_cycles: usize,
-    /// Root mean squares over the windows with a tone.
+    /// RMS errors over the windows with a tone.
     fit: f64,
     fft: f64,
-    /// Mean error of the fit.
     bias: f64,
-    /// Root mean square of the fit's errors, each divided by its uncertainty.
+    /// RMS of the fit's errors, each divided by its uncertainty.
     over_sigma: f64,
-    /// Root mean square of error times cycles, over windows of two or more cycles.
+    /// RMS of error times cycles, over windows of two or more cycles.
     per_cycle: f64,
 }
 
@@ -171,7 +170,7 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
     }
 }
 
-/// Prints a scan's errors as a line; `cargo test --test path_okamoto -- --nocapture` shows the
+/// Prints a scan's errors on one line. `cargo test --test path_okamoto -- --nocapture` shows the
 /// tables.
 fn show(wavelength_mm: f64, e: &Errors) {
     println!(
@@ -183,7 +182,6 @@ fn show(wavelength_mm: f64, e: &Errors) {
     );
 }
 
-/// Returns the errors at [`RIGHT_MM`] and at [`WRONG_MM`].
 fn table(channels: usize, window: usize) -> (Vec<Errors>, Vec<Errors>) {
     println!("{channels} channels, windows of {window} ms");
     let row = |wavelength_mm: f64| {
@@ -194,25 +192,25 @@ fn table(channels: usize, window: usize) -> (Vec<Errors>, Vec<Errors>) {
     (RIGHT_MM.map(row).into(), WRONG_MM.map(row).into())
 }
 
-/// The paper's window length.
+/// Compares at the paper's window length.
 #[test]
 fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
-    // With few channels the shortest windows dominate the error.
+    // With few channels, the error is mostly that of the shortest windows.
     for (channels, fit_max) in [(1, 0.045), (2, 0.045), (16, 0.0035)] {
         let (right, wrong) = table(channels, WINDOW);
         for e in right.iter().chain(&wrong) {
             assert!(e.fit < fit_max && e.fit < 0.5 * e.fft, "{channels}: {e:?}");
-            // Windows without a tone, the shortest, do not count for the spectrum either.
+            // The spectrum is also judged only on windows in which the fit finds a tone.
             assert!((0.03..0.205).contains(&e.fft), "{e:?}");
             assert!(e.found as f64 >= 0.95 * e.windows as f64, "{e:?}");
         }
-        // The paper's error at least doubles from 1 to 3 mm; the fit's depends only on the number
-        // of cycles in the window.
+        // The paper's error at least doubles from 1 to 3 mm. The fit's error depends only on the
+        // number of cycles in the window.
         let max =
             |errors: &[Errors], of: fn(&Errors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
         assert!(max(&wrong, |e| e.fft) > 1.4 * max(&right, |e| e.fft));
-        // Windows overlap: where they are fewest, some 60 are independent, and the ratio is known
-        // to 13 %. With one channel, curvature may resemble two cycles, which sigma covers.
+        // Windows overlap. In the smallest set about 60 are independent, so the ratio is known to
+        // 13 %. With one channel, curvature may resemble two cycles, which sigma covers.
         assert!(
             channels == 1 || max(&wrong, |e| e.per_cycle) < 1.4 * max(&right, |e| e.per_cycle),
             "{right:?} {wrong:?}"
@@ -226,12 +224,12 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
     }
 }
 
-/// Changes of speed smear a spectrum, so the paper gained nothing from longer windows; a fit along
-/// the path does, even across turning points of the hand.
+/// Speed changes smear a spectrum, so the paper gained nothing from longer windows. A fit along the
+/// path gains, even where the hand turns.
 #[test]
 fn a_longer_window_is_better() {
     let (right, wrong) = table(16, 4 * WINDOW);
-    // Some 35 windows are independent: the RMS is known to 12 %.
+    // About 35 windows are independent, so the RMS is known to 12 %.
     for e in right.iter().chain(&wrong) {
         assert!(
             e.fit < 0.0006 && e.found as f64 > 0.99 * e.windows as f64,
@@ -240,7 +238,8 @@ fn a_longer_window_is_better() {
     }
 }
 
-/// The path turns in the window, more than once: the same position returns with the same phase.
+/// The path turns within the window, more than once. At the same position the phase is the same
+/// again.
 #[test]
 fn a_hand_that_turns_back_reads_on() {
     for wavelength_mm in RIGHT_MM.into_iter().chain(WRONG_MM) {

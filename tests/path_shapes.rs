@@ -1,4 +1,4 @@
-//! The fit along paths of many shapes, against the truth.
+//! Compares the fit along paths of many shapes with the truth.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -11,10 +11,9 @@ use std::f64::consts::TAU;
 
 const FRAMES: usize = 241;
 
-/// Position, mm, as a function of time in windows.
+/// Position in mm, as a function of time in windows.
 type Shape = fn(f64) -> f64;
 
-/// Paths over a surface.
 const SHAPES: [(&str, Shape); 6] = [
     ("steady", |t| 30.0 * t),
     ("backwards", |t| -30.0 * t),
@@ -32,8 +31,8 @@ fn positions(shape: Shape) -> Vec<f64> {
         .collect()
 }
 
-/// Simulates sixteen channels; `overtones` are relative to the fundamental, from the second
-/// harmonic on.
+/// Simulates sixteen channels; `overtones` are amplitudes relative to the fundamental, from the
+/// second harmonic on.
 fn scan(
     positions: &[f64],
     period_mm: f64,
@@ -98,7 +97,7 @@ fn sigma_is_the_spread_of_the_estimates_on_a_path_too() {
             let fit = fit(&scan(&positions, 3.1, &[0.4], 200.0, seed), &positions, 2);
             sum += ((fit.frequency as f64 - 1.0 / 3.1) / fit.sigma as f64).powi(2);
         }
-        // Three standard deviations of the root of a chi-square of 200.
+        // Within three standard deviations of the RMS of 200 normal deviates.
         let spread = (sum / runs as f64).sqrt();
         assert!((0.85..1.15).contains(&spread), "{name}: {spread}");
     }
@@ -129,7 +128,7 @@ fn noise_on_a_path_is_no_tone() {
     }
 }
 
-/// An encoder quantizes positions: between two counts the finger seems to stand still.
+/// An encoder quantizes positions, so the finger seems to stand still between two counts.
 #[test]
 fn the_grains_of_an_encoder_do_no_harm() {
     let exact = positions(|t| 30.0 * t * (0.5 + 0.5 * t));

@@ -1,5 +1,5 @@
-//! The whole path with physical fingers, whose skin creeps: contact, slide and tone of a touch on
-//! the paper's gratings.
+//! Tests the whole path with physical fingers, whose skin creeps: contact, slide and tone of
+//! touches on the paper's gratings.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -29,8 +29,8 @@ fn touch(sliding: Sliding, seed: u64) -> (Outcome, Truth) {
     (outcome(&run_on(board, Settings::default(), all)), truth)
 }
 
-/// With the chip's noise only, the end of a slide is found to within one frame and its slots. If
-/// part of the standstill were fitted as well, the tone would be off by more than its uncertainty.
+/// With only the chip's noise, the end of a slide must be found to within one frame and its slots.
+/// If part of the standstill were fitted too, the tone would be off by more than its uncertainty.
 #[test]
 fn a_slide_ends_where_it_ends_under_creep() {
     let mut squares = 0.0;
@@ -46,7 +46,7 @@ fn a_slide_ends_where_it_ends_under_creep() {
             squares += sigmas * sigmas;
         }
     }
-    // Root mean square of 40 normal deviates, plus three of its standard deviations.
+    // RMS of 40 normal deviates, plus three of its standard deviations.
     let spread = (squares / 40.0).sqrt();
     assert!(spread < 1.0 + 3.0 / 80f64.sqrt(), "{spread}");
 }
@@ -67,8 +67,9 @@ fn noise_of_20_db_costs_no_slide() {
     }
 }
 
-/// A rubber that creeps by a fifth or within half a second, and a human finger's skin (Moy et al.,
-/// table 5, subject 1), which creeps by a third: without added noise the latter passes for a slide.
+/// Rubbers that creep by a fifth or within half a second, and a human finger's skin (Moy et al.,
+/// table 5, subject 1), which creeps by a third. Without added noise the skin's creep is taken for
+/// a slide.
 #[test]
 fn a_skin_that_creeps_much_or_fast_moves_no_end() {
     for (relaxation_s, creep_s, snr_db) in [

@@ -1,4 +1,4 @@
-//! Every scan plan on the whole path: SPI bytes in, telemetry out.
+//! Tests every scan plan on the whole path, from SPI bytes to telemetry.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -10,7 +10,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Status};
 use support::{Outcome, Rate, all, off, outcome, run};
 
-/// Runs a touch with one slide; returns events, outcome and truth.
+/// Runs a touch with one slide. Returns events, outcome and truth.
 fn touch(plan: Plan, speed_mm_s: f64, period_mm: f64) -> (Vec<Event>, Outcome, hal_mock::Truth) {
     let scene = Sliding {
         speed_mm_s,
@@ -30,7 +30,7 @@ fn finds(what: &str, plan: Plan, tones: &[(f64, f64)], rate: &mut Rate) {
     for (speed_mm_s, period_mm) in tones {
         let (events, out, truth) = touch(plan, *speed_mm_s, *period_mm);
         let rate_hz = f64::from(plan.frame_rate_hz());
-        // Touch detection resolves ends to a few blocks of four frames.
+        // Touch detection finds starts and ends only to a few blocks of averaged frames.
         let limit_s = 0.020_f64.max(8.0 * f64::from(plan.frames_averaged()) / rate_hz);
         let what = format!("{what}, {rate_hz} Hz, {speed_mm_s} mm/s, {period_mm} mm");
         out.assert_slide(&what, &truth, limit_s);
@@ -119,8 +119,8 @@ fn fast_plans_find_tones_that_the_papers_cannot() {
     rate.assert_good();
 }
 
-/// Aliased overtones may fit the harmonic comb of a lower tone: such tones may be ambiguous, but
-/// never wrong.
+/// Aliased overtones may fit the harmonic comb of a lower tone. Such tones may be ambiguous, but
+/// must not be wrong.
 #[test]
 fn tones_whose_overtones_alias_are_never_called_good_at_another_frequency() {
     for (plan, speed_mm_s, period_mm) in [

@@ -1,4 +1,4 @@
-//! Settings that change during a slide, as a command changes them: no window mixes old and new
+//! Tests a change of settings during a slide, as by a command: no window may mix old and new
 //! settings.
 
 #[path = "support/touch.rs"]
@@ -14,7 +14,6 @@ use ridgetone_proto::telemetry::{Estimate, Event, Span, Status};
 use ridgetone_tone::Fitter;
 use touch::{SCANS, TONE_HZ};
 
-/// Start of the slide in `touch`, seconds.
 const SLIDE_START_S: f32 = 0.8;
 
 /// End of the slide, seconds. A window that extends beyond it, before the hold is detected, may
@@ -27,7 +26,7 @@ struct Board {
     fitter: Fitter,
     ring: Ring,
     diagnostics: Diagnostics,
-    /// Estimates, with true if the settings had changed before.
+    /// Estimates, each with true if the settings had changed before.
     estimates: Vec<(bool, Estimate)>,
     is_changed: bool,
 }
@@ -65,7 +64,8 @@ impl Board {
     }
 }
 
-/// Returns the estimates of a touch in which `before` becomes `after` at scan `changed`.
+/// Returns the estimates of a touch in which settings change from `before` to `after` at scan
+/// `changed`.
 fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate)> {
     let mut board = Box::new(Board {
         detector: Detector::new(before),
@@ -97,7 +97,7 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
     };
     let (long, short) = (of(1.0, 0.25), of(0.4, 0.1));
     for (before, after) in [(long, short), (short, long)] {
-        // From before the slide until after it, at different points of the stride.
+        // Changes from before the slide until after it, at different points of the stride.
         for changed in (150..700).step_by(37) {
             let changed_s = changed as f32 / FRAME_RATE_HZ;
             let estimates = touch(before, after, changed);
@@ -128,7 +128,7 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
                     "{what}: {window:?}"
                 );
             }
-            // Where time allowed, there is a window before the change, and one after it.
+            // If there was time, there is a window before the change, and one after it.
             assert!(
                 changed_s < 0.85 + before.window_s || lengths_s[0] > 0,
                 "{what}: {lengths_s:?}"
@@ -145,8 +145,8 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
     }
 }
 
-/// A slide under the rule `always` ends when the rule changes; touches are then found as usual. The
-/// rule also ends a hold or slide in progress when it starts to apply.
+/// When the rule `always` is replaced, its slide ends, and touches are then found as usual. When it
+/// starts to apply, it ends a hold or slide in progress.
 #[test]
 fn a_slide_that_lasts_always_ends_with_its_rule() {
     let by_rule = |rule| Settings {
@@ -204,7 +204,7 @@ fn a_slide_that_lasts_always_ends_with_its_rule() {
         &slides(found, always, 400),
         &[(0.8, at_s(400)), (at_s(400), end_s)],
     );
-    // In the hold before the slide, and without contact.
+    // The rule changes in the hold before the slide, and without contact.
     for changed in [150, 50] {
         check(&slides(found, always, changed), &[(at_s(changed), end_s)]);
     }

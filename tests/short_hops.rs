@@ -1,4 +1,4 @@
-//! Strides much shorter than the time to detect a slide: many windows are due at once.
+//! Tests strides much shorter than the time to detect a slide: many windows are due at once.
 
 #[path = "support/touch.rs"]
 #[allow(dead_code, reason = "a part of it is used here")]
@@ -13,7 +13,7 @@ fn conversions() -> impl Iterator<Item = TimedConversion> {
     (0..touch::SCANS).flat_map(|scan| touch::scan(scan, scan, 0))
 }
 
-/// Number of windows due in the touch, whole slides included.
+/// Number of windows due in the touch, including whole slides.
 fn windows_due(settings: Settings) -> usize {
     let (mut detector, mut ring) = (Box::new(Detector::new(settings)), Box::new(Ring::new()));
     let (diagnostics, mut due) = (Diagnostics::new(), 0);
@@ -135,7 +135,7 @@ fn events_say_how_long_after_their_time_they_were_reported() {
                 Event::Release(one) => ("release", one.t_us, one.reported_after_us),
                 _ => return,
             };
-            // Times of events follow the nominal scan, `now_us` the conversions.
+            // Event times follow the nominal scan, but `now_us` is the conversion's own time.
             let off_us = (t_us + u64::from(after_us)).abs_diff(now_us);
             assert!(off_us <= 2, "{name}: {off_us} us");
             reported.push((name, after_us));

@@ -1,4 +1,4 @@
-//! The whole path to a texture: SPI bytes in; the event is reported once per touch, and again when
+//! Tests the whole path from SPI bytes to a texture, which is reported once per touch, and again if
 //! the grating changes.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
@@ -29,7 +29,7 @@ struct Changing {
 }
 
 impl Changing {
-    /// Changes to the second grating in the middle of the slide.
+    /// The grating changes in the middle of the slide.
     fn new(first: Sliding, second: Sliding) -> Self {
         let gratings = [first, second].map(|grating| SlidingScene::new(grating).expect("a scene"));
         let changes_s = gratings[0].truth().slide_start_s + 0.5 * SLIDE_MM / SPEED_MM_S;
@@ -42,7 +42,7 @@ impl Changing {
 
 impl Scene for Changing {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        // Advance both scenes, since each has memory.
+        // Advance both scenes, because each has internal state.
         let [first, second] = self
             .gratings
             .each_mut()
@@ -99,7 +99,7 @@ fn a_grating_that_stays_is_reported_once() {
             "seed {seed}: {textures:?}"
         );
         assert_is(&textures[0], 3.6);
-        // It follows the estimate it is based on, with the same time.
+        // The texture follows the estimate that it is based on, and has the same time.
         let at = events
             .iter()
             .position(|event| matches!(event, Event::Texture(_)))
@@ -156,7 +156,7 @@ fn another_grating_in_the_same_touch_is_reported_again() {
     }
 }
 
-/// A scene that repeats.
+/// A scene that plays three times.
 struct Again(SlidingScene);
 
 impl Scene for Again {
@@ -181,7 +181,7 @@ fn each_touch_reports_its_texture() {
     textures.iter().for_each(|texture| assert_is(texture, 3.6));
 }
 
-/// Over many runs in white noise, the scatter of the power matches its sigma.
+/// Over many runs in white noise, the scatter of the power must agree with its sigma.
 #[test]
 fn the_power_s_sigma_is_its_scatter() {
     const RUNS: u64 = 50;

@@ -1,5 +1,5 @@
-//! Spatial period, speed and direction over the whole path on a PC: SPI bytes in, telemetry out,
-//! with the simulated finger behind the chip.
+//! Tests spatial period, speed and direction over the whole path on a PC, from SPI bytes to
+//! telemetry, with the simulated finger behind the chip.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
@@ -10,7 +10,6 @@ use ridgetone_proto::telemetry::{Direction, Estimate, Status, TravelStatus};
 use std::path::Path;
 use support::{Rate, all, outcome, run};
 
-/// Returns all estimates of a scene.
 fn estimates(scene: Sliding, settings: Settings) -> Vec<Estimate> {
     let out = outcome(&run(SlidingScene::new(scene).unwrap(), settings, all));
     assert_eq!(
@@ -22,7 +21,7 @@ fn estimates(scene: Sliding, settings: Settings) -> Vec<Estimate> {
     out.window_fits.into_iter().chain(out.slide_fits).collect()
 }
 
-/// The simulated finger as `ridgetone calibrate` measures it (`host/tests/calibrate.rs`).
+/// Array as measured on the simulated finger by `ridgetone calibrate` (`host/tests/calibrate.rs`).
 const CALIBRATED: Array = Array {
     edge_phase_sigma_rad: 0.01,
     ..Array::DEFAULT
@@ -35,7 +34,7 @@ fn with_array(array: Array) -> Settings {
     }
 }
 
-/// The physical finger on a grating, at 20 dB.
+/// The physical finger on a grating, with an SNR of 20 dB.
 fn noisy(reverse: bool, period_mm: f64) -> Sliding {
     Sliding {
         period_mm,
@@ -45,8 +44,7 @@ fn noisy(reverse: bool, period_mm: f64) -> Sliding {
     }
 }
 
-/// Asserts the verdict and the direction, and that the period is right to a relative error of
-/// `within`.
+/// Asserts status and direction, and that the relative error of the period is below `within`.
 #[track_caller]
 fn assert_travel(fit: &Estimate, status: TravelStatus, reverse: bool, period_mm: f64, within: f64) {
     let found = (fit.travel.status, fit.travel.direction);
@@ -63,8 +61,8 @@ fn towards(reverse: bool) -> Direction {
     }
 }
 
-/// Requirements: period within 1 %, speed within 1.5 %, direction always right, at 20 dB in windows
-/// of 1 s.
+/// Requirements at 20 dB in windows of 1 s: period within 1 %, speed within 1.5 %, and the
+/// direction always right.
 #[test]
 fn all_of_table_2_both_ways_within_the_bars() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("hal-mock/scenes");
@@ -83,7 +81,7 @@ fn all_of_table_2_both_ways_within_the_bars() {
             for fit in estimates(scene, with_array(CALIBRATED)) {
                 let what = format!("c{number}, seed {seed}: {fit:?}");
                 let travel = fit.travel;
-                // Without a good tone no travel is reported.
+                // Travel must not be reported without a good tone.
                 rate.add(&fit);
                 if fit.status != Status::Good {
                     assert!(!travel.is_known(), "{what}");
@@ -114,7 +112,7 @@ fn all_of_table_2_both_ways_within_the_bars() {
     );
 }
 
-/// Faster than any of the paper's runs: at 92 Hz the channels' slots are up to 7 % of a turn apart.
+/// Faster than any run in the paper: at 92 Hz the channels' slots are up to 7 % of a turn apart.
 #[test]
 fn a_fast_grating_is_as_good_as_a_slow_one() {
     for reverse in [false, true] {
@@ -129,7 +127,7 @@ fn a_fast_grating_is_as_good_as_a_slow_one() {
     }
 }
 
-/// With the speed declared, the period follows from it, and the phases yield the direction and a
+/// If the speed is declared, the period follows from it, and the phases yield the direction and a
 /// check.
 #[test]
 fn with_a_given_speed_the_period_comes_from_it() {
@@ -156,15 +154,15 @@ fn with_a_given_speed_the_period_comes_from_it() {
             let off = travel.spatial_period_sigma_mm / expected_mm - 1.0;
             assert!(off.abs() < 0.01, "{fit:?}");
         }
-        // A speed that is a sixth too small belongs to a different grating.
+        // A speed that is a sixth too low belongs to a different grating.
         for fit in fits_at(25.0) {
             assert_eq!(fit.travel.status, TravelStatus::Contradicted, "{fit:?}");
         }
     }
 }
 
-/// A grating finer than the pitch resembles one of the paper's; where both are possible, the
-/// estimate is ambiguous.
+/// A grating finer than the pitch resembles one of the paper's. If both are possible, the result is
+/// ambiguous.
 #[test]
 fn a_grating_finer_than_the_pitch_is_ambiguous() {
     let fine = Sliding {
@@ -184,7 +182,7 @@ fn a_grating_finer_than_the_pitch_is_ambiguous() {
     }
 }
 
-/// The defaults are for a contact 8 mm long; the guide says how wrong they are for others.
+/// The defaults are for a contact 8 mm long; the guide states their error for other lengths.
 #[test]
 fn another_contact_wants_a_calibration_of_its_own() {
     for (contact_mm, min, max) in [(7.0, 0.024, 0.04), (9.0, -0.03, -0.005)] {

@@ -1,4 +1,4 @@
-//! The three runs of `cargo xtask test`, on all boards: from reset to the greeting, the demo's
+//! The three runs of `cargo xtask test` on all boards: from reset to the greeting, the demo's
 //! grating, and the longest command during a scan.
 
 mod common;
@@ -104,7 +104,7 @@ fn the_longest_command_arrives_two_hundred_times_while_the_chip_scans() {
     }
 }
 
-/// `src/minimal.rs` has no tasks: it loses the conversions made during a fit, and reports this.
+/// `src/minimal.rs` has no tasks. It loses the conversions made during a fit, and must report this.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn the_minimal_firmware_prints_a_touch_as_text() {
@@ -118,7 +118,7 @@ fn the_minimal_firmware_prints_a_touch_as_text() {
     let found = |word: &str| text.lines().position(|line| line == word);
     let (contact, release) = (found("contact"), found("release"));
     assert!(contact.is_some() && contact < release, "{text}");
-    // `Good: 8333 mHz +- 682 uHz`
+    // A line such as `Good: 8333 mHz +- 682 uHz`.
     let good = text.lines().filter_map(|line| {
         let (mhz, sigma_uhz) = line.strip_prefix("Good: ")?.split_once(" mHz +- ")?;
         let sigma_uhz: f64 = sigma_uhz.strip_suffix(" uHz")?.parse().ok()?;
@@ -127,7 +127,7 @@ fn the_minimal_firmware_prints_a_touch_as_text() {
     let good: Vec<_> = good.collect();
     assert!(!good.is_empty(), "{text}");
     for (mhz, sigma_uhz) in good {
-        // Truncated to whole millihertz.
+        // The text is truncated to whole millihertz.
         let off_mhz = (mhz + 0.5 - 30_000.0 / 3.6).abs();
         assert!(off_mhz < 0.5 + 5.0 * sigma_uhz * 1e-3, "{text}");
     }

@@ -1,4 +1,4 @@
-//! The ADS1258's clock from the board: a timer's output, wired to CLKIO.
+//! Tests an ADS1258 clocked by the board: a timer's output is wired to CLKIO.
 
 mod common;
 
@@ -30,7 +30,7 @@ fn last_health(run: &Run) -> Health {
     last.expect("health")
 }
 
-/// Creates a board whose ADC is clocked only by the board.
+/// Starts a board whose ADC has no clock except the board's.
 fn wired(board: Board) -> Run {
     let scene = Sliding::default();
     let start = Start {
@@ -50,7 +50,7 @@ fn a_board_clocks_its_adc_from_reset_to_a_good_estimate() {
         run.run_s(0.5);
         assert_eq!(run.emulator.adc_clock_hz(), 0);
         assert!(run.emulator.readings().is_empty(), "without a clock");
-        // The clock starts while the firmware runs, and powers up the chip.
+        // The clock starts while the firmware runs, which powers up the chip.
         set(&mut run, 1, with_clock(CLOCK_HZ));
         run.run_s(0.5);
         assert!(run.emulator.readings().len() > 2000);
@@ -58,7 +58,7 @@ fn a_board_clocks_its_adc_from_reset_to_a_good_estimate() {
         run.emulator.press_reset().expect("a reset");
         assert_eq!(run.emulator.adc_clock_hz(), 0);
 
-        // Power up a board that has stored these settings.
+        // Power up a board in which these settings are stored.
         let place = image(board).symbol("_settings_start").expect("memory.x");
         let store = run.emulator.flash(place).to_vec();
         let mut run = wired(board);
@@ -88,11 +88,11 @@ fn a_board_clocks_its_adc_from_reset_to_a_good_estimate() {
             last.frame_rate_hz
         );
         assert!(good.len() > 3);
-        // 16 inputs and 5 readings: 15.273 MHz / (128 x 24.265625 x 21).
+        // 16 inputs and 5 internal readings: 15.273 MHz / (128 x 24.265625 x 21).
         assert!((last.frame_rate_hz - 234.15).abs() < 0.01, "{last:?}");
         assert_eq!(last.faults.iter().sum::<u32>(), 0, "{last:?}");
         assert_eq!(run.events.iter().find_map(fault_of), None);
-        // A plan that sets the scan up again for each health reading: the clock keeps running.
+        // This plan sets the scan up again for each health reading; the clock must keep running.
         let hand = Plan::HAND.with_clock(CLOCK_HZ);
         set(&mut run, 2, Settings::DEFAULT.with_plan(hand));
         run.run_s(4.0);
@@ -106,7 +106,7 @@ fn a_board_clocks_its_adc_from_reset_to_a_good_estimate() {
     }
 }
 
-/// The ADC's clock and the time stamps come from one oscillator, so no rate reveals its error.
+/// The ADC's clock and the time stamps come from the same oscillator, so no rate reveals its error.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_estimate_is_good_where_an_internal_oscillator_clocks_the_adc_too() {
@@ -145,7 +145,7 @@ fn the_clocks_pin_is_off_unless_the_plan_names_its_clock() {
             run.run_s(1.0);
             assert_eq!(run.emulator.adc_clock_hz(), 0, "{clock_hz}");
         }
-        // CLKIO is not wired: the chip continues with its crystal, and the firmware detects the
+        // CLKIO is not wired, so the chip continues with its crystal. The firmware must detect the
         // mismatch.
         set(&mut run, 4, with_clock(CLOCK_HZ));
         run.run_s(5.0);

@@ -1,4 +1,4 @@
-//! The serial line while the chip scans.
+//! Tests the serial line while the chip scans.
 
 mod common;
 
@@ -25,7 +25,7 @@ fn short_commands_and_usual_settings_arrive_while_the_chip_scans() {
                     Outcome::Done,
                     "{board:?}: request {number}"
                 );
-                // Out of step with the conversions.
+                // Not a multiple of the conversion period.
                 run.run_s(0.00037);
             }
             run.assert_rules();
@@ -34,12 +34,12 @@ fn short_commands_and_usual_settings_arrive_while_the_chip_scans() {
     }
 }
 
-/// If the task that takes requests is late, bytes that fit in the buffer are kept. Later bytes are
-/// lost; more than half a buffer of them is counted, and the next request arrives.
+/// If the task that takes requests is late, bytes that fit into the buffer are kept and later ones
+/// lost. A loss of more than half a buffer must be counted, and the next request must arrive.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_late_task_loses_no_byte_that_the_buffer_holds_and_counts_the_others() {
-    /// Interrupts by board: OTG_HS_EP1_IN for `report`, and the stream's.
+    /// Interrupts per board: OTG_HS_EP1_IN for `report`, and that of the DMA stream.
     const REPORT: u16 = 75;
     for (board, stream) in BOARDS.into_iter().zip([12, 16]) {
         for (bytes, losses) in [(100, 0..1), (1000, 129..1010)] {
@@ -78,7 +78,7 @@ fn times_of_edges_are_right_to_some_microseconds_also_while_bytes_arrive() {
             let from = run.emulator.readings().len();
             run.emulator.send(&vec![0x55; bytes]);
             run.run_s(0.25);
-            // The counter starts some time after power-up.
+            // The counter starts some time after power-up, so only the jitter is tested.
             let late: Vec<i64> = (run.emulator.readings().iter().skip(from))
                 .map(|reading| i64::from(reading.t_us) - (reading.edge_ns / 1000) as i64)
                 .collect();
@@ -95,8 +95,8 @@ fn times_of_edges_are_right_to_some_microseconds_also_while_bytes_arrive() {
     }
 }
 
-/// The processor stalls for 16 us per word of flash, and a byte takes 10.9 us: the DMA fetches the
-/// bytes. The scan loses nothing either, and the settings are kept.
+/// The processor stalls for 16 us per word of flash, and a byte takes 10.9 us, but the DMA fetches
+/// the bytes. The scan loses nothing either, and the settings are kept.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_byte_is_lost_while_settings_are_kept() {
@@ -104,7 +104,7 @@ fn no_byte_is_lost_while_settings_are_kept() {
         stride_s: 0.75,
         ..Settings::DEFAULT
     };
-    // Bytes arrive at various phases of the tasks that read them.
+    // Vary the phase of the bytes relative to the tasks that read them.
     for (board, phase) in BOARDS
         .into_iter()
         .flat_map(|board| (0..12).map(move |at| (board, at)))
@@ -135,7 +135,7 @@ fn no_byte_is_lost_while_settings_are_kept() {
 }
 
 /// Requests wait in the buffer while settings are written. Meanwhile the buffer's half-full
-/// interrupt, which outranks the task that takes them, must not fire repeatedly.
+/// interrupt, whose priority is above the task that takes them, must not fire repeatedly.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn requests_that_wait_behind_another_keep_no_task_from_running() {

@@ -1,4 +1,4 @@
-//! The log of a touch, read from RAM as a debug probe does: RTT's buffer with defmt's frames.
+//! Tests the log of a touch, read from RAM as by a debug probe: RTT's buffer with defmt's frames.
 
 mod common;
 
@@ -9,9 +9,9 @@ use ridgetone_emulator::Board;
 use ridgetone_proto::telemetry::Status;
 use std::path::Path;
 
-/// Decodes a frame of defmt's rzCOBS without its zero, from its end. Each byte with bit 7 clear has
-/// one bit for each of seven bytes, set for a zero; 0x80 to 0xFE stand for a zero before 7 to 133
-/// others.
+/// Decodes a frame of defmt's rzCOBS without its zero, from its end. A byte from 1 to 0x7F has one
+/// bit for each of seven bytes, set for a zero. 0x80 to 0xFE stand for a zero before 7 to 133 other
+/// bytes.
 fn decoded(frame: &[u8]) -> Vec<u8> {
     let mut bytes = frame.iter().rev().copied();
     let mut plain = Vec::new();
@@ -32,7 +32,8 @@ fn decoded(frame: &[u8]) -> Vec<u8> {
     plain
 }
 
-/// Text of a log line, by the address of the symbol whose name contains the text.
+/// Returns the text of a log line: `number` is the address of the symbol whose name contains the
+/// text.
 fn text(elf: &ElfFile32<'_, LittleEndian>, number: u16) -> String {
     let mut names = elf
         .symbols()
@@ -56,8 +57,8 @@ fn the_log_shows_a_touch_line_by_line() {
     let board = Board::FeatherF405;
     let mut run = Run::sliding(board);
     run.run_s(7.0);
-    // `_SEGGER_RTT`: an id of 16 bytes, two numbers of channels, then the first channel's name,
-    // buffer, size, write and read offsets. Nothing has been read yet.
+    // `_SEGGER_RTT` holds an id of 16 bytes and two numbers of channels, then the first channel's
+    // name, buffer, size, write and read offsets. Nothing has been read yet.
     let header = image(board).symbol("_SEGGER_RTT").expect("a log");
     let word = |address: u32| {
         let bytes = run.emulator.ram(address).first_chunk().copied();
@@ -77,7 +78,7 @@ fn the_log_shows_a_touch_line_by_line() {
     let mut lines = Vec::new();
     for frame in frames.filter(|frame| !frame.is_empty()).map(decoded) {
         let line = text(&elf, u16::from_le_bytes([frame[0], frame[1]]));
-        // Line number, time, frequency, uncertainty, length of the status and its letters.
+        // Fields: line number, time, frequency, uncertainty, length of the status, and its letters.
         if line.ends_with("Hz {=str}") {
             let value =
                 |at: usize| f32::from_le_bytes(*frame[at..].first_chunk().expect("a value"));

@@ -1,4 +1,4 @@
-//! The boards without an ADS1258: the processor's own ADC, its DMA, and the firmware's results.
+//! Tests boards without an ADS1258: the processor's own ADC, its DMA, and the firmware's results.
 
 mod common;
 
@@ -25,7 +25,7 @@ fn whole_slide(run: &Run) -> Estimate {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn the_demo_is_good_without_another_chip() {
-    // L of ADC_SQR1, bits 23 to 16: one less than the inputs of a scan, eight or fourteen.
+    // Field L of ADC_SQR1 (bits 23 to 16) is one less than the inputs of a scan, eight or fourteen.
     for (board, sequence) in Board::OWN_ADC.into_iter().zip([0x70, 0xd0, 0x70]) {
         let mut run = Run::sliding(board);
         let greeting = run.run_to(1.0, hello);
@@ -99,7 +99,7 @@ fn an_overrun_and_a_failed_transfer_are_found_and_mended() {
         assert!(off < 4.0, "{board:?}: {estimate:?}");
         let report = run.run_to(2.0, health);
         assert_eq!(report.chip_restarts, 1, "{board:?}: {report:?}");
-        // Samples missing until the watch task ran are reported as lost.
+        // Samples missed until the watch task ran must be reported as lost.
         let channels = if board == Board::FeatherF405Adc {
             8.0
         } else {
@@ -112,7 +112,7 @@ fn an_overrun_and_a_failed_transfer_are_found_and_mended() {
             "{board:?}: {accounted} of {made}, {report:?}"
         );
         assert!(run.emulator.resets().is_empty(), "{board:?}");
-        // Without the stream, the next sample is not fetched.
+        // If the stream stops, the next sample is not fetched.
         let broken: Vec<Rule> = run.emulator.findings().iter().map(|one| one.rule).collect();
         let expected = if fault == OwnAdcFault::Transfer {
             vec![Rule::AdcOverrun]
@@ -124,7 +124,7 @@ fn an_overrun_and_a_failed_transfer_are_found_and_mended() {
 }
 
 /// Halves of the buffer are overwritten, as during an erase of the flash. Whole frames are lost,
-/// and the frames after them keep their times.
+/// but the frames after them must keep their times.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn an_interrupt_that_is_held_off_costs_whole_frames() {
@@ -145,7 +145,7 @@ fn an_interrupt_that_is_held_off_costs_whole_frames() {
         }
         run.run_to(2.0, health);
         let after = run.run_to(2.0, health);
-        // At 4.1 to 4.2 ms a frame: one, one, two or three frames lost.
+        // A frame takes 4.1 to 4.2 ms, so one, one, and two or three frames are lost.
         let lost = after.conversions_lost / channels;
         assert_eq!(after.conversions_lost % channels, 0, "{board:?}: {after:?}");
         assert!((3..=5).contains(&lost), "{board:?}: {after:?}");
@@ -226,7 +226,7 @@ fn a_fast_plan_follows_a_hand_and_the_ads1258s_are_refused() {
     }
 }
 
-/// Bare bridges move by a few steps of 0.8 mV: tones are found, but are less certain.
+/// The signals of bare bridges are a few steps of 0.8 mV: tones are found, but less certain.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn bare_bridges_are_less_sure_than_amplified_ones() {

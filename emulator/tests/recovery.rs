@@ -1,4 +1,4 @@
-//! Crashes, hangs and resets of a board, and the report in its next greeting.
+//! Tests crashes, hangs and resets of a board, and the report in its next greeting.
 
 mod common;
 
@@ -13,8 +13,8 @@ use ridgetone_proto::telemetry::{Span, Status};
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
-    // EXTI4, OTG_HS_EP1_OUT and OTG_HS_WKUP: the tasks `drdy`, `detect` and `fit`; all others
-    // continue. `fit` is due only in a slide.
+    // EXTI4, OTG_HS_EP1_OUT and OTG_HS_WKUP belong to the tasks `drdy`, `detect` and `fit`. All
+    // other tasks continue. `fit` is due only during a slide.
     let [feather, nucleo] = BOARDS;
     let at_work = |board| {
         let mut run = Run::sliding(board);
@@ -28,7 +28,7 @@ fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
     ] {
         run.emulator.inject(ProcessorFault::Mask(irq));
         let from_ns = run.emulator.now_ns();
-        // Skip the greeting that is repeated every ten seconds.
+        // Skip greetings that are only repeated, every ten seconds.
         run.run_to(10.0, |event| {
             hello(event).filter(|greeting| greeting.boot.cause == ResetCause::Watchdog)
         });
@@ -47,7 +47,7 @@ fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
     }
 }
 
-/// The image is unchanged: the processor jumps into an unused function of the image that panics.
+/// The unmodified image jumps into a function of its own that is unused and panics.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_panic_leaves_a_record() {
@@ -106,8 +106,8 @@ fn a_hard_fault_leaves_a_record() {
 fn a_stack_overflow_leaves_a_record() {
     for board in BOARDS {
         let mut run = Run::at_rest(board);
-        // Start below the end: from slightly above it, the next instruction could pop instead of
-        // push.
+        // Start below the end of the stack: slightly above it, the next instruction could pop
+        // instead of push.
         run.emulator.inject(ProcessorFault::StackPointer(
             image(board).symbol("_stack_end").expect("memory.x") - 8,
         ));
@@ -154,7 +154,7 @@ fn a_reset_within_a_packet_costs_no_greeting() {
         let mut run = Run::at_rest(board);
         let (seen, before) = (run.events.len(), run.emulator.served(irq).times);
         run.emulator.send(&request(1, Command::Greet));
-        // The request takes 0.1 ms, the greeting in reply more than 1 ms.
+        // The request takes 0.1 ms, and the greeting in reply more than 1 ms.
         run.run_s(0.001);
         assert!(
             run.events.len() == seen && run.emulator.served(irq).times > before + 30,
@@ -218,7 +218,7 @@ fn a_bus_that_dies_for_two_seconds_is_reported_and_the_next_touch_is_right() {
             "{board:?}: {whole:?}"
         );
         let report = run.run_to(2.0, health);
-        // 21 conversions a frame: conversions that were not read are reported as lost.
+        // A frame has 21 conversions. Conversions that were not read must be reported as lost.
         let accounted = f64::from(report.frames) * 21.0 + f64::from(report.conversions_lost);
         let made = f64::from(report.frame_rate_hz) * 21.0 * report.t_us as f64 * 1e-6;
         assert!(

@@ -1,4 +1,4 @@
-//! Stored settings: in the flash of the board, across losses of power and an erase.
+//! Tests settings stored in the board's flash, across power losses and an erase.
 
 mod common;
 
@@ -73,7 +73,7 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
     }
 }
 
-/// Error flags set at power-up must not make the first write fail.
+/// Error flags that are set at power-up must not make the first write fail.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn settings_are_kept_though_the_flash_has_old_error_flags() {
@@ -91,11 +91,10 @@ fn settings_are_kept_though_the_flash_has_old_error_flags() {
     }
 }
 
-/// Number of records in a sector of 128 KiB.
 const RECORDS: u16 = (128 * 1024 / RECORD_BYTES) as u16;
 
-/// Content of a sector after a power loss during its erase: half of it blank; all programmed, as an
-/// erase begins; some bits of every byte erased; all blank except one bit at the end.
+/// Content of a sector after a power loss during its erase: half of it blank; all bits programmed,
+/// as when an erase begins; some bits of every byte erased; all blank except one bit at the end.
 const REMAINS: [fn(usize, u8) -> u8; 4] = [
     |at, byte| if at < 64 * 1024 { 0xFF } else { byte },
     |_, _| 0,
@@ -103,7 +102,7 @@ const REMAINS: [fn(usize, u8) -> u8; 4] = [
     |at, _| if at + 1 == 128 * 1024 { 0x7F } else { 0xFF },
 ];
 
-/// Returns the sectors of a board that has filled them with settings.
+/// Returns both sectors of a board after it has filled them with settings.
 fn full_store() -> Vec<u8> {
     let mut run = greeted(Board::FeatherF405);
     for number in 1..=2 * RECORDS {
@@ -118,7 +117,7 @@ fn store_address(board: Board) -> u32 {
     image(board).symbol("_settings_start").expect("memory.x")
 }
 
-/// Starts a board with these sectors and runs it until it has greeted.
+/// Starts a board with these sectors, and waits until it has greeted.
 fn with_store(board: Board, store: &[u8]) -> Run {
     let mut run = greeted(board);
     run.emulator.overwrite_flash(store_address(board), store);
@@ -142,7 +141,7 @@ fn a_full_store_is_erased_and_survives_the_loss_of_power_meanwhile() {
             "{board:?}"
         );
         assert_eq!(run.emulator.flash_counts().1, 1);
-        // The watchdog is still fed.
+        // The watchdog must still be fed.
         run.run_s(2.0);
         assert!(
             run.emulator.resets().len() == 1,

@@ -1,4 +1,4 @@
-//! Starts in faulty conditions.
+//! Tests starts in faulty conditions.
 
 mod common;
 
@@ -73,7 +73,7 @@ fn a_crystal_that_dies_before_a_warm_start_is_reported() {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_brown_out_level_is_that_of_the_option_bytes() {
-    // BOR_LEV, bits 3 and 2: 00 is level 3, 11 is off (RM0090, 3.9.10).
+    // BOR_LEV is in bits 3 and 2: 00 means level 3, 11 means off (RM0090, 3.9.10).
     let levels = [
         (0x0FFF_AAED, BrownOut::Off),
         (0x0FFF_AAE9, BrownOut::Level1),
@@ -98,7 +98,7 @@ fn the_brown_out_level_is_that_of_the_option_bytes() {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_converter_is_reported_with_the_id_of_another_chip() {
-    // Bit 4 is zero on an ADS1258 (SBAS297G, ID register).
+    // Has bit 4 set, which is zero on an ADS1258 (SBAS297G, ID register).
     const OTHER: u8 = 0x9B;
     for board in BOARDS {
         let mut start = Start::default();
@@ -130,8 +130,7 @@ fn chip_select_waits_for_the_last_bit_where_bsy_clears_early() {
     }
 }
 
-/// The processor runs from an oscillator with an error: its time stamps have the same relative
-/// error.
+/// The processor's oscillator has an error, and the time stamps must have the same relative error.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn an_internal_oscillator_that_is_off_stretches_the_time_stamps() {
@@ -156,7 +155,7 @@ fn an_internal_oscillator_that_is_off_stretches_the_time_stamps() {
     }
 }
 
-/// Asserts that there are estimates, that all have the clock fault and that none is `good` or
+/// Asserts that there are estimates, and that all have the clock fault and none is `good` or
 /// `unsteady`.
 #[track_caller]
 fn assert_all_doubted(events: &[Event], board: Board) {
@@ -171,8 +170,8 @@ fn assert_all_doubted(events: &[Event], board: Board) {
     }
 }
 
-/// The rate of the frames reveals neither the own ADC's clock, which is also that of the time
-/// stamps, nor an error of 0.4 % with an ADS1258.
+/// The frame rate cannot reveal an error of the own ADC's clock, which also counts the time stamps,
+/// or of 0.4 % with an ADS1258.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_estimate_is_good_on_an_internal_oscillator() {
@@ -187,7 +186,7 @@ fn no_estimate_is_good_on_an_internal_oscillator() {
         let mut run = Run::new(board, scene, start);
         run.run_s(7.0);
         assert_all_doubted(&run.events, board);
-        // One episode that never ends.
+        // There must be one episode, which never ends.
         let faults: Vec<_> = run.events.iter().filter_map(fault_of).collect();
         assert!(
             faults[0].kind == FaultKind::Clock && faults.iter().all(|one| one.until_us.is_none()),
@@ -197,7 +196,7 @@ fn no_estimate_is_good_on_an_internal_oscillator() {
     }
 }
 
-/// The clock security system detects the stop. The board restarts at once and reports the cause.
+/// The clock security system detects the stop. The board must restart at once and report the cause.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_crystal_that_stops_within_a_slide_is_reported_and_no_estimate_is_good_after_it() {

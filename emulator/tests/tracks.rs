@@ -1,6 +1,7 @@
-//! A window for each frame on the register model, in the lean scene: how many are fitted, the age
-//! of an answer when its last byte has left the board, and when events leave it. `cargo test -p
-//! ridgetone-emulator --release --test tracks -- --ignored --nocapture` prints the figures.
+//! Measures windows due in every frame, on the register model in the lean scene: how many are
+//! fitted, the age of a result when its last byte leaves the board, and the times when events leave
+//! it. `cargo test -p ridgetone-emulator --release --test tracks -- --ignored --nocapture` prints
+//! the figures.
 
 mod common;
 
@@ -14,8 +15,8 @@ use ridgetone_proto::telemetry::{Event, Health, Span, Status, Track};
 /// Time between polls of the line, seconds.
 const LOOK_S: f64 = 2e-4;
 
-/// Events of a touch with a single sine in white noise, each with the device time in seconds at
-/// which it had left the board.
+/// Returns the events of a touch with a single sine in white noise, each with the device time
+/// (seconds) by which it had left the board.
 fn touch(board: Board, window_s: f32) -> (Run, Vec<(f64, Event)>) {
     let scene = SlidingScene::new(Sliding {
         overtones: [0.0; 3],
@@ -140,7 +141,7 @@ fn a_window_for_each_frame_is_answered_within_fifteen_milliseconds() {
             println!(
                 "  {name:8} of {t_s:.3} s reported after {after_s:.3} s, left the board at {at_s:.3} s"
             );
-            // Time on the line and in the queue before it.
+            // Time on the line and in the queue in front of it.
             let waited_s = at_s - t_s - after_s;
             assert!((-0.001..0.03).contains(&waited_s), "{name}: {waited_s}");
         }

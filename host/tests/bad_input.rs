@@ -1,4 +1,5 @@
-//! Tests that an error is one line that names its location, and that no file is left half-written.
+//! Tests that an error is reported on one line that names its location, and that no half-written
+//! file remains.
 
 mod common;
 
@@ -35,7 +36,7 @@ fn files_that_are_no_tables() {
             vec!["est.csv", "these are estimates"],
         ),
         (
-            // The row is too late to be sorted.
+            // The row comes too late to be sorted into its place.
             in_file("backwards.csv", &backwards),
             vec!["backwards.csv", "line 42", "does not increase", "--rate HZ"],
         ),
@@ -51,7 +52,7 @@ fn files_that_are_no_tables() {
     assert_one_line(&run(&["fit", text(folder.path())]), 1, &["directory"]);
 }
 
-/// The error for such recordings prints the `fit` command that accepts them.
+/// The error message for such recordings contains a `fit` command that accepts them.
 #[test]
 fn recordings_outside_the_rates_of_touch_are_refused_with_a_command_that_works() {
     let folder = directory();
@@ -115,7 +116,7 @@ fn windows_longer_than_the_recording() {
         1,
         &["short.csv", "0.8", "1 s", "--window"],
     );
-    // The recording is played, but has no touch.
+    // The recording is played, but contains no touch.
     let played = run(&["replay", text(&path), "--window", "0.5"]);
     assert_eq!(played.status.code(), Some(3));
 }
@@ -224,7 +225,7 @@ fn inputs_that_would_play_for_ever() {
     assert!(!scene.exists());
 }
 
-/// Endless devices are read only up to a limit, with little memory.
+/// An endless device must be read only up to a limit, with little memory.
 #[cfg(target_os = "linux")]
 #[test]
 fn devices_that_never_end_are_refused() {
@@ -258,7 +259,7 @@ fn devices_that_never_end_are_refused() {
     }
 }
 
-/// Scenes with physically impossible sizes are refused.
+/// Scenes with physically impossible sizes must be refused.
 #[test]
 fn scenes_that_no_thing_has_are_refused() {
     let folder = directory();

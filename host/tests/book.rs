@@ -1,5 +1,5 @@
-//! Tests the documents: their commands run or parse, their links are valid, and the wiring and
-//! faults shown are correct.
+//! Tests the documentation: its commands run or parse, its links are valid, and the wiring and
+//! faults that it shows are correct.
 
 mod common;
 #[path = "book/facts.rs"]
@@ -19,10 +19,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Commands of `ridgetone-teletaction`; the tests of that program run the commands of its guide.
+/// Commands of `ridgetone-teletaction`, whose own tests run the commands of its guide.
 const TELETACTION: [&str; 4] = ["touch", "pins", "link", "texture"];
 
-/// Commands that talk to a board, unless they are given a file or `--emulated`.
+/// Commands that talk to a board unless they get a file or `--emulated`.
 const WITH_A_BOARD: [&str; 7] = [
     "check", "command", "monitor", "record", "serve", "settings", "view",
 ];
@@ -38,10 +38,9 @@ const ENDLESS: [(&str, &str); 4] = [
 /// Time after which an endless command is interrupted, seconds.
 const RUN_S: &str = "15";
 
-/// Maximum duration of a command, seconds.
 const LONGEST_S: &str = "600";
 
-/// Words in commands that need the emulator, take minutes, or read the output of such commands.
+/// Words in commands that take long: they need the emulator, take minutes, or read such output.
 const LONG: [&str; 6] = [
     "emulate",
     "--emulated",
@@ -83,7 +82,6 @@ const MORE: [&str; 8] = [
     "teletaction/README.md",
 ];
 
-/// Returns the results, the guide, the READMEs and [`MORE`].
 fn documents() -> Vec<PathBuf> {
     let docs = fs::read_dir(root().join("docs/results"))
         .expect("documents")
@@ -129,8 +127,8 @@ fn mentioned(page: &str) -> Vec<String> {
         .collect()
 }
 
-/// Returns the commands of all documents in order, without duplicates: lines of shell blocks
-/// without comments, and commands in the text that are not the beginning of a longer command.
+/// Returns the commands of all documents in order, without duplicates: the lines of shell blocks
+/// without their comments, and commands in the text unless a longer command begins with them.
 fn commands() -> Vec<String> {
     let mut commands: Vec<String> = Vec::new();
     let documents: Vec<String> = documents().iter().map(|path| read(path)).collect();
@@ -150,7 +148,7 @@ fn commands() -> Vec<String> {
         }
     }
     let mut mentioned: Vec<String> = documents.iter().flat_map(|page| mentioned(page)).collect();
-    // Longer commands first: a name alone stands for a command that is shown in full elsewhere.
+    // Check longer commands first: a bare name refers to a command that is shown in full elsewhere.
     mentioned.sort_by_key(|command| std::cmp::Reverse(command.len()));
     for command in mentioned {
         if !commands
@@ -169,7 +167,6 @@ fn is_of(word: &str, long: &str) -> bool {
     word.rsplit('=').next() == Some(long)
 }
 
-/// True if a command needs a board.
 fn needs_board(words: &[&str]) -> bool {
     let is_file = |word: &&str| word.ends_with(".rec") || word.ends_with(".csv");
     let reads_file = words
@@ -180,10 +177,10 @@ fn needs_board(words: &[&str]) -> bool {
         || words.iter().any(|word| word.contains("/dev/"))
 }
 
-/// Command whose report is shown in the second chapter.
+/// Command whose report the second chapter shows.
 const CHECK: &str = "ridgetone check --emulated --for 10";
 
-/// Asserts that the verdicts in the second chapter are those of the report; figures may differ.
+/// Asserts that the verdicts shown in the second chapter match the report. Figures may differ.
 fn assert_shown(report: &str) {
     let page = read(&root().join("docs/guide/2-build.md"));
     let [shown] = &blocks(&page, "text")[..] else {
@@ -205,8 +202,8 @@ fn is_long(words: &[&str]) -> bool {
     words.iter().any(is_long) && !words.contains(&"--print-scene")
 }
 
-/// Runs either the long or the short `ridgetone` commands in order, in a folder with the files that
-/// they need.
+/// Runs the long or the short `ridgetone` commands in order, in a folder with the files that they
+/// need.
 fn run_all(long: bool) {
     let folder = directory();
     std::os::unix::fs::symlink(root().join("hal-mock"), folder.path().join("hal-mock"))
@@ -287,7 +284,7 @@ fn run_all(long: bool) {
             let mut following = words[1..].iter();
             name.split(' ').all(|word| following.next() == Some(&word))
         });
-        // Interrupts like Ctrl-C, once; without `--foreground` the command would be signalled
+        // Interrupts once, as Ctrl-C does. Without `--foreground`, the command would be signalled
         // twice.
         let limit = match endless {
             Some(_) => format!("--preserve-status --signal INT {RUN_S}"),
@@ -329,18 +326,18 @@ fn the_commands_that_take_long_run() {
     run_all(true);
 }
 
-/// Commands of `ridgetone` for a board use only existing options, and settings and values that the
-/// board accepts.
+/// Board commands of `ridgetone` must use existing options, and settings and values that the board
+/// accepts.
 #[test]
 fn the_commands_with_a_board_parse() {
     let all = commands();
     let with_options = all.iter().filter_map(|command| {
         let words: Vec<&str> = command.split_whitespace().collect();
-        // A name alone stands for a command that takes more.
+        // Skip bare names, which refer to commands with arguments.
         (words[0] == "ridgetone" && words.len() > 2 && needs_board(&words)).then_some(words)
     });
     for words in with_options.filter(|words| !TELETACTION.contains(&words[1])) {
-        // Skip receivers that are not part of this build.
+        // Skip sinks that are not part of this build.
         let is_feature = words
             .iter()
             .any(|word| ["--foxglove", "--mqtt"].contains(word));
@@ -356,8 +353,8 @@ fn the_commands_with_a_board_parse() {
     }
 }
 
-/// Cargo commands name existing packages and test programs. Commands of `cargo xtask` are parsed by
-/// xtask's own test.
+/// Cargo commands must name existing packages and test programs. A test of xtask parses commands of
+/// `cargo xtask`.
 #[test]
 fn the_commands_of_cargo_name_what_exists() {
     let lock = read(&root().join("Cargo.lock"));

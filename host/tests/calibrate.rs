@@ -5,7 +5,8 @@ mod common;
 use common::{assert_one_line, directory, file, json_lines, run, stdout};
 use ridgetone_proto::settings::Array;
 
-/// Records the simulated finger over gratings that do not occur in the paper, named by period.
+/// Writes scenes of the simulated finger on gratings that do not occur in the paper. Returns them
+/// as `MM=FILE`.
 fn gratings(folder: &tempfile::TempDir, speed_mm_s: f64, more: &str) -> Vec<String> {
     let scene = |period_mm: f64| {
         let text = format!("speed_mm_s = {speed_mm_s}\nperiod_mm = {period_mm}\n{more}");
@@ -23,13 +24,13 @@ fn calibrate(gratings: &[String], more: &[&str]) -> std::process::Output {
 #[test]
 fn the_defaults_are_the_simulated_fingers() {
     let folder = directory();
-    // The result must not depend on speed or direction, because the scan's skew is corrected.
+    // The scan's skew is corrected, so the result must not depend on speed or direction.
     for (speed_mm_s, way) in [(15.0, ""), (28.0, "reverse = true\n")] {
         let found = &json_lines(&calibrate(&gratings(&folder, speed_mm_s, way), &["--json"]))[0];
         let number = |name: &str| found[name].as_f64().expect("a number");
         let array = Array::DEFAULT;
-        // The taxels differ a little in their lags, and are weighted by the noise next to the tone,
-        // which a window knows to some tens of percent.
+        // The taxels' lags differ a little. They are weighted by the noise next to the tone, which
+        // is known only to some tens of percent in one window.
         assert!(
             (number("pitch_mm") - f64::from(array.pitch_mm)).abs() < 0.003,
             "{found}"
@@ -45,7 +46,7 @@ fn the_defaults_are_the_simulated_fingers() {
     }
 }
 
-/// Under a contact 30 mm long, the lag is exactly the units' pitch.
+/// Under a contact 30 mm long, the pitch from the lag is exactly that of the units.
 #[test]
 fn under_a_long_contact_the_pitch_is_the_units_own() {
     let folder = directory();
@@ -61,11 +62,11 @@ fn under_a_long_contact_the_pitch_is_the_units_own() {
     );
 }
 
-/// The phases of the columns do not depend on the conversion rate and the number of inputs.
+/// The phases of the columns do not depend on the conversion rate or the number of inputs.
 #[test]
 fn the_constants_are_those_of_every_plan_with_both_columns() {
     let folder = directory();
-    // The plan `texture` has windows of 0.175 s: at 28 mm/s they hold less than two cycles.
+    // The plan `texture` has windows of 0.175 s, which contain less than two cycles at 28 mm/s.
     let gratings = gratings(&folder, 60.0, "");
     for plan in ["hand", "texture"] {
         let found = &json_lines(&calibrate(&gratings, &["--plan", plan, "--json"]))[0];
@@ -86,8 +87,8 @@ fn the_constants_are_those_of_every_plan_with_both_columns() {
     );
 }
 
-/// One grating at a known speed: the others then come out within their uncertainty, under short and
-/// long contacts.
+/// One grating at a known speed, under short and long contacts: the periods of all other gratings
+/// must then be right within their uncertainty.
 #[test]
 fn one_grating_calibrates_a_finger() {
     for contact_mm in [7, 8, 10, 30] {
@@ -103,7 +104,7 @@ fn one_grating_calibrates_a_finger() {
         let options: Vec<&str> = options.iter().map(String::as_str).collect();
         for (grating, true_mm) in gratings.iter().zip([2.5, 3.0, 3.5, 4.0]) {
             let (_, scene) = grating.split_once('=').expect("MM=FILE");
-            // With short contacts there is one answer only if the direction is known.
+            // With a short contact, the answer is unique only if the direction is known.
             let replay = [
                 "replay",
                 "--set",

@@ -57,7 +57,7 @@ fn start(arguments: &[&str]) -> (Child, String, std::fs::File) {
     (child, name, line)
 }
 
-/// Tests with a board that uses a different protocol.
+/// The board uses a different protocol.
 #[test]
 fn a_check_that_fails_is_reported_and_is_the_exit_status() {
     let folder = directory();
@@ -113,8 +113,8 @@ fn a_check_that_fails_is_reported_and_is_the_exit_status() {
     }
 }
 
-/// The board's end of a terminal. At the second start, when the changed settings are in the flash,
-/// the command gets Ctrl-C; from then on the board is silent until it receives something.
+/// Board's end of a terminal. At the second start, when the changed settings are in flash, it
+/// interrupts the command, and then is silent until it receives something.
 struct Pressed<'a> {
     line: std::fs::File,
     child: &'a Child,
@@ -155,8 +155,8 @@ impl Surroundings for Pressed<'_> {
     }
 }
 
-/// If the command is interrupted while its own settings are stored, it still restores the original
-/// ones.
+/// If the command is interrupted while its own settings are stored, it must still restore the
+/// original settings.
 #[test]
 fn ctrl_c_in_the_middle_restores_the_settings() {
     let stored = Settings {
@@ -179,7 +179,7 @@ fn ctrl_c_in_the_middle_restores_the_settings() {
             starts: 0,
             is_silent: false,
         };
-        // The run ends when the command has closed the line.
+        // The run ends when the command closes the line.
         let ended = simulated::run(Opened::untouched(), start_anew(), &mut pressed);
         assert!(
             ended.is_err() && pressed.starts == 2,

@@ -1,5 +1,5 @@
-//! Tests that the messages of two boards with different clocks, recorded on one computer and
-//! exported, agree in UTC.
+//! Tests that the messages of two boards with different clocks, after recording on one computer and
+//! export, agree in UTC.
 #![cfg(unix)]
 
 mod common;
@@ -24,8 +24,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Returns the packets of a touch with every frame, each with the board time at which it is sent,
-/// seconds.
+/// Returns the packets of a touch with every frame, each with the board time in seconds at which it
+/// is sent.
 fn telemetry() -> VecDeque<(f64, Vec<u8>)> {
     let mut pipeline = Box::new(ridgetone_finger::Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);
@@ -46,7 +46,7 @@ fn telemetry() -> VecDeque<(f64, Vec<u8>)> {
     sent
 }
 
-/// A board whose clock runs at `pace` and was 0 at `begun`.
+/// A board whose clock runs at `pace` and showed 0 at `begun`.
 struct Board {
     pace: f64,
     begun: Instant,
@@ -76,21 +76,20 @@ impl Source for Board {
     }
 }
 
-/// A message of an export, seconds.
 struct Stamp {
     kind: String,
     /// Time by the board's clock.
     t_s: f64,
-    /// Difference of the time in the file from the true time.
+    /// Error of the time in the file, seconds.
     off_s: f64,
     sigma_s: f64,
     /// Skew of the board's clock and its standard deviation, parts per million; positive if the
-    /// clock is slow. Not in every message.
+    /// clock is slow. Some messages lack it.
     skew: Option<(f64, f64)>,
 }
 
-/// Records a board to its end, exports the recording, and returns the messages with a board time.
-/// `zero` returns UTC at board time 0.
+/// Records a board until it ends, exports the recording, and returns the messages that have a board
+/// time. `zero` returns UTC at board time 0.
 fn stamps(
     path: &Path,
     feed: Feed,
@@ -138,8 +137,8 @@ fn stamps(
     stamps
 }
 
-/// Runs two boards with these paces at the same time, and asserts that their messages agree in UTC.
-/// Returns the stamps of both.
+/// Runs two boards at these paces at the same time, and asserts that their messages agree in UTC.
+/// Returns both boards' stamps.
 fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [Vec<Stamp>; 2] {
     let folder = directory();
     let boards = std::thread::scope(|scope| {
@@ -176,7 +175,7 @@ fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [V
         1e3 * least_s,
         1e3 * most_s
     );
-    // The least and the greatest difference between any two messages of the two boards.
+    // Smallest and largest difference between any two messages of the two boards.
     assert!(most_s - least_s < 1e-3, "{least_s} and {most_s} s");
     boards
 }
@@ -185,11 +184,11 @@ fn last_skew(stamps: &[Stamp]) -> Option<(f64, f64)> {
     stamps.iter().rev().find_map(|stamp| stamp.skew)
 }
 
-/// 200 ppm fast and slow: twice what crystals have. After 10 s the boards are 4 ms apart.
+/// 200 ppm fast and slow, twice the error of crystals. After 10 s the boards are 4 ms apart.
 const PACES: [f64; 2] = [1.0002, 0.9998];
 
-/// Returns the same moment from both clocks, to 20 us. Repeats the readings, because a busy
-/// computer may interrupt the thread in between.
+/// Reads both clocks at the same moment, to 20 us. Repeats the readings if a busy computer
+/// interrupts the thread in between.
 fn now() -> (Instant, SystemTime) {
     loop {
         let (begun, zero) = (Instant::now(), SystemTime::now());
@@ -199,7 +198,7 @@ fn now() -> (Instant, SystemTime) {
     }
 }
 
-/// Simulated boards, in real time.
+/// Tests simulated boards in real time.
 #[test]
 fn two_boards_of_skewed_clocks_agree_within_a_millisecond() {
     let boards = agree(PACES, |path, pace| {
@@ -223,12 +222,11 @@ fn two_boards_of_skewed_clocks_agree_within_a_millisecond() {
     }
 }
 
-/// Byte that ends each packet.
 const PACKET_END: u8 = 0;
 
 /// The firmware image on the emulated board, whose clock runs at `pace`. The computer's clock is
-/// derived from the board's, so that a slow computer does not matter. Packets are delayed as by a
-/// USB adapter: exponentially with a mean of one millisecond, and sometimes by 16 ms.
+/// derived from the board's, so a slow computer does not matter. Packets are delayed as by a USB
+/// adapter: by exponential times with a mean of one millisecond, and sometimes by 16 ms more.
 struct Firmware {
     pace: f64,
     /// UTC at which the board's counter was 0.
@@ -286,9 +284,8 @@ impl Source for Firmware {
         };
         let at = self.zero + now.div_f64(self.pace) + Duration::from_secs_f64(self.late_s);
         let at_ns = at.duration_since(UNIX_EPOCH)?.as_nanos() as u64;
-        // Bytes stay in order on a line.
+        // A line does not reorder bytes.
         self.arrived_ns = self.arrived_ns.max(at_ns);
-        // Draws the delay of the next packet.
         if bytes.contains(&PACKET_END) {
             let share = (f64::from(self.random.next_u32()) + 0.5) / 4_294_967_296.0;
             self.late_s = -share.ln() * 1e-3
@@ -314,7 +311,7 @@ impl Source for Firmware {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        // Sending fails if the board has ended; ignored as in the product's source.
+        // Sending fails if the board has ended, which the product's source ignores too.
         let _ = self.requests.send(bytes.to_vec());
         Ok(())
     }
@@ -348,7 +345,7 @@ fn two_emulated_boards_of_skewed_clocks_agree_within_a_millisecond() {
         let mut requester = Requester::default();
         requester.want_raw(true);
         stamps(path, Feed::new(board), requester, pace, || {
-            // The board's time is counted from its first conversion.
+            // Board time starts at the first conversion.
             zero + Duration::from_micros(running.join().expect("a run").first_edge_us).div_f64(pace)
         })
     });
@@ -364,6 +361,7 @@ fn two_emulated_boards_of_skewed_clocks_agree_within_a_millisecond() {
         );
         surest_ppm = surest_ppm.min(sigma_ppm);
     }
-    // A busy computer may delay the bytes of one board, whose skew is then less certain.
+    // A busy computer may delay one board's bytes and make its skew less certain, so only the
+    // better one counts.
     assert!(surest_ppm < 40.0, "{surest_ppm} ppm");
 }

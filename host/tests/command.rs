@@ -51,7 +51,7 @@ fn shells_get_scripts_that_they_can_read_and_the_manual_has_a_page_for_each_comm
         "ridgetone.bash",
         &stdout(&run(&["help-files", "--completions", "bash"])),
     );
-    // Completions in bash itself.
+    // Bash itself completes the word.
     let completion = "source \"$0\"; COMP_WORDS=(ridgetone rep); COMP_CWORD=1; _ridgetone ridgetone rep ridgetone; echo ${COMPREPLY[*]}";
     let found = Command::new("bash")
         .args(["-c", completion, text(&script)])
@@ -105,7 +105,7 @@ fn no_file_is_overwritten_without_a_word() {
             .expect("a file")
             .starts_with("t_s,")
     );
-    // `-` is standard output, whose format follows from the table.
+    // `-` means standard output; the table determines the format.
     for command in [
         &["export", text(&rec), "--table", "health"][..],
         &["export", text(&rec), "--table", "health", "-o", "-"],
@@ -181,12 +181,13 @@ fn text_of_a_run_that_is_over_is_in_the_order_of_time() {
         .filter_map(|line| line.get(..8)?.trim().parse().ok())
         .collect();
     assert!(times.len() > 10 && times.is_sorted(), "{times:?}");
-    // The estimate of a whole slide is reported after the slide's end, although it is for earlier.
+    // The estimate of a whole slide is reported after the slide's end, but its time is earlier.
     let at = |part: &str| lines.find(part).expect("a line");
     assert!(at("SLIDE") < at("ends; "), "{lines}");
 }
 
-/// Runs `ridgetone` in a separate folder, with `script` as `ridgetone-teletaction`, if given.
+/// Runs `ridgetone` in a separate folder, next to `script` as `ridgetone-teletaction` if there is
+/// one.
 #[cfg(unix)]
 fn beside(script: Option<&str>, words: &[&str]) -> std::process::Output {
     let folder = directory();

@@ -1,4 +1,5 @@
-//! The firmware image in the emulator. `cargo xtask test` builds the image and runs these.
+//! Tests the firmware image in the emulator. `cargo xtask test` builds the image and runs these
+//! tests.
 
 mod common;
 #[path = "emulated/live.rs"]
@@ -43,7 +44,7 @@ fn emulate(input: &Input) -> (Outcome, Vec<Packet>) {
     (outcome, packets)
 }
 
-/// Returns the events of the library on this PC for the conversions that the board has read.
+/// Runs the library on this PC with the conversions that the board read, and returns its events.
 fn on_pc(outcome: &Outcome) -> Vec<Event> {
     let (mut pipeline, mut events) = (Box::new(Pipeline::new(Settings::DEFAULT)), Vec::new());
     for timed in &outcome.conversions {
@@ -56,9 +57,9 @@ fn events(packets: &[Packet]) -> Vec<Event> {
     packets.iter().map(|packet| packet.event.clone()).collect()
 }
 
-/// Groups events by kind, in order, without load and stack of the processor, the converter and the
+/// Groups events by kind, in order. Removes the processor's load and stack, the converter and the
 /// greeting, which a pipeline on a PC does not have. The order between kinds may differ, because a
-/// fit takes time on the chip but not on the PC.
+/// fit takes time only on the chip.
 fn by_kind(events: Vec<Event>) -> BTreeMap<&'static str, Vec<Event>> {
     let mut kinds = BTreeMap::new();
     for mut event in events {
@@ -74,7 +75,7 @@ fn by_kind(events: Vec<Event>) -> BTreeMap<&'static str, Vec<Event>> {
     kinds
 }
 
-/// Bars for every run over the paper's Table 2.
+/// Asserts the requirements of every run over the paper's Table 2.
 fn assert_within_bars(what: &str, packets: &[Packet], outcome: &Outcome, truth: &Truth) {
     // Scene time begins when the board starts the chip, device time with the first result.
     let zero_s = (outcome.first_edge_us - outcome.start_us) as f64 / 1e6;
@@ -180,10 +181,10 @@ fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
     });
 }
 
-/// The paper's gratings on the physical finger, 20 dB, windows of 1 s: spatial period within 1 %,
-/// speed within 1.5 %, the direction always right, without a given speed. Two lines between those
-/// of the comb are tested for at odds of a thousand each, and one by chance is in up to four
-/// windows, which overlap: of 170 as many may be ambiguous.
+/// The paper's gratings on the physical finger, with an SNR of 20 dB, windows of 1 s and no
+/// declared speed: period within 1 %, speed within 1.5 %, direction never wrong. The tests for two
+/// lines between those of the comb have false-alarm rates of 0.1 % each, and a false alarm affects
+/// up to four overlapping windows, so four of about 170 may be ambiguous.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn period_speed_and_direction_of_table_2_without_a_given_speed() {
@@ -224,7 +225,8 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
                 unclear.fetch_add(1, Ordering::Relaxed);
                 continue;
             }
-            // The finger is not calibrated here. In `tests/travel.rs` it is, and has a direction.
+            // The finger is not calibrated here. In `tests/travel.rs` it is, so its direction is
+            // known.
             assert_eq!(travel.status, TravelStatus::Uncalibrated, "{what}");
             assert!(
                 [towards, Direction::Unknown].contains(&travel.direction),
@@ -269,8 +271,8 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
     );
 }
 
-/// The plain scenes as tables, and one whose slide is longer than a window may be: of that the
-/// latest part is fitted. The emulated board adds its converter's noise, which is far below the
+/// The plain scenes as tables, and a scene with a slide longer than the maximum window, of which
+/// the latest part is fitted. The emulated board adds its converter's noise, which is far below the
 /// scene's.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
@@ -320,8 +322,8 @@ fn a_scene_s_table_agrees_with_the_emulated_board_within_a_third_of_sigma() {
     });
 }
 
-/// A physical finger, whose skin creeps. With no noise but the chip's the end of a slide is known
-/// to a frame.
+/// A physical finger, whose skin creeps. With only the chip's noise, the end of a slide is known to
+/// a frame.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_physical_finger_is_the_same_on_the_chip_and_on_the_pc() {
@@ -371,15 +373,15 @@ fn two_runs_give_the_same_bytes() {
     assert_eq!(first.conversions.len() as u64, first.conversions_served);
 }
 
-/// `emulator/tests/long.rs` has longer runs of touches.
+/// `emulator/tests/long.rs` tests longer runs of touches.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_minute_of_touches_is_as_right_at_its_end_as_at_its_beginning() {
     steady::run(60.0);
 }
 
-/// The README's picture and figures are those of `cargo xtask demo`. With `RIDGETONE_OVERWRITE=1`
-/// the picture is drawn anew instead; the figures are then to be copied by hand.
+/// The README's picture and figures must match `cargo xtask demo`. With `RIDGETONE_OVERWRITE=1` the
+/// picture is redrawn instead, and the figures must be copied by hand.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_readme_shows_what_the_demo_gives() {

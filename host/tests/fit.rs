@@ -38,7 +38,7 @@ fn frequency_amplitudes_and_phases_are_found() {
     assert_eq!(found["harmonics"].as_u64(), Some(2));
     let channels = found["channels"].as_array().unwrap();
     assert_eq!(channels.len(), 16);
-    // The centre of the window is half a sample before row 500.
+    // The window's centre is half a sample before row 500.
     let centre_s = 499.5 / 241.0;
     for (c, channel) in channels.iter().enumerate() {
         assert_eq!(channel["name"].as_str(), Some(format!("c{c}").as_str()));
@@ -50,7 +50,7 @@ fn frequency_amplitudes_and_phases_are_found() {
             phase.sin().abs() < 0.02 && phase.cos() > 0.0,
             "channel {c}: {phase}"
         );
-        // The noise has a uniform distribution, 0.2 peak to peak.
+        // The noise is uniformly distributed, 0.2 peak to peak.
         assert!((number(channel, "residual") - 0.2 / 12f64.sqrt()).abs() < 0.005);
     }
 }
@@ -75,7 +75,7 @@ fn the_lean_scene_is_declared_by_all_of_its_parts() {
         assert_eq!(fit(&[&[text(&path)], ways].concat()), all, "{ways:?}");
     }
     assert_eq!(all["harmonics"].as_u64(), Some(1));
-    // The tone has an overtone, which contradicts the declaration.
+    // The tone has an overtone, which contradicts the declared scene.
     assert_eq!(all["status"].as_str(), Some("ambiguous"));
     assert!((number(&all, "frequency_hz") - 8.0).abs() < 0.01);
     let refused = run(&["fit", text(&path), "--exclude", "everything"]);
@@ -243,7 +243,7 @@ fn a_rate_against_the_stamps_is_reported() {
     assert!(common::stderr(&run(&["fit", text(&path), "--rate", "100"])).is_empty());
 }
 
-/// Fits the scene of 15 mm/s over 3.6 mm from the guide: contact, hold, slide, hold.
+/// Fits the guide's scene of 15 mm/s over 3.6 mm: contact, hold, slide, hold.
 #[test]
 fn the_slide_of_a_touch_is_found_and_all_else_is_fitted_whole() {
     let folder = directory();
@@ -275,7 +275,7 @@ fn the_slide_of_a_touch_is_found_and_all_else_is_fitted_whole() {
         found.as_object_mut().expect("an object").remove("part");
         found
     };
-    // A declared part gives the same fit.
+    // The same part selected by hand must yield the same fit.
     let (from, to) = (from.to_string(), to.to_string());
     let given = fit(&[text(&scene), "--from", &from, "--to", &to]);
     assert_eq!(given["part"], "given");
@@ -283,7 +283,7 @@ fn the_slide_of_a_touch_is_found_and_all_else_is_fitted_whole() {
     let whole = fit(&[text(&scene), "--whole"]);
     assert_eq!(whole["part"], "whole");
     assert!(number(&whole, "window_s") > 4.5 && whole["status"] != "good");
-    // Without a touch the whole file is fitted, with or without the option.
+    // Without a touch, the whole file must be fitted, with or without the option.
     let path = file(folder.path(), "tone.csv", &tone(16, 1000, 241.0, 8.0, 0.0));
     let all = fit(&[text(&path)]);
     assert_eq!(all["part"], "whole");

@@ -1,4 +1,5 @@
-//! Tests that names and lines of files are printed without control characters, and cut if long.
+//! Tests that names and lines from files are printed without control characters, and truncated if
+//! long.
 
 mod common;
 
@@ -6,10 +7,10 @@ use common::{directory, file, run, text};
 use std::path::Path;
 
 /// Text that sets a window's title, rings the bell, clears the screen with a C1 code, reverses the
-/// direction of text and deletes.
+/// text's direction and deletes a character.
 const HOSTILE: &str = "a\x1b]0;title\x07b\u{9b}2Jc\u{202e}d\x7f";
 
-/// Maximum length of a line of standard error, bytes: some characters have four.
+/// Maximum length of a line on standard error, bytes; some characters take four.
 const BYTES_MAX: usize = 5000;
 
 fn is_harmless(character: char) -> bool {
@@ -36,7 +37,7 @@ fn check(arguments: &[&str]) -> bool {
     error.contains("u{1b}") || error.contains("... (")
 }
 
-/// Returns every command that reads a user's file, with this file.
+/// Returns every command that reads a user's file, with this path.
 fn commands(path: &Path) -> Vec<Vec<&str>> {
     let path = text(path);
     vec![
@@ -110,7 +111,7 @@ fn no_command_passes_on_what_acts_on_a_terminal() {
             .into_iter()
             .filter(|arguments| check(arguments))
             .count();
-        // Errors must quote the text, to show that it is the cause; MCAP errors quote nothing.
+        // Errors must quote the text, to show that it was the cause; MCAP errors quote nothing.
         let is_mcap = path
             .extension()
             .is_some_and(|extension| extension == "mcap");

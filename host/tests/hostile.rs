@@ -17,7 +17,7 @@ use ridgetone_proto::framing;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 
-/// Reads `count` damaged inputs. Of these at least 2 % must be accepted and 2 % refused.
+/// Reads `count` damaged inputs. At least 2 % must be accepted and at least 2 % refused.
 fn try_all(reader: Reader, wholes: &[Vec<u8>], count: usize) {
     for whole in wholes {
         assert!(reader.accepts(whole), "{}", String::from_utf8_lossy(whole));
@@ -99,7 +99,7 @@ fn damaged_rows_are_read_in_whole_or_refused() {
 #[test]
 #[ignore = "some seconds"]
 fn damaged_recordings_are_read_in_part_or_refused() {
-    // Damaged bytes lose packets; only a damaged header loses the file.
+    // Damaged bytes lose only packets. A damaged header loses the file.
     let mut wholes = recordings().to_vec();
     wholes.push(wholes[1][..600].to_vec());
     try_all(Reader::Recording, &wholes, 2000);

@@ -16,7 +16,7 @@ use std::process::{Child, ChildStderr, Stdio};
 
 /// Returns the board's end of a line, and the name of the far end.
 fn pty() -> (File, String) {
-    // The command must not inherit this end, otherwise the board could never be unplugged.
+    // The command must not inherit this end, or the board could never be unplugged.
     let end =
         openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
     grantpt(&end).expect("granted");
@@ -44,7 +44,7 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
     };
     assert_eq!(next(&mut messages), format!("ridgetone: {name}: open"));
 
-    // Begin in the middle of a frame, as with a board that is already running.
+    // Start in the middle of a frame, as with a board that is already running.
     board.write_all(&[17, 4, 0]).expect("written");
     for sequence in [7, 8, 11] {
         let contact = Contact {
@@ -62,7 +62,7 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
         let used = encode(&packet, &mut wire).expect("it fits");
         board.write_all(&wire[..used]).expect("written");
         let (line, expected) = (next(&mut out), events::json(&packet).expect("JSON"));
-        // After the fields come the time of receipt and the time at which it happened.
+        // The fields are followed by the time of receipt and the time of the event.
         let (begin, beside) = line.split_at(expected.len() - 1);
         assert_eq!(begin, &expected[..expected.len() - 1]);
         let object: serde_json::Value = serde_json::from_str(&line).expect("JSON");
@@ -97,7 +97,7 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
     child.wait().expect("ended");
 }
 
-/// Sends only damaged frames, as at a wrong baud rate, so that no sequence number shows a loss.
+/// Only damaged frames are sent, as at a wrong baud rate, so no sequence number reveals a loss.
 #[test]
 fn damage_without_end_is_reported() {
     let (mut board, name) = pty();
@@ -169,7 +169,7 @@ fn send(board: &mut File, sequence: u16, event: Event) {
     board.write_all(&wire[..used]).expect("written");
 }
 
-/// The board's greeting is checked before packets are printed that would be misread.
+/// The board's greeting must be checked before packets are printed, because they would be misread.
 #[test]
 fn a_board_with_another_protocol_is_refused_before_anything_is_printed() {
     let (mut board, child, messages) = listening();
@@ -187,7 +187,6 @@ fn a_board_with_another_protocol_is_refused_before_anything_is_printed() {
         t_us: 0,
     };
     send(&mut board, 700, release.clone());
-    // The request for the greeting.
     let mut heard = [0; 1];
     board.read_exact(&mut heard).expect("a request");
     send(&mut board, 701, release);

@@ -35,7 +35,7 @@ fn elf(
     path
 }
 
-/// Tests an odd address, at which an image embedded in a program may be.
+/// An image may be embedded in a program at an odd address.
 #[test]
 fn an_image_is_read_at_any_address() {
     let folder = directory();

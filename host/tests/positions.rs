@@ -1,5 +1,5 @@
 //! Tests `ridgetone fit --positions` with raw frames of a simulated finger whose speed varies and
-//! reverses, and the log of a robot with a separate clock.
+//! reverses, and with the log of a robot that has its own clock.
 
 mod common;
 
@@ -23,9 +23,8 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// UTC at which the scene begins, seconds since 1970.
 const EPOCH_S: f64 = 1_769_862_605.25;
-/// Fraction by which the board's clock is slow.
+/// Relative amount by which the board's clock is slow.
 const SLOW: f64 = 80e-6;
 /// Duration of a byte on the line, seconds.
 const BYTE_S: f64 = 10.0 / 921_600.0;
@@ -33,9 +32,9 @@ const BYTE_S: f64 = 10.0 / 921_600.0;
 /// Motion of the finger from the start of the slide.
 #[derive(Clone, Copy, Debug)]
 enum Motion {
-    /// To and fro.
+    /// Back and forth.
     Hand(Hand),
-    /// One way, at a mean speed with a swing of 60 % in 1.5 s, for two swings.
+    /// One way, for two swings of the speed: 60 % about its mean, every 1.5 s.
     Varying { mean_mm_s: f64 },
 }
 
@@ -76,7 +75,7 @@ impl Motion {
     }
 }
 
-/// A slide at a steady speed of its own, played along a motion.
+/// A slide at constant speed, played back along a motion.
 struct Moved {
     scene: SlidingScene,
     motion: Motion,
@@ -89,7 +88,7 @@ impl Scene for Moved {
         };
         let start_s = self.scene.truth().slide_start_s;
         let since_s = (t_s - start_s).clamp(0.0, self.motion.lasts_s());
-        // At this time of its own the scene is at that position.
+        // Time at which the steady scene is at that position.
         let own_s = start_s + self.motion.mm(since_s) / mean_mm_s;
         self.scene.volts(input, own_s + t_s - start_s - since_s)
     }
@@ -99,7 +98,6 @@ impl Scene for Moved {
     }
 }
 
-/// A recording of a slide.
 struct Recorded {
     folder: tempfile::TempDir,
     path: PathBuf,
@@ -111,7 +109,7 @@ struct Recorded {
 }
 
 impl Recorded {
-    /// Slides over a grating of this period, with friction and the bridges' low-pass.
+    /// Records a slide over a grating of this period, with friction and the bridges' low-pass.
     fn new(motion: Motion, period_mm: f64, plan: Plan, seed: u64) -> Self {
         let finger = Some(Finger::default());
         let base = Sliding {
@@ -149,7 +147,7 @@ impl Recorded {
         }
     }
 
-    /// The robot's log: rows of time and value at this rate, at uneven times.
+    /// Writes the robot's log: rows of time and value at about this rate, unevenly spaced.
     fn log(&self, header: &str, rate_hz: f64, row: impl Fn(&Self, f64) -> (f64, f64)) -> PathBuf {
         let mut csv = format!("{header}\n");
         let count = ((self.start_s + self.motion.lasts_s() + 0.3) * rate_hz) as usize;
@@ -170,8 +168,8 @@ impl Recorded {
     }
 }
 
-/// Records the raw frames of a scene with the times at which a computer would receive them, after
-/// an exponential delay of 0.3 ms. Returns the scene time of device time zero.
+/// Records the raw frames of a scene. The times of receipt have an exponential delay of 0.3 ms.
+/// Returns the scene time at device time zero.
 fn record(scene: impl Scene + 'static, plan: Plan, path: &Path, seed: u64) -> f64 {
     let options = Options {
         clock_hz: plan.adc_clock_hz,
@@ -221,7 +219,7 @@ const SLOW_HAND: Hand = Hand {
     swings: 4.0,
 };
 
-/// Every good window's period is within its uncertainty while the speed varies and reverses.
+/// Every good window's period must be within its uncertainty while the speed varies and reverses.
 #[test]
 fn windows_have_the_scenes_period_within_their_sigma() {
     type Row = fn(&Recorded, f64) -> (f64, f64);
@@ -331,8 +329,8 @@ fn windows_have_the_scenes_period_within_their_sigma() {
     }
 }
 
-/// The last channel of a scan is read 3 ms after the first, during which a hand moves 0.2 mm. A fit
-/// that ignores this leaves a larger residual.
+/// The last channel of a scan is read 3 ms after the first, while a hand moves 0.2 mm. A fit that
+/// ignores this has a larger residual.
 #[test]
 fn channels_have_positions_of_their_own() {
     let motion = Motion::Hand(SLOW_HAND);
@@ -374,7 +372,7 @@ fn channels_have_positions_of_their_own() {
 }
 
 /// Returns the greeting of a board with this plan. Not inlined, because a pipeline is large and
-/// only one at a time should be on the stack.
+/// only one should be on the stack at a time.
 #[inline(never)]
 fn hello(plan: Plan) -> Event {
     Pipeline::new(Settings::DEFAULT.with_plan(plan)).hello()
@@ -395,7 +393,7 @@ fn copied(from: &Path, name: &str, change: &dyn Fn(&mut Event, &mut Option<Recei
     path
 }
 
-/// Each message names what was found and what to do.
+/// Each error must name what was found and what to do.
 #[test]
 fn what_does_not_go_is_named() {
     let recorded = Recorded::new(Motion::Varying { mean_mm_s: 20.0 }, 3.1, Plan::PAPER, 1);
@@ -433,7 +431,6 @@ fn what_does_not_go_is_named() {
     );
     let empty = folder.join("empty.rec");
     {
-        // A recording without raw frames.
         let mut out = recording::create(&empty, "a test", BYTE_S).expect("a recording");
         let hello = hello(Plan::PAPER);
         let mut wire = [0; WIRE_MAX];
@@ -447,7 +444,7 @@ fn what_does_not_go_is_named() {
     let unreceived = copied(&recorded.path, "unreceived.rec", &|_, receipt| {
         *receipt = None
     });
-    // Replaces a frame by a greeting with another plan.
+    // Replaces one frame with a greeting that has a different plan.
     let changed = copied(&recorded.path, "changed.rec", &|event, _| {
         let t_us = match event {
             Event::Raw(raw) if raw.number == 100 => raw.t_us,

@@ -24,7 +24,7 @@ fn telemetry() -> Vec<u8> {
         .serial
 }
 
-/// Writes the telemetry of the default scene to a file without a header.
+/// Writes the telemetry of the default scene to a file, without a header.
 fn recording(folder: &Path) -> PathBuf {
     let path = folder.join("touch.rec");
     std::fs::write(&path, telemetry()).expect("a file");
@@ -49,10 +49,10 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     let mut next = || messages.next().expect("a line").expect("UTF-8");
     assert_eq!(next(), format!("ridgetone: {}: open", board.name));
     let mut board = board.into_file();
-    // Send the last frame only in part.
+    // Send only a part of the last frame.
     board.write_all(&bytes[..bytes.len() - 5]).expect("written");
     let whole = bytes.iter().filter(|byte| **byte == 0).count() - 1;
-    // Every part ends with a zero: the header, frames, and the marks of their receipt.
+    // Every part ends with a zero: the header, frames, and the marks with their times of receipt.
     let written = || {
         let file = std::fs::read(&path).unwrap_or_default();
         file.split_inclusive(|byte| *byte == 0)
@@ -71,7 +71,7 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
 
     let mut replayed = json_lines(&run(&["replay", text(&path), "--json"]));
     for line in &mut replayed {
-        // Only a board's packets have a time of receipt.
+        // Only packets from a board have a time of receipt.
         let object = line.as_object_mut().expect("an object");
         assert!(
             object
@@ -84,7 +84,6 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     }
     let scene = json_lines(&run(&["replay", "--json"]));
     assert_eq!(replayed, scene[..whole]);
-    // The file is not overwritten.
     assert_one_line(
         &run(&["record", "--port", &board_name(), "-o", text(&path)]),
         1,
@@ -110,7 +109,7 @@ fn a_recording_is_replayed_and_monitored_line_by_line_and_losses_are_reported() 
         "{}",
         stderr(&monitored)
     );
-    // Without its third frame, and with a fourth that is damaged.
+    // The third frame is missing, and the fourth is damaged.
     let bytes = telemetry();
     let ends: Vec<usize> = bytes
         .iter()
@@ -134,7 +133,7 @@ fn a_recording_is_replayed_and_monitored_line_by_line_and_losses_are_reported() 
             .lines()
             .all(|line| line.starts_with('{') && line.ends_with('}'))
     );
-    // Without raw frames it has nothing to run through the library again.
+    // Without raw frames there is nothing to run through the library again.
     assert_one_line(
         &run(&["replay", text(&path), "--window", "0.5"]),
         1,
@@ -166,7 +165,7 @@ fn exports_go_to_files_or_standard_output_and_say_what_is_missing() {
             .expect("a file")
             .starts_with("t_s,window_s,span,")
     );
-    // A recording is never replaced, because it cannot be made again.
+    // A recording must not be overwritten, because it cannot be made again.
     let before = std::fs::read(&path).expect("a file");
     for over in [
         &["export", text(&path), "--format", "csv", "-o", text(&path)][..],
@@ -181,7 +180,7 @@ fn exports_go_to_files_or_standard_output_and_say_what_is_missing() {
             .status
             .success()
     );
-    // The format's magic at both ends (mcap.dev).
+    // Magic bytes of the format, at both ends (mcap.dev).
     let bytes = std::fs::read(&mcap).expect("a file");
     assert!(bytes.starts_with(b"\x89MCAP0\r\n") && bytes.ends_with(b"\x89MCAP0\r\n"));
     let frames = folder.path().join("frames.csv");
@@ -261,7 +260,7 @@ fn options_that_do_not_go_together_and_missing_boards_are_refused_on_one_line() 
         1,
         &["no such port"],
     );
-    // Bounds and their reasons are printed before the command looks for a board.
+    // Bounds and their reasons must be printed before the command looks for a board.
     let port = board_name();
     assert_one_line(
         &run(&["settings", "set", "window_s=9", "--port", &port]),
@@ -350,7 +349,7 @@ fn ports_lists_what_there_is_or_says_why_not() {
     }
 }
 
-/// On a real terminal the screen appears, responds to keys, and restores the terminal at the end.
+/// On a real terminal the screen must appear, respond to keys, and restore the terminal at the end.
 #[test]
 fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
     let folder = directory();
@@ -382,7 +381,7 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
             terminal.screen().contents()
         );
     }
-    // All text has the terminal's own colours, so it is readable on any background.
+    // All text must have the terminal's own colours, so that it is readable on any background.
     for place in 0..80 * 24 {
         let cell = terminal
             .screen()
@@ -401,7 +400,7 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
     terminal.send(b"q");
     assert!(child.wait().expect("ended").success());
     terminal.read_to_end();
-    // The previous content and the cursor are restored.
+    // The previous content and the cursor must be restored.
     assert!(!terminal.screen().alternate_screen() && !terminal.screen().hide_cursor());
     assert_eq!(terminal.screen().contents(), "");
     let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
@@ -419,7 +418,7 @@ fn a_terminal_that_is_closed_ends_the_screen() {
     let folder = directory();
     let path = recording(folder.path());
     assert_ends_with_its_terminal(&path, |_| Stdio::null());
-    // Messages go to the same terminal, as in a shell.
+    // Standard error goes to the same terminal, as in a shell.
     assert_ends_with_its_terminal(&path, |end| end.into());
 }
 

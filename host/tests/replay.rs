@@ -1,4 +1,4 @@
-//! `ridgetone replay` and `ridgetone emulate --print-scene`: scenes and recordings through the library.
+//! Tests `ridgetone replay` and `ridgetone emulate --print-scene` with scenes and recordings.
 
 mod common;
 #[path = "common/raw_recording.rs"]
@@ -62,7 +62,7 @@ fn the_default_scene_is_understood() {
     );
 }
 
-/// The power of a texture, mV^2, with its uncertainty's two digits.
+/// A texture's power in mV^2 must be rounded to two digits of its uncertainty.
 #[test]
 fn a_power_is_written_with_two_digits_of_its_uncertainty() {
     let lines = stdout(&run(&["replay"]));
@@ -138,7 +138,7 @@ fn a_scene_written_down_and_replayed() {
         "{found}"
     );
 
-    // The recording in millivolts, with the matching scale.
+    // The same recording in millivolts, with the matching scale.
     let mut millivolts = String::new();
     for (row, line) in table.lines().enumerate() {
         let fields =
@@ -161,7 +161,7 @@ fn a_scene_written_down_and_replayed() {
     ]));
     assert!((slide_estimate(&events)["frequency_hz"].as_f64().unwrap() / found - 1.0).abs() < 1e-4);
 
-    // A clipped recording has no touch.
+    // A clipped recording contains no touch.
     let output = run(&["replay", text(&scaled)]);
     assert_eq!(output.status.code(), Some(3));
     let warning = stderr(&output).lines().next().unwrap().to_owned();
@@ -310,7 +310,7 @@ fn a_recording_that_is_all_slide_gives_estimates() {
         "{:?}",
         slides[1]
     );
-    // With a known speed, frequencies become periods.
+    // With a known speed, frequencies are converted to periods.
     let events = replay(&["--speed", "15"]);
     let period_mm = slide_estimate(&events)["spatial_period_mm"]
         .as_f64()
@@ -318,8 +318,8 @@ fn a_recording_that_is_all_slide_gives_estimates() {
     assert!((period_mm - 3.0).abs() < 0.01, "{period_mm}");
 }
 
-/// A recording at its own rate: a tone that a scan of 241 frames a second could not hold, of its own
-/// channels, and nothing that is not in the file.
+/// A recording keeps its rate, with a tone above the limit of a scan at 241 frames a second. Events
+/// must contain only its own channels, and nothing that is not in the file.
 #[test]
 fn a_recording_keeps_its_rate_and_its_channels_and_nothing_is_invented() {
     let folder = common::directory();
@@ -353,8 +353,8 @@ fn a_recording_keeps_its_rate_and_its_channels_and_nothing_is_invented() {
     );
 }
 
-/// Replayed raw frames have the same estimates to the last digit with the board's own settings, and
-/// those of a board with the given settings otherwise.
+/// Replayed raw frames must have the same estimates to the last digit with the board's own
+/// settings; with other settings, the estimates of a board that has those.
 #[test]
 fn a_recording_of_raw_frames_is_run_again_bit_for_bit() {
     let folder = common::directory();
@@ -391,7 +391,7 @@ fn a_recording_without_an_estimate_is_explained() {
     let folder = common::directory();
     let mut csv = "time_s,a,b\n".to_owned();
     for row in 0..1000 {
-        // Pressed after two seconds, and held.
+        // Pressed after two seconds, then held.
         let level = if row < 482 { 0.0 } else { 0.2 };
         let noise = 1e-4 * f64::from(row * 7919 % 13 - 6);
         csv += &format!(
@@ -416,7 +416,7 @@ fn a_recording_without_an_estimate_is_explained() {
     }
 }
 
-/// Rows of five samples with the time of the first, and without.
+/// Rows of five samples, with the time of the first or without times.
 #[test]
 fn rows_of_several_samples_are_played_one_after_the_other() {
     let folder = directory();

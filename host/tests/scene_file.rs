@@ -1,4 +1,4 @@
-//! Scene files on the command line.
+//! Tests scene files on the command line.
 
 mod common;
 
@@ -86,7 +86,7 @@ fn the_crystals_error_and_the_seed_reach_the_chip() {
             .unwrap()
     };
     let (true_hz, slow_hz) = (frequency(&plain, &[]), frequency(&fast, &[]));
-    // By the processor's clock the scan is faster than nominal: the frequency stays.
+    // The scan is faster than nominal by the processor's clock, so the frequency must not change.
     assert!(
         (slow_hz / true_hz - 1.0).abs() < 2e-3,
         "{slow_hz} {true_hz}"

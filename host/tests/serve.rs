@@ -18,7 +18,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// `serve` with lines of JSON.
+/// `serve`, printing JSON lines.
 struct Serving {
     child: Child,
     lines: Lines<BufReader<ChildStdout>>,
@@ -36,7 +36,6 @@ impl Serving {
         Self { child, lines }
     }
 
-    /// The next message and its topic.
     fn next(&mut self) -> Option<(String, Value)> {
         let line = self.lines.next()?.expect("UTF-8");
         let mut object: Value = serde_json::from_str(&line).expect("JSON");
@@ -142,7 +141,7 @@ fn fingers_are_served_beside_one_that_is_not_there() {
             numbers.eq(0..frames.len() as u64),
             "every frame in its order"
         );
-        // The board's clock in UTC, next to when it really began.
+        // Compares the board's time in UTC with its true start.
         let last = frames[frames.len() - 1];
         let off_s = last["utc_s"].as_f64().expect("a time")
             - last["t_s"].as_f64().expect("a time")
@@ -180,14 +179,14 @@ fn fingers_are_served_beside_one_that_is_not_there() {
     );
 }
 
-/// A reader that stalls does not block a board; its losses are counted and reported.
+/// A stalled reader must not block a board. Its losses must be counted and reported.
 #[test]
 fn a_slow_reader_loses_frames_by_count() {
     let board = SerialBoard::of_rate(2000.0);
     let mut serving = Serving::start(&[&format!("left={}", board.name)]);
     while serving.next().expect("a message").1["type"] != "raw" {}
     let begun = Instant::now();
-    // A pipe has 64 KiB, the queue 4096 frames.
+    // Fill the pipe (64 KiB) and the queue (4096 frames).
     while begun.elapsed() < Duration::from_secs(5) {
         sleep(Duration::from_millis(100));
     }

@@ -1,4 +1,4 @@
-//! `ridgetone fit` by position: columns of positions and speeds.
+//! Tests `ridgetone fit` against position, with columns of positions and speeds.
 
 mod common;
 
@@ -7,10 +7,9 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::path::PathBuf;
 
-/// Spatial period of the surface, millimetres.
 const PERIOD_MM: f64 = 2.5;
 
-/// Returns position and speed of a hand that moves 100 mm to and fro once in two seconds.
+/// Returns position and speed of a hand that moves 100 mm back and forth every two seconds.
 fn hand(t_s: f64) -> (f64, f64) {
     (
         50.0 * (1.0 - (TAU * t_s / 2.0).cos()),
@@ -68,7 +67,7 @@ fn a_column_of_places_or_speeds_makes_it_cycles_per_millimetre() {
             found.get("frequency_hz").is_none() && found["channels"].as_array().unwrap().len() == 2
         );
     }
-    // Fitted in time, these rows have no single frequency.
+    // Fitted against time, these rows have no single frequency.
     let found = &json_lines(&run(&["fit", text(&path), "--columns", "a,b", "--json"]))[0];
     assert_eq!(found["domain"], "time");
     let printed = stdout(&run(&[

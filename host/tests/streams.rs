@@ -1,4 +1,5 @@
-//! `serve` to MQTT, next to Debian's mosquitto, and to Foxglove, next to a WebSocket written here.
+//! Tests `serve` with MQTT to Debian's mosquitto, and with Foxglove to a WebSocket client written
+//! here.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -19,7 +20,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Numbers of the messages of a topic that have arrived.
+/// Returns the message numbers received on a topic.
 fn indices(all: &[Received], topic: &str) -> BTreeSet<u64> {
     all.iter()
         .filter(|one| one.topic == topic)
@@ -27,14 +28,13 @@ fn indices(all: &[Received], topic: &str) -> BTreeSet<u64> {
         .collect()
 }
 
-/// Returns the count of missing numbers below the largest one.
+/// Counts the missing numbers below the largest one.
 fn gaps(indices: &BTreeSet<u64>) -> u64 {
     indices
         .last()
         .map_or(0, |last| last + 1 - indices.len() as u64)
 }
 
-/// Messages of the command itself.
 fn statuses(all: &[Received]) -> Vec<&Value> {
     all.iter()
         .filter(|one| one.topic == "ridgetone/status")
@@ -87,7 +87,8 @@ fn a_broker_gets_every_message_and_the_schemas() {
     assert!(report.contains("0 frames and 0 events lost\n"), "{report}");
 }
 
-/// If the connection breaks for seconds, every event arrives, and every lost frame is counted.
+/// If the connection is lost for seconds, every event must arrive, and every lost frame must be
+/// counted.
 #[test]
 fn what_a_broken_connection_costs_is_counted_and_reported() {
     let broker = Broker::start();
@@ -129,7 +130,7 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
         indices(&all, "ridgetone/f0/health").len() >= 9,
         "events of the break arrive later"
     );
-    // A message that waited for the broker would be 4 s late.
+    // A board that had to wait for the broker would be 4 s late.
     assert!(
         board.late_s() < 2.0,
         "the board was held up for {} s",
@@ -141,7 +142,7 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
     );
 }
 
-/// A broker loses what it retains when it restarts, and a subscriber comes whenever it likes.
+/// A broker loses retained messages when it restarts, and subscribers may connect at any time.
 #[test]
 fn a_subscriber_that_comes_late_gets_the_greeting_also_of_a_restarted_broker() {
     let (port, board) = (mosquitto::free_port(), SerialBoard::new());
@@ -171,7 +172,7 @@ fn a_subscriber_that_comes_late_gets_the_greeting_also_of_a_restarted_broker() {
     drop(broker);
 }
 
-/// A publisher that has waited for a broker lets subscribers connect first.
+/// A publisher that had to wait for its broker must let subscribers connect first.
 #[test]
 fn what_waited_for_a_broker_comes_to_a_subscriber_that_connects_later() {
     let (broker, board) = (Broker::start(), SerialBoard::new());
@@ -195,7 +196,6 @@ fn what_waited_for_a_broker_comes_to_a_subscriber_that_connects_later() {
     }
 }
 
-/// If a broker hangs, the board continues.
 #[test]
 fn a_broker_that_hangs_holds_up_no_board() {
     let broker = Broker::start();
@@ -205,8 +205,8 @@ fn a_broker_that_hangs_holds_up_no_board() {
     broker.hang();
     sleep(Duration::from_secs(8));
     board.stop();
-    // A blocked board would be 8 s late, the time that the broker hangs. A busy processor may also
-    // cause a delay.
+    // A board blocked by the hanging broker would be 8 s late. A busy processor may also cause a
+    // delay.
     assert!(
         board.late_s() < 4.0 && board.frames() > 12_000,
         "{} s late, {} frames",
@@ -241,8 +241,8 @@ fn a_broker_that_is_not_there_is_waited_for() {
     drop(broker);
 }
 
-/// Does what the Foxglove app does: connects, gets the channels with their schemas, and subscribes
-/// to all.
+/// Acts like the Foxglove app: connects, gets the channels with their schemas, and subscribes to
+/// all.
 #[test]
 fn foxglove_gets_channels_schemas_and_messages() {
     let (port, board) = (mosquitto::free_port(), SerialBoard::new());
@@ -284,7 +284,7 @@ fn foxglove_gets_channels_schemas_and_messages() {
         "{last}"
     );
     assert!(!found["/ridgetone/f0/health"].is_empty());
-    // The board has greeted long ago.
+    // A viewer that connects long after the greeting must still get it.
     let mut late = foxglove::Viewer::connect(port);
     late.subscribe_to(6);
     let greeting = std::iter::from_fn(|| late.next())
@@ -296,7 +296,7 @@ fn foxglove_gets_channels_schemas_and_messages() {
         report.contains(&format!("ridgetone: foxglove: ws://127.0.0.1:{port}")),
         "{report}"
     );
-    // A second one at the same address is refused, and nothing else is served: an error.
+    // A second server cannot use the same address. Since it has no other sink, the command fails.
     let busy = std::net::TcpListener::bind(("127.0.0.1", port)).expect("free again");
     let address = format!("127.0.0.1:{port}");
     let second = common::run(&[

@@ -1,5 +1,5 @@
-//! Tables as they are: separators, decimals, names and units of the time, missing cells; and what
-//! `record` and `export` write, read back by every command that takes a recording.
+//! Tests tables in the formats that occur: separators, decimal marks, names and units of time,
+//! missing cells. Also tests that every command reads what `record` and `export` write.
 
 mod common;
 #[path = "common/raw_recording.rs"]
@@ -198,7 +198,7 @@ fn separators_decimals_and_times_of_all_kinds_give_the_same_numbers() {
                 .collect();
         }
         let (found, beside) = fit(&file(folder.path(), &format!("{name}.csv"), &rows), options);
-        // Stamps since 1970 have a quarter of a microsecond.
+        // Seconds since 1970 in f64 resolve a quarter of a microsecond.
         if said.contains("time of day") {
             let hz = |found: &Value| found["frequency_hz"].as_f64().expect("a tone");
             assert!((hz(&found) / hz(&plain.0) - 1.0).abs() < 1e-6, "{found}");
@@ -236,7 +236,7 @@ fn preambles_that_look_like_rows_are_passed_over() {
             "{name}"
         );
     }
-    // A different instrument writes its settings next to the first rows.
+    // Some instruments write their settings in columns next to the first rows.
     let settings = [
         "Record Length,4.0e+02,,",
         "Sample Interval,0.01,,",
@@ -377,8 +377,8 @@ fn what_cannot_be_guessed_is_refused_with_the_way_out() {
     );
 }
 
-/// A recording of telemetry with raw frames, as a board sends them, and all that `export` makes of
-/// it.
+/// Writes a recording of telemetry with raw frames, as a board sends them, and everything that
+/// `export` can make of it.
 fn recorded(folder: &Path) -> Vec<std::path::PathBuf> {
     let bytes = raw_recording::of(Sliding::default(), Settings::DEFAULT);
     let rec = folder.join("touch.rec");
@@ -429,7 +429,8 @@ fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
             without_name(run(&[
                 "fit", path, "--from", "1.6", "--to", "3.4", "--json",
             ])),
-            // One grating three times does not determine a line; it is refused after the replay.
+            // The same grating three times does not determine a line. This is refused only after
+            // the replay.
             vec![stderr(&calibrated).replace(path, "").into()],
         ]
     };
@@ -438,7 +439,8 @@ fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
     for path in &all {
         assert_eq!(results(path), expected, "{}", path.display());
     }
-    // `replay` with a setting runs the frames through the library again, whatever their form.
+    // With a changed setting, `replay` runs the frames through the library again, in any file
+    // format.
     let tone = |path: &Path| {
         let lines = json_lines(&run(&[
             "replay",
@@ -468,7 +470,7 @@ fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
     );
     let shown = stdout(&run(&["monitor", "--file", text(&all[0]), "--pace", "0"]));
     assert!(shown.contains("contact"));
-    // Volts next to the codes, in text too: 7,864,320 codes are 4.096 V (SBAS297G).
+    // Frames are also printed in volts: 7,864,320 codes are 4.096 V (SBAS297G).
     let frame = shown
         .lines()
         .find(|line| line.contains("raw       frame 700"))

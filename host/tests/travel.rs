@@ -1,4 +1,4 @@
-//! Spatial period, speed and direction on the command line.
+//! Tests spatial period, speed and direction on the command line.
 
 mod common;
 
@@ -8,8 +8,8 @@ use serde_json::Value;
 /// C1 of the paper: 3.6 mm at 15 mm/s, towards units 1 and 3.
 const C1: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../hal-mock/scenes/c1.toml");
 
-/// What `calibrate` says of the simulated finger (`tests/calibrate.rs`), whose pitch and edge phase
-/// are the defaults.
+/// Uncertainty that `calibrate` reports for the simulated finger (`tests/calibrate.rs`), whose
+/// pitch and edge phase are the defaults.
 const CALIBRATED: [&str; 2] = ["--set", "array.edge_phase_sigma_rad=0.01"];
 /// Settings for a grating that moves in only one direction.
 const FORWARD: &str = "array.may_go_backward=false";
@@ -66,7 +66,7 @@ fn period_speed_and_direction_are_reported_with_their_uncertainties() {
 
 #[test]
 fn what_is_possible_is_the_users_to_say() {
-    // The phase of 3.6 mm backward is that of 5 mm forward.
+    // A period of 3.6 mm backward has the same phase as 5 mm forward.
     for (options, verdict) in [
         (&["--set", FORWARD][..], "out_of_range"),
         (
@@ -104,7 +104,7 @@ fn what_is_possible_is_the_users_to_say() {
     );
 }
 
-/// By default the array is not calibrated: the uncertainty covers any finger, and is too large to
+/// By default the array is not calibrated. The uncertainty covers any finger, and is too large to
 /// decide between 3.6 mm in one direction and 4.3 mm in the other.
 #[test]
 fn an_array_that_nobody_calibrated_says_so() {
@@ -128,7 +128,7 @@ fn an_array_that_nobody_calibrated_says_so() {
 
 #[test]
 fn a_given_speed_gives_the_period() {
-    // Too slow a speed would make the protocol's slide longer than the true one.
+    // If the speed is too low, the protocol's slide is longer than the true one.
     for (speed, verdict) in [("15", "given"), ("18", "contradicted")] {
         let speed_mm_s: f64 = speed.parse().expect("a number");
         for estimate in estimates(&["--speed", speed]) {

@@ -1,4 +1,4 @@
-//! `view`: the messages to its pages, and the server. The page in a browser has tests in
+//! Tests the messages of `view` to its pages, and its server. The page in a browser is tested in
 //! `tests/page`.
 #![cfg(target_os = "linux")]
 
@@ -16,10 +16,10 @@ use board_recordings::{packets, recorded};
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};
 
-/// `ridgetone view`, at its usual port or another free one.
+/// `ridgetone view`, at its default port or a free one.
 struct View {
     child: Child,
-    /// Such as `http://127.0.0.1:34567/`.
+    /// Address of the page, such as `http://127.0.0.1:34567/`.
     url: String,
 }
 
@@ -28,7 +28,7 @@ impl View {
         Self::with(arguments, &[])
     }
 
-    /// With some variables of the environment.
+    /// Starts the command with additional environment variables.
     fn with(arguments: &[&str], environment: &[(&str, &str)]) -> Self {
         let mut child = common::ridgetone()
             .arg("view")
@@ -47,7 +47,6 @@ impl View {
         }
     }
 
-    /// Address and port.
     fn address(&self) -> &str {
         self.url.trim_start_matches("http://").trim_end_matches('/')
     }

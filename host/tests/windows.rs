@@ -1,4 +1,4 @@
-//! `ridgetone fit` on windows, on many files, on standard input, and with bounds.
+//! Tests `ridgetone fit` with windows, many files, standard input and bounds.
 
 mod common;
 
@@ -8,7 +8,6 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::process::Stdio;
 
-/// Columns of a table by their names, as text.
 fn column(csv: &str, name: &str) -> Vec<String> {
     let mut lines = csv.lines().map(|line| line.split(','));
     let at = lines
@@ -20,7 +19,6 @@ fn column(csv: &str, name: &str) -> Vec<String> {
         .collect()
 }
 
-/// A table of one channel.
 fn table(rows: usize, rate_hz: f64, value: impl Fn(f64) -> f64) -> String {
     let mut csv = String::from("time_s,a");
     let mut state = 7u32;
@@ -56,14 +54,14 @@ fn each_window_is_the_fit_of_its_rows() {
         .iter()
         .map(|from_s| from_s.parse().expect("a time"))
         .collect();
-    // 8 s and 2 s, every half second.
+    // Files of 8 s and 2 s, with windows every half second.
     let expected: Vec<f64> = (0..15).chain(0..3).map(|n| 0.5 * f64::from(n)).collect();
     assert_eq!(starts, expected);
     let alone = run(&["fit", text(&path), "--from", "3", "--to", "3.996", "--json"]);
     let alone = json_lines(&alone)[0].clone();
     let found: f64 = column(&csv, "frequency_hz")[6].parse().expect("a number");
     assert_eq!(Some(found), alone["frequency_hz"].as_f64());
-    // Tests of the estimator give a false alarm in one of some hundred windows.
+    // The estimator's tests have a false alarm in one of a few hundred windows.
     let status = column(&csv, "status");
     let good = status.iter().filter(|status| *status == "good").count();
     assert!(good >= 17, "{status:?}");
@@ -145,8 +143,8 @@ fn standard_input_gives_what_the_file_gives() {
 #[test]
 fn more_rows_than_the_estimator_takes_are_fitted_through_a_filter() {
     let folder = directory();
-    // Next to the tone one that is too fast for the frames that are left: it must not come back as
-    // a slower one.
+    // The second tone is too fast for the frame rate after decimation. It must not appear as an
+    // alias.
     let csv = table(150_000, 5000.0, |t_s| {
         (TAU * 37.5 * t_s).cos() + 0.5 * (TAU * 1017.0 * t_s).cos()
     });
@@ -175,7 +173,7 @@ fn more_rows_than_the_estimator_takes_are_fitted_through_a_filter() {
 #[test]
 fn bounds_choose_a_tone_or_say_what_lies_outside() {
     let folder = directory();
-    // Two tones that are a comb of 10 Hz together.
+    // Two tones that together form a comb of 10 Hz.
     let csv = table(2000, 250.0, |t_s| {
         (TAU * 20.0 * t_s).cos() + 0.4 * (TAU * 30.0 * t_s).cos()
     });

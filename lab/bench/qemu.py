@@ -20,7 +20,7 @@ WORDS_A_ROW = 3
 
 
 def symbols(elf):
-    """Address and size of the statics, by the parts of their names."""
+    """Returns address and size of the statics, by parts of their names."""
     lines = subprocess.run(["nm", "-S", elf], check=True, capture_output=True, text=True).stdout.splitlines()
     rows = [line.split() for line in lines]
     found = {}
@@ -31,7 +31,7 @@ def symbols(elf):
 
 
 def under_qemu(elf):
-    """The words of all results, and the seconds that QEMU took."""
+    """Returns the words of all results, and the seconds that QEMU took."""
     places = symbols(elf)
     (done, _), (results, size) = places["DONE"], places["RESULTS"]
     with tempfile.TemporaryDirectory() as folder:

@@ -25,14 +25,16 @@ FIT = {"1, 2": [0.91, 1.26, 0.73, 0.79, 1.08, 1.27, 1.66, 0.93, 1.07, 1.47],
 REPEATABILITY = {1: (0.87, 0.97), 2: (0.80, 0.89)}
 SPEEDS = np.array([v for v, _ in COMBINATIONS], float)
 SLOPE, OFFSET = np.polyfit(SPEEDS, FIT["1, 2"], 1)
-"""Speed error of the stimulator, percent: a line in the speed through Table 3."""
+"""Speed error of the stimulator, percent: a line through Table 3 as a function of speed."""
 SCATTER = 0.166
-"""From run to run, percent: twice the residual about such lines of a slope and an offset for each grating."""
+"""Scatter from run to run, percent: twice the residual about lines with one slope and an offset
+for each grating."""
 RUN_TO_RUN = np.array([-1, 1, 3, -3]) / math.sqrt(5)
 
 
 def scene(speed_mm_s, period_mm, run, seed, *, speed=True, ripple=True, onset=True, noise=True):
-    """A run as imperfect as the paper's figures suggest. Ripple and jitter are plausible; noise stands for all that differs."""
+    """Returns a scene as imperfect as the paper's figures suggest. Ripple and jitter are
+    plausible; noise represents all other differences."""
     error = OFFSET + SLOPE * speed_mm_s + SCATTER * RUN_TO_RUN[run]
     return {
         "speed_mm_s": speed_mm_s,
@@ -45,7 +47,8 @@ def scene(speed_mm_s, period_mm, run, seed, *, speed=True, ripple=True, onset=Tr
 
 
 def cut(made, taxels, speed_mm_s):
-    """Rows of the 55 mm that equations 2 to 5 cut out: the slide begins a second after the clearest contact spike."""
+    """Returns the rows of the 55 mm that equations 2 to 5 select: the slide begins a second
+    after the clearest contact spike."""
     spikes = []
     for taxel in taxels:
         t_s = made.time_s + taxel / 21 / made.scan_hz
@@ -57,14 +60,16 @@ def cut(made, taxels, speed_mm_s):
 
 
 def highest_line(signals):
-    """Equation 6: number of the highest line of each column's periodogram, without padding; their mean, cycles per row."""
+    """Equation 6: returns the mean number of the highest line in the columns' periodograms,
+    without padding, in cycles per row."""
     power = np.abs(np.fft.rfft(signals - signals.mean(0), axis=0))
     return (1 + power[1:].argmax(0)).mean() / len(signals)
 
 
 def joint_fit(signals):
-    """Equations 7 to 9: one frequency, and an offset and a sine for each column; cycles per row. The linear unknowns are solved
-    at each frequency, so that the minimum over one number is that over all seven."""
+    """Equations 7 to 9: fits one frequency, and an offset and a sine in each column. Returns
+    cycles per row. The linear unknowns are solved at each frequency, so the search has one
+    unknown instead of seven."""
     n, centred = np.arange(len(signals)) - (len(signals) - 1) / 2, signals - signals.mean(0)
 
     def left(cycles):
@@ -80,13 +85,15 @@ def joint_fit(signals):
 
 
 def all_channels(values):
-    """Ridgetone's fit of all channels, hertz; None without a single tone. The mean counts where the speed has a ripple."""
+    """Returns Ridgetone's fit of all channels in hertz, or None without a single tone. If the
+    speed has a ripple, the mean counts."""
     found = rt.fit(values, RATE_HZ)
     return found.frequency_hz if found.status in ("good", "unsteady") else None
 
 
 def correlation(runs, half_cycle):
-    """Equation 11: mean over pairs of runs of their correlation, each pair at the best shift of up to half a cycle."""
+    """Equation 11: returns the mean correlation over pairs of runs, each at the best shift of up
+    to half a cycle."""
 
     def pearson(a, b):
         count = min(len(a), len(b))
@@ -104,7 +111,8 @@ WINDOWS_S = (0.2, 0.4, 0.6, 0.8, 1.0)
 
 
 def combination(speed_mm_s, period_mm, seed, short):
-    """Errors of one combination over its runs, percent of the nominal frequency; `own` is against the true one."""
+    """Returns a combination's errors over its runs, percent of the nominal frequency; `own` ones
+    are relative to the true frequency."""
     nominal_hz, cropped = speed_mm_s / period_mm, {1: [], 2: []}
     errors = {key: [] for key in [*(f"{way} {pair}" for way in ("fft", "fit") for pair in PAIRS), "all", "own fit", "own all", "firmware"]}
     windows = {(way, length_s): [] for way in ("fft", "fit", "all") for length_s in WINDOWS_S}
@@ -144,7 +152,7 @@ def combination(speed_mm_s, period_mm, seed, short):
 
 
 def run(steps, short, seed):
-    """All rows. Gives the errors by combination."""
+    """Adds all rows. Returns the errors by combination."""
     which = [6, 9] if short else range(len(COMBINATIONS))
     found = {f"C{at + 1}": combination(*COMBINATIONS[at], seed, short) for at in which}
     table_2(steps, which)
@@ -157,7 +165,7 @@ def run(steps, short, seed):
 
 
 def table_2(steps, which):
-    """Equation 1, with a perfect stimulator."""
+    """Tests equation 1 with a perfect stimulator."""
     off = []
     for at, (speed_mm_s, period_mm) in enumerate([*COMBINATIONS, *UNTESTED]):
         if at in which or at >= len(COMBINATIONS):
@@ -170,24 +178,26 @@ def table_2(steps, which):
 
 
 def chance(period_mm, speed_mm_s, seeds):
-    """Range of the errors of four runs over seeds, percent: FFT and least squares of two plain tones with that speed error."""
+    """Returns the range over seeds of four runs' errors, percent, by FFT and by least squares,
+    for two plain tones with that speed error."""
     rng, nominal_hz, errors = np.random.default_rng(seeds), speed_mm_s / period_mm, []
     for _ in range(seeds):
         each = []
         for _ in range(RUNS):
-            # The cut begins anywhere between two frames.
+            # The selected part may begin anywhere between two frames.
             n = np.arange(int(LENGTH_MM / speed_mm_s * RATE_HZ + rng.uniform()))
             error = OFFSET + SLOPE * speed_mm_s + SCATTER * rng.standard_normal()
             cycles = nominal_hz * (1 + error / 100) / RATE_HZ
             signals = np.sin(2 * np.pi * cycles * n[:, None] + rng.uniform(0, 2 * np.pi, 2)) + 0.1 * rng.standard_normal((len(n), 2))
-            # Least squares err by 0.03 % of the true frequency: the speed's error is what is left.
+            # Least squares is off by 0.03 % of the true frequency, so the speed error is what
+            # remains.
             each.append([100 * (highest_line(signals) * RATE_HZ / nominal_hz - 1), error])
         errors.append([rms(of) for of in np.transpose(each)])
     return np.ptp(errors, axis=0)
 
 
 def table_3(steps, found, seeds):
-    """Table 3: errors against the nominal frequency."""
+    """Compares errors relative to the nominal frequency with Table 3."""
     at = [int(name[1:]) - 1 for name in found]
     ranges = {f"C{c + 1}": chance(COMBINATIONS[c][1], COMBINATIONS[c][0], seeds) for c in at}
     wide = {name: by[0] for name, by in ranges.items() if by[0] > 0.7}
@@ -218,7 +228,6 @@ def table_3(steps, found, seeds):
 
 
 def short_windows(steps, found):
-    """Figure 7."""
     worst = {name: max(one["windows"][name] or 0 for one in found.values()) for name in next(iter(found.values()))["windows"]}
     shown = "; ".join(f"{worst[f'fit {s}']:.1f}, {worst[f'fft {s}']:.0f} % in {s} s" for s in (0.4, 0.2))
     steps.add("least squares, FFT in short windows, largest error (Figure 7)", "least squares stable down to 0.4 s", shown, "prediction", holds=worst["fit 0.4"] < 2)
@@ -226,7 +235,7 @@ def short_windows(steps, found):
 
 
 def causes(steps, which, seed):
-    """Least squares of two channels with one imperfection at a time."""
+    """Applies least squares to two channels with one imperfection at a time."""
     off = dict.fromkeys(("speed", "ripple", "onset", "noise"), False)
     shown = []
     for name in ("nothing", *off):
@@ -241,7 +250,7 @@ def causes(steps, which, seed):
 
 
 def two_gratings(steps):
-    """Section 5: 3.6 and 3.1 mm at 30 mm/s, 1.35 Hz apart, in 0.35 s."""
+    """Tests section 5: 3.6 and 3.1 mm at 30 mm/s, 1.35 Hz apart, in 0.35 s."""
     rng, n, found = np.random.default_rng(1), np.arange(round(0.35 * RATE_HZ))[:, None], []
     for _ in range(200):
         pair = []
@@ -256,7 +265,7 @@ def two_gratings(steps):
 
 
 def later_work(steps):
-    """Section 6: what the paper leaves to later work."""
+    """Does what section 6 leaves to later work."""
     by_lags(steps)
     oblique(steps)
     sandpaper(steps)
@@ -268,7 +277,7 @@ def later_work(steps):
 
 
 def by_lags(steps):
-    """A period without the speed, on traces that are not those of the simulated finger."""
+    """Measures a period without the speed, on traces that are not from the simulated finger."""
     rng, defaults, calibrated = np.random.default_rng(1), [], []
     t_s = np.arange(int(6 * RATE_HZ))[:, None] / RATE_HZ + np.arange(16) / 21 / RATE_HZ
     gain, own = np.array([(10, 0), (4, 0.9), (-9, 0.2), (3, -1.3)] * 4).T
@@ -289,7 +298,7 @@ def by_lags(steps):
 
 
 def oblique(steps):
-    """Gratings under an angle: frequency over speed along the slide, and phases across it."""
+    """Tests oblique gratings: frequency over speed along the slide, and phases across it."""
     rng, speed_mm_s, period_mm, runs, count = np.random.default_rng(5), 30, 3.6, 200, round(RATE_HZ)
     shown, covered, n = [], 0, np.arange(count)[:, None]
     for degrees in (0, 10, 25, 40):
@@ -304,7 +313,7 @@ def oblique(steps):
             turned = np.arctan2(-b, a)
             step = np.angle(np.exp(1j * (turned[4:] - turned[:4]))).mean()
             kx, ky = cycles * RATE_HZ / speed_mm_s, step / (2 * np.pi * PITCH_MM)
-            # Cramer-Rao bounds of eight channels of amplitude 1 in noise of 0.1.
+            # Cramer-Rao bounds for eight channels of amplitude 1 in noise of 0.1.
             kx_sigma = math.sqrt(6 / (8 * count**3)) * 0.2 / (2 * np.pi) * RATE_HZ / speed_mm_s
             ky_sigma = 0.1 * math.sqrt(2 / count) / math.sqrt(2) / (2 * np.pi * PITCH_MM)
             sigma = math.hypot(kx * ky_sigma, ky * kx_sigma) / (kx * kx + ky * ky)
@@ -317,7 +326,8 @@ def oblique(steps):
 
 
 def sandpaper(steps):
-    """A rough surface: its power per millimetre does not depend on the speed, that per second does."""
+    """Tests a rough surface: its power per millimetre does not depend on the speed, but its
+    power per second does."""
     rng, step_mm, count = np.random.default_rng(6), 0.02, 1 << 15
     u = 2 * np.pi * np.fft.rfftfreq(count, step_mm) * 1.3
     profile = np.fft.irfft(np.fft.rfft(rng.standard_normal(count)) * (0.5 + 1.5 * u) * np.exp(-u), count)

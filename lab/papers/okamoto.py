@@ -10,14 +10,14 @@ from steps import span
 
 WAVELENGTHS_MM = (0.5, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0)
 SPEEDS_MM_S = (73.5, 125.4, 177.4)
-"""The mean of a hand's speed and two standard deviations to each side (section IV-A)."""
+"""Mean speed of a hand, and two standard deviations to either side (section IV-A)."""
 POLYNOMIAL = (30770, -162663, 309743, -248938, 72298)
-"""Equation 2: power by wavelength in mm, highest degree first."""
+"""Equation 2: power as a polynomial of the wavelength in mm, highest degree first."""
 PEAK_MM_S, SWING_HZ, SCAN_MM, WINDOW_S, LONG_S, CYCLES = 197, 1.07, 175, 0.032, 0.128, 1.5
 LOW_PASS_S, APERTURE_S = 0.5 * 820e-6, 64 * 5 / 15_728_640
-"""Time constant of the bridges with their capacitor, and half of the converter's aperture."""
+"""Time constant of the bridges with their capacitor, and half the converter's aperture."""
 SETTLES_S = 0.005
-"""So long after a turn friction still turns."""
+"""Time after a turn in which friction still reverses."""
 
 
 def speed_at(t_s):
@@ -29,7 +29,8 @@ def position_at(t_s):
 
 
 def slid(wavelength_mm, speed_mm_s, is_ridged):
-    """A scale of half ridges, half grooves under the finger; a hand goes to and fro if there is no speed."""
+    """Simulates a scale, half ridges and half grooves, under the finger. Without a speed, a hand
+    moves back and forth."""
     scene = {"period_mm": wavelength_mm, "ridge_mm": wavelength_mm / 2, "hold_before_s": 0.6, "hold_after_s": 0.5}
     scene |= {"hand": {}} if speed_mm_s is None else {"speed_mm_s": speed_mm_s, "slide_mm": SCAN_MM}
     scene["finger"] = {"skin_ridge_mm": 0.6} if is_ridged else {}
@@ -37,8 +38,8 @@ def slid(wavelength_mm, speed_mm_s, is_ridged):
 
 
 def at_once(made):
-    """Readings as if all channels were converted in the middle of a scan, and no low-pass were before them: by their spectra, as
-    `fit --positions` does by the phases of its harmonics."""
+    """Returns the readings as if all channels were converted in the middle of a scan and had no
+    low-pass. Corrects their spectra, as `fit --positions` corrects the phases of its harmonics."""
     hz = np.fft.rfftfreq(len(made.values), 1 / made.scan_hz)[:, None]
     early_s = (7.5 - np.arange(16)) / 16 / made.scan_hz
     level = made.values.mean(0)
@@ -47,8 +48,9 @@ def at_once(made):
 
 
 def highest_line_mm(made, speed_mm_s, wavelength_mm):
-    """Section IV: in windows of 32 ms the speed over the frequency of maximal power, of all channels; errors of windows of 1.5
-    cycles or more, percent RMS, and of all windows where none has so many."""
+    """Section IV: the wavelength in windows of 32 ms is the speed over the frequency of maximum
+    power, of all channels. Returns the RMS error in percent, of windows with 1.5 cycles or more
+    if there are any."""
     count = round(WINDOW_S * made.scan_hz)
     t_s = made.time_s - made.truth.slide_start_s
     lasts_s = made.truth.slide_end_s - made.truth.slide_start_s
@@ -68,8 +70,8 @@ def highest_line_mm(made, speed_mm_s, wavelength_mm):
 
 
 def answers(made, speed_mm_s, wavelength_mm, harmonics, window_s=WINDOW_S):
-    """Windows: error of the wavelength, its standard deviation, status, cycles, whether the finger turns. At a steady
-    speed the frequency is fitted, of a hand the frames by position."""
+    """Returns for each window error of the wavelength, sigma, status, cycles, and true if the
+    finger turns. A steady speed is fitted by frequency, a hand by position."""
     start_s, found = made.truth.slide_start_s, []
     if speed_mm_s is not None:
         events = rt.replay(made, settings={"window_s": window_s, "stride_s": 0.05, "harmonics": harmonics})
@@ -100,7 +102,7 @@ def answers(made, speed_mm_s, wavelength_mm, harmonics, window_s=WINDOW_S):
 
 
 def run(steps, short, seed):
-    """All rows. Gives the errors by scale, speed and skin."""
+    """Adds all rows. Returns the errors by scale, speed and skin."""
     scales = [(mm, v, ridged) for ridged in (True, False) for v in (*SPEEDS_MM_S, None) for mm in WAVELENGTHS_MM]
     if short:
         scales = [(mm, v, True) for v in (125.4, None) for mm in (1.0, 1.4, 2.0)]
@@ -124,7 +126,8 @@ def run(steps, short, seed):
 
 
 def power(made):
-    """Mean square of the fundamental's amplitude over the channels, mV^2, of the slide; None without a good fit."""
+    """Returns the mean square of the fundamental's amplitude over the channels in the slide,
+    mV^2; None without a good fit."""
     t_s = made.time_s
     part = (t_s > made.truth.slide_start_s + 0.03) & (t_s < made.truth.slide_end_s - 0.03)
     one = rt.fit(made.values[part], made.scan_hz)
@@ -132,7 +135,7 @@ def power(made):
 
 
 def plain_tone(wavelength_mm, speed_mm_s, rate_hz=1458.33, count=47):
-    """Error of the highest line of a plain tone, percent RMS over phases."""
+    """Returns the error of the highest line for a plain tone, percent RMS over phases."""
     n, phase = np.arange(count), np.arange(64)[:, None] / 64
     tones = np.sin(2 * np.pi * (speed_mm_s / wavelength_mm / rate_hz * n + phase))
     lines = 1 + np.abs(np.fft.rfft(tones - tones.mean(1, keepdims=True)))[:, 1:].argmax(1)
@@ -140,7 +143,8 @@ def plain_tone(wavelength_mm, speed_mm_s, rate_hz=1458.33, count=47):
 
 
 def error_by_window(window_s):
-    """Error of the highest line over all scales and a hand to and fro, percent RMS, at 1 kHz."""
+    """Returns the highest line's error over all scales under a moving hand, percent RMS, at 1
+    kHz."""
     count, t_s, squares = round(1000 * window_s), np.arange(4665) / 1000, []
     for wavelength_mm in WAVELENGTHS_MM:
         tone = np.sin(2 * np.pi * position_at(t_s) / wavelength_mm + 1)
@@ -152,9 +156,9 @@ def error_by_window(window_s):
 
 
 def spectrum_of_32_ms(steps, by_scale):
-    """The paper's method on the simulated finger."""
+    """Applies the paper's method to the simulated finger."""
     steady = {key: fft for key, (fft, _) in by_scale.items() if key[1] is not None and key[2] and fft is not None}
-    # Overtones and the drift of the skin move some windows by a line.
+    # Overtones and the drift of the skin shift the result by one line in some windows.
     apart = max(abs(fft - plain_tone(mm, v)) for (mm, v, _), fft in steady.items())
     steps.add("highest line of 32 ms, steady speed, 0.5 to 3 mm (Figure 8)", "larger at 2 to 3 mm and 73.5 mm/s", span(steady.values(), 0),
               f"as printed; a plain tone gives the same within {apart:.0f} %", "`simulate`", apart < 4)  # fmt: skip
@@ -166,7 +170,8 @@ def spectrum_of_32_ms(steps, by_scale):
 
 
 def by_firmware(steps, by_scale, window_s, kind, *, is_hand, is_turning=False):
-    """Our own answers, by skin: the largest rms error of a scale, over windows of 1.5 cycles or more."""
+    """Adds our own answers by skin: the largest RMS error of any scale, over windows of 1.5
+    cycles or more."""
     shown, worst, wrong = [], 0.0, 0
     for ridged in (True, False):
         own = [each for (_, v, skin), (_, each) in by_scale.items() if skin == ridged and (v is None) == is_hand]
@@ -187,7 +192,7 @@ def by_firmware(steps, by_scale, window_s, kind, *, is_hand, is_turning=False):
 
 
 def power_by_wavelength(steps, powers):
-    """Equation 2 and Figures 10 and 11."""
+    """Compares with equation 2 and Figures 10 and 11."""
     lambdas = np.arange(0.8, 2.001, 0.001)
     law = np.polyval(POLYNOMIAL, lambdas)
     peak_mm = lambdas[1:-1][(law[1:-1] > law[:-2]) & (law[1:-1] > law[2:])][0]
@@ -200,7 +205,7 @@ def power_by_wavelength(steps, powers):
               "as printed; the grooves of the skin are guessed", "`simulate`, `fit`", 1.2 <= peak_mm <= 1.6 and 1.2 <= best_mm <= 1.6)  # fmt: skip
     volts = [75 / 6000 * np.polyval(POLYNOMIAL, mm) for mm in (0.8, 1.4, 2.0)]
     steps.add("amplitude at 0.8, 1.4, 2 mm (eq. 2, 3)", "-", ", ".join(f"{v:.1f}" for v in volts) + " V", "the crate's test has these", "`ridgetone-teletaction touch`")
-    # With overtones the actuator's limit is shared: the fundamental is weaker than equation 3 has it.
+    # Overtones share the actuator's limit, so the fundamental is weaker than in equation 3.
     steps.add("fundamental with a second harmonic of 0.26 (eq. 3)", "amplitude of the law", f"{100 * (1 - 1 / 1.26):.0f} % weaker", "**differs by choice**: the sum stays within the actuator's limit", "`ridgetone-teletaction touch`")
     flat = max(max(each) / min(each) for mm in used if len(each := [p for v in SPEEDS_MM_S if (p := powers[mm, v])]) > 1)
     his = {mm: [np.mean(highest_power(mm, v)) for v in range(50, 231, 10)] for mm in used}
@@ -211,16 +216,17 @@ def power_by_wavelength(steps, powers):
 
 
 def highest_power(wavelength_mm, speed_mm_s):
-    """Power of the highest line of 32 ms at 1 kHz over that of the tone, at phases."""
+    """Returns the power of the highest line in 32 ms at 1 kHz, relative to that of the tone, by
+    phase."""
     phase = np.arange(32)[:, None] / 32
     tones = np.sin(2 * np.pi * (speed_mm_s / wavelength_mm / 1000 * np.arange(32) + phase))
     return np.square(2 / 32 * np.abs(np.fft.rfft(tones - tones.mean(1, keepdims=True)))).max(1)
 
 
 def printed_text(steps):
-    """What follows from the text alone."""
+    """Tests what follows from the text alone."""
     t_s = np.linspace(0.12, 5, 100_001)
-    # Equation 6 as it is printed: the phase is v(t - D) t / lambda, and the frequency its derivative.
+    # Equation 6 as printed: the phase is v(t - D) t / lambda, and the frequency is its derivative.
     literal_hz = np.abs(np.gradient(speed_at(t_s - 0.12) * t_s / 1.4, t_s)).max()
     steps.add("frequency at 1.4 mm within 5 s, equation 6 as printed; v / lambda", "-", f"{literal_hz:.0f} Hz; {PEAK_MM_S / 1.4:.0f} Hz at most", "**misprint**: position over wavelength is the phase", holds=abs(literal_hz - 4543) < 50)
     one = student.sf(2.70, 10.13)

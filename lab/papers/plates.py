@@ -12,7 +12,8 @@ from scipy.stats import f as fisher
 from train import stepwise
 
 RATE_HZ, M = 10_000, 1.2
-# Equations 1 to 4 and Table 1: two lines of the threshold, um over hertz, and where they begin, meet and end.
+# Equations 1 to 4 and Table 1: the two lines of each threshold, um over hertz, and the frequencies
+# at which they begin, meet and end.
 THRESHOLDS = {
     "FA I": (499, -0.890, 52.1, 0.0119, 0.5, 12.2, 67.0),
     "FA II": (1690, -1.93, 2.00e-5, 1.39, 20.0, 241.0, 800.0),
@@ -30,13 +31,14 @@ SHARES, EIGENVALUES = [28.7, 26.2, 21.6], [2.55, 2.11, 1.47]
 
 
 def windowed(values):
-    """Samples less their mean under Hamming's window."""
+    """Subtracts the mean and applies Hamming's window."""
     n = np.arange(len(values))
     return (0.54 - 0.46 * np.cos(2 * np.pi * n / len(values))) * (values - values.mean())
 
 
 def intensity(receptor, values, per_um, bins=1.0, gain=1.0):
-    """Equations 1 to 4 and 7 to 9. In another window each bin stands for `bins` of 3 s with `gain` times its amplitude."""
+    """Equations 1 to 4 and 7 to 9. In a shorter window each bin represents `bins` bins of 3 s,
+    with `gain` times its amplitude."""
     a, a_slope, b, b_slope, first, bend, last = THRESHOLDS[receptor]
     hz = np.fft.rfftfreq(len(values), 1 / RATE_HZ)
     is_in = (hz > first) & (hz <= last)
@@ -46,12 +48,13 @@ def intensity(receptor, values, per_um, bins=1.0, gain=1.0):
 
 
 def scores(fa2, sa1):
-    """Equations 11 and 12."""
+    """Returns the scores of equations 11 and 12."""
     return 5.59 - 0.002 * sa1, -16.075 + 0.011 * fa2 + 11.633 * M
 
 
 def recordings():
-    """Three seconds of a rough surface without lines, and of a smooth one that is one tone."""
+    """Returns three seconds of a rough surface without lines, and of a smooth surface that is a
+    single tone."""
     rng, rows = np.random.default_rng(3), 3 * RATE_HZ
     hz = np.fft.rfftfreq(rows, 1 / RATE_HZ)
     shape = np.where(hz > 0, 1 / (1 + (hz / 150) ** 2), 0)
@@ -60,36 +63,36 @@ def recordings():
 
 
 def chunks(values, rows):
-    """Windows that overlap by half or less."""
+    """Returns windows that overlap by half or less."""
     count = (len(values) - rows) // (rows // 2)
     starts = [step * (len(values) - rows) // count if count else 0 for step in range(count + 1)]
     return [values[start : start + rows] for start in starts]
 
 
 def run(steps, short, seed):
-    """All rows."""
     regressions(steps)
     components(steps, 500 if short else 4000)
     intensities(steps)
-    # As many in a short run: 19 of 20 would be below the limit by chance alone, and 200 take a second.
+    # Runs as many in a short run, because 19 of 20 could be below the limit by chance, and 200 take
+    # only a second.
     selection(steps, 200, seed)
     return {}
 
 
 def regressions(steps):
-    """Section 3.3: significance by the printed R2 of eight plates."""
+    """Tests section 3.3: the significance of the printed R2 for eight plates."""
     count = 8
     for what, r2, variables, most in (("Soft by SA I", 0.562, 1, 0.05), ("Rough by FA II and M", 0.817, 2, 0.05),
                                       ("Soft by Ra", 0.586, 1, 0.05), ("Rough by Ra", 0.788, 1, 0.01)):  # fmt: skip
         freedom = count - variables - 1
         p = fisher.sf(r2 / variables / ((1 - r2) / freedom), variables, freedom)
         steps.add(f"p of {what}, R2 = {r2} (section 3.3)", f"below {most}", f"{p:.2g}", "as printed", holds=p < most)
-    # With one variable the standardised coefficient is the root of R2, with the sign of the coefficient.
+    # With one variable, the standardised coefficient is the root of R2 with the coefficient's sign.
     steps.add("standardised coefficient of Soft by SA I (Figure 6)", "a picture, negative", f"{-math.sqrt(0.562):.2f}", "the root of R2")
 
 
 def varimax(loadings):
-    """Turns the components so that each word loads on few of them."""
+    """Rotates the components so that each word loads on few of them."""
     turn = np.eye(loadings.shape[1])
     for _ in range(100):
         turned = loadings @ turn
@@ -99,12 +102,13 @@ def varimax(loadings):
 
 
 def components(steps, people):
-    """Table 2 and the deletion rule of section 2.2."""
+    """Tests Table 2 and the deletion rule of section 2.2."""
     own = 100 * np.square(LOADINGS).mean(0)
     steps.near("share of three components, from the printed loadings (Table 2)", [*SHARES, 76.6], [*own, own.sum()], 0.1, "{:.1f}", unit=" %")
     before = ", ".join(f"{100 * one / 8:.1f}" for one in EIGENVALUES)
     steps.add("the same from the printed eigenvalues of 8 words (Table 2)", "28.7, 26.2, 21.6; 76.6 %", f"{before}; {100 * sum(EIGENVALUES) / 8:.1f} %", "eigenvalues before the rotation, shares after it")
-    # Scores with Table 2's loadings and five words that load little: the rule has to find the eight again.
+    # Scores with Table 2's loadings, and five words with small loadings. The rule must find the
+    # eight words again.
     rng = np.random.default_rng(4)
     all_loadings = np.vstack([LOADINGS, rng.uniform(-0.35, 0.35, (5, 3))])
     drawn = rng.standard_normal((people, 3)) @ all_loadings.T
@@ -122,7 +126,7 @@ def components(steps, people):
 
 
 def intensities(steps):
-    """The package next to the equations, on a made surface."""
+    """Compares the package with the equations, on a synthetic surface."""
     rough, smooth = recordings()
     known = rt.volts_per_um(smooth, RATE_HZ, **SURFACE)
     turns = 2 * np.pi * SURFACE["speed_mm_s"] / SURFACE["rsm_mm"] / RATE_HZ * np.arange(len(smooth))
@@ -154,7 +158,7 @@ def intensities(steps):
 
 
 def selection(steps, runs, seed):
-    """Section 3.3's stepwise regression with p < 0.10, on plates that follow equation 12."""
+    """Tests section 3.3's stepwise regression with p < 0.10, on plates that follow equation 12."""
     rng, found = np.random.default_rng(seed), 0
     for _ in range(runs):
         fa2, sa1, m, other = rng.normal(300, 80, 8), rng.normal(100, 30, 8), rng.normal(1.2, 0.15, 8), rng.normal(0, 1, 8)

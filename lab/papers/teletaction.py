@@ -15,25 +15,24 @@ from pages import ROOT
 from steps import span
 
 POISSON = 0.5
-# Table 1: signal over noise without shear, dB, at 0 and 30 degrees.
+# Table 1: signal-to-noise ratio without shear, dB, at 0 and 30 degrees.
 TABLE_1 = {"line": (16, 11), "block": (19, 7), "cylinder": (19, 8)}
-# Table 7: proportions of types 1, 3, 4 and 5, with both chi-squares.
+# Table 7: proportions of types 1 and 3, then of 4 and 5, each followed by its chi-square.
 TABLE_7 = np.array([
     [0.33, 0.20, 1.36, 0.50, 0.50, 0.0], [0.13, 0.23, 1.00, 0.83, 0.33, 15.43], [0.07, 0.03, 0.35, 0.50, 0.20, 5.93],
     [0.37, 0.10, 5.96, 0.83, 0.63, 3.07], [0.40, 0.23, 1.93, 0.70, 0.43, 4.35], [0.20, 0.03, 4.05, 0.73, 0.40, 6.77],
 ])  # fmt: skip
-# Table 5: A, B, c, relaxation time for constant strain and for constant stress, s.
+# Table 5: A, B, c, and the relaxation times for constant strain and for constant stress, s.
 TABLE_5 = np.array([
     [2.29, 1.15, 0.70, 1.42, 2.14], [1.95, 1.10, 0.26, 3.90, 6.11], [2.20, 0.89, 0.58, 2.71, 3.82],
     [2.24, 0.67, 0.35, 2.81, 3.65], [2.04, 0.85, 0.30, 3.38, 4.78], [2.59, 0.34, 0.26, 3.88, 4.39],
 ])  # fmt: skip
 TABLE_6 = np.array([0.43, 0.74, 0.62, 0.61, 0.69, 0.66])
 CHI_SQUARES_2 = {2.4: 2.41, 3.0: 4.98, 3.6: 7.29, 4.2: 34.3, 4.8: 28.7}
-"""Section 4.2: by period, mm."""
+"""Chi-squares of section 4.2, by period in mm."""
 
 
 def run(steps, short, seed):
-    """All rows."""
     people(steps)
     skin(steps, seed)
     layers(steps, short)
@@ -45,7 +44,7 @@ def run(steps, short, seed):
 
 
 def people(steps):
-    """Experiments, from the printed proportions of 30 trials each."""
+    """Tests the experiments, from the printed proportions of 30 trials each."""
     for kind, first in (("1 and 3", 0), ("4 and 5", 3)):
         counts = np.round(30 * TABLE_7[:, first : first + 2])
         expected = counts.mean(1, keepdims=True)
@@ -59,7 +58,7 @@ def people(steps):
 
 
 def skin(steps, seed):
-    """Equations 5, 15 and 16: how a finger relaxes, and what it keeps of a ridge."""
+    """Tests equations 5, 15 and 16: how a finger relaxes, and how much of a ridge remains."""
     steps.near("finger 1.8 s after a ridge (Table 6)", TABLE_6, np.exp(-1.8 / TABLE_5[:, 4]), 6e-3, "{:.2f}")
     creep = lambda t_s, strain_s, stress_s: 1 - (1 - strain_s / stress_s) * np.exp(-t_s / stress_s)
     kept = [(creep(4.8, *both) - creep(1.8, *both)) / creep(3.0, *both) for both in TABLE_5[:, 3:]]
@@ -76,18 +75,19 @@ def skin(steps, seed):
     steps.add("A, B, c from forces made of them, 15 s (eq. 15, 16)", "six subjects", f"within {worst:.1f} sigma", "SciPy `curve_fit`", holds=worst < 4)
 
 
-# Half plane: compression is positive, stresses per newton per millimetre of the line, strains times Young's modulus.
+# Half plane. Compression is positive, stresses are per newton per millimetre of the line, strains
+# times Young's modulus.
 
 
 def normal(x, z):
-    """Pressure, shear and strain under a normal line load on thin slices (eq. 1 to 3)."""
+    """Returns pressure, shear and strain under a normal line load on thin slices (eq. 1 to 3)."""
     r4 = np.square(x * x + z * z)
     sz, sx, sxz = z**3 / r4, x * x * z / r4, x * z * z / r4
     return 2 / np.pi * sz, 2 / np.pi * sxz, 2 / np.pi * (sz - POISSON * sx)
 
 
 def tangential(x, z):
-    """The same under a line load along the surface."""
+    """Returns pressure, shear and strain under a line load along the surface."""
     r4 = np.square(x * x + z * z)
     sz, sx, sxz = x * z * z / r4, x**3 / r4, x * x * z / r4
     return 2 / np.pi * sz, 2 / np.pi * sxz, 2 / np.pi * (sz - POISSON * sx)
@@ -109,8 +109,8 @@ def decibels(signal, made):
 
 
 def table_1(contact, degrees):
-    """Two layers of 2 mm; without shear only the pressure crosses the interface."""
-    # Under an oblique load strain fades as 1 / x: the line is 13 m long.
+    """Simulates two layers of 2 mm. Without shear, only the pressure crosses the interface."""
+    # Under an oblique load, strain decays as 1 / x, so the line is 13 m long.
     grid, angle = Grid(0.1), math.radians(degrees)
     inside = np.clip(1 - np.square(grid.x / 10), 0, None)
     profile = {"line": grid.x == 0, "block": inside > 0, "cylinder": np.sqrt(inside)}[contact].astype(float)
@@ -131,7 +131,7 @@ PER_SPACING = 32
 
 
 def figure_16(ratio, name, has_shear, phases=range(0, PER_SPACING // 2 + 1, 4)):
-    """Decibels at the worst phase of sampling between two layers of 1 mm."""
+    """Returns decibels at the worst phase of sampling between two layers of 1 mm."""
     grid = Grid(ratio / PER_SPACING)
     pressure, shear, _ = normal(grid.x, 1)
     signal, by_pressure, by_shear = normal(grid.x, 2)[2], normal(grid.x, 1)[2], tangential(grid.x, 1)[2]
@@ -149,7 +149,7 @@ def figure_16(ratio, name, has_shear, phases=range(0, PER_SPACING // 2 + 1, 4)):
 
 
 def crossing(name):
-    """Spacing over thickness from which on shear is of no use."""
+    """Returns the ratio of spacing to thickness from which shear does not help."""
     gain = lambda ratio: figure_16(ratio, name, True) - figure_16(ratio, name, False)
     above = 0.5
     while gain(above) > 0:
@@ -158,7 +158,7 @@ def crossing(name):
 
 
 def layers(steps, short):
-    """Rows that stand on shear, and samples between two layers."""
+    """Adds the rows that depend on shear and on samples between two layers."""
     found = [table_1(contact, degrees) for contact in TABLE_1 for degrees in (0, 30)]
     printed = [one for pair in TABLE_1.values() for one in pair]
     steps.near("signal over noise without shear: line, block, cylinder at 0 and 30 degrees (Table 1)", printed, found, 0.5, "{:.2f}", unit=" dB")
@@ -184,14 +184,16 @@ def layers(steps, short):
     steps.add("the line by normal strain, greatest compressive strain, energy (section 2.6)", "16 dB; -; -", "; ".join(f"{one:.1f} dB" for one in own), "as printed", holds=abs(own[0] - 15.9) < 0.1)
 
 
-# Gratings: appendix, equations 17 to 21. Deflection is prescribed where there is contact, elsewhere there is no pressure, and
-# one that pulls is set to 0: the paper's order, to invert everywhere and then to clip, depends on the grid.
+# Gratings: appendix, equations 17 to 21. Where there is contact, the deflection is given; elsewhere
+# there is no pressure, and pressures that would pull are set to 0. The paper's order, inverting
+# everywhere and then clipping, would depend on the grid.
 
 CELL_MM, REACH_MM = 0.05, 3.0
 
 
 def pressure_under(height_mm):
-    """Pressure over Young's modulus in the cells of a period; NaN is no contact."""
+    """Returns pressure over Young's modulus in the cells of a period. A height of NaN means no
+    contact."""
     count = len(height_mm)
     times = int(REACH_MM / (count * CELL_MM)) + 1
     x_mm = np.abs((np.arange(count) + count * np.arange(-times, times + 1)[:, None]) * CELL_MM).clip(CELL_MM / 2)
@@ -203,20 +205,21 @@ def pressure_under(height_mm):
 
 
 def ridges(period_mm):
-    """A grating of half ridges that indents by 2 mm."""
+    """Returns a grating of half ridges that indents by 2 mm."""
     count = round(period_mm / CELL_MM)
     return np.where(np.arange(count) < count // 2, 2.0, np.nan)
 
 
 def pins(spacing_mm, number, error):
-    """Pins half as wide as their spacing, 1 mm high, each off by a cosine over so many pins: the worst of a resolution."""
+    """Returns pins half as wide as their spacing and 1 mm high, off by a cosine over `number`
+    pins: the worst case of a resolution."""
     count = round(spacing_mm / CELL_MM)
     n = np.arange(number * count)
     return np.where(n % count < count // 2, 1 + error * np.cos(2 * np.pi * (n // count) / number), np.nan)
 
 
 def index(pressure, transfer):
-    """Equations 13 and 14: amplitude of the fundamental at a depth over the mean."""
+    """Equations 13 and 14: returns the amplitude of the fundamental at a depth over the mean."""
     first = 2 / len(pressure) * abs(np.fft.rfft(pressure)[1])
     return first * abs(transfer(2 * np.pi / (len(pressure) * CELL_MM))) / (pressure.mean() * transfer(0.0))
 
@@ -230,7 +233,7 @@ def strain(z_mm):
 
 
 def gratings(steps):
-    """Figures 17 to 19 and 22, and the rule of section 5."""
+    """Tests figures 17 to 19 and 22, and the rule of section 5."""
     of = {mm: pressure_under(ridges(mm)) for mm in (2.4, 3.4, 3.6, 4.0, 4.8)}
     at_4 = of[4.0].mean() * strain(2.7)(0.0), index(of[4.0], strain(2.7))
     steps.near("grating of 4 mm: mean strain, index (Figure 17)", [0.22, 0.18], at_4, 0.02, "{:.3f}")
@@ -246,7 +249,7 @@ def gratings(steps):
 
 
 def block(steps):
-    """Figure 8: strains under a block 4 mm wide and 1.5 mm deep, by 11 pins 1 mm apart."""
+    """Tests figure 8: strains under a block 4 mm wide and 1.5 mm deep, by 11 pins 1 mm apart."""
     sensors, at = np.linspace(-5, 5, 101), np.linspace(-5, 5, 11)
     loads = (np.arange(200) + 0.5) / 50 - 2
     wanted = normal(sensors[:, None] - loads, 1.5)[2].sum(1) / 50
@@ -260,7 +263,8 @@ def block(steps):
 
 
 def half_space(x, y, z, poisson=POISSON):
-    """Boussinesq: pressures along x, y and z under 1 N on a half space, and the strain along z times Young's modulus."""
+    """Boussinesq: returns pressures along x, y and z under 1 N on a half space, and the strain
+    along z times Young's modulus."""
     r2 = x * x + y * y
     big = np.sqrt(r2 + z * z)
     along, across = 3 * z / big**5, []
@@ -273,7 +277,8 @@ def half_space(x, y, z, poisson=POISSON):
 
 
 def slices(x, y, z):
-    """Strain of thin slices. Along a line a half space is in plane strain; with p / (1 + p) for p that is plane stress with p."""
+    """Returns the strain of thin slices. Along a line, a half space is in plane strain;
+    replacing p by p / (1 + p) makes it plane stress with p."""
     return half_space(x, y, z, POISSON / (1 + POISSON))[1] * (1 + POISSON) ** 2 / (1 + 2 * POISSON)
 
 
@@ -282,7 +287,7 @@ DEPTH_MM, MODULUS_MPA, SENSOR_PITCH_MM, REGULARISATION = 2.0, 1.7, 1.15, 0.01
 
 
 def grid(columns, rows, spacing_mm):
-    """Positions row by row around the middle."""
+    """Returns positions row by row, around the middle."""
     x, y = (spacing_mm * (np.arange(count) - (count - 1) / 2) for count in (columns, rows))
     return np.tile(x, rows), np.repeat(y, columns)
 
@@ -293,13 +298,14 @@ def responses(kind, sensors, loads):
 
 
 def forces(a, wanted, regularisation):
-    """Forces of at least 0 whose strains are nearest to the wanted ones, with a penalty on their squares."""
+    """Returns forces of at least 0 whose strains are nearest to the wanted ones, with a penalty
+    on their squares."""
     penalty = math.sqrt(regularisation * np.square(a).sum() / a.shape[1])
     return nnls(np.vstack([a, penalty * np.eye(a.shape[1])]), np.concatenate([wanted, np.zeros(a.shape[1])]))[0]
 
 
 def rows_of_pins(steps, short):
-    """What a display of rows and columns does, and what the command makes of it."""
+    """Tests a display of rows and columns, and the command's results for it."""
     x, y = grid(100, 100, 2.0)
     offsets = (np.arange(8) + 0.5) / 4 - 1
     evens = {kind: 4 * np.mean([of(x - dx, y - dy, DEPTH_MM).sum() for dx in offsets for dy in offsets]) for kind, of in KINDS.items()}
@@ -326,7 +332,7 @@ def rows_of_pins(steps, short):
 
 
 def textures(steps):
-    """A texture from a recording at a known speed, for what a stylus plays."""
+    """Computes a texture from a recording at a known speed, as played by a stylus."""
     rng, rate_hz, speed_mm_s = np.random.default_rng(2), 500, (30.0, 0.03)
     turns = 20 * np.arange(1000)[:, None] / rate_hz + 0.07 * np.arange(16)
     gain = 1 + 0.1 * np.arange(16)
@@ -334,12 +340,13 @@ def textures(steps):
     found = rt.fit(values, rate_hz)
     period_mm = speed_mm_s[0] / found.frequency_hz
     sigma_mm = period_mm * math.hypot(speed_mm_s[1] / speed_mm_s[0], found.sigma_hz / found.frequency_hz)
-    # Amplitude of the second harmonic over that of the first, by least squares at the frequency found.
+    # Ratio of the second harmonic's amplitude to the first's, by least squares at the frequency
+    # found.
     angles = 2 * np.pi * found.frequency_hz * np.arange(1000)[:, None] / rate_hz * np.arange(1, 5)
     basis = np.hstack([np.cos(angles), np.sin(angles), np.ones((1000, 1))])
     parts = np.linalg.lstsq(basis, values, rcond=None)[0]
     first, second = (parts[h] - 1j * parts[4 + h] for h in (0, 1))
-    # A harmonic against twice the phase of the fundamental, both as sines.
+    # Phase of the harmonic relative to twice that of the fundamental, both as sines.
     overtone = (np.abs(first) * second * np.exp(-2j * np.angle(first)) * -1j).sum() / np.square(np.abs(first)).sum()
     power = np.square(np.abs(first)).mean() / 2
     steps.add("texture from a recording at 30.00 +- 0.03 mm/s: period; overtone; power", "1.5 mm; 0.3 at 0.1 turns; -",

@@ -18,13 +18,13 @@ ENTER, LEAVE = 0.10, 0.10
 
 
 def stepwise(columns, score):
-    """Names of the columns that explain the score, and the regression: the most significant one enters below p = 0.10, and one
-    that is no longer below leaves."""
+    """Returns the columns that explain the score, and the regression. The most significant
+    column enters if its p is below 0.10, and a column whose p no longer is leaves."""
     chosen, seen = [], set()
     while frozenset(chosen) not in seen:
         seen.add(frozenset(chosen))
         others = {name: regression(columns, [*chosen, name], score).pvalues[-1] for name in columns if name not in chosen}
-        # As many unknowns as surfaces explain anything.
+        # With as many unknowns as surfaces, anything could be explained.
         if others and len(chosen) + 3 <= len(score) and min(others.values()) < ENTER:
             chosen.append(min(others, key=others.get))
         if chosen:
@@ -35,7 +35,7 @@ def stepwise(columns, score):
 
 
 def regression(columns, names, score):
-    """Least squares of the score by a constant and some columns."""
+    """Fits the score by a constant and some columns, by least squares."""
     return sm.OLS(np.asarray(score, float), np.column_stack([np.ones(len(score)), *(columns[name] for name in names)])).fit()
 
 

@@ -1,4 +1,5 @@
-"""Windows, methods, judgement and pages against closed forms; `cargo xtask results --short` runs them."""
+"""Tests windows, methods, judgement and pages against closed forms; `cargo xtask results
+--short` runs them."""
 
 import sys
 from pathlib import Path
@@ -39,7 +40,7 @@ def test_the_bound_is_that_of_the_whole_covariance_as_a_matrix(kind):
 @pytest.mark.parametrize("kind", NOISES)
 def test_the_error_on_the_bound_has_the_mean_square_of_the_bound(kind):
     found = w.make(np.random.default_rng(1), 400, 96, kind, w.Tone((2, 6), (1, 0.4)))
-    # Four standard deviations of a chi-square of 400 over its mean.
+    # Within four standard deviations of a chi-square of 400, divided by its mean.
     assert 0.72 < np.mean(np.square(found.luck / found.crb)) < 1.28
 
 
@@ -75,7 +76,7 @@ def test_a_method_finds_a_pure_tone(name, cycles):
     batch = w.finger(np.random.default_rng(2), 4, 241, cycles / 241, w.SINE, 60.0)
     for x in batch.x:
         frequency, sigma = methods.METHODS[name](x)
-        # A parabola through the spectrum of a Hann window has an error of its own.
+        # A parabola through the spectrum of a Hann window has its own error.
         assert frequency == pytest.approx(cycles / 241, rel=2e-3 if name == "honest FFT" else 2e-4)
         assert not np.isfinite(sigma) or 0.2 < sigma / batch.crb[0] < 5
 

@@ -1,5 +1,5 @@
-//! `ridgetone link`: in virtual time with a simulated stylus, two ends over UDP, the emulated
-//! finger, and refused options.
+//! Tests `ridgetone link`: in virtual time with a simulated stylus, over UDP, with the emulated
+//! finger, and with refused options.
 
 #[path = "../../host/tests/common/mod.rs"]
 mod common;
@@ -27,7 +27,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::io::{BufRead, BufReader, Read};
 use std::process::Stdio;
 
-/// Limits that differ from the default, to see that they arrive.
+/// Limits that differ from the default, to test that they reach the stylus.
 const ACTUATOR: Actuator = Actuator {
     voltage_v: 120.0,
     slew_v_s: 150_000.0,
@@ -38,11 +38,10 @@ const ACTUATOR: Actuator = Actuator {
 const REST_CODE: u16 = 2048;
 const MAX_CODE: f32 = 4095.0;
 
-/// A steady delay, and the paper's with its standard deviation, milliseconds.
+/// Network delays and their standard deviations, milliseconds: a steady one, and the paper's.
 const STEADY: [f64; 2] = [120.0, 0.0];
 const PAPER: [f64; 2] = [120.0, 40.0];
 
-/// A link that runs in steps of a millisecond.
 struct Bench {
     link: Link,
     now_ms: u32,
@@ -68,7 +67,6 @@ impl Bench {
         Self { link, now_ms: 0 }
     }
 
-    /// A link with a texture under the finger.
     fn touching(period_mm: f32, delay_ms: [f64; 2], loss: f64) -> Self {
         let mut bench = Self::new(Hand::OKAMOTO, delay_ms, loss, false);
         bench.link.finger.found(Some(Texture::new(period_mm)));
@@ -84,15 +82,15 @@ impl Bench {
         let t_s = 0.001 * f64::from(self.now_ms);
         self.link.step(t_s).expect("a step");
         self.now_ms += 1;
-        // No step is steeper than the actuator allows, plus one code of rounding. From 0 V to rest
-        // a stylus uses the default's slew.
+        // Steps must not exceed the actuator's slew, plus one code of rounding. From 0 V to rest a
+        // stylus uses the default slew.
         let slew_v = ACTUATOR.slew_v_s / SAMPLE_HZ as f32;
         let max = slew_v / ACTUATOR.voltage_v * MAX_CODE + 1.0;
         let steepest = self.stylus().steepest;
         assert!(f32::from(steepest) <= max, "{t_s} s: {steepest} of {max}");
     }
 
-    /// Advances by `ms`; returns the report of the last second.
+    /// Advances by `ms`, and returns the report of the last second.
     fn pass(&mut self, ms: u32) -> Report {
         let until_ms = self.now_ms + ms;
         while self.now_ms < until_ms {
@@ -108,7 +106,8 @@ impl Bench {
         self.link.report(0.001 * f64::from(self.now_ms))
     }
 
-    /// Asserts that nothing is felt, the stylus' state as reported and as it is, and the rest code.
+    /// Asserts that nothing is felt, that the stylus' state is reported as `state`, and that it
+    /// rests.
     fn assert_rests(&mut self, report: &Report, state: Option<State>) {
         let said = report.stylus.expect("a stylus").state;
         assert_eq!(
@@ -120,8 +119,8 @@ impl Bench {
     }
 }
 
-/// The delay is not felt: the error is below 1 % of the amplitude, while a transmitted vibration
-/// would not resemble the surface.
+/// The delay must not be felt: the error is below 1 % of the amplitude, while a transmitted
+/// vibration would not resemble the surface.
 #[test]
 fn neither_delay_nor_jitter_nor_loss_is_felt() {
     let mut bench = Bench::touching(1.4, PAPER, 0.05);
@@ -138,10 +137,10 @@ fn neither_delay_nor_jitter_nor_loss_is_felt() {
         textures_sent,
         ..
     } = &report;
-    // One more with each request that changes a state.
+    // Each request that changes a state adds one.
     assert!((2495..=2520).contains(positions_sent), "{report:?}");
-    // 5 % are lost, with a standard deviation of 11; messages on the way, for up to 0.28 s, are not
-    // counted.
+    // 5 % are lost, with a standard deviation of 11. Messages on the way, for up to 0.28 s, are not
+    // counted as lost.
     let under_way = positions_sent - positions.received - positions.lost - positions.late;
     assert!(
         (80..175).contains(&positions.lost) && under_way <= 75 && positions.damaged == 0,
@@ -162,8 +161,8 @@ fn neither_delay_nor_jitter_nor_loss_is_felt() {
     assert!(after.error_percent < Some(1.0), "{after:?}");
 }
 
-/// A dead network or a silent finger ends the vibration: it fades within the slew, and returns
-/// later. At the end the stylus is left at rest.
+/// If the network is dead or the finger silent, the vibration must fade within the slew, and return
+/// later. At the end the stylus must be left at rest.
 #[test]
 fn without_the_finger_the_stylus_rests() {
     let mut bench = Bench::touching(1.4, STEADY, 0.0);
@@ -188,8 +187,8 @@ fn without_the_finger_the_stylus_rests() {
     bench.assert_rests(&stopped, Some(State::Disabled));
 }
 
-/// The state of a silent stylus is unknown: the silence is reported, and the stylus is disabled,
-/// and set up again when it is back.
+/// The state of a silent stylus is unknown. The silence must be reported, and the stylus disabled
+/// and set up again when it returns.
 #[test]
 fn a_stylus_that_is_silent_is_reported_and_stops_softly() {
     let mut bench = Bench::touching(1.4, STEADY, 0.0);
@@ -203,8 +202,8 @@ fn a_stylus_that_is_silent_is_reported_and_stops_softly() {
     assert_eq!((report.is_felt, report.period_mm), (true, Some(1.4)));
 }
 
-/// A restarted stylus gets its limits and its texture again. Its encoder counts from 0, which is no
-/// movement of the hand. The 16-bit counter wraps.
+/// A restarted stylus must get its limits and its texture again. Its encoder restarts at 0, which
+/// must not be taken for a movement. The 16-bit counter wraps.
 #[test]
 fn a_stylus_that_has_started_again_gets_all_again() {
     const SPEED_MM_S: f64 = 100.0;
@@ -224,9 +223,9 @@ fn a_stylus_that_has_started_again_gets_all_again() {
     assert!((moved_mm / SPEED_MM_S - 4.0).abs() < 0.02, "{moved_mm} mm");
 }
 
-/// A robot that follows the hand slides a simulated finger to and fro over a grating of 3.6 mm, and
-/// the firmware's library fits the signal: the period comes from the path of the hand, but not from
-/// windows in which the hand turns.
+/// A robot that follows the hand slides a simulated finger back and forth over a grating of 3.6 mm,
+/// and the firmware's library fits the signal. The period must be derived from the hand's path, but
+/// not from windows in which the hand turns.
 #[test]
 fn the_period_is_the_hands_path_over_the_windows_cycles() {
     const PERIOD_MM: f64 = 3.6;
@@ -257,7 +256,7 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
     };
     replay::run(opened, settings, &mut sink, &mut |_, _| {}).expect("a run");
 
-    // The link's hand starts to move at 0 s, and the finger one delay later.
+    // The link's hand starts to move at 0 s, and the finger follows one delay later.
     let delay_s = STEADY[0] / 1e3;
     let linked_s = |device_us: u64| device_us as f64 * 1e-6 - slide_start_s + delay_s;
     let hand = Hand {
@@ -272,7 +271,7 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
         };
         let end_s = linked_s(estimate.t_us);
         let begin_s = end_s - f64::from(estimate.window_s);
-        // Windows within the slide only, without the fit of the whole slide.
+        // Use only windows within the slide, and skip the fit of the whole slide.
         if begin_s < delay_s || estimate.window_s > 1.0 {
             continue;
         }
@@ -316,8 +315,8 @@ fn the_period_is_the_hands_path_over_the_windows_cycles() {
     assert_eq!(bench.link.finger.period_by(), Some(PeriodBy::Path));
 }
 
-/// A recording of the demo's touch at one end, a hand at the other, and a real network with losses
-/// between two processes.
+/// One end plays a recording of the demo's touch and the other has a hand. They are two processes
+/// on a real network with losses.
 #[test]
 fn two_ends_find_each_other_over_a_network() {
     let folder = directory();
@@ -368,7 +367,7 @@ fn two_ends_find_each_other_over_a_network() {
         .map(|line| serde_json::from_str(line).expect("JSON"))
         .collect();
     let last = |lines: &[Value]| lines.last().expect("a report").clone();
-    // The finger receives the hand's positions, and the stylus the texture of 3.6 mm.
+    // The finger must receive the hand's positions, and the stylus the texture of 3.6 mm.
     let positions = &last(&finger)["positions"];
     assert!(
         positions["received"].as_u64() > Some(200) && positions["lost"].as_u64() > Some(5),
@@ -380,12 +379,12 @@ fn two_ends_find_each_other_over_a_network() {
         .unwrap_or_else(|| panic!("felt: {stylus:?}"));
     let [period_mm, sigma_mm] =
         ["period_mm", "period_sigma_mm"].map(|what| felt[what].as_f64().expect("a number"));
-    // An uncalibrated array measures the period to some 8 %.
+    // An uncalibrated array measures the period to about 8 %.
     assert!(
         (period_mm - 3.6).abs() < 4.0 * sigma_mm && sigma_mm < 0.3,
         "{felt}"
     );
-    // The recording has ended before: the link is dead, and nothing is felt any more.
+    // The recording has ended, so the link is dead and nothing is felt any more.
     assert_eq!(last(&stylus)["is_felt"], false, "{stylus:?}");
 }
 
@@ -430,8 +429,7 @@ fn what_makes_no_sense_is_refused_on_one_line() {
     }
 }
 
-/// From a clean clone: the emulated finger, a simulated hand, and the paper's network delay, which
-/// is not felt.
+/// The emulated finger with a simulated hand and the paper's network delay, which must not be felt.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_finger_is_felt_without_the_delay() {
@@ -442,8 +440,8 @@ fn the_emulated_finger_is_felt_without_the_delay() {
     ]
     .concat()));
     assert!(reports.len() >= 10, "{}", reports.len());
-    // Seconds without a new texture at either end: the finger has a texture one delay before the
-    // stylus, so the next report must have the same texture too.
+    // Use seconds without a new texture at either end. The finger has a texture one delay before
+    // the stylus, so the next report must have the same texture too.
     let steady: Vec<&Value> = reports
         .windows(3)
         .filter(|three| {

@@ -1,4 +1,4 @@
-//! `ridgetone pins`: matching, limits, refused options, and the emulated touch on a display.
+//! Tests `ridgetone pins`: matching, limits, refused options, and the emulated touch on a display.
 
 #[path = "../../host/tests/common/mod.rs"]
 mod common;
@@ -38,8 +38,8 @@ fn what_makes_no_sense_is_refused() {
     }
 }
 
-/// A finger that presses with 1 N: in the hold before the slide the pins press with about as much,
-/// and the person feels the sensor's strains.
+/// The finger presses with 1 N. In the hold before the slide, the pins must press with about as
+/// much, and the person must feel the sensor's strains.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_touch_is_on_the_pins() {
@@ -56,7 +56,7 @@ fn the_emulated_touch_is_on_the_pins() {
     for (before, now) in updates.iter().zip(&updates[1..]) {
         let [before_n, now_n] = [before, now].map(|update| numbers(update, "forces_n"));
         assert!(now_n.iter().all(|n| (0.0..=2.0).contains(n)), "{now}");
-        // 20 N/s at 20 Hz.
+        // 20 N/s at 20 Hz are 1 N per update.
         assert!(
             now_n
                 .iter()
@@ -72,7 +72,7 @@ fn the_emulated_touch_is_on_the_pins() {
             .find(|update| update["t_s"].as_f64() > Some(t_s))
             .expect("an update")
     };
-    // Contact at 0.51 s, hold, slide from 1.51 s on.
+    // Contact at 0.51 s, then the hold; the slide starts at 1.51 s.
     let (air, hold) = (at(0.4), at(1.4));
     assert_eq!(numbers(air, "forces_n").iter().sum::<f64>(), 0.0);
     let all_n: f64 = numbers(hold, "forces_n").iter().sum();

@@ -1,4 +1,4 @@
-//! The README: its commands exist, those with the emulated finger run, and its table of pins
+//! Tests the README: its commands exist, those with the emulated finger run, and its table of pins
 //! matches the firmware.
 
 #[path = "../../host/tests/common/mod.rs"]
@@ -15,7 +15,7 @@ fn commands() -> impl Iterator<Item = &'static str> {
     commands.map(|line| line.split(" #").next().unwrap_or(line).trim())
 }
 
-/// The parser checks every word before `--help`.
+/// `--help` comes last, because the parser checks every word before it.
 #[test]
 fn every_command_exists() {
     let mut count = 0;
@@ -38,7 +38,8 @@ fn the_commands_of_the_emulated_finger_run() {
     {
         let program = ridgetone();
         let ours = command.replacen("ridgetone", &program.get_program().to_string_lossy(), 1);
-        // Interrupted once, as by Ctrl-C; without `--foreground` it would be twice.
+        // Interrupts once, as Ctrl-C does. Without `--foreground`, the command would be interrupted
+        // twice.
         let shell = format!("timeout --foreground --preserve-status --signal INT 15 {ours}");
         let output = Command::new("sh")
             .args(["-c", &shell])
@@ -52,7 +53,7 @@ fn the_commands_of_the_emulated_finger_run() {
     }
 }
 
-/// Every pin of the stylus is on the line of its function.
+/// The README must list the stylus' pins by function, as in the firmware.
 #[test]
 fn the_pins_of_the_stylus_are_the_firmwares() {
     let code: String = include_str!("../image/board.rs")

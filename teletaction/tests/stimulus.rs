@@ -1,5 +1,5 @@
-//! The stimulus against the true surface in f64, as sound, and within its limits for any input.
-//! Hands as in section IV-A, counts of 5 um, 5 kHz.
+//! Compares the stimulus, also as sound, with the true surface in f64, and tests its limits for any
+//! input. Hands as in section IV-A, counts of 5 um, 5 kHz.
 
 use proptest::prelude::*;
 use ridgetone_teletaction::stimulus::{
@@ -29,7 +29,6 @@ fn powered(power: f32, period_mm: f32) -> Texture {
     }
 }
 
-/// The paper's stimulus with a texture, under a hand.
 fn felt(texture: Texture, latency_s: f32) -> Stimulus {
     let encoder = Encoder {
         latency_s,
@@ -42,8 +41,8 @@ fn felt(texture: Texture, latency_s: f32) -> Stimulus {
     stimulus
 }
 
-/// Hands: the paper's mean one, two as fast as in its experiments, and one that moves to and fro
-/// slowly.
+/// The hands: the paper's mean one, two as fast as in its experiments, and one that moves slowly
+/// back and forth.
 #[test]
 fn the_output_is_the_surface() {
     let hands: [fn(f64) -> f64; 4] = [
@@ -57,7 +56,7 @@ fn the_output_is_the_surface() {
         let cases = latencies.flat_map(|s| [0.8, 1.0, 1.4, 2.0].map(|period_mm| (period_mm, s)));
         for (period_mm, latency_s) in cases {
             let mut stimulus = felt(Texture::new(period_mm as f32), latency_s as f32);
-            // Normal equations of a sine and a cosine of the true surface.
+            // Normal equations for sine and cosine of the true surface.
             let (mut ss, mut sc, mut cc, mut ys, mut yc) = (0.0, 0.0, 0.0, 0.0, 0.0);
             let (amplitude, mut worst) = (amplitude_v(period_mm), 0.0f64);
             for n in 0..20_000 {
@@ -78,7 +77,6 @@ fn the_output_is_the_surface() {
             let case =
                 format!("hand {hand}, {period_mm} mm, {latency_s} s: {found} {phase} {worst}");
             assert!((found - 1.0).abs() < 0.01 && phase.abs() < 0.02, "{case}");
-            // Every sample is within 0.02 cycles.
             assert!(worst < 0.02 * TAU, "{case}");
         }
     }
@@ -88,13 +86,13 @@ fn the_output_is_the_surface() {
 fn the_law_is_equations_2_and_3() {
     for period_mm in [0.8f32, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0] {
         let fraction = f64::from(AmplitudeLaw::OKAMOTO.fraction(period_mm, 0.0));
-        // Sums of large numbers in f32: accurate to a few thousandths of a volt.
+        // Sums of large numbers in f32 are accurate to a few thousandths of a volt.
         assert!(
             (75.0 * fraction - amplitude_v(f64::from(period_mm))).abs() < 2e-3,
             "{period_mm}"
         );
     }
-    // The local peak of section IV-B, at 1.2 to 1.6 mm.
+    // The local peak in section IV-B, at 1.2 to 1.6 mm.
     let at = |period_mm| AmplitudeLaw::OKAMOTO.power(period_mm);
     assert!(at(1.4) > at(1.1) && at(1.4) > at(1.7));
     assert_eq!(AmplitudeLaw::OKAMOTO.power(5.0), at(2.0));
@@ -102,13 +100,13 @@ fn the_law_is_equations_2_and_3() {
     assert_eq!(AmplitudeLaw::OKAMOTO.fraction(1.4, 1e9), 1.0);
 }
 
-/// Through turns, a wrap of the encoder and a change of texture, even with the output many counts
-/// ahead of the hand, no step of the output exceeds the steepest sine's.
+/// No step of the output may exceed the steepest sine's, through turns, a wrap of the encoder and a
+/// change of texture, even if the output is many counts ahead of the hand.
 #[test]
 fn the_phase_is_continuous() {
     type Case = (fn(f64) -> f64, i32, f32, [f32; 3], i32);
     let cases: [Case; 2] = [
-        // At most 100 mm/s, to and fro across the wrap.
+        // Up to 100 mm/s, back and forth across the wrap.
         (
             |t| 100.0 / (TAU * 2.0) * (TAU * 2.0 * t).sin(),
             i32::MAX - 100,
@@ -130,7 +128,7 @@ fn the_phase_is_continuous() {
             }
             let x = position(f64::from(n) / RATE_HZ);
             let y = stimulus.next(counts(x).wrapping_add(from));
-            // 37.5 V at the highest frequency, plus the fade of 75 V in 20 ms.
+            // 37.5 V at the highest frequency, plus a fade of 75 V in 20 ms.
             let hz = 100.0 / periods_mm.iter().fold(f32::MAX, |a, b| a.min(*b));
             let max = 37.5 * TAU as f32 * hz / 5000.0 + 75.0 / 0.02 / 5000.0 + 0.5;
             assert!((y - last).abs() < max, "{latency_s} {n}: {last} {y}");
@@ -139,7 +137,7 @@ fn the_phase_is_continuous() {
     }
 }
 
-/// Overtones are in the right place, and the peak of the wave never exceeds the actuator's, also
+/// Overtones must have the right phase, and the wave's peak must never exceed the actuator's, even
 /// after a texture without overtones.
 #[test]
 fn overtones_are_where_they_belong_and_find_room() {
@@ -149,7 +147,7 @@ fn overtones_are_where_they_belong_and_find_room() {
         phase_cycles: 0.25,
     };
     let mut stimulus = felt(texture, 1e-4);
-    // At 50 mm/s: 25 and 75 Hz, over whole seconds.
+    // 25 and 75 Hz at 50 mm/s, over whole seconds.
     let y: Vec<f64> = (0..10_000)
         .map(|n| f64::from(stimulus.next(counts(0.01 * f64::from(n)))) - 75.0)
         .collect();
@@ -259,8 +257,8 @@ proptest! {
     }
 }
 
-/// 100, 400 and 700 Hz: the cut-off is 310 Hz, and nothing is left from 620 Hz on. When the hand
-/// leaves, the vibration stops within the fade of 20 ms, 100 samples.
+/// 100, 400 and 700 Hz: beyond the cut-off of 310 Hz the tone is weaker, and silent from 620 Hz on.
+/// When the hand leaves, the vibration stops within the fade of 20 ms, 100 samples.
 #[test]
 fn fast_hands_are_held_back_and_one_that_leaves_stops_softly() {
     for (speed, expected_v) in [(4, 75.0), (16, 75.0 * (2.0 - 400.0 / 310.0)), (28, 0.0)] {
@@ -272,7 +270,7 @@ fn fast_hands_are_held_back_and_one_that_leaves_stops_softly() {
         assert!((amplitude_v - expected_v).abs() < 0.5, "{amplitude_v}");
         stimulus.lift();
         let after: Vec<f32> = (2000..2100).map(|n| stimulus.next(speed * n)).collect();
-        // The steepest step of the sine, plus the fade.
+        // The steepest step of the sine, plus that of the fade.
         let max = expected_v * TAU as f32 * (25 * speed) as f32 / 5000.0 + 0.75 + 0.5;
         let steps = after.windows(2).map(|pair| (pair[1] - pair[0]).abs());
         assert!(steps.fold(0.0, f32::max) < max, "{speed}");
@@ -313,7 +311,7 @@ fn what_is_impossible_is_refused_and_the_last_texture_stays() {
     }
 }
 
-/// A hand that moves to and fro at 1.07 Hz, at up to 120 mm/s.
+/// Position of a hand that moves back and forth at 1.07 Hz, at up to 120 mm/s.
 fn position_mm(t_s: f64) -> f64 {
     120.0 / (TAU * 1.07) * (1.0 - (TAU * 1.07 * t_s).cos())
 }
@@ -331,8 +329,8 @@ fn vibration<const N: usize>(
     vibration
 }
 
-/// Compares 2 s of samples with the surface under the hand the stated time before. A position
-/// arrives every 8 ms.
+/// Compares 2 s of sound with the surface that was under the hand the stated time before. A
+/// position arrives every 8 ms.
 #[test]
 fn the_sound_is_the_surface_under_the_hand_the_stated_time_ago() {
     for (period_mm, wait_s, delay_s) in [(1.0, 0.01, 0.0), (1.4, 0.02, 0.0), (2.0, 0.01, 0.12)] {
@@ -354,13 +352,14 @@ fn the_sound_is_the_surface_under_the_hand_the_stated_time_ago() {
                 worst = worst.max((y / amplitude - (TAU * x_mm / period_mm).sin()).abs());
             }
         }
-        // Straight lines between positions 8 ms apart are off by v' t^2 / 8, 6.5 um, and the
+        // Linear interpolation between positions 8 ms apart is off by v' t^2 / 8 = 6.5 um, and the
         // tracker lags by as much: 0.02 cycles.
         assert!(worst < 0.02 * TAU, "{period_mm} mm: {worst}");
     }
 }
 
-/// The hand is lifted every 90 ms. If the delay is longer the hand rests, and a carrier is silent.
+/// The hand is lifted every 90 ms. If the delay is longer, the hand is taken for resting, and a
+/// carrier is silent.
 #[test]
 fn no_step_is_beyond_the_slew_whatever_hand_and_delay_do() {
     for (carrier_hz, delay_s) in [(None, 0.12), (Some(250.0), 0.02)] {
@@ -405,8 +404,8 @@ fn no_step_is_beyond_the_slew_whatever_hand_and_delay_do() {
     }
 }
 
-/// A tone whose amplitude is the surface, which a hand at 28 mm/s passes at 20 Hz; the tone is
-/// silent under a resting hand.
+/// The carrier's amplitude must follow the surface, which a hand at 28 mm/s passes at 20 Hz. Under
+/// a resting hand it must be silent.
 #[test]
 fn a_carrier_has_the_texture_as_its_envelope() {
     let none = Delay::new(0.0, 0.0, 0).expect("a delay");
@@ -420,7 +419,6 @@ fn a_carrier_has_the_texture_as_its_envelope() {
     let (mut worst, mut loudest) = (0.0f64, 0.0f64);
     for n in 0..96_000 {
         let t_s = f64::from(n) / SOUND_HZ;
-        // The hand moves for a second.
         if n % 48 == 0 && n < 48_000 {
             vibration.moved(t_s + 1e-3, 28.0 * (t_s + 1e-3));
         }

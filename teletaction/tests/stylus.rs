@@ -1,4 +1,4 @@
-//! Samples and requests on a PC, without a board: time, deadlines, limits, and refusals.
+//! Tests samples and requests on a PC without a board: time, deadlines, limits and refusals.
 
 use proptest::prelude::*;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
@@ -10,7 +10,6 @@ use ridgetone_teletaction::stylus::message::{Command, Event, Mark, Outcome, Requ
 use ridgetone_teletaction::stylus::parameters::Parameters;
 use ridgetone_teletaction::stylus::sampler::Look;
 
-/// A stylus without a board.
 struct Bench {
     tasks: Tasks,
     now_us: u32,
@@ -27,7 +26,7 @@ impl Bench {
         }
     }
 
-    /// Runs a sample in time. Returns the code.
+    /// Runs a sample in time, and returns its code.
     fn sample(&mut self, counter: i32) -> u16 {
         self.now_us = self.now_us.wrapping_add(100);
         let code = self.tasks.sampler.next(self.now_us, 0, counter as u16);
@@ -60,7 +59,7 @@ impl Bench {
     }
 }
 
-/// The longest requests fit the wire, and finger and stylus refuse each other's messages.
+/// The longest requests must fit the line, and finger and stylus must refuse each other's messages.
 #[test]
 fn neither_takes_the_others_messages() {
     let mut wire = [0; REQUEST_WIRE_MAX];
@@ -99,7 +98,7 @@ fn time_goes_on_over_a_wrap_and_missed_triggers_are_counted() {
             (u64::from(100 * n), n, 0)
         );
     }
-    // A delay of 30 us is in time; the counters step at different moments.
+    // A delay of 30 us is in time. The two counters may step at different moments.
     bench
         .tasks
         .sampler
@@ -109,7 +108,7 @@ fn time_goes_on_over_a_wrap_and_missed_triggers_are_counted() {
         (look.samples, look.deadlines_missed, look.latest_reading_us),
         (101, 0, 30)
     );
-    // Three triggers without a run, and a code that is not ready in time.
+    // Miss three triggers, and write a code too late.
     bench
         .tasks
         .sampler

@@ -1,5 +1,5 @@
-//! The stylus' image on the register model: a simulated hand moves the encoder, and the converter's
-//! output is compared with the surface in f64.
+//! Tests the stylus' image on the register model. A simulated hand moves the encoder, and the
+//! converter's output is compared with the surface in f64.
 
 use hal_mock::Constant;
 use ridgetone_emulator::{Board, Emulator, Image, ProcessorFault, Start};
@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 const COUNT_MM: f64 = 0.005;
 const VOLTS: f64 = 150.0;
 
-/// TIM6's interrupt (RM0090, table 61), and the line's.
+/// Interrupts of TIM6 (RM0090, table 61) and of the line.
 const IRQ_TIM6: u16 = 54;
 const IRQ_USART3: u16 = 39;
 
@@ -29,7 +29,7 @@ struct Stylus {
     number: u16,
 }
 
-/// An encoded request after a zero, which ends an earlier frame on the line.
+/// Encodes a request, preceded by a zero that ends an earlier frame on the line.
 fn request(number: u16, command: Command) -> Vec<u8> {
     let mut bytes = vec![0; REQUEST_WIRE_MAX + 1];
     let request = Request {
@@ -42,7 +42,7 @@ fn request(number: u16, command: Command) -> Vec<u8> {
 }
 
 impl Stylus {
-    /// Starts a stylus that has greeted, and waits at 0 V under a resting hand.
+    /// Starts a stylus, and waits until it has greeted and is at 0 V under a resting hand.
     fn ready() -> Self {
         let image = Image::built(Board::StylusF405).unwrap_or_else(|error| panic!("{error}"));
         let scene = Constant::default();
@@ -68,7 +68,7 @@ impl Stylus {
         outcome.unwrap_or_else(|failure| panic!("{failure}"));
     }
 
-    /// Runs while keeping the line alive ten times a second.
+    /// Runs while sending `Alive` ten times a second.
     fn run_alive_s(&mut self, s: f64) {
         for _ in 0..(10.0 * s).round() as u32 {
             assert_eq!(self.command(Command::Alive), Outcome::Done);
@@ -76,7 +76,6 @@ impl Stylus {
         }
     }
 
-    /// Sends a command and waits for its reply.
     #[track_caller]
     fn command(&mut self, command: Command) -> Outcome {
         self.number += 1;
@@ -90,7 +89,7 @@ impl Stylus {
         reply.unwrap_or_else(|| panic!("no reply: {:?}", &self.events[seen..]))
     }
 
-    /// Moves the hand from now on; `position_mm` takes seconds from now.
+    /// Moves the hand; `position_mm` is a function of the seconds from now.
     fn move_hand(&mut self, position_mm: impl Fn(f64) -> f64 + 'static) {
         let from_ns = self.emulator.now_ns();
         self.emulator.move_hand(move |ns| {
@@ -105,7 +104,6 @@ impl Stylus {
         })
     }
 
-    /// Returns the next health report.
     fn health(&mut self) -> Health {
         self.run_s(1.1);
         let healths = self.events.iter().rev().find_map(|event| match event {
@@ -115,8 +113,8 @@ impl Stylus {
         healths.expect("health")
     }
 
-    /// Asserts that no rule of the chip was broken, and that every code is within the slew of the
-    /// previous one.
+    /// Asserts that no rule of the chip was broken, and that successive codes differ by no more
+    /// than the slew.
     #[track_caller]
     fn assert_limits(&self) {
         assert!(
@@ -138,7 +136,8 @@ impl Stylus {
         );
     }
 
-    /// Output from `from_s`, seconds since power-up: the middle of each sample, and volts.
+    /// Returns the output from `from_s` on (seconds since power-up): the middle of each sample, and
+    /// volts.
     fn volts_from(&self, from_s: f64) -> Vec<(f64, f64)> {
         let outputs = self.emulator.outputs().iter();
         outputs
@@ -163,7 +162,7 @@ impl Stylus {
     }
 }
 
-/// It waits at 0 V, rises softly once enabled, and outputs y = A sin(2 pi x / period) + B at the
+/// The output must be 0 V at first, rise softly, and be y = A sin(2 pi x / period) + B at the
 /// middle of each sample, for the paper's mean hand (section IV-A) and its fastest.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
@@ -198,7 +197,7 @@ fn it_rises_softly_and_its_output_is_the_surface() {
                     .all(|pair| pair[1].saturating_sub(pair[0]) <= 10),
             "{rise:?}"
         );
-        // Equations 2 and 3, which a test of the stimulus covers.
+        // Equations 2 and 3 are covered by a test of the stimulus.
         let true_v = 75.0 * f64::from(AmplitudeLaw::OKAMOTO.fraction(period_mm as f32, 0.0));
         let mut worst = 0.0f64;
         // The filter settles and the vibration fades in within 0.1 s.
@@ -206,7 +205,7 @@ fn it_rises_softly_and_its_output_is_the_surface() {
             let surface = true_v * (TAU * position(t_s - from_s) / period_mm).sin();
             worst = worst.max((volts - 0.5 * VOLTS - surface).abs() / true_v);
         }
-        // Every sample is within 0.02 cycles plus one code, 37 mV.
+        // Every sample must be within 0.02 cycles plus one code, 37 mV.
         assert!(
             worst < 0.02 * TAU + 0.037 / true_v,
             "{period_mm} mm: {worst}"
@@ -214,8 +213,8 @@ fn it_rises_softly_and_its_output_is_the_surface() {
     }
 }
 
-/// It stops softly when the hand rests, when the line is silent and when it is disabled; the
-/// watchdog resets a board without samples.
+/// The output must stop softly when the hand rests, when the line is silent and when the stylus is
+/// disabled. The watchdog must reset a board without samples.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn it_stops_softly_and_a_dead_sampler_is_reset() {
@@ -244,8 +243,8 @@ fn it_stops_softly_and_a_dead_sampler_is_reset() {
     assert!(stylus.events.iter().any(watchdog));
 }
 
-/// The interrupt takes a tenth of the sample period with all harmonics and back-to-back bytes; no
-/// sample is late in 4 s of this, and a missed one is counted.
+/// The interrupt may take a tenth of the sample period, with all harmonics and back-to-back bytes.
+/// No sample may be late in 4 s of this, and a missed one must be counted.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn every_sample_is_in_time() {
@@ -282,7 +281,6 @@ fn every_sample_is_in_time() {
         stylus.emulator.served(IRQ_USART3),
     );
     println!("the interrupt of a sample: {served:?}; the line's: {line:?}");
-    // 10 us at 168 MHz.
     assert!(
         served.times > 39_000 && served.longest_run_cycles <= 1680,
         "{served:?}"
@@ -304,7 +302,7 @@ fn every_sample_is_in_time() {
     stylus.run_s(0.001);
     stylus.emulator.inject(ProcessorFault::Unmask(IRQ_TIM6));
     let missed = stylus.health().deadlines_missed;
-    // Ten triggers, the last of which may have had its run.
+    // Ten triggers are masked; the last one may still be served.
     assert!((9..=10).contains(&missed), "{missed}");
     stylus.assert_limits();
 }

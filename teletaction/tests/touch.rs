@@ -1,5 +1,5 @@
-//! `ridgetone touch`: refused options, and the page in a browser, which `cargo xtask test --all`
-//! installs.
+//! Tests `ridgetone touch`: refused options, and the page in a browser, which `cargo xtask test
+//! --all` installs.
 #![cfg(target_os = "linux")]
 
 #[path = "../../host/tests/common/mod.rs"]

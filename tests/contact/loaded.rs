@@ -1,4 +1,4 @@
-//! The finger is already pressed on something when the detector starts.
+//! Tests the detector when it starts with the finger already pressed on something.
 
 use crate::{all_changes, assert_reported, changes, during, load, names};
 use ridgetone_proto::settings::{Slide, SlideRule};
@@ -24,7 +24,7 @@ fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
     }
 }
 
-/// Without a slide, a release from a loaded start is taken for a contact; the next slide shows
+/// Without a slide, the release from a loaded start is taken for a contact. The next slide shows
 /// which level is idle.
 #[test]
 fn a_loaded_start_without_a_slide_is_set_right_by_the_next_one() {
@@ -67,11 +67,10 @@ fn two_touches(t: f64, hz: f64, lag: f64) -> f64 {
     during(0.0..5.0, t, 1000.0 + tone(2.0)) + during(7.0..12.0, t, 1000.0 + tone(9.0))
 }
 
-/// Frequencies of the slides, Hz.
 const SLIDES_HZ: [f64; 3] = [1.0, 8.0, 60.0];
 
-/// Slides come only from the plan. The first motion and the first lift count as contacts, and the
-/// touch that restores the initial level counts as a release, but the detector carries on.
+/// Slides are only scheduled, so the first motion and the first lift count as contacts, and the
+/// touch that restores the initial level counts as a release. The detector must carry on.
 #[test]
 fn by_the_protocol_a_loaded_start_does_not_stop_the_detector() {
     for hz in SLIDES_HZ {
@@ -88,8 +87,8 @@ fn by_the_protocol_a_loaded_start_does_not_stop_the_detector() {
     }
 }
 
-/// The rule changes after the slide, before the idle level is known, and no pressure map of that
-/// hold has been taken.
+/// The rule changes in the hold after the slide, before the idle level is known or a pressure map
+/// of that hold is taken.
 #[test]
 fn a_change_to_the_protocol_in_a_hold_of_a_loaded_start_hides_no_release() {
     for hz in SLIDES_HZ {

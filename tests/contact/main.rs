@@ -1,4 +1,4 @@
-//! Detection of the phases of a touch, in synthetic frames.
+//! Tests the detection of a touch's phases in synthetic frames.
 
 mod loaded;
 
@@ -10,17 +10,18 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Slide};
 use std::f64::consts::TAU;
 
-/// Code of one channel, without noise, from the time in seconds and the channel's `sign` and `lag`.
+/// Code of one channel without noise, as a function of time (seconds) and the channel's `sign` and
+/// `lag`.
 type Signal<'a> = &'a dyn Fn(f64, f64, f64) -> f64;
 
-/// Events without the pressure maps of holds.
+/// Returns all events except the pressure maps of holds.
 fn changes(seconds: f64, noise: f64, signal: Signal<'_>) -> Vec<(&'static str, f64)> {
     let mut found = all_changes(seconds, noise, |_| Slide::DEFAULT, signal);
     found.retain(|(name, _)| *name != "image");
     found
 }
 
-/// Returns all events, with the slide rule that applies at each time in seconds.
+/// Returns all events; `rule` returns the slide rule that applies at a time in seconds.
 fn all_changes(
     seconds: f64,
     noise: f64,
@@ -111,12 +112,11 @@ fn slid(from_s: f64, to_s: f64, off_s: f64) -> [(&'static str, f64); 4] {
     ]
 }
 
-/// Expected events: contact at 1 s and the release.
 fn touched(off_s: f64) -> [(&'static str, f64); 2] {
     [("contact", 1.0), ("release", off_s)]
 }
 
-/// Sine at `turns` cycles while the finger is loaded, until `off_s`.
+/// Sine of `turns` cycles while the finger is loaded, until `off_s`.
 fn tone(t: f64, off_s: f64, turns: f64) -> f64 {
     if load(t, off_s) == 0.0 {
         0.0
@@ -130,7 +130,6 @@ fn during(range: std::ops::Range<f64>, t: f64, value: f64) -> f64 {
     if range.contains(&t) { value } else { 0.0 }
 }
 
-/// Touches without a slide.
 #[test]
 fn what_only_loads_the_finger_does_not_slide() {
     let plain: Signal<'_> = &|t, sign, _| sign * load(t, 3.0);
@@ -139,15 +138,15 @@ fn what_only_loads_the_finger_does_not_slide() {
         let crept = 1000.0 * (1.0 - (-(t - 1.0) / 0.8).exp());
         sign * (load(t, 5.0) + during(1.0..5.0, t, crept))
     };
-    // A spike with more than twelve times the hold's square is not a tap: the finger stays down.
+    // A spike of more than twelve times the hold's square is not a tap, because the finger stays
+    // down.
     let high_spike: Signal<'_> =
         &|t, sign, _| sign * during(1.0..4.0, t, 1000.0 + 5000.0 * (-(t - 1.0) / 0.04).exp());
     let presses_more_and_less: Signal<'_> = &|t, sign, lag| {
         let swing = 0.1 * (TAU * 2.0 * t).sin() * ((t - 1.0) / 0.3).clamp(0.0, 1.0);
         sign * (0.3 + lag) * load(t, 7.0) * (1.0 + swing)
     };
-    // The skin creeps by one and a half loads, and back after the release, which is where the load
-    // drops.
+    // The skin creeps by one and a half times the load, and creeps back after the load is removed.
     let stays_behind: Signal<'_> = &|t, sign, _| {
         let crept = |for_s: f64| 7500.0 * (1.0 - (-for_s.max(0.0) / 1.5).exp());
         let back = crept(4.0) * (-(t - 5.0) / 1.5).exp();
@@ -179,7 +178,7 @@ fn what_only_loads_the_finger_does_not_slide() {
     assert_reported(&changes(10.0, 0.0, &|_, _, _| 3.0), &[], 0.0);
 }
 
-/// Touches with one slide, whose start and end are found.
+/// Touches with one slide; its start and end must be found.
 #[test]
 fn slides_are_found_where_they_begin_and_end() {
     for frequency in [0.7, 7.53, 30.1, 60.3, 100.0] {
@@ -206,7 +205,7 @@ fn slides_are_found_where_they_begin_and_end() {
         let tone = tone(t, 7.0, 3.1 * (t - 3.0).clamp(0.0, 2.0) + lag);
         sign * (load(t, 7.0) + 500.0 * (tone + knock(2.0) + knock(6.0)))
     };
-    // As strong as the noise; averaging four frames removes most of a tone near 60 Hz.
+    // As strong as the noise, and averaging four frames removes most of a tone near 60 Hz.
     let of_60_hz: Signal<'_> = &|t, sign, lag| {
         let tone = during(2.0..10.0, t, 141.0 * (TAU * (60.0 * (t - 2.0) + lag)).sin());
         sign * load(t, 11.0) + tone
@@ -215,8 +214,8 @@ fn slides_are_found_where_they_begin_and_end() {
     let of_1_hz: Signal<'_> = &|t, sign, lag| {
         sign * (load(t, 11.0) + 141.0 * tone(t, 11.0, (t - 3.0).clamp(0.0, 5.0) + lag))
     };
-    // In its trough more than half of the load is gone, as in a release, and fast comparisons see
-    // little change.
+    // In the tone's trough more than half of the load is gone, as in a release, and fast
+    // comparisons see little change.
     let almost_as_high_as_the_load: Signal<'_> = &|t, _, lag| {
         let tone = tone(t, 6.5, 3.0 * (t - 2.0).clamp(0.0, 4.0) + 0.5 * lag);
         load(t, 6.5) + 4000.0 * tone
@@ -270,7 +269,8 @@ fn two_slides_in_one_touch() {
     assert_reported(&found, &expected, 0.02);
 }
 
-/// A quarter of the load remains and creeps back within seconds; the second touch is found again.
+/// A quarter of the load remains after the lift and decays within seconds. The second touch must
+/// still be found.
 #[test]
 fn a_skin_that_creeps_back_after_the_touch_is_in_the_air() {
     let found = changes(16.0, 20.0, &|t, sign, _| {
@@ -307,7 +307,7 @@ fn a_slide_ends_with_the_touch_even_if_something_shakes_the_finger_for_good() {
     assert_eq!(names(&found).last(), Some("release"), "{found:?}");
 }
 
-/// A disturbed reference scales all levels, soon after the lift, without any slide.
+/// A disturbed reference scales all levels soon after the lift; there is no slide.
 #[test]
 fn a_lift_and_then_a_step_of_all_levels_is_no_slide() {
     for ms in [40, 50, 60, 70, 80, 90, 100, 120] {
@@ -332,7 +332,7 @@ fn a_lift_and_then_a_step_of_all_levels_is_no_slide() {
     }
 }
 
-/// The finger is down again before its lift is detected, and only then slides.
+/// The finger is down again before its lift is detected, and slides only then.
 #[test]
 fn a_finger_that_lifts_for_a_moment_and_slides_on_slides_from_there_on() {
     let found = changes(8.0, 20.0, &|t, sign, lag| {
@@ -346,7 +346,7 @@ fn a_finger_that_lifts_for_a_moment_and_slides_on_slides_from_there_on() {
     );
 }
 
-/// The drift exceeds the load within half a second.
+/// The drift exceeds the load within half a second. It must not be taken for a touch or hide one.
 #[test]
 fn a_drift_is_no_touch_and_hides_none() {
     let found = changes(12.0, 20.0, &|t, sign, lag| {

@@ -1,19 +1,18 @@
-//! A window, its fit, and the check against f64.
+//! A window, its fit, and the comparison with an f64 reference.
 
 use crate::reference::{Baseline, Likelihood};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Scene, Status, Table};
 use std::ops::Range;
 
-/// Maximum error of a fit, in standard deviations of f64.
+/// Maximum error of a fit, in standard deviations of the f64 reference.
 pub const OFF_MAX: f64 = 4.5;
-/// Bounds of one fit's sigma over the f64 reference's, which knows the noise. The fit estimates the
-/// noise from few bins next to the lines.
+/// Accepted ratio of one fit's sigma to the f64 reference's, which knows the noise. The fit
+/// estimates the noise from a few bins next to the lines.
 const SURE: Range<f64> = 0.5..2.2;
-/// Bounds of the mean over many windows: allowing for a varying speed costs up to a fifth in white
-/// noise.
+/// Accepted ratio averaged over many windows: allowing for a varying speed costs up to a fifth in
+/// white noise.
 const SURE_MEAN: Range<f64> = 0.9..1.35;
 
-/// A window and how to fit it.
 #[derive(Clone)]
 pub struct Case {
     pub values: Vec<[f32; 16]>,
@@ -55,13 +54,13 @@ impl Case {
         fit
     }
 
-    /// Returns the error of a fit in standard deviations of the f64 reference, and the fit's sigma
-    /// over the reference's. A fit does not report its baseline, so the nearest of the four counts.
+    /// Returns the error of a fit in standard deviations of the f64 reference, and the ratio of
+    /// their sigmas. A fit does not report its baseline, so the nearest of four references counts.
     pub fn off(&self, fit: &Fit, truth: f64) -> (f64, f64) {
         self.off_at_least(fit, truth, 0.0)
     }
 
-    /// As [`off`](Self::off), with no standard deviation smaller than `min`.
+    /// Like [`off`](Self::off), but uses a standard deviation of at least `min`.
     pub fn off_at_least(&self, fit: &Fit, truth: f64, min: f64) -> (f64, f64) {
         // Taxels that are invalid in more than a tenth of the frames do not exclude frames.
         let some = self.valid.iter().filter(|valid| **valid != 0);
@@ -84,7 +83,7 @@ impl Case {
             let sigma = likelihood.sigma(truth).max(min);
             let off = (fit.frequency as f64 - truth).abs() / sigma;
             let sure = fit.sigma as f64 / sigma;
-            // Both values agree: this is the baseline that was fitted.
+            // Both values agree, so this is the baseline that was fitted.
             if off < OFF_MAX && SURE.contains(&sure) {
                 return (off, sure);
             }
@@ -95,8 +94,8 @@ impl Case {
         nearest
     }
 
-    /// Fits the window and asserts that the fit is good, right, and as certain as the f64
-    /// reference.
+    /// Fits the window and asserts that the fit is good and right, and that its sigma agrees with
+    /// the f64 reference.
     #[track_caller]
     pub fn assert_good(&self, what: &str, truth: f64) -> Fit {
         let fit = self.fit();
@@ -105,7 +104,8 @@ impl Case {
         fit
     }
 
-    /// Asserts that a fit is right; where the model is wrong, sigma cannot be checked.
+    /// Asserts that a fit's frequency is right. Does not check sigma, which means nothing where the
+    /// model is wrong.
     #[track_caller]
     pub fn assert_right(&self, what: &str, fit: &Fit, truth: f64) {
         let (off, _) = self.off(fit, truth);
@@ -115,7 +115,7 @@ impl Case {
         );
     }
 
-    /// Asserts that a fit is right, and as certain as the f64 reference.
+    /// Asserts that a fit is right and that its sigma agrees with the f64 reference.
     #[track_caller]
     pub fn assert_right_and_sure(&self, what: &str, fit: &Fit, truth: f64) {
         self.assert_right(what, fit, truth);
@@ -132,7 +132,7 @@ impl Case {
 pub struct GoodFits(Vec<f64>);
 
 impl GoodFits {
-    /// Asserts that the fit of another window is good and right.
+    /// Asserts that another window's fit is good and right, and adds it.
     #[track_caller]
     pub fn add(&mut self, case: &Case, what: &str, truth: f64) -> Fit {
         let fit = case.assert_good(what, truth);
@@ -152,7 +152,7 @@ impl GoodFits {
     }
 }
 
-/// Asserts that a fit holds finite numbers only, and that its frequencies make sense.
+/// Asserts that all numbers in a fit are finite, and that its frequencies make sense.
 #[track_caller]
 pub fn assert_finite(fit: &Fit) {
     let channels = fit

@@ -1,6 +1,6 @@
-//! Corner cases of the fit's input: any scale, a level far above the tone, few or many frames, one
-//! live channel. The error of the f32 fit stays within [`OFF_MAX`] standard deviations of f64. The
-//! seed is fixed; `cargo xtask test --fresh` draws another.
+//! Corner cases of the fit's input: any scale, a level far above the tone, few or many frames, a
+//! single live channel. The error of the f32 fit must stay within [`OFF_MAX`] standard deviations
+//! of the f64 reference. The seed is fixed; `cargo xtask test --fresh` draws another.
 
 use crate::case::{Case, OFF_MAX};
 use crate::properties::{config, seed};
@@ -10,15 +10,15 @@ use proptest::test_runner::{TestCaseError, TestError, TestRunner};
 use ridgetone_tone::{FRAMES_MAX, Status};
 use std::f64::consts::TAU;
 
-/// Smallest sigma assumed, as a fraction of the frequency: a few last digits of f32, since no fit
-/// is closer than half of the last digit.
+/// Smallest sigma assumed, as a fraction of the frequency: a few units in the last place of f32,
+/// because a fit cannot be closer than half a unit.
 const LAST_DIGITS: f64 = 1e-6;
 /// Maximum error among thousands of corners, in standard deviations.
 const THOUSANDS_OFF_MAX: f64 = 6.0;
-/// Minimum number of channels and of frames with which a tone must be found.
+/// Numbers of channels and of frames from which a tone must be found.
 const CLEAR: (usize, usize) = (4, 64);
 
-/// Frames of the longest window, which depends on how the estimator is built.
+/// Number of frames in the longest window, which depends on how the estimator is built.
 const LONGEST: f64 = FRAMES_MAX as f64;
 
 #[derive(Clone, Debug)]
@@ -41,9 +41,9 @@ prop_compose! {
         long in 0.0..1.0,
         fraction in 0.0..1.0,
         scale in -30.0..30.0,
-        // 5 V over a microvolt.
+        // 1 to 5 V over a microvolt.
         over in 0.0..6.7,
-        // From 15 dB on: below, the answer depends on the weights of the channels.
+        // At least 15 dB: below that, the answer depends on how the channels are weighted.
         clear in 0.9..2.5,
         alive in prop_oneof![Just(u16::MAX), (0u32..16).prop_map(|c| 1 << c), 1u16..],
         harmonics in 1u8..=4,
@@ -89,13 +89,13 @@ impl Corner {
 
     fn is_clear(&self) -> bool {
         let (channels, frames) = CLEAR;
-        // A tone of a few steps of f32 has harmonics from the rounding.
+        // If the tone spans only a few steps of f32, rounding creates harmonics.
         let is_whole = self.over_tone < 1e5;
         self.alive.count_ones() as usize >= channels && self.frames >= frames && is_whole
     }
 
-    /// Frequency error caused by rounding the values to f32, where the noise is too small to dither
-    /// it: a phase error of half a step of f32 at either end.
+    /// Frequency error caused by rounding the values to f32 if the noise is too small to dither it:
+    /// a phase error of half a step at either end.
     fn rounding(&self) -> f64 {
         let steps = f64::from(f32::EPSILON) * self.over_tone;
         if steps * self.clear > 1.0 {
@@ -146,8 +146,8 @@ fn f32_is_beside_f64_in_every_corner_of_a_recording() {
     check(12, LONGEST, seed(), OFF_MAX);
 }
 
-/// A refinement that starts next to a strong tone of two cycles explains its misfit by curvature.
-/// It must not stop there.
+/// Next to a strong tone of two cycles, a refinement explains its misfit by curvature. It must not
+/// stop there.
 #[test]
 fn a_strong_tone_of_few_cycles_is_at_its_maximum() {
     for frames in [965, FRAMES_MAX.min(10_012)] {
@@ -177,7 +177,7 @@ fn f32_is_beside_f64_in_thousands_of_corners() {
 }
 
 /// The rounding of a drifting level must not be taken for harmonics or for a lower fundamental,
-/// wherever the level lies between two powers of two.
+/// regardless of where the level lies between two powers of two.
 #[test]
 fn the_rounding_of_a_level_is_no_tone() {
     for level in [1.1, 1.5, 1.9, 9.5e-29, 1.9e20] {

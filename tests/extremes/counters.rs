@@ -1,5 +1,5 @@
-//! Counters that wrap: the board's microseconds after 71.6 minutes, the frames' numbers after 206
-//! days.
+//! Tests counters that wrap: the board's microseconds after 71.6 minutes, and the frame numbers
+//! after 206 days.
 
 use crate::any_settings::touch::{SCANS, scan};
 use ridgetone_finger::{Pipeline, TimedConversion};
@@ -40,13 +40,13 @@ fn time_stamps_that_wrap_change_nothing() {
     }
 }
 
-/// The finger is idle for 206 days, in which only one conversion an hour arrives, and is then
-/// touched. The longest gap that the time stamps can measure is 71.6 minutes.
+/// The finger is idle for 206 days and is then touched. Meanwhile only one conversion an hour
+/// arrives, because time stamps cannot measure gaps longer than 71.6 minutes.
 #[test]
 fn frame_numbers_that_wrap_change_nothing() {
     const IDLE: u64 = 60;
     let steps = 4200;
-    // The number wraps in the middle of the slide, which is scan 430.
+    // Wraps the number in the middle of the slide, at scan 430.
     let skipped = (1u64 << 32) - 430;
     let later_us = (skipped as f64 * 1e6 / FRAME_RATE_HZ as f64) as u64;
     let numbers = (1..=steps).map(|step| IDLE + skipped * step / steps);
@@ -56,7 +56,7 @@ fn frame_numbers_that_wrap_change_nothing() {
         .flat_map(|n| scan(n, n, 0))
         .chain(rest)
         .chain(touch);
-    // Windows of one length, and windows that grow.
+    // With windows of fixed length, and with windows that grow.
     for accuracy in [0.0, 0.001] {
         let wrapped = estimates(&events(rested.clone(), accuracy));
         let plain = estimates(&events((0..SCANS).flat_map(|n| scan(n, n, 0)), accuracy));

@@ -1,4 +1,4 @@
-//! Windows with gaps, tones that start or stop, second tones, mains.
+//! Windows with gaps, tones that start or stop, second tones, or mains hum.
 
 use crate::case::{Case, GoodFits};
 use crate::reference::{Noise, Tone, codes};
@@ -46,7 +46,7 @@ fn more_holes_than_frames_are_too_short() {
     assert_eq!(case.fit().status, Status::TooShort);
 }
 
-/// Fits windows with a tone in one part and noise throughout.
+/// Fits windows that have a tone in one part, and noise throughout.
 fn partly(
     seeds: std::ops::Range<u64>,
     mut check: impl FnMut(&str, f64, &Fit, f64),
@@ -95,8 +95,8 @@ fn assert_not_good_and_wrong(what: &str, fit: &Fit, off: f64) {
     assert!(is_right, "{what}: {fit:?}");
 }
 
-/// Fits two tones in noise; `ratio` is of their frequencies, `fraction` of the second amplitude to
-/// the first.
+/// Fits two tones in noise; `ratio` is that of their frequencies, `fraction` the second's relative
+/// amplitude.
 fn two_tones(ratio: f64, fraction: f64, noise_codes: f64, seed: u64) -> Fit {
     let mut noise = Noise::new(seed);
     let values = codes(FRAMES, |c, t| {
@@ -108,9 +108,9 @@ fn two_tones(ratio: f64, fraction: f64, noise_codes: f64, seed: u64) -> Fit {
     Case::new(values).fit()
 }
 
-/// Sigma ignores the packet's ends, yet the frequency is right to half a bin, or ambiguous. A tone
-/// in less than half of the window may be lost in the noise estimated next to it, and is never
-/// good.
+/// Sigma ignores the tone's ends, yet the frequency must be right to half a bin, or the fit
+/// ambiguous. A tone in less than half of the window may be lost in the noise estimated next to it,
+/// and must not be good.
 #[test]
 fn a_tone_that_starts_or_ends_inside_is_found() {
     let check = |what: &str, fraction: f64, fit: &Fit, frequency: f64| {
@@ -152,8 +152,8 @@ fn a_tone_that_starts_or_ends_inside_is_good_only_where_its_interval_holds() {
     assert!(100 * wrong.len() <= windows, "{wrong:#?} of {windows}");
 }
 
-/// A reference that jumps moves all channels at once, by a fraction of their level: a step has
-/// overtones too, and is no tone.
+/// A jump of the reference moves all channels by a fraction of their level. Such a step has
+/// overtones too, but must not be taken for a tone.
 #[test]
 fn a_step_of_the_reference_is_no_tone() {
     const STEP_FRAMES: usize = 438;
@@ -176,7 +176,7 @@ fn a_step_of_the_reference_is_no_tone() {
     }
 }
 
-/// Either tone is found; if one is a harmonic of the other, the lower one.
+/// Either tone may be found. If one is a harmonic of the other, the lower one must be.
 #[test]
 fn two_tones_of_equal_strength() {
     for (ratio, common) in [
@@ -193,13 +193,13 @@ fn two_tones_of_equal_strength() {
             if !fit.status.has_tone() {
                 continue;
             }
-            // Half a bin, as the other tone pulls the estimate.
+            // Allow half a bin, because the other tone pulls the estimate.
             let off_of = |of: f64| off(&fit, of * FREQUENCY);
             let min = off_of(1.0).min(off_of(ratio));
             let is_ambiguous = fit.status == Status::Ambiguous;
             assert!(min < 0.5 / FRAMES as f64 || is_ambiguous, "{what}: {fit:?}");
-            // The common part of the other tone is projected out, so the fit is nearer to the truth
-            // than an f64 reference that the other tone pulls.
+            // The part of the other tone that all channels share is projected out, so the fit is
+            // nearer to the truth than the f64 reference, which the other tone pulls.
             assert_not_good_and_wrong(&what, &fit, min);
             if let Some(common) = common {
                 let is_right = off_of(common) < 5.0 * fit.sigma as f64;
@@ -209,8 +209,8 @@ fn two_tones_of_equal_strength() {
     }
 }
 
-/// A second tone at half, a quarter or an eighth of the amplitude, far from the first and not a
-/// multiple of it, is reported.
+/// A second tone of half, a quarter or an eighth of the amplitude must be reported if it is far
+/// from the first and not a multiple of it.
 #[test]
 fn a_weaker_tone_is_named() {
     for fraction in [0.5, 0.25, 0.125] {
@@ -228,7 +228,7 @@ fn a_weaker_tone_is_named() {
     }
 }
 
-/// Mains ten times as strong as the tone, at a known frequency, also where it is aliased.
+/// Mains hum ten times as strong as the tone, at a known frequency that may be aliased.
 #[test]
 fn mains_stronger_than_the_tone() {
     let mut fits = GoodFits::default();
@@ -245,8 +245,8 @@ fn mains_stronger_than_the_tone() {
     fits.assert_sure();
 }
 
-/// Mains are fitted before the tone. Within four cycles of each other they share energy: the tone
-/// is right to two percent, and its sigma is too small.
+/// Mains hum is fitted before the tone. Within four cycles of each other they share energy: the
+/// tone is right to two percent, but its sigma is too small.
 #[test]
 fn mains_folded_next_to_the_tone() {
     for frequency in [0.0346, 3.2 / FRAMES as f64] {
@@ -261,7 +261,7 @@ fn mains_folded_next_to_the_tone() {
     }
 }
 
-/// Mains that are not declared are taken for the tone.
+/// Mains hum that is not declared is taken for the tone.
 #[test]
 fn mains_missing_in_the_settings_are_the_tone() {
     let mut case = Case::new(Tone::default().values());
@@ -274,7 +274,7 @@ fn mains_missing_in_the_settings_are_the_tone() {
     assert_not_good_and_wrong("mains", &fit, off(&fit, 50.0 / 241.14));
 }
 
-/// Mains aliased to zero are a constant level.
+/// Mains hum aliased to zero is a constant level.
 #[test]
 fn mains_folded_onto_zero() {
     let mut fits = GoodFits::default();
@@ -284,7 +284,7 @@ fn mains_folded_onto_zero() {
     fits.assert_sure();
 }
 
-/// Mains aliased to half the frame rate have one phase only. They are not subtracted, and count as
+/// Mains hum aliased to half the frame rate has only one phase. It is not subtracted and counts as
 /// noise.
 #[test]
 fn mains_folded_onto_half_the_frame_rate() {
@@ -299,7 +299,7 @@ fn mains_folded_onto_half_the_frame_rate() {
     }
 }
 
-/// A tone in noise, with mains at `cycles_per_frame`.
+/// Case of a tone in noise with mains hum at `cycles_per_frame`.
 fn beside_mains(frequency: f64, cycles_per_frame: f64, seed: u64) -> Case {
     let tone = Tone::new(frequency, FRAMES, 100.0, seed);
     let mut case = Case::new(tone.values());

@@ -1,4 +1,4 @@
-//! Baseline drifts: linear, and relaxing as skin does after a contact.
+//! Windows with a drifting baseline: linear, or relaxing as skin does after a contact.
 
 use crate::case::{Case, GoodFits};
 use crate::reference::{Noise, codes};
@@ -8,10 +8,10 @@ use std::f64::consts::TAU;
 const FRAMES: usize = 241;
 /// Amplitude of the tone, codes.
 const AMPLITUDE: f64 = 1000.0;
-/// Time constants, in windows; the last makes a straight line.
+/// Time constants, windows; the infinite one is a straight line.
 const TIMES: [f64; 5] = [0.2, 0.5, 1.0, 3.0, f64::INFINITY];
 
-/// A drift from one at the window's start to zero at its end; `t` is in frames from its centre.
+/// Drift from one at the window's start to zero at its end; `t` is in frames from the centre.
 fn drift(time: f64, t: f64) -> f64 {
     let x = t / FRAMES as f64 + 0.5;
     if time.is_finite() {
@@ -33,7 +33,7 @@ struct Drift {
     swing: f64,
 }
 
-/// As [`window`], with harmonics of these relative amplitudes.
+/// Like [`window`], but with harmonics of these relative amplitudes.
 fn window_with(harmonics: &[f64], cycles: f64, drift: Drift, amplitude: f64, seed: u64) -> Case {
     let Drift { time, swing } = drift;
     let mut noise = Noise::new(seed);
@@ -49,14 +49,14 @@ fn window_with(harmonics: &[f64], cycles: f64, drift: Drift, amplitude: f64, see
     }))
 }
 
-/// Fits fifty windows: the mean error must be within its statistical error plus a tenth of the
-/// uncertainty, no good fit may be wrong, and at least `min` must be good.
+/// Fits fifty windows. The mean error must be within its statistical error plus a tenth of the
+/// uncertainty, and at least `min` fits must be good, and none of them wrong.
 fn assert_unbiased(cycles: f64, time: f64, swing: f64, min: usize) -> Result<(), String> {
     let truth = cycles / FRAMES as f64;
     let good = good(50, |seed| window(cycles, time, swing, AMPLITUDE, seed));
     let count = good.len() as f64;
-    // Errors are relative to the sigma of a window without a drift, so that a wide sigma cannot
-    // hide a bias.
+    // Errors are relative to the sigma of a window without drift, because a drift that widens sigma
+    // could hide a bias.
     let clean = window(cycles, time, 0.0, AMPLITUDE, 0).fit().sigma as f64;
     let errors = || {
         good.iter()
@@ -77,13 +77,13 @@ fn assert_unbiased(cycles: f64, time: f64, swing: f64, min: usize) -> Result<(),
     }
 }
 
-/// Returns the good fits of the windows of `seeds` seeds.
+/// Fits the windows of `seeds` seeds, and returns the good fits.
 fn good(seeds: u64, case: impl Fn(u64) -> Case) -> Vec<Fit> {
     let fits = (0..seeds).map(|seed| case(seed).fit());
     fits.filter(|fit| fit.status == Status::Good).collect()
 }
 
-/// Fewer good windows have no meaningful mean.
+/// With fewer good windows than this, their mean is not checked.
 const FEW: usize = 10;
 
 /// True if a fit is more than 5 sigma from the truth.
@@ -115,8 +115,8 @@ fn a_drift_does_not_bias_the_tone() {
     assert_all_unbiased(&[5.2, 8.34, 20.5], &TIMES, &[0.5, 2.0, 5.0], 45);
 }
 
-/// The baseline is a polynomial: next to three cycles its misfit to an exponential may be taken for
-/// a line, and the fit is then ambiguous.
+/// The baseline is a polynomial. Next to three cycles its misfit to an exponential may be taken for
+/// a line, which makes the fit ambiguous.
 #[test]
 fn a_drift_does_not_bias_three_cycles() {
     assert_all_unbiased(&[3.0, 3.4], &TIMES, &[0.5, 2.0, 5.0], 0);
@@ -128,8 +128,8 @@ fn a_slope_leaves_three_cycles_good() {
     assert_all_unbiased(&[2.5, 3.0, 3.4], &TIMES[4..], &[0.5, 5.0, 20.0], 45);
 }
 
-/// A low line with overtones mimics a drift and a tone: no good fit may be at a fraction of the
-/// tone's frequency.
+/// A low line with overtones can mimic a drift and a tone, but no good fit may be at a fraction of
+/// the tone's frequency.
 #[test]
 fn a_huge_drift_makes_no_tone_a_part_of_itself() {
     let mut wrong = Vec::new();
@@ -142,8 +142,8 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
             let good = good(20, |seed| window(cycles, time, swing, AMPLITUDE, seed));
             let is_off = |fit: &&Fit| (fit.frequency as f64 / truth - 1.0).abs() > 0.25;
             let off = good.iter().filter(is_off).count();
-            // A polynomial describes a drift to one part in three hundred, and may absorb up to
-            // three cycles.
+            // A polynomial approximates a drift to one part in three hundred, and may absorb up to
+            // three cycles of the tone.
             let is_plain = swing < 100.0 && time > 0.4 && cycles > 3.2;
             let min = if is_plain { 18 } else { 0 };
             if off > 0 || good.len() < min {
@@ -157,8 +157,8 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// With one to two cycles, at most one in a hundred of the good fits is wrong on any drift. On a
-/// slope most are good from one and a half cycles on; next to an exponential few are, since a
+/// With one to two cycles, at most 1 % of the good fits may be wrong, on any drift. On a slope,
+/// most fits are good from one and a half cycles on. On an exponential few are, because a
 /// polynomial resembles so few cycles.
 #[test]
 fn one_cycle_or_two_on_a_drift_are_right() {

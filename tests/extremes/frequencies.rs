@@ -1,25 +1,25 @@
-//! Frequencies and windows: less than one cycle, close to half the frame rate, on and between bins,
-//! short and long.
+//! Tones of less than one cycle, close to half the frame rate, on bins and between them, and in
+//! short and long windows.
 
 use crate::case::{Case, GoodFits};
 use crate::reference::Tone;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_tone::Status;
 
-/// A frequency of `cycles` cycles in `frames` frames.
+/// Tone of `cycles` cycles in `frames` frames.
 fn tone(cycles: f64, frames: usize, noise: f64, seed: u64) -> Tone {
     Tone::new(cycles / frames as f64, frames, noise, seed)
 }
 
-/// Returns the case of a tone, with at most `harmonics` harmonics in the fit.
+/// Case of a tone, with at most `harmonics` harmonics in the fit.
 fn case(tone: &Tone, harmonics: u8) -> Case {
     let mut case = Case::new(tone.values());
     case.harmonics = harmonics;
     case
 }
 
-/// Fewer cycles than the minimum are never good, as half a cycle resembles a curved baseline. From
-/// 0.9 on the tone is right, except for what the baseline absorbs.
+/// Fewer cycles than the minimum are never good, because half a cycle resembles a curved baseline.
+/// From 0.9 cycles on the frequency is right, except for what the baseline absorbs.
 #[test]
 fn half_a_cycle_to_one() {
     for cycles in [0.5, 0.55, 0.6, 0.65, 0.7, 0.73, 0.8, 0.9, 1.0, 1.1] {
@@ -39,8 +39,8 @@ fn half_a_cycle_to_one() {
     }
 }
 
-/// A tone needs as much distance from half the frame rate as from zero: closer, it overlaps with
-/// its alias.
+/// A tone must be as far from half the frame rate as from zero, because closer it overlaps its
+/// alias.
 #[test]
 fn next_to_half_the_frame_rate() {
     for frequency in [0.45, 0.47, 0.49, 0.494, 0.496, 0.498, 0.499, 0.4995, 0.4999] {
@@ -62,7 +62,7 @@ fn next_to_half_the_frame_rate() {
 fn on_a_bin_and_between_two() {
     let mut fits = GoodFits::default();
     for frames in [64usize, 128, 241, 256, 512] {
-        // Cycles per window, and cycles per transform, which has a power of two points.
+        // Whole and half cycles per window, and per transform, whose length is a power of two.
         for cycles in [4.0, 4.5, 7.0, 7.5, 20.0, 20.5] {
             let bins = (2 * frames).next_power_of_two() as f64 / 2.0;
             for (seed, bins) in [0, 1]
@@ -89,9 +89,8 @@ fn the_shortest_window_and_the_longest() {
     let (shortest, longest) = (0.1, 3.9);
     assert!(accepts(shortest) && !accepts(0.99 * shortest));
     assert!(accepts(longest) && !accepts(1.01 * longest));
-    // `min` is the minimum fraction of good windows. With up to four harmonics, one and a fifth
-    // cycles may be less than one cycle of a different tone, and fifteen unknowns are many for 24
-    // frames.
+    // `min` is the minimum fraction of good windows. With up to four harmonics, 1.2 cycles may be
+    // less than one cycle of a different tone; and with 24 frames, fifteen unknowns are many.
     for (window_s, cycles, carried, max, min) in [
         (shortest, 1.0, 1, 1, 0.0),
         (shortest, 1.3, 1, 4, 0.95),

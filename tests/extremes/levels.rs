@@ -1,16 +1,16 @@
-//! Levels and channels: rails, full scale, a millionth of it, stuck, clipped, dead.
+//! Unusual levels and channels: rails, full scale, a millionth of it, stuck, clipped, dead.
 
 use crate::case::Case;
 use crate::reference::{Noise, Tone, codes};
 use ridgetone_tone::Status;
 use std::f64::consts::TAU;
 
-/// The chip's greatest code that is not clipped.
+/// Greatest code that the chip does not clip.
 const RAIL: f64 = 8_388_606.0;
 const FREQUENCY: f64 = 0.0346;
 const FRAMES: usize = 241;
 
-/// A tone on an offset in noise; `channel` returns amplitude, offset and noise of a channel.
+/// Tone on an offset, in noise; `channel` returns amplitude, offset and noise of a channel.
 fn window(seed: u64, channel: impl Fn(usize) -> (f64, f64, f64)) -> Vec<[f32; 16]> {
     let mut noise = Noise::new(seed);
     codes(FRAMES, |c, t| {
@@ -34,19 +34,19 @@ fn full_scale() {
     for snr_db in [10, 20, 40, 50] {
         let noise = RAIL * (0.5 / 10f64.powf(0.1 * snr_db as f64)).sqrt();
         for seed in 0..5 {
-            // Large noise is clipped at the rail, and harmonics fit part of the tone's distortion.
+            // Strong noise is clipped at the rail, and harmonics fit part of the tone's distortion.
             let values = window(seed, |_| (RAIL, 0.0, noise));
             Case::new(values).assert_good(&format!("full scale, {snr_db} dB"), FREQUENCY);
         }
     }
 }
 
-/// Returns amplitude, offset and noise of a channel.
+/// Function that returns amplitude, offset and noise of a channel.
 type Kind<'a> = &'a dyn Fn(usize) -> (f64, f64, f64);
 
-/// From 60 dB on the Cramer-Rao bound is at the last digits of f32: the frequency is right to
-/// those, and sigma shows it. If one channel has nearly all of the information, its noise is
-/// estimated from few bins, and sigma scatters.
+/// From 60 dB on, the Cramer-Rao bound is near the resolution of f32. The frequency must be right
+/// to that resolution, and sigma must show it. If one channel has nearly all of the information,
+/// its noise is estimated from few bins, so sigma scatters.
 #[test]
 fn what_f32_cannot_hold_is_reported() {
     let strongest = |c: usize| 4e6 * 1e-6f64.powf(c as f64 / 15.0);
@@ -77,7 +77,7 @@ fn what_f32_cannot_hold_is_reported() {
 fn amplitudes_a_million_apart() {
     let amplitude = |c: usize| 4e6 * 1e-6f64.powf(c as f64 / 15.0);
     for seed in 0..5 {
-        // First the same SNR in every channel, then the same noise.
+        // First with equal SNR in all channels, then with equal noise.
         let noise = |c| (0.1 * amplitude(c)).max(0.5);
         let values = window(seed, |c| (amplitude(c), 1000.0 * c as f64, noise(c)));
         Case::new(values).assert_good("each in its own noise", FREQUENCY);
@@ -105,18 +105,18 @@ fn stuck_clipped_at_the_rail() {
             frame[3] = -1234.0;
             frame[7] = frame[7].clamp(offset - 500.0, offset + 500.0);
             frame[9] = RAIL as f32 + 1.0;
-            // Stuck from within the window on.
+            // Stuck for the rest of the window.
             if n > 100 {
                 frame[11] = held;
             }
         }
-        // The chip marks a taxel at the rail as invalid; in a table nothing does.
+        // The chip marks a taxel at the rail as invalid, but a table has no such mark.
         for invalid in [0, 1 << 9] {
             case.valid.fill(!invalid);
             let fit = case.fit();
             // Sigma covers the loss of the broken channels.
             assert_eq!(fit.status, Status::Good, "{fit:?}");
-            // Taxel 7 is clipped in a third of the frames by its own tone, and is fitted.
+            // Taxel 7 is clipped by its own tone in a third of the frames, and is still fitted.
             assert_eq!(fit.usable, !(1 << 3 | 1 << 9));
             let off = (fit.frequency as f64 - tone.frequency).abs();
             assert!(off < 5.0 * fit.sigma as f64, "{fit:?}");

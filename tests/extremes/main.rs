@@ -1,6 +1,5 @@
-//! Extreme inputs that a finger may meet. The f32 fit must be near the truth, or its status must
-//! say why there is none. Near means within `case::OFF_MAX` standard deviations of the f64
-//! likelihood.
+//! Extreme inputs that a finger may meet. The f32 fit must be within `case::OFF_MAX` standard
+//! deviations of the f64 likelihood, or its status must say why there is no result.
 
 #[path = "../support/any_settings.rs"]
 mod any_settings;

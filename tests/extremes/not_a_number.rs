@@ -1,4 +1,5 @@
-//! NaN and infinity never leave the fit. No code is NaN, but a recording may hold anything.
+//! Tests that the fit never returns NaN or infinity. A code is never NaN, but a recording may
+//! contain it.
 
 use crate::case::Case;
 use crate::reference::Tone;
@@ -6,7 +7,7 @@ use ridgetone_tone::Status;
 
 const STRANGE: [f32; 5] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, 1e25];
 
-/// NaN in frames and taxels that are marked invalid changes nothing.
+/// NaN in frames and taxels that are marked invalid must change nothing.
 #[test]
 fn behind_the_mask_they_change_nothing() {
     let mut clean = Case::new(Tone::default().values());
@@ -36,7 +37,7 @@ fn behind_the_mask_they_change_nothing() {
     }
 }
 
-/// NaN in the input may cost its channel or the fit, but is never returned: [`Case::fit`] checks
+/// NaN in the input may cost its channel or the fit, but must not be returned: [`Case::fit`] checks
 /// every field.
 #[test]
 fn in_valid_values_they_stay_inside() {

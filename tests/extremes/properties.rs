@@ -1,4 +1,4 @@
-//! Properties of the fit for any tone in any window.
+//! Properties that the fit must have for any tone in any window.
 
 use crate::case::Case;
 use crate::reference::{Noise, codes};
@@ -8,7 +8,6 @@ use proptest::test_runner::{RngSeed, TestRunner};
 use ridgetone_tone::Status;
 use std::f64::consts::TAU;
 
-/// A tone, its noise and its window.
 #[derive(Clone, Debug)]
 struct Any {
     frames: usize,
@@ -47,7 +46,7 @@ impl Any {
 }
 
 prop_compose! {
-    /// Log-uniform frequencies from `cycles` in the window to `highest` cycles per frame.
+    /// Draws frequencies log-uniformly, from `cycles` in the window to `highest` cycles per frame.
     fn any(cycles: f64, highest: f64, fewest: usize, clear: std::ops::Range<f64>, decades: std::ops::Range<f64>)(
         frames in fewest..=965,
         fraction in 0.0..1.0,
@@ -58,14 +57,14 @@ prop_compose! {
         harmonics in 1u8..=5,
         seed: u64,
     ) -> Any {
-        // Log-uniform: as many low frequencies as high ones.
+        // Log-uniform, to draw as many low frequencies as high ones.
         let lowest = cycles / frames as f64;
         let frequency = lowest * (highest / lowest).powf(fraction);
         Any { frames, frequency, amplitude: 10f64.powf(decades), clear: 10f64.powf(clear), offset, phase, harmonics, seed }
     }
 }
 
-/// Seed that `.cargo/config.toml` fixes for every run. `cargo xtask test --fresh` draws another.
+/// Seed from `.cargo/config.toml`, the same in every run. `cargo xtask test --fresh` draws another.
 pub fn seed() -> u64 {
     match ProptestConfig::default().rng_seed {
         RngSeed::Fixed(seed) => seed,
@@ -85,11 +84,11 @@ pub fn config(cases: u32, seed: u64) -> ProptestConfig {
 proptest! {
     #![proptest_config(config(1000, seed()))]
 
-    /// Any input gives finite numbers: [`Case::fit`] checks every field.
+    /// Any input must yield finite numbers: [`Case::fit`] checks every field.
     #[test]
     fn any_window_gives_finite_numbers(any in any(0.1, 0.5, 1, -1.5..4.0, -1.0..7.0), holes in 0.0..0.6, marks: u64) {
         let mut case = any.case();
-        // Missing frames and taxels, from the bits of a non-repeating sequence.
+        // Missing frames and taxels, from the bits of a pseudo-random sequence.
         let mut bits = marks;
         for valid in &mut case.valid {
             bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -108,7 +107,7 @@ proptest! {
     }
 }
 
-/// Maximum number of tones out of 1,000 that are not good.
+/// Maximum number of tones in 1,000 whose fit is not good.
 const NOT_GOOD_MAX: usize = 5;
 
 /// Tones of at least 15 dB (amplitude 8 times the noise) and two cycles.

@@ -1,18 +1,18 @@
-//! Any settings: the property that the fuzzer in `fuzz/` tests, here from a fixed seed.
+//! Tests random settings. The fuzzer in `fuzz/` tests the same property; here the seed is fixed.
 
 use crate::any_settings::try_settings;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_proto::settings::{Array, Settings, Slide, SlideRule};
 
-/// Valid settings of every kind as bytes, some of them then changed, and random bytes.
+/// Tries valid settings of every kind, some of them with flipped bits, and random bytes.
 #[test]
 fn any_settings_are_refused_or_run() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let mut valid = 0;
     for n in 0..300 {
         let mut between = |min: f32, max: f32| {
-            // The bounds are included.
+            // Includes both bounds.
             let fraction = (rng.next_u32() % 9) as f32 / 8.0;
             min + fraction * (max - min)
         };

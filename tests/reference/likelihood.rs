@@ -1,8 +1,7 @@
-//! Likelihood of a window in f64: its maximum and its curvature there.
+//! Likelihood of a window in f64, its maximum, and its curvature there.
 
 use std::f64::consts::TAU;
 
-/// Model of a channel's baseline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Baseline {
     /// A level and a slope.
@@ -17,7 +16,6 @@ pub struct Likelihood<'a> {
     values: &'a [[f32; 16]],
     /// Times of the frames, in frames from the centre.
     positions: Vec<f64>,
-    /// Frames used.
     rows: Vec<usize>,
     /// Bit c: channel c is used.
     channels: u16,
@@ -56,8 +54,8 @@ impl<'a> Likelihood<'a> {
         }
     }
 
-    /// Frequency of the maximum within `reach` of `near`, cycles per frame: grid search, then
-    /// golden section.
+    /// Returns the frequency of the maximum within `reach` of `near`, cycles per frame, by grid
+    /// search and then golden section.
     pub fn peak(&self, near: f64, reach: f64) -> f64 {
         let sides = 8;
         let at = |i: i32| near + reach * i as f64 / sides as f64;
@@ -88,7 +86,7 @@ impl<'a> Likelihood<'a> {
         0.5 * (a + b)
     }
 
-    /// Standard deviation of the frequency, cycles per frame, from the curvature at the maximum
+    /// Returns the standard deviation of the frequency in cycles per frame, from the curvature at
     /// `peak`: the Cramer-Rao bound with the noise estimated from the residuals.
     pub fn sigma(&self, peak: f64) -> f64 {
         let mut step = 1e-4 / self.values.len() as f64;
@@ -150,8 +148,8 @@ fn take_off(from: &mut [f64], unit: &[f64]) {
     from.iter_mut().zip(unit).for_each(|(x, u)| *x -= along * u);
 }
 
-/// Modified Gram-Schmidt, twice. Drops columns (with elements of about one) that depend on the
-/// others or consist of rounding errors.
+/// Orthonormalizes by modified Gram-Schmidt, twice. Drops columns (of elements near one) that
+/// depend on the others or consist of rounding errors.
 fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for mut column in columns {

@@ -1,4 +1,4 @@
-//! Synthetic windows in f64, and a fit in f64 that shares no code with the one under test.
+//! Synthetic windows in f64, and a fit in f64 that shares no code with the fit under test.
 // Each test uses a part of this module.
 #![allow(unused_imports)]
 
@@ -41,7 +41,7 @@ impl Default for Tone {
     }
 }
 
-/// Truth of one channel; the phase is a cosine's at the window's centre.
+/// Truth of one channel; the phase is that of a cosine at the window's centre.
 #[derive(Clone, Copy, Debug)]
 pub struct Truth {
     pub amplitude: f64,
@@ -96,8 +96,8 @@ impl Tone {
     }
 }
 
-/// Codes of sixteen channels; `of` returns the value of a channel at a time in frames from the
-/// window's centre.
+/// Returns the codes of sixteen channels; `of` returns the value of a channel at a time in frames
+/// from the window's centre.
 pub fn codes(frames: usize, mut of: impl FnMut(usize, f64) -> f64) -> Vec<[f32; 16]> {
     let centre = 0.5 * (frames as f64 - 1.0);
     let mut frame = |n: usize| {
@@ -110,7 +110,7 @@ pub fn codes(frames: usize, mut of: impl FnMut(usize, f64) -> f64) -> Vec<[f32; 
     (0..frames).map(&mut frame).collect()
 }
 
-/// Normal noise of standard deviation one.
+/// Gaussian noise with a standard deviation of one.
 pub struct Noise(ChaCha8Rng);
 
 impl Noise {

@@ -1,4 +1,5 @@
-//! Property for any settings, also from the serial line: they are refused, or the pipeline runs.
+//! Property of all settings, including those from the serial line: they are refused, or the
+//! pipeline runs.
 
 #[path = "touch.rs"]
 pub mod touch;

@@ -1,5 +1,5 @@
-//! A line that damages bytes on the way to the decoder. A span between two zeros is either, byte
-//! for byte, a frame that was sent, or it is damaged.
+//! A line that damages bytes on the way to the decoder. The bytes between two zeros are either
+//! exactly a frame that was sent, or damaged.
 
 #[allow(dead_code, reason = "a part of it is used here")]
 #[path = "touch.rs"]
@@ -11,12 +11,12 @@ use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
-/// Counts of the spans on a line.
+/// Counts of spans (the bytes between two zeros).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tried {
     /// Frames that arrived whole.
     pub whole: u32,
-    /// Spans between two zeros that are not a frame that was sent.
+    /// Spans that are not exactly a frame that was sent.
     pub damaged: u32,
     /// Damaged spans that the decoder accepts as packets, although no such frame was sent. A fuzzer
     /// may construct them; random damage does so once in four thousand million.
@@ -45,7 +45,7 @@ struct Sent {
     number: u16,
     /// Index of the event sent last.
     at: Option<usize>,
-    /// True if a frame arrived twice or out of order: the numbers then suggest a loss or a restart.
+    /// True if a frame arrived twice or out of order. The numbers then suggest a loss or a restart.
     shuffled: bool,
 }
 
@@ -53,7 +53,7 @@ impl Sent {
     /// Returns the next frame, including its delimiter.
     fn frame(&mut self, which: u8) -> Vec<u8> {
         let (events, which) = (telemetry(), usize::from(which));
-        // Start at any event, but never go back in time, which would mean a restart.
+        // Starts at any event, but then never goes back in time, which would mean a restart.
         let at = self
             .at
             .map_or(which % events.len(), |at| at + which % 4)
@@ -70,7 +70,7 @@ impl Sent {
         wire[..used].to_vec()
     }
 
-    /// Performs the step that the next bytes encode; false at the end.
+    /// Performs the step that the next bytes encode. Returns false at the end.
     fn step(&mut self, bytes: &mut impl Iterator<Item = u8>) -> bool {
         let (Some(what), Some(which)) = (bytes.next(), bytes.next()) else {
             return false;
@@ -90,7 +90,7 @@ impl Sent {
                 let (from, length) = (at() % frame.len(), 1 + at() % 40);
                 drop(frame.drain(from..frame.len().min(from + length)));
             }
-            // Merged with the next: the delimiter is lost or changed.
+            // Merged with the next frame, because the delimiter is lost or changed.
             3 => drop(frame.pop()),
             4 => frame
                 .last_mut()
@@ -127,8 +127,8 @@ impl Sent {
     }
 }
 
-/// Sends and damages frames as `bytes` encode; panics if the decoder outputs, counts or loses
-/// anything wrong.
+/// Sends and damages frames as `bytes` encode. Panics if the decoder returns, counts or loses
+/// anything wrongly.
 pub fn try_line(bytes: &[u8]) -> Tried {
     let mut sent = Sent::default();
     let mut bytes = bytes.iter().copied();
@@ -154,7 +154,7 @@ pub fn try_line(bytes: &[u8]) -> Tried {
                 numbers.push(packet.sequence);
             }
             None if given.is_empty() && content.is_empty() => {}
-            // A long span counts once for each frame that could have been in it.
+            // A long span counts once for each frame that it could have contained.
             None if given.is_empty() => tried.damaged += (content.len() / WIRE_MAX).max(1) as u32,
             None => {
                 let mut wire = [0; WIRE_MAX];

@@ -1,4 +1,4 @@
-//! Shared by the whole-path tests: a board that runs a scene through driver, pipeline and
+//! Code shared by the whole-path tests: a board that runs a scene through driver, pipeline and
 //! telemetry.
 
 use hal_mock::{Options, Scene, SimulatedBoard, Truth};
@@ -10,7 +10,7 @@ use ridgetone_proto::telemetry::{
 };
 
 /// Runs `scene` through the simulated chip, byte by byte over SPI, then through driver, pipeline
-/// and wire; `keep` may drop or modify conversions. Returns the decoded events.
+/// and telemetry line; `keep` may drop or modify conversions. Returns the decoded events.
 pub fn run(
     scene: impl Scene + 'static,
     settings: Settings,
@@ -19,7 +19,6 @@ pub fn run(
     run_on(SimulatedBoard::new(scene, chip(&settings)), settings, keep)
 }
 
-/// Chip options with the clock from the settings.
 fn chip(settings: &Settings) -> Options {
     Options {
         clock_hz: settings.plan.adc_clock_hz,
@@ -27,7 +26,6 @@ fn chip(settings: &Settings) -> Options {
     }
 }
 
-/// Runs the whole path on `board`.
 pub fn run_on(
     board: SimulatedBoard,
     settings: Settings,
@@ -60,18 +58,16 @@ pub fn run_on(
     wire.received
 }
 
-/// Keeps every conversion.
 pub fn all(_: u32, conversion: TimedConversion) -> Option<TimedConversion> {
     Some(conversion)
 }
 
-/// A finger without contact, with some noise.
+/// A finger without contact, with a little noise.
 pub fn in_the_air(end_s: f64) -> impl Scene {
     let volts = [2.5; 16];
     hal_mock::Noisy::new(hal_mock::Constant { volts, end_s }, 20e-6, 5)
 }
 
-/// Number of events that match.
 pub fn count(events: &[Event], is_it: fn(&Event) -> bool) -> usize {
     events.iter().filter(|event| is_it(event)).count()
 }
@@ -96,29 +92,21 @@ impl Wire {
     }
 }
 
-/// Outcome of one touch.
 #[derive(Debug, Default)]
 pub struct Outcome {
     /// Times of the contact spikes, seconds.
     pub contacts_s: Vec<f64>,
-    /// Starts and ends of the slides, seconds.
     pub slides_s: Vec<(f64, f64)>,
-    /// Releases, seconds.
     pub releases_s: Vec<f64>,
-    /// Fits over whole slides.
     pub slide_fits: Vec<Estimate>,
-    /// Fits over windows.
     pub window_fits: Vec<Estimate>,
-    /// Pressure maps of the holds.
     pub images: Vec<Image>,
-    /// Textures.
     pub textures: Vec<Texture>,
     /// The last health message.
     pub health: Health,
 }
 
 impl Outcome {
-    /// Asserts that there was one touch with one slide.
     #[track_caller]
     pub fn assert_one_slide(&self, what: &str) {
         let touch = (
@@ -129,8 +117,8 @@ impl Outcome {
         assert_eq!(touch, (1, 1, 1), "{what}: {self:?}");
     }
 
-    /// Asserts one touch with one slide at the scene's times: the contact within 10 ms, and the
-    /// slide's ends within `slide_s`.
+    /// Asserts one touch with one slide at the scene's times: the contact within 10 ms, the slide
+    /// within `slide_s`.
     #[track_caller]
     pub fn assert_touch(&self, what: &str, truth: &Truth, slide_s: f64) {
         self.assert_slide(what, truth, slide_s);
@@ -141,7 +129,7 @@ impl Outcome {
         );
     }
 
-    /// As [`Self::assert_touch`], but the contact may be reported at any time.
+    /// Like [`Self::assert_touch`], but the contact may be reported at any time.
     #[track_caller]
     pub fn assert_slide(&self, what: &str, truth: &Truth, within_s: f64) {
         self.assert_one_slide(what);
@@ -157,7 +145,6 @@ impl Outcome {
         }
     }
 
-    /// All fits, over windows and over slides.
     pub fn fits(&self) -> impl Iterator<Item = &Estimate> {
         self.window_fits.iter().chain(&self.slide_fits)
     }
@@ -168,7 +155,6 @@ pub fn off(fit: &Estimate, truth: &Truth) -> f64 {
     (f64::from(fit.frequency) - truth.frequency_hz) / f64::from(fit.sigma)
 }
 
-/// Sorts the events of a run.
 pub fn outcome(events: &[Event]) -> Outcome {
     let mut out = Outcome::default();
     let seconds = |us: u64| us as f64 * 1e-6;
@@ -200,7 +186,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
     out
 }
 
-/// Counts of estimates and of those that are not good.
+/// Number of estimates, and those that are not good.
 #[derive(Debug, Default)]
 pub struct Rate {
     estimates: usize,

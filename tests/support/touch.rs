@@ -9,14 +9,13 @@ use std::f64::consts::TAU;
 /// Number of scans in a touch; the slide lasts from 0.8 s to 2.8 s.
 pub const SCANS: u64 = 820;
 
-/// The tone of the slide, hertz.
 pub const TONE_HZ: f64 = 8.3;
 
 /// The chip's own readings (SBAS297G): offset 0, supply 5 V, 25 degrees, gain 1, reference 4.096 V.
 const OWN: [i32; 5] = [0, 3_932_160, 322_560, 7_864_320, 3_221_225];
 
-/// Scan `scan` of the touch, with the times of scan `number` on a counter that starts at `start_us`
-/// and wraps.
+/// Returns scan `scan` of the touch, with the times of scan `number` on a wrapping counter that
+/// starts at `start_us`.
 pub fn scan(
     scan: u64,
     number: u64,
@@ -25,7 +24,7 @@ pub fn scan(
     let ids = (0..32u8).filter(|id| SCAN.channel_mask() & 1 << id != 0);
     ids.zip(0u64..).map(move |(id, slot)| {
         let ns = |scan: u64| (scan * SLOTS as u64 + slot) * CONVERSION_NS;
-        // New data, from this channel.
+        // New data from this channel.
         let status = Status(0x80 | id);
         let code = if slot < 16 {
             code(slot, ns(scan) as f64 * 1e-9)
@@ -56,7 +55,7 @@ fn code(taxel: u64, t_s: f64) -> i32 {
     (4e6 + sign * (load + tone) + noise).round() as i32
 }
 
-/// Output function of SplitMix64: a multiplication alone would map evenly spaced times to a line.
+/// Output function of SplitMix64. A multiplication alone would map evenly spaced times to a line.
 fn mixed(state: u64) -> u64 {
     let z = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);

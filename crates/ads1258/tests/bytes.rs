@@ -1,4 +1,4 @@
-//! Compares every method, byte for byte, with scripted SPI transactions.
+//! Tests every method, byte for byte, against scripted SPI transactions.
 
 use ads1258::{
     Ads1258, Channel, Config, ConfigError, Conversion, Error, Model, Mux, RESET_LOW_US, Register,
@@ -13,10 +13,10 @@ use embedded_hal_mock::eh1::spi::{Mock as SpiMock, Transaction as SpiTransaction
 mod common;
 use common::SCAN;
 
-/// The registers of [`SCAN`], worked out by hand from the register map.
+/// Registers of [`SCAN`], derived by hand from the register map.
 const IMAGE: [u8; 9] = [0x0A, 0x31, 0x00, 0x00, 0xFF, 0xFF, 0x3D, 0xFF, 0x00];
 
-/// DOUT during a command byte, which must not be used.
+/// Byte on DOUT during a command byte, which the driver must ignore.
 const POISON: u8 = 0xEE;
 
 fn writing(bytes: &[u8]) -> Vec<SpiTransaction<u8>> {
@@ -50,7 +50,7 @@ fn verify_error<T>(register: Register, wrote: u8, read: u8) -> Result<(), Error<
     })
 }
 
-/// Runs `call` on a driver whose bus expects exactly these transactions.
+/// Calls `call` with a driver whose bus expects exactly these transactions.
 fn expect<T>(
     script: &[Vec<SpiTransaction<u8>>],
     call: impl FnOnce(&mut Ads1258<SpiMock<u8>>) -> T,
@@ -118,7 +118,7 @@ fn ranges_off_the_map_transfer_nothing() {
             let written = expect(&[], |adc| adc.write_registers(first, &vec![0; count]));
             assert_eq!(written, expected);
         }
-        // ID, the last register, can be read but not written.
+        // The last register, ID, can be read but not written.
         let expected = Err(Error::RegisterRange {
             first,
             count: places,
@@ -151,7 +151,7 @@ fn every_wrong_bit_is_found_by_configure_and_verify() {
         for bit in 0..8 {
             let mut found = IMAGE;
             found[index] ^= 1 << bit;
-            // All GPIO pins are inputs here, so GPIOD reads the external levels.
+            // All GPIO pins are inputs here, so GPIOD reads external levels.
             let expected = match register {
                 Register::Gpiod => Ok(()),
                 _ => verify_error(register, IMAGE[index], found[index]),
@@ -263,7 +263,7 @@ fn the_pins() {
     delay.done();
     adc.destroy().done();
 
-    // 2 tCLK at the slowest clock.
+    // At least 2 tCLK at the slowest clock.
     const { assert!(RESET_LOW_US >= 2 * 1_000_000 / ads1258::CLOCK_MIN_HZ) }
 }
 
@@ -313,7 +313,7 @@ fn errors_can_be_shown() {
     }
 }
 
-/// The ADS1158 sends 16 bits, returned as the upper 16 of 24; ID4 is set.
+/// The ADS1158 sends 16 bits, returned as the upper 16 of 24. Its bit ID4 is set.
 #[test]
 fn the_sibling_of_16_bits() {
     let script = [
@@ -325,7 +325,7 @@ fn the_sibling_of_16_bits() {
     let mut adc = Ads1258::of_model(spi, Model::Ads1158);
     let conversion = adc.read().unwrap();
     assert_eq!((conversion.status.chid(), conversion.code), (8, -2 << 8));
-    // 1 LSB of 16 bits is VREF / 0x7800 (SBAS429D, data format).
+    // 1 LSB in 16 bits is VREF / 0x7800 (SBAS429D, data format).
     let volts = ads1258::reading::volts(conversion.code, 4.096);
     assert!((volts + 2.0 * 4.096 / 30_720.0).abs() < 1e-9, "{volts}");
     assert_eq!(adc.read_id(), Ok(0x9B));
@@ -334,7 +334,7 @@ fn the_sibling_of_16_bits() {
     adc.destroy().done();
 }
 
-/// 2.5 periods of 16 MHz are 156.25 ns, half a period of 5.25 MHz is 95.2 ns; rounded up.
+/// Rounded up from 2.5 periods of 16 MHz (156.25 ns) and half a period of 5.25 MHz (95.2 ns).
 #[test]
 fn cs_settles_and_rises_half_a_bit_late() {
     let pin = PinMock::new(&[

@@ -1,5 +1,4 @@
-//! Tests conversions from bytes, channel ids, the order of a scan, and conversions to volts and
-//! degrees.
+//! Tests the parsing of conversions, channel ids, scan order, and conversion to volts and degrees.
 
 use ads1258::{Channel, Config, Conversion, Mux, Status, Sysred, reading};
 
@@ -64,7 +63,7 @@ fn channel_ids_and_names() {
     assert_eq!(Channel::Single(255).id(), 0x19);
 }
 
-/// Many scans, including each channel alone and all together.
+/// Many scans, including every single channel and all channels together.
 fn scans() -> impl Iterator<Item = Config> {
     let (all, none) = (Sysred::ALL, Sysred::NONE);
     let ends = Sysred {
@@ -164,7 +163,7 @@ fn temperatures_are_right_to_a_thousandth_of_a_degree() {
             ] {
                 let sensor_v = (168_000.0 + slope * f64::from(celsius - 25)) * 1e-6;
                 let code = (sensor_v / f64::from(vref_v) * 7_864_320.0).round();
-                // The code itself is rounded, so compare with the temperature that it represents.
+                // The code is rounded, so compare with the temperature that it represents.
                 let exact =
                     (code * f64::from(vref_v) / 7_864_320.0 * 1e6 - 168_000.0) / slope + 25.0;
                 let error = f64::from(convert(code as i32, vref_v)) - exact;
@@ -179,7 +178,7 @@ fn temperatures_are_right_to_a_thousandth_of_a_degree() {
 
 #[test]
 fn small_differences_survive_only_in_integers() {
-    // Two codes near full scale, three LSB apart.
+    // Two codes near full scale that are three LSB apart.
     let (code, base) = (7_864_311, 7_864_308);
     let exact = 3.0 * 4.096 / 7_864_320.0;
     let late = reading::volts(code, 4.096) - reading::volts(base, 4.096);

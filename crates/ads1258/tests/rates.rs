@@ -5,7 +5,7 @@ use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, Mux, Sysred};
 mod common;
 use common::SCAN;
 
-/// Rate table of the datasheet SBAS297G at 16 MHz, DLY 0, CHOP 0: auto-scan and fixed-channel SPS.
+/// The datasheet's rates (SBAS297G) at 16 MHz, DLY 0, CHOP 0, in auto-scan and on a fixed channel.
 const TABLE: [(DataRate, f32, f32); 4] = [
     (DataRate::Drate3, 23739.0, 125_000.0),
     (DataRate::Drate2, 15123.0, 31250.0),
@@ -16,7 +16,7 @@ const TABLE: [(DataRate, f32, f32); 4] = [
 const AUTO_SCAN: Mux = Config::RESET.mux;
 const FIXED: Mux = Mux::Fixed { ainp: 0, ainn: 1 };
 
-/// True if a rate equals the table's entry, exactly or rounded to whole samples per second as most
+/// True if a rate equals the table's entry, exactly or rounded to whole samples per second, as most
 /// entries are.
 fn agrees(rate_hz: f32, entry: f32) -> bool {
     rate_hz == entry || rate_hz.round() == entry

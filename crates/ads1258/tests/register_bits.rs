@@ -1,4 +1,4 @@
-//! Tests the register bits for all combinations of settings.
+//! Tests the register bits of all combinations of settings.
 
 use ads1258::{
     CLOCK_MAX_HZ, CLOCK_MIN_HZ, Config, ConfigError, DataRate, Delay, IdleMode, Mux, Register,
@@ -94,7 +94,7 @@ fn defaults_are_the_reset_values() {
     );
 }
 
-/// Checks every combination of the fields in CONFIG0 and CONFIG1, with every set of internal
+/// Tests every combination of the fields in CONFIG0 and CONFIG1 with every set of internal
 /// readings.
 #[test]
 fn every_configuration_has_its_registers() {
@@ -173,8 +173,8 @@ fn every_configuration_has_its_registers() {
             }
         }
     }
-    // 32 CONFIG0 x 192 CONFIG1 x 32 SYSRED, minus CHOP in auto-scan (8 of 32) with 30 of the 32
-    // SYSRED.
+    // 32 CONFIG0 x 192 CONFIG1 x 32 SYSRED, minus the forbidden CHOP in auto-scan (8 of 32) with 30
+    // of the 32 SYSRED.
     assert_eq!(valid, 192 * (32 * 32 - 8 * 30));
 }
 

@@ -1,4 +1,4 @@
-//! Tests the driver with the simulated chip, which has its own register map and rate formula.
+//! Tests the driver against the simulated chip, which has its own register map and rate formula.
 
 use ads1258::{
     Ads1258, Channel, Config, Conversion, DataRate, Delay, Error, Mux, POWER_UP_TICKS, Register,
@@ -14,7 +14,7 @@ use common::SCAN;
 
 const REFERENCE_V: f64 = 4.096;
 
-/// A different voltage on every input, all well inside the range.
+/// Applies a different voltage to every input, all well within the range.
 fn scene() -> Constant {
     Constant {
         volts: std::array::from_fn(|input| 0.2 * input as f64 - 1.4),
@@ -27,7 +27,7 @@ fn ideal_code(input: u8) -> i32 {
         as i32
 }
 
-/// Options without noise, so that codes can be compared.
+/// Switches the noise off, so that codes can be compared.
 fn options() -> Options {
     options_with(|_| ())
 }
@@ -48,7 +48,7 @@ fn bench(options: Options) -> (SimulatedBoard, Ads1258<ChipSpi>) {
     (board, adc)
 }
 
-/// Resets, configures and starts a chip, as an application does.
+/// Returns a chip that was reset, configured and started, as by an application.
 fn scanning(config: &Config, options: Options) -> (SimulatedBoard, Ads1258<ChipSpi>) {
     let (board, mut adc) = bench(options);
     adc.stop(&mut board.start_pin()).unwrap();
@@ -67,7 +67,7 @@ fn next(board: &SimulatedBoard, adc: &mut Ads1258<ChipSpi>) -> Conversion {
 fn reset_configure_and_verify() {
     let (board, mut adc) = bench(options());
     assert_eq!(adc.read_id(), Ok(0x8B));
-    adc.verify().unwrap(); // the chip starts with what the driver takes for the reset values
+    adc.verify().unwrap(); // the chip must start with the driver's reset values
     adc.configure(&SCAN).unwrap();
     adc.verify().unwrap();
     assert!(Ads1258::new(board.spi()).verify().is_err());
@@ -127,7 +127,7 @@ fn scans_arrive_in_ascending_channel_ids_with_the_right_codes() {
             let conversion = adc.read().unwrap();
             assert_eq!(board.drdy_pin().is_low(), Ok(false));
             assert_eq!(conversion.status.channel(), Some(expected));
-            // NEW, and neither OVF nor SUPPLY.
+            // NEW is set, OVF and SUPPLY are not.
             assert_eq!(conversion.status, Status(0x80 | expected.id()));
             let code = match expected {
                 Channel::Single(input) => ideal_code(input),
@@ -186,7 +186,7 @@ fn a_second_read_gives_the_same_data_with_new_cleared() {
 fn a_read_across_the_end_of_a_conversion_is_not_torn() {
     let (board, mut adc) = scanning(&SCAN, options());
     for lead_ns in (0..12_000_u64).step_by(100) {
-        // Wait after an edge so that the 10 us of the read begin `lead_ns` before the next edge.
+        // Begin the read, which takes 10 us, `lead_ns` before the next edge.
         let edge_ns = board.wait_for_drdy().unwrap();
         let period_ns = board.with_chip(|chip| chip.conversion_period_ns());
         let fresh = adc.read().unwrap();
@@ -251,7 +251,7 @@ fn internal_readings_show_the_chip_and_its_surroundings() {
             Channel::Offset => (reading::offset_v(code, 2.5), 40e-6, 2e-7),
             Channel::Vcc => (reading::supply_v(code), 5.1, 1e-5),
             Channel::Ref => (reading::reference_v(code), 2.5, 1e-5),
-            // The gain reading includes the converter's offset, 16 millionths of VREF.
+            // The gain reading includes the converter's offset, which is 16 millionths of VREF.
             Channel::Gain => (reading::gain(code), 1.001, 2e-5),
             Channel::Temp => (reading::temperature_c(code, 2.5), 61.5, 1e-2),
             _ => continue,
@@ -279,7 +279,7 @@ fn registers_that_change_by_themselves_are_found_while_scanning() {
             board.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address, mask }));
             let (wrote, read) = (image[register as usize], image[register as usize] ^ mask);
             let expected = match register {
-                // The driver ignores the level of an input pin.
+                // The driver ignores the level at an input pin.
                 Register::Gpiod if mask == 0x08 => Ok(()),
                 _ => Err(Error::Verify {
                     register,
@@ -344,7 +344,7 @@ fn a_stop_finishes_the_running_conversion() {
     assert!(board.wait_for_drdy().is_some());
     assert!(board.wait_for_drdy().is_none());
 
-    // The reset command also lets the conversion finish; the pin does not.
+    // The reset command also lets the conversion finish, but the pin does not.
     adc.start(&mut board.start_pin()).unwrap();
     adc.stop(&mut board.start_pin()).unwrap();
     adc.reset().unwrap();
@@ -447,8 +447,8 @@ fn nothing_relies_on_what_the_datasheet_leaves_open() {
     }
 }
 
-/// If the interface's time-out counts from a frame's start, a slow SCLK cuts frames off; an SCLK of
-/// at least [`Config::sclk_min_hz`] does not.
+/// If the interface's time-out counts from a frame's start, a slow SCLK cuts frames, but SCLK from
+/// [`Config::sclk_min_hz`] does not.
 #[test]
 fn from_the_least_sclk_on_no_frame_is_cut() {
     let min_hz = SCAN.sclk_min_hz();
@@ -471,7 +471,7 @@ fn from_the_least_sclk_on_no_frame_is_cut() {
     }
 }
 
-/// Waits for DRDY and reads each conversion of a scan once, in order.
+/// Waits for DRDY and reads each conversion of two scans once, in order.
 #[test]
 fn the_next_conversion_is_waited_for_and_read() {
     let (board, mut adc) = scanning(&SCAN, options());

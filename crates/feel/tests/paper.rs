@@ -1,4 +1,4 @@
-//! Tests against the paper's numbers, and against closed forms.
+//! Tests against the paper's numbers and against closed forms.
 
 use ridgetone_feel::{
     Absent, Firing, Indices, MeanFiring, Measured, PAPER_WINDOW_S, ROUGH, Receptor, Reference,
@@ -16,7 +16,7 @@ const fn window(measured_s: f32) -> Windows {
     }
 }
 
-/// Windows of half a second, converted to the paper's three.
+/// Windows of half a second, converted to the paper's three seconds.
 const CONVERTED: Windows = Windows {
     measured_s: 0.5,
     wanted_s: PAPER_WINDOW_S,
@@ -72,13 +72,14 @@ fn thresholds_are_equations_1_to_4_and_table_1() {
         for outside in [from, to * 1.0001] {
             assert_eq!(receptor.threshold_um(outside), None, "{receptor:?}");
         }
-        // The two lines differ by up to 5 % at the bend, because the paper rounds.
+        // The two threshold lines differ by up to 5 % where they meet, because the paper rounds.
         let [below, above] = [bend, bend * 1.0001].map(|hz| receptor.threshold_um(hz).unwrap());
         assert!((below / above - 1.0).abs() < 0.05, "{receptor:?}");
     }
 }
 
-/// 30 um at 40 Hz: three bins, each with the logarithm of its amplitude over the threshold.
+/// A vibration of 30 um at 40 Hz fills three bins. Each adds the logarithm of its amplitude over
+/// the threshold.
 #[test]
 fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
     let firing = Firing::new(&sine(512, 20, 30.0), window(0.5));
@@ -98,7 +99,7 @@ fn a_vibration_of_known_amplitude_is_a_sum_of_logarithms() {
             "{receptor:?}: {decades:?}"
         );
     }
-    // 30 um are below FA I's 54 um, the middle line is above SA II's 28 um.
+    // 30 um are below FA I's threshold of 54 um; only the middle line is above SA II's 28 um.
     assert_eq!(firing.above, [0.0, 3.0, 3.0, 1.0]);
 }
 
@@ -125,7 +126,7 @@ fn a_receptor_out_of_the_spectrum_has_a_reason_and_no_intensity() {
     }
 }
 
-/// Section 3.2, with equations 5 and 6.
+/// Tests section 3.2, with equations 5 and 6.
 #[test]
 fn the_papers_conversion() {
     let reference = Reference {
@@ -139,7 +140,7 @@ fn the_papers_conversion() {
     assert!((found.sigma / found.value - 0.0969 / 0.313).abs() < 1e-6);
 }
 
-/// Equations 11 and 12.
+/// Tests equations 11 and 12.
 #[test]
 fn the_papers_scores() {
     let mut covariance = [[0.0; 5]; 5];
@@ -164,8 +165,8 @@ fn the_papers_scores() {
     assert!(SOFT.of(&indices).is_some());
 }
 
-/// Converts half a second to three: a tone has the same intensities, noise has six times as many
-/// bins with amplitudes smaller by the root of six.
+/// Converts from half a second to three. A tone keeps its intensities; noise has six times as many
+/// bins, with amplitudes smaller by the root of six.
 #[test]
 fn tones_and_noise_change_by_their_own_laws_with_the_window() {
     let indices = |spectrum: &[f32], windows| {
@@ -176,7 +177,7 @@ fn tones_and_noise_change_by_their_own_laws_with_the_window() {
     let tone = sine(512, 20, 300.0);
     let [own, wanted] = [window(0.5), CONVERTED].map(|windows| indices(&tone, windows));
     assert_eq!(own.values, wanted.values);
-    // Noise narrower than a bin would have more bins.
+    // Noise narrower than a bin would have more bins, so sigma is larger.
     let sigma = |indices: &Indices| indices.get(Receptor::Sa1 as usize).unwrap().sigma;
     assert!(sigma(&wanted) > 2.0 * sigma(&own));
 
@@ -193,7 +194,8 @@ fn tones_and_noise_change_by_their_own_laws_with_the_window() {
     }
 }
 
-/// A line keeps its amplitude, noise its power per hertz; leakage is not taken for an amplitude.
+/// A line keeps its amplitude, noise its power per hertz. Leakage must not be taken for an
+/// amplitude.
 #[test]
 fn the_reference_needs_a_line() {
     let line = |amplitude, spectrum: &[f32]| SpectralLine::new(amplitude, spectrum, 20.0);

@@ -1,4 +1,4 @@
-//! The example runs and measures the grating's frequency.
+//! Runs the example, which must measure the grating's frequency.
 
 #[path = "../examples/drdy_loop.rs"]
 #[allow(dead_code, reason = "its main is not used here")]

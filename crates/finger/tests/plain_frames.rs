@@ -1,4 +1,4 @@
-//! Frames from a different converter: three channels in volts at 1 kHz.
+//! Tests frames from a different converter: three channels in volts at 1 kHz.
 
 use ridgetone_finger::{Pipeline, PlainFrame};
 use ridgetone_proto::plan::Plan;
@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 #[path = "../examples/plain_frames.rs"]
 mod example;
 
-/// Nearly Gaussian noise of standard deviation `sigma`: the sum of twelve uniform numbers.
+/// Nearly Gaussian noise with standard deviation `sigma`, from sums of twelve uniform numbers.
 fn noise(state: &mut u64, sigma: f64) -> f64 {
     let mut uniform = || {
         *state = state
@@ -20,8 +20,8 @@ fn noise(state: &mut u64, sigma: f64) -> f64 {
     sigma * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0)
 }
 
-/// A touch from 1 s on whose load rises with a time constant of `creep_s`, a slide at 37.3 Hz from
-/// 2 to 4 s, and a release at 4.5 s. Frames for which `is_lost` returns true are omitted.
+/// Touches from 1 s on, with a load that rises with the time constant `creep_s`, slides at 37.3 Hz
+/// from 2 to 4 s, and releases at 4.5 s. Omits frames for which `is_lost` returns true.
 fn touch(creep_s: f64, is_lost: impl Fn(u64) -> bool) -> Vec<Event> {
     let plan = Plan::of_frames(1000.0, 3).expect("a plan");
     let settings = Settings {
@@ -97,7 +97,7 @@ fn a_touch_is_found_from_its_onset_to_its_release() {
     }
 }
 
-/// The spike of a slowly rising load is long after its onset.
+/// If the load rises slowly, its spike comes long after the onset.
 #[test]
 fn the_spike_of_a_slow_load_is_late() {
     let events = touch(0.15, |_| false);

@@ -1,4 +1,4 @@
-//! Tests the store of settings in flash that loses power, wears out, or was written by different
+//! Tests the store of settings in a flash that loses power, wears out, or was written by different
 //! firmware.
 
 #[path = "store/other_firmware.rs"]
@@ -15,7 +15,7 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, TABLE};
 use ridgetone_proto::store::{FlashStore, NotStored, Saved, Store, WORD_BYTES};
 
-/// Bytes of a record, in the flash's type.
+/// Bytes of a record, in the type of flash addresses.
 const RECORD_BYTES: u32 = ridgetone_proto::store::RECORD_BYTES as u32;
 
 fn settings(number: u64) -> Settings {
@@ -33,7 +33,7 @@ const STORED: SettingsSource = SettingsSource::Stored;
 const DEFAULT: (Settings, SettingsSource) = (Settings::DEFAULT, SettingsSource::Default);
 const DAMAGED: (Settings, SettingsSource) = (Settings::DEFAULT, SettingsSource::Damaged);
 
-/// Returns the settings found at a start after a loss of power.
+/// Returns the settings found when the board starts after a power loss.
 fn found<const PAGE_BYTES: u32>(flash: &CutFlash<PAGE_BYTES>) -> (Settings, SettingsSource) {
     let mut store = FlashStore::new(flash.clone().power(None));
     let found = store.load();
@@ -43,7 +43,7 @@ fn found<const PAGE_BYTES: u32>(flash: &CutFlash<PAGE_BYTES>) -> (Settings, Sett
 }
 
 /// Checks the settings found after power was lost while `new` settings were stored over `old` ones:
-/// either of them, and with the old ones a report that a newer record was begun.
+/// either of them. For the old ones, the source must report that a newer record was begun.
 fn check_cut<const PAGE_BYTES: u32>(
     flash: &CutFlash<PAGE_BYTES>,
     old: Option<Settings>,
@@ -68,9 +68,9 @@ fn is_stored(source: SettingsSource) -> bool {
     )
 }
 
-/// Stores `saves` settings into pages with `prefilled` others, loses power in the middle of every
-/// word and erase, and again in the middle of the next save. Returns the sources of the settings
-/// found.
+/// Stores `saves` settings into pages that contain `prefilled` records, and loses power in the
+/// middle of every word and erase, and again in the middle of the next save. Returns the sources of
+/// the settings found.
 fn cut_everywhere<const PAGE_BYTES: u32>(
     prefilled: u64,
     saves: u64,
@@ -88,7 +88,7 @@ fn cut_everywhere<const PAGE_BYTES: u32>(
             let saved = store.save(Some(&new), true);
             let left = store.release();
             if !left.is_off {
-                // The save was complete before the cut.
+                // The save was complete before the power cut.
                 assert!(saved.is_ok());
                 flash = left;
                 break;
@@ -119,7 +119,7 @@ fn cut_everywhere<const PAGE_BYTES: u32>(
 fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
     let mut sources = Vec::new();
     for seed in 0..12 {
-        // One record per page, two, and eight with some bytes left over.
+        // Pages of one record, of two, and of eight with some bytes to spare.
         sources.extend(cut_everywhere::<RECORD_BYTES>(0, 5, seed));
         sources.extend(cut_everywhere::<{ 2 * RECORD_BYTES }>(0, 7, seed));
         sources.extend(cut_everywhere::<{ 8 * RECORD_BYTES + 104 }>(8, 16, seed));
@@ -136,7 +136,7 @@ fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
     assert!(sources.len() > 20_000, "{}", sources.len());
 }
 
-/// An interrupted erase leaves undefined data (RM0090, 3.6): it may have erased some words
+/// An interrupted erase leaves undefined data (RM0090, 3.6). It may have erased some words
 /// completely and left others unchanged, including old records.
 #[test]
 fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back() {
@@ -165,7 +165,7 @@ fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back()
     }
 }
 
-/// Full sectors of the STM32F405: rolls over to the other sector and back.
+/// Full sectors of the STM32F405. Storing rolls over to the other sector and back.
 #[test]
 fn power_lost_in_sectors_of_the_real_size_leaves_the_old_settings_or_the_new_ones() {
     let slots = u64::from(128 * 1024 / RECORD_BYTES);
@@ -181,7 +181,7 @@ fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
             CutFlash::<{ 10 * RECORD_BYTES }>::new(seed).with_bytes(|_| random.next_u32() as u8);
         let mut store = FlashStore::new(flash);
         assert_eq!(store.load(), DAMAGED);
-        // A full page needs permission to erase.
+        // Nothing is stored without permission to erase.
         assert_eq!(store.save(Some(&settings(5)), false), Err(NotStored));
         assert_eq!(store.save(Some(&settings(5)), true), Ok(Saved::Erasing));
         assert_eq!(store.load(), (settings(5), STORED));
@@ -190,8 +190,8 @@ fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
     assert_eq!(empty::<{ 10 * RECORD_BYTES }>().load(), DEFAULT);
 }
 
-/// Sectors of 128 KiB, as on the board, filled with random data: a start must check each of the
-/// 2,048 slots only a few times. Checking each slot once per other slot would delay the board's
+/// The sectors of 128 KiB, as on the board, contain random data. A start must check each of the
+/// 2,048 slots only a few times: checking it once for every other slot would delay the board's
 /// first word by seconds.
 #[test]
 fn rubbish_in_whole_sectors_is_passed_over_quickly() {
@@ -210,7 +210,6 @@ fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
         let saved = store.save(Some(&settings(number)), false);
         assert_eq!(saved, Ok(Saved::AtOnce));
     }
-    // Flip a bit of the third record's settings.
     let mut flash = store.release();
     flash.bytes[2 * RECORD_BYTES as usize + 8] ^= 4;
     let mut store = FlashStore::new(flash);
@@ -221,7 +220,7 @@ fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
     assert_eq!(store.release().wrong, 0);
 }
 
-/// During a touch nothing may be erased, and the stored settings remain.
+/// During a touch nothing is erased, and stored settings are kept.
 #[test]
 fn a_full_page_is_not_erased_without_permission() {
     let mut store = empty::<{ 2 * RECORD_BYTES }>();
@@ -293,7 +292,7 @@ fn what_cannot_be_read_back_is_stored_in_another_place() {
     let (kept, source) = store(flash_after, is_worn).load();
     assert!(kept == settings(2) && is_stored(source), "{source:?}");
 
-    // Wear out all words: refused, and the old settings are still there.
+    // All words are worn out: saving is refused, and the old settings are kept.
     let mut worn_out = store(flash, |_| true);
     assert_eq!(worn_out.save(Some(&settings(2)), true), Err(NotStored));
     assert_eq!(worn_out.load().0, settings(1));
@@ -319,7 +318,7 @@ fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
     let load = |pairs: &[(u8, Vec<u8>)]| found(&with_bytes(&with_pairs(number, pairs)));
     assert_eq!(load(&pairs), (kept, SettingsSource::Stored));
 
-    // Unknown pairs before, between and after the others, with none, one or many bytes.
+    // Insert unknown pairs of zero, one or many bytes before, between and after the known ones.
     for place in [0, 5, pairs.len()] {
         for bytes in [0, 1, 60] {
             let mut more = pairs.clone();
@@ -336,10 +335,10 @@ fn an_id_from_the_future_is_skipped_and_one_that_is_missing_has_its_default() {
     let others = pairs.iter().filter(|(id, _)| *id != harmonics).cloned();
     let others: Vec<_> = others.collect();
     assert_eq!(load(&others), (default, SettingsSource::Migrated));
-    // A value of a different type counts as missing.
+    // A value of a different size counts as missing.
     let other_type = [others.clone(), vec![(harmonics, vec![2, 0])]].concat();
     assert_eq!(load(&other_type), (default, SettingsSource::Migrated));
-    // A value out of bounds, or a truncated list: the record is not used.
+    // A record with a value out of bounds or a truncated list must not be used.
     let refused = [others.clone(), vec![(harmonics, vec![9])]].concat();
     assert_eq!(load(&refused), DAMAGED);
     let mut cut_off = with_pairs(number, &pairs[..1]);

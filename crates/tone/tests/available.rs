@@ -1,5 +1,5 @@
 //! Windows of any length and frequency, from one and a half cycles to half the frame rate: the fit
-//! is good, right, and its interval covers the truth.
+//! must be good and right, and its interval cover the truth.
 
 mod common;
 
@@ -17,7 +17,7 @@ struct Window {
 }
 
 impl Window {
-    /// Makes a window with random frequency, overtones, gains and phases; the noise is `snr_db`
+    /// Returns a window with random frequency, overtones, gains and phases. The noise is `snr_db`
     /// below the fundamental at unit gain.
     fn new(frames: usize, harmonics: u32, snr_db: f64, seed: u64) -> Self {
         let mut even = even(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) + frames as u64);
@@ -49,8 +49,8 @@ impl Window {
     }
 }
 
-/// In each test case at least 98 of 100 windows are good and none of these is wrong, and at least
-/// 90 intervals cover; over all cases the coverage is 93 to 98 %.
+/// In each test case at least 98 of 100 windows must be good, none of them wrong, and at least 90
+/// intervals must cover. Over all cases the coverage must be 93 to 98 %.
 #[test]
 fn answers_are_good_and_right_and_their_intervals_hold() {
     let (mut held_in_all, mut good_in_all) = (0, 0);
@@ -81,7 +81,7 @@ fn answers_are_good_and_right_and_their_intervals_hold() {
     assert!((0.93..0.98).contains(&share), "{share}");
 }
 
-/// Two and a half cycles with four harmonics, in little noise: the error comes from the noise
+/// With two and a half cycles, four harmonics and little noise, the error must come from the noise
 /// alone.
 #[test]
 fn few_cycles_in_little_noise_have_no_bias() {

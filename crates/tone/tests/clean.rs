@@ -1,5 +1,5 @@
-//! Windows with very little noise: the model's misfit is rounding, of values and of sums, which
-//! must not be taken for a line.
+//! Tests windows with very little noise. The model's misfit is then the rounding of values and
+//! sums, which must not be taken for a line.
 
 mod common;
 
@@ -17,8 +17,8 @@ fn assert_good_and_right(fit: &Fit, cycles: f64, what: &str) {
     assert!(off.abs() < 0.01, "{what}, {cycles} cycles: {fit:?}");
 }
 
-/// A finger on a grating, with no noise but the converter's rounding, with and without overtones:
-/// the paper's signal, and a compressed solid.
+/// Tests a finger on a grating with no noise except the converter's rounding, with and without
+/// overtones: the paper's signal, and a compressed solid.
 #[test]
 fn a_clean_finger_is_good() {
     for (speed_mm_s, period_mm) in [(30.0, 3.6), (30.0, 2.6), (60.0, 3.1), (20.0, 3.6)] {
@@ -62,7 +62,7 @@ fn a_clean_finger_is_good() {
     }
 }
 
-/// Rounding makes endless overtones, some of which alias to fractions of the tone's frequency.
+/// Rounding creates endless overtones, some of which alias to fractions of the tone's frequency.
 #[test]
 fn a_sine_that_is_rounded_is_good() {
     for frames in [48, 120, 241] {
@@ -86,8 +86,8 @@ fn a_sine_that_is_rounded_is_good() {
     }
 }
 
-/// A line at a hundredth of the tone's amplitude and four thirds of its frequency: not a comb of a
-/// third of the frequency, because there is no line at that fundamental.
+/// A line has a hundredth of the tone's amplitude and 4/3 of its frequency. Both must not be taken
+/// for a comb of a third of the tone's frequency, where there is no line.
 #[test]
 fn a_faint_line_beside_the_tone_makes_no_comb_without_a_fundamental() {
     for number in 0..40u32 {

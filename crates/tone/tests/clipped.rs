@@ -1,5 +1,5 @@
-//! Channels that their tone clips are all used, and the interval covers. If the level clips a
-//! channel, the channel is left out, or nothing is good.
+//! Tests clipped channels. If the tone clips them, all are used and the interval covers. If the
+//! level clips one, it is left out, or the fit is not good.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::f64::consts::{SQRT_2, TAU};
 
 const FRAMES: usize = 241;
 
-/// Values of channels, frame by frame: a sine of `cycles` cycles, 20 dB above noise of variance 1.
+/// Returns values by frame and channel: a sine of `cycles` cycles, 20 dB above noise of variance 1.
 fn sine(channels: usize, cycles: f64, seed: u64) -> Vec<Vec<f64>> {
     let (mut even, mut normal) = (common::even(seed), common::normal(seed + 1));
     let phases: Vec<f64> = (0..channels).map(|_| even()).collect();
@@ -20,8 +20,8 @@ fn sine(channels: usize, cycles: f64, seed: u64) -> Vec<Vec<f64>> {
     (0..FRAMES).map(frame).collect()
 }
 
-/// Clips a channel so that `fraction` of its frames are at the upper end (`ends` = 1) or at either
-/// end (2).
+/// Clips a channel so that `fraction` of its frames are at the upper end (`ends` = 1), or at either
+/// end (`ends` = 2).
 fn clip(frames: &mut [Vec<f64>], channel: usize, fraction: f64, ends: usize) {
     let mut sorted: Vec<f64> = frames.iter().map(|frame| frame[channel]).collect();
     sorted.sort_by(f64::total_cmp);
@@ -38,8 +38,8 @@ fn fit(frames: &[Vec<f64>]) -> Fit {
     common::fit(&values, frames[0].len())
 }
 
-/// A third of the frames is at a rail, where there is no noise: uncorrected, the interval would be
-/// 0.82 as wide, and cover in 89 of 100 windows.
+/// A third of the frames is at a rail, where there is no noise. Without a correction, intervals
+/// would be only 0.82 as wide and cover in 89 of 100 windows.
 #[test]
 fn intervals_of_clipped_channels_cover() {
     for (channels, clipped, ends) in [(1, 1, 1), (4, 4, 2), (4, 2, 1), (16, 16, 2), (16, 8, 1)] {
@@ -60,7 +60,7 @@ fn intervals_of_clipped_channels_cover() {
     }
 }
 
-/// In the first 0.4 of the window some channels are out of range.
+/// Some channels are out of range in the first 0.4 of the window.
 #[test]
 fn a_channel_that_stays_at_a_rail_is_left_out_or_nothing_is_good() {
     for stay in [1, 4] {

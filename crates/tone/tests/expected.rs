@@ -1,4 +1,4 @@
-//! A tone that is expected at the previous window's frequency.
+//! Tests windows in which a tone is expected at the previous window's frequency.
 
 mod common;
 
@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 const CHANNELS: usize = 16;
 const FRAMES: usize = 241;
 
-/// Lines at these cycles per window, of amplitude 1, 23 dB above white noise.
+/// Lines of amplitude 1 at these cycles per window, 23 dB above white noise.
 fn window(lines: &[f64], seed: u64) -> Vec<f32> {
     let mut normal = normal(seed);
     let mut values = Vec::new();
@@ -44,8 +44,8 @@ fn it_is_what_a_search_finds() {
     }
 }
 
-/// A tone elsewhere, at half the expected frequency, or absent: the result is that of a search
-/// without an expectation.
+/// If the tone is elsewhere, at half the expected frequency, or absent, the result is that of a
+/// search without an expectation.
 #[test]
 fn what_is_not_there_is_searched_for() {
     for (lines, expected) in [
@@ -66,7 +66,7 @@ fn what_is_not_there_is_searched_for() {
         let off = f64::from(found.frequency) - lines.first().unwrap_or(&0.0);
         assert!(off.abs() < 0.02, "{found:?}");
     }
-    // The expected frequency is in the fit's unit, here hertz.
+    // The expected frequency has the same unit as the fit's, here hertz.
     let values = window(&[9.7], 4);
     let hz = RATE_HZ * 9.7 / FRAMES as f64;
     let tracked = fit_with(&values, CHANNELS, |span| {

@@ -1,5 +1,5 @@
-//! A fundamental that is faint next to its second harmonic. If all other harmonics are even, only
-//! the line at half the strong line's frequency reveals it.
+//! Tests a fundamental that is faint next to its second harmonic. If all other harmonics are even,
+//! only the line at half the strong line's frequency reveals the fundamental.
 
 mod common;
 
@@ -9,8 +9,8 @@ use std::f64::consts::{SQRT_2, TAU};
 /// Amplitude of the second harmonic, 20 dB above noise of variance 1.
 const SECOND: f64 = 10.0 * SQRT_2;
 
-/// Autoregressive noise of variance 1 in each channel; with a factor of 0.6, half of its power is
-/// at low frequencies.
+/// Returns autoregressive noise of variance 1 for each channel. With a factor of 0.6, half of its
+/// power is at low frequencies.
 fn noise(factor: f64, seed: u64) -> impl FnMut(usize) -> f64 {
     let (mut normal, mut last) = (common::normal(seed), [0.0; CHANNELS_MAX]);
     move |channel| {
@@ -19,8 +19,8 @@ fn noise(factor: f64, seed: u64) -> impl FnMut(usize) -> f64 {
     }
 }
 
-/// Fits a tone of `cycles` cycles in noise. Its harmonics 1, 2 and 4 have the amplitudes `first`, 1
-/// and 0.4 relative to the second, and random phases in each channel.
+/// Fits a tone of `cycles` cycles in noise. Harmonics 1, 2 and 4 have the amplitudes `first`, 1 and
+/// 0.4 relative to the second, and a random phase in each channel.
 fn fit(
     frames: usize,
     cycles: f64,
@@ -48,8 +48,8 @@ fn fit(
     common::fit_harmonics(&values, CHANNELS_MAX, 4)
 }
 
-/// Of 50 windows, counts those that are good, and those that are good but take the second harmonic
-/// for the tone.
+/// Counts the good fits in 50 windows, and those that are good but take the second harmonic for the
+/// tone.
 fn good_and_mistaken(
     frames: usize,
     first: f64,
@@ -57,7 +57,7 @@ fn good_and_mistaken(
 ) -> (usize, usize) {
     let (mut good, mut mistaken) = (0, 0);
     for n in 0..50u32 {
-        // With fewer cycles a curved baseline resembles the fundamental.
+        // With fewer cycles, a curved baseline resembles the fundamental.
         let cycles = 2.6 + 0.21 * f64::from(n);
         let seed = u64::from(n) + 10;
         let fit = fit(frames, cycles, first, seed, noise(seed + 1));
@@ -72,11 +72,11 @@ fn white(seed: u64) -> Box<dyn FnMut(usize) -> f64> {
     Box::new(noise(0.0, seed))
 }
 
-/// Over all channels, the noise power of a line follows a chi-square of 32 degrees of freedom,
-/// which is below 68 in 4,999 of 5,000 windows. The fundamental adds frames (fraction x SECOND)^2 /
-/// 2 per channel: in total 246 in 96 frames, 347 in 241 and 1,354 in 940. As the noise density
-/// there may be half as high again as about the tone, a fraction of 0.03 in 96 frames, 138, is not
-/// always enough.
+/// Summed over all channels, the noise power at a line follows a chi-square with 32 degrees of
+/// freedom, which is below 68 in 4,999 of 5,000 windows. The fundamental adds frames x (fraction x
+/// SECOND)^2 / 2 per channel: in total 246 in 96 frames, 347 in 241 and 1,354 in 940. The noise
+/// density there may be 1.5 times that around the tone, so in 96 frames a fraction of 0.03, which
+/// adds 138, is not always enough.
 #[test]
 fn a_faint_fundamental_leaves_no_good_answer_of_twice_its_frequency() {
     let mistaken = [(96, 0.04), (241, 0.03), (940, 0.03)]
@@ -84,10 +84,10 @@ fn a_faint_fundamental_leaves_no_good_answer_of_twice_its_frequency() {
     assert_eq!(mistaken, [0; 3], "of 50 each");
 }
 
-/// Without a line at half the frequency the fit is good, also in noise that is stronger there.
+/// Without a line at half the frequency the fit must be good, even in noise that is stronger there.
 #[test]
 fn a_tone_without_a_line_at_half_its_frequency_is_good() {
-    // Minimum number of good windows in coloured noise: as many as without a test for that line.
+    // Minimum number of good windows in coloured noise: as many as without the test for that line.
     for (frames, without) in [(96, 39), (241, 49), (940, 50)] {
         assert!(
             good_and_mistaken(frames, 0.0, white).0 >= 49,
@@ -98,8 +98,8 @@ fn a_tone_without_a_line_at_half_its_frequency_is_good() {
     }
 }
 
-/// In very little noise a fundamental at a two-hundredth of the second harmonic also stands out, in
-/// all windows but one of fifty.
+/// In very little noise, a fundamental of 1/200 of the second harmonic must also stand out, in all
+/// but one of fifty windows.
 #[test]
 fn beside_little_noise_a_fainter_fundamental_is_found() {
     let little = |seed| -> Box<dyn FnMut(usize) -> f64> {

@@ -1,5 +1,5 @@
-//! Few channels and few cycles: part of a cycle with overtones resembles one and a half cycles on a
-//! curved baseline.
+//! Tests few channels with few cycles. Part of a cycle with overtones resembles one and a half
+//! cycles on a curved baseline.
 
 mod common;
 
@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 const FRAMES: usize = 240;
 const WINDOWS: u32 = 500;
 
-/// Fits a tone with overtones, 20 dB above white noise, in `channels` channels; the same `number`
-/// makes the same window.
+/// Fits a tone with overtones in `channels` channels, 20 dB above white noise. The same `number`
+/// creates the same window.
 fn fit(cycles: f64, channels: usize, number: u32) -> Fit {
     let seed = u64::from(number) * 7_919 + (cycles * 1e6) as u64 + channels as u64;
     let mut even = common::even(seed);
@@ -37,7 +37,7 @@ fn fit(cycles: f64, channels: usize, number: u32) -> Fit {
     common::fit_harmonics(&values, channels, 4)
 }
 
-/// Counts the good fits, and those of them that are off by more than 5 %.
+/// Counts the good fits, and how many of them are off by more than 5 %.
 fn good_and_wrong(cycles: f64, channels: usize) -> (u32, u32) {
     let (mut good, mut wrong) = (0, 0);
     for number in 0..WINDOWS {
@@ -49,7 +49,7 @@ fn good_and_wrong(cycles: f64, channels: usize) -> (u32, u32) {
     (good, wrong)
 }
 
-/// At most one in a hundred is wrong but good.
+/// At most 1 % of the fits may be good but wrong.
 #[test]
 fn a_part_of_a_cycle_in_few_channels_is_no_tone_of_more_cycles() {
     for channels in [1, 2, 4, 8] {
@@ -63,8 +63,8 @@ fn a_part_of_a_cycle_in_few_channels_is_no_tone_of_more_cycles() {
     }
 }
 
-/// With enough cycles at most one in a hundred is not good. One or two channels can follow any
-/// bump, so they need two cycles or more.
+/// With enough cycles, at most 1 % may not be good. One or two channels need two cycles or more,
+/// because their fit can follow any bump.
 #[test]
 fn two_cycles_in_few_channels_are_good() {
     for (channels, cycles) in [(1, 2.4), (1, 3.1), (2, 2.3), (4, 1.5), (8, 1.5)] {

@@ -1,5 +1,5 @@
-//! Windows fitted frame by frame, with frames missing: those too short for chunks, and those along
-//! a path.
+//! Windows fitted frame by frame, with frames missing: windows too short for chunks, and windows
+//! along a path.
 
 mod common;
 
@@ -8,10 +8,11 @@ use ridgetone_tone::{Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
-/// Standard deviation of the noise relative to the amplitude: 20 dB.
+/// Standard deviation of the noise relative to the amplitude, for 20 dB.
 const NOISE: f64 = 0.070_71;
 
-/// Frames of a tone of `cycles` cycles, at positions from 0 to 1; every ninth frame is missing.
+/// Returns frames of a tone of `cycles` cycles, at positions from 0 to 1. Every ninth frame is
+/// missing.
 fn frames(places: &[f64], cycles: f64, seed: u64) -> Vec<f32> {
     let mut normal = common::normal(seed);
     let mut values = Vec::new();
@@ -28,9 +29,9 @@ fn frames(places: &[f64], cycles: f64, seed: u64) -> Vec<f32> {
     values
 }
 
-/// Cramer-Rao bound of the frequency, cycles over the whole range, from sums over the frames that
-/// are present. Amplitudes and phases of all channels are unknown; with many cycles they are
-/// independent of the levels.
+/// Returns the Cramer-Rao bound of the frequency (cycles over the whole range), from sums over the
+/// frames that are present. Amplitudes and phases of all channels are unknown; with many cycles
+/// they are independent of the levels.
 fn bound(places: &[f64]) -> f64 {
     let there: Vec<f64> = places
         .iter()
@@ -43,7 +44,8 @@ fn bound(places: &[f64]) -> f64 {
     NOISE / TAU / (0.5 * CHANNELS as f64 * spread).sqrt()
 }
 
-/// Fits twenty windows, which must be good, and returns the RMS error relative to the bound.
+/// Fits twenty windows, asserts that they are good, and returns the RMS error relative to the
+/// bound.
 fn error_over_bound(places: &[f64], cycles: f64, fit: impl Fn(&[f32]) -> (Status, f64)) -> f64 {
     let square = |seed| {
         let (status, found) = fit(&frames(places, cycles, seed));
@@ -53,7 +55,8 @@ fn error_over_bound(places: &[f64], cycles: f64, fit: impl Fn(&[f32]) -> (Status
     ((1..=20).map(square).sum::<f64>() / 20.0).sqrt()
 }
 
-/// Range of the RMS of twenty errors, relative to their standard deviation, in 99 of 100 cases.
+/// Range that contains the RMS of twenty errors, relative to their standard deviation, in 99 % of
+/// cases.
 const NEAR_THE_BOUND: std::ops::Range<f64> = 0.6..1.4;
 
 #[test]

@@ -1,5 +1,5 @@
-//! Harmonics above half the frame rate, which appear at their aliases, and an interferer next to
-//! five harmonics.
+//! Tests harmonics above half the frame rate, which appear at their aliases, and five harmonics
+//! next to an interferer.
 
 mod common;
 
@@ -8,11 +8,9 @@ use std::f64::consts::TAU;
 
 const CHANNELS: usize = 16;
 
-/// Parameters of a window; frequencies are in cycles per window.
 struct Window {
     frames: usize,
     cycles: f64,
-    /// Amplitudes of the harmonics.
     harmonics: [f64; 4],
     /// Cycles and amplitude of an interferer.
     hum: (f64, f64),
@@ -20,7 +18,8 @@ struct Window {
 }
 
 impl Window {
-    /// A tone with the same waveform in all channels, each with its own delay; no interferer.
+    /// Tone with the same waveform in all channels but a different delay in each, and no
+    /// interferer.
     fn of_tone(frames: usize, cycles: f64, harmonics: [f64; 4], noise: f64) -> Self {
         Self {
             frames,
@@ -32,7 +31,7 @@ impl Window {
     }
 
     fn values(&self) -> Vec<f32> {
-        // The noise depends on the window's frequency alone.
+        // The noise depends only on the window's frequency.
         let mut normal = common::normal((self.cycles * 1e9) as u64 | 1);
         let mut values = Vec::new();
         for frame in 0..self.frames {
@@ -59,14 +58,14 @@ impl Window {
         })
     }
 
-    /// Error of a fit in cycles per window, and relative to its sigma.
+    /// Returns the error of a fit in cycles per window, and relative to its sigma.
     fn off(&self, fit: &Fit) -> (f64, f64) {
         let off = (f64::from(fit.frequency) * self.frames as f64 - self.cycles).abs();
         (off, off / (f64::from(fit.sigma) * self.frames as f64))
     }
 }
 
-/// An interferer is subtracted first, which leaves room for five harmonics. Within a cycle of a
+/// An interferer is subtracted first, so that five harmonics can be fitted. Within a cycle of a
 /// harmonic it takes part of that line too, and the fit may be ambiguous.
 #[test]
 fn five_harmonics_beside_an_interferer_are_right() {
@@ -95,9 +94,9 @@ const HARMONICS: [[f64; 4]; 3] = [
     [1.0, 0.5, 0.33, 0.25],
 ];
 
-/// From 8 to 118 cycles per window of 240 frames most overtones are above half the frame rate. A
+/// From 8 to 118 cycles per window of 240 frames, most overtones are above half the frame rate. A
 /// comb of a lower frequency through their aliases must not be taken for the tone. Requirement: at
-/// most one in a hundred is wrong but good, and at most one in a hundred has no frequency.
+/// most 1 % good but wrong, and at most 1 % without a frequency.
 #[test]
 fn overtones_above_half_the_frame_rate_make_no_lower_tone() {
     for harmonics in HARMONICS {
@@ -121,9 +120,9 @@ fn overtones_above_half_the_frame_rate_make_no_lower_tone() {
     }
 }
 
-/// A tone with a fifth harmonic that is not fitted. Twenty times its frequency aliases to the tone
-/// itself, so a comb of the fifth harmonic and the alias of its fourth has fewer lines. That alias
-/// is its strongest line, so the fit reports the tone as well.
+/// The tone has a fifth harmonic that is not fitted, and its twentieth harmonic aliases to the tone
+/// itself. A comb of the fifth harmonic and the alias of its fourth has fewer lines, but the alias
+/// is its strongest line, so the fit must report the tone as well.
 #[test]
 fn a_tone_is_not_taken_for_the_image_of_an_overtone() {
     const FRAMES: usize = 47;
@@ -150,9 +149,9 @@ fn a_tone_is_not_taken_for_the_image_of_an_overtone() {
     assert!(named > 0, "none is named");
 }
 
-/// Aliased overtones are lines of the tone, also with five harmonics, and not a comb of a lower
-/// frequency. Requirement: at most one in a hundred is wrong but good, two thirds are good in very
-/// little noise, and five sixths in some.
+/// Aliased overtones, also of five harmonics, belong to the tone and not to a comb of a lower
+/// frequency. Requirement: at most 1 % good but wrong; two thirds good in very little noise, and
+/// five sixths in some noise.
 #[test]
 fn overtones_above_half_the_frame_rate_are_the_tones_own() {
     for harmonics in HARMONICS {
@@ -174,7 +173,7 @@ fn overtones_above_half_the_frame_rate_are_the_tones_own() {
     }
 }
 
-/// Close to half the frame rate the second and third harmonics alias to separate lines.
+/// Close to half the frame rate, the second and third harmonics alias to separate lines.
 #[test]
 fn a_tone_near_half_the_frame_rate_has_overtones() {
     for number in 0..20 {

@@ -1,5 +1,5 @@
-//! Along a path, channels that are read one after another are at different positions; and where the
-//! path turns, friction changes its sign.
+//! Tests fits along a path: channels read one after another are at different positions, and where
+//! the path turns, friction changes its sign.
 
 mod common;
 
@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 const COUNT: usize = 240;
 const PERIOD_MM: f64 = 2.0;
 
-/// Delay of each channel, frames. The first channels have the largest amplitudes, so that errors do
-/// not cancel.
+/// Delay of each channel, frames. The first channels have the largest amplitudes, so errors do not
+/// cancel.
 fn later(channel: usize) -> f64 {
     (channel as f64 - 7.5) / 16.0
 }
@@ -18,17 +18,17 @@ fn later(channel: usize) -> f64 {
 /// Disturbances of a window, and what the fit knows.
 #[derive(Clone, Copy, Default)]
 struct Recipe {
-    /// Offset of the levels where the path goes back.
+    /// Difference in level while the path goes back.
     way: f64,
     /// Amplitude of a third harmonic, which is not fitted.
     third: f64,
-    /// Standard deviation of the noise.
     noise: f64,
     seed: u64,
     is_lateness_unknown: bool,
 }
 
-/// Fits cos(TAU x / period) along the path `x_mm` of the frame number, which need not be whole.
+/// Fits cos(TAU x / period) along the path `x_mm`, a function of the frame number, which may be
+/// fractional.
 fn fit(x_mm: &dyn Fn(f64) -> f64, recipe: Recipe) -> Fit {
     let mut noise = common::normal(recipe.seed);
     let mut values = Vec::new();
@@ -60,15 +60,15 @@ fn fit(x_mm: &dyn Fn(f64) -> f64, recipe: Recipe) -> Fit {
         .expect("its frames are there")
 }
 
-/// A finger that accelerates from 0.02 to 0.18 mm per frame.
+/// Position of a finger that accelerates from 0.02 to 0.18 mm per frame.
 fn faster(frame: f64) -> f64 {
     0.02 * frame + 0.5 * frame * frame * 0.16 / COUNT as f64
 }
 
-/// A channel with a delay of t frames is v t further along: with the speed v = v0 + a n that is a t
-/// n more than at the start, a mean error of a t n / x of the wavelength. Weighted by squared
-/// amplitude the channels are early by 0.1 frames, so at the mean speed of 0.1 mm and with a = 0.16
-/// / 240 mm per frame the error is 0.1 x 0.00067 / 0.1 = 0.07 % in the mean, and more if the fit
+/// A channel that is read t frames late is v t further along the path. At the speed v = v0 + a n,
+/// that is a t n more than at the start, a mean error of a t n / x of the wavelength. Weighted by
+/// squared amplitude, the channels are 0.1 frames early. With a mean speed of 0.1 mm per frame and
+/// a = 0.16 / 240 mm per frame, the mean error is 0.1 x 0.00067 / 0.1 = 0.07 %, and more if the fit
 /// takes the delay for phase modulation.
 #[test]
 fn channels_that_are_late_do_not_bend_the_wavelength() {
@@ -98,8 +98,8 @@ fn channels_that_are_late_do_not_bend_the_wavelength() {
     assert!(unknown > 0.0002 && known < 0.1 * unknown);
 }
 
-/// A path that turns is as good as a straight one. Where the level differs between the two
-/// directions, no good fit is wrong: a step of the level is not a tone.
+/// A path that turns must be as good as a straight one. If the level differs between the two
+/// directions, no good fit may be wrong, because a step in level is not a tone.
 #[test]
 fn ways_that_differ_are_not_good_and_wrong() {
     let turning = |frame: f64| 0.1 * (frame - frame * frame / 320.0);
@@ -128,8 +128,8 @@ fn ways_that_differ_are_not_good_and_wrong() {
     assert!(held * 100 >= good * 92, "{held} of {good}");
 }
 
-/// A stage that stalls and slips back by 1 % of its path, as in real recordings, with overtones
-/// that are not fitted: the level does not follow the direction.
+/// As in real recordings, a stage stalls and slips back by 1 % of its path, and there are overtones
+/// that are not fitted. The level does not depend on the direction.
 #[test]
 fn a_stage_that_slips_back_on_its_way_is_steady() {
     let slips = |frame: f64| 0.08 * (frame - 14.0 * ((frame - 120.0) / 11.0).tanh());
@@ -144,11 +144,11 @@ fn a_stage_that_slips_back_on_its_way_is_steady() {
     }
 }
 
-/// Time constant of a low-pass, frames: the bridges' at 1,840 frames a second.
+/// Time constant of the bridges' low-pass at 1,840 frames a second, frames.
 const LOW_PASS: f64 = 0.75;
 
-/// Fits a wave and a second harmonic of half its amplitude behind a first-order low-pass, along
-/// positions delayed by its time constant. The trapezoidal rule integrates the low-pass.
+/// Fits a wave and a second harmonic of half its amplitude after a first-order low-pass, along
+/// positions delayed by the low-pass's time constant. Integrates with the trapezoidal rule.
 fn fit_filtered(x_mm: &dyn Fn(f64) -> f64, channels: usize, low_pass: f64) -> Fit {
     const STEPS: usize = 50;
     let signal = |at: f64, channel: usize| {
@@ -184,8 +184,9 @@ fn fit_filtered(x_mm: &dyn Fn(f64) -> f64, channels: usize, low_pass: f64) -> Fi
         .expect("its frames are there")
 }
 
-/// A low-pass delays a tone of f hertz by atan(2 pi f t) / (2 pi f), so harmonics lead the delayed
-/// positions where the path is fast: here by up to 0.19 rad, and second harmonics by up to 0.8 rad.
+/// A low-pass delays a tone of f hertz by atan(2 pi f t) / (2 pi f). Where the path is fast, tones
+/// therefore lead the delayed positions: here by up to 0.19 rad, and second harmonics by up to 0.8
+/// rad.
 #[test]
 fn a_low_pass_does_not_bend_the_wavelength() {
     let slower = |frame: f64| 0.4 * frame - 0.5 * frame * frame * 0.3 / COUNT as f64;

@@ -1,5 +1,5 @@
-//! The lean scene: as accurate as the Cramer-Rao bound allows, as sensitive as its channels allow,
-//! and never good where the window violates the scene's assumptions.
+//! Tests the lean scene: accuracy reaches the Cramer-Rao bound, sensitivity is what the channels
+//! allow, and a fit is never `Good` if the window violates the scene's assumptions.
 
 mod common;
 
@@ -7,13 +7,13 @@ use common::{even, normal};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
 
-/// Content of a window in addition to level, slope, tone and white noise of variance 1.
+/// What a window contains besides level, slope, tone and white noise of variance 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Extra {
     Nothing,
     /// The level creeps with the logarithm of time.
     Creep,
-    /// Autoregressive noise with this coefficient.
+    /// The noise is autoregressive with this coefficient.
     Coloured(f64),
     /// Half of the noise is common to all channels.
     Shared,
@@ -33,12 +33,12 @@ struct Case {
     channels: usize,
     snr_db: f64,
     extra: Extra,
-    /// Amplitudes of harmonics 2, 3 and 4 relative to the fundamental's, if the scene has them; the
-    /// total power is the tone's.
+    /// Amplitudes of harmonics 2, 3 and 4 relative to the fundamental's, if any. The total power is
+    /// that of a single tone.
     overtones: Option<[f64; 3]>,
 }
 
-/// A window, its number of cycles and their Cramer-Rao bound.
+/// A window, its number of cycles, and the Cramer-Rao bound of that number.
 struct Window {
     values: Vec<f32>,
     cycles: f64,
@@ -102,7 +102,8 @@ impl Case {
                     (gain * (value + noise) + level + slope * t) as f32;
             }
         }
-        // D. C. Rife and R. R. Boorstyn, IEEE Trans. Inf. Theory 20 (1974) 591: radians a frame.
+        // Bound in radians per frame (D. C. Rife and R. R. Boorstyn, IEEE Trans. Inf. Theory 20
+        // (1974) 591).
         let mut information = self.channels as f64 * amplitude * amplitude;
         let orders = (2..)
             .zip(overtones)
@@ -116,7 +117,6 @@ impl Case {
         }
     }
 
-    /// Returns the lean scene, with four harmonics if there are overtones.
     fn scene(&self) -> Scene {
         let harmonics = if self.overtones.is_some() { 4 } else { 1 };
         Scene {
@@ -139,14 +139,13 @@ impl Case {
     }
 }
 
-/// Counts over windows.
 #[derive(Debug, Default)]
 struct Counts {
     good: u64,
     covered: u64,
     /// Number of good fits that are off by more than five sigma.
     outliers: u64,
-    /// Mean square error relative to the bound's.
+    /// Mean square error relative to that of the bound.
     ratio: f64,
 }
 
@@ -168,8 +167,8 @@ fn count(case: Case, windows: u64) -> Counts {
     counts
 }
 
-/// With 300 windows the mean square error relative to the bound has a standard deviation of 0.08,
-/// and 285 +- 3.8 of 300 intervals are expected to cover.
+/// With 300 windows, the mean square error relative to the bound has a standard deviation of 0.08,
+/// and 285 +- 3.8 of the intervals are expected to cover.
 #[test]
 fn white_noise_is_fitted_as_well_as_the_bound_allows() {
     const WINDOWS: u64 = 300;
@@ -200,8 +199,8 @@ fn white_noise_is_fitted_as_well_as_the_bound_allows() {
     }
 }
 
-/// Four harmonics, whichever is strongest: neither a harmonic nor a fraction of the fundamental is
-/// taken for the fundamental.
+/// Any of four harmonics may be strongest. Neither a harmonic nor a fraction of the fundamental
+/// must be taken for it.
 #[test]
 fn harmonics_are_fitted_as_well_as_the_bound_allows() {
     const WINDOWS: u64 = 200;
@@ -241,8 +240,8 @@ fn harmonics_are_fitted_as_well_as_the_bound_allows() {
     }
 }
 
-/// The common ratios of the harmonics to the fundamental match the waveform and the default scene's
-/// fit.
+/// The harmonics' common ratios to the fundamental must match the waveform and the fit in the
+/// default scene.
 #[test]
 fn overtones_are_those_of_the_wave() {
     const RATIOS: [f64; 3] = [0.4, 0.2, 0.1];
@@ -333,7 +332,8 @@ fn what_the_scene_does_not_declare_is_not_good() {
     }
 }
 
-/// If a strong tone is known from the previous window, the fit is the same to a fraction of sigma.
+/// If a strong tone is known from the previous window, the fit must be the same to a fraction of
+/// sigma.
 #[test]
 fn a_tracked_tone_has_the_same_answer() {
     let mut fitter = Box::new(Fitter::new());
@@ -362,7 +362,7 @@ fn a_tracked_tone_has_the_same_answer() {
     }
 }
 
-/// Rescaling all values does not change the status.
+/// Rescaling all values must not change the status.
 #[test]
 fn a_scale_changes_no_status() {
     let mut fitter = Box::new(Fitter::new());

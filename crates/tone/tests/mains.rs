@@ -1,4 +1,4 @@
-//! Mains hum ten times as strong as the tone.
+//! Tests mains hum ten times as strong as the tone.
 
 mod common;
 
@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 const CHANNELS: usize = 16;
 const FRAMES: usize = 241;
 
-/// Fits a tone 17 dB above white noise, in codes, with declared hum at `hum` cycles per frame.
+/// Fits a tone in codes, 17 dB above white noise, with declared hum at `hum` cycles per frame.
 fn fit(cycles: f64, hum: f64, seed: u64) -> Fit {
     let (mut even, mut normal) = (even(seed), normal(1000 + seed));
     let phases: Vec<f64> = (0..CHANNELS).map(|_| even()).collect();

@@ -1,4 +1,5 @@
-//! Phase modulation within the window, against its formula: RMS wander, plain mean and chirp.
+//! Compares the measured phase modulation within a window with its formula: RMS wander, plain mean
+//! and chirp.
 
 mod common;
 
@@ -10,8 +11,8 @@ const CHANNELS: usize = 16;
 /// Maximum error, in standard deviations.
 const SURE: f64 = 4.0;
 
-/// Fits a tone of `cycles` cycles per window with the phase modulation `phase`, cycles, as a
-/// function of u from -1 to 1, in white noise at 30 dB.
+/// Fits a tone of `cycles` cycles per window in white noise at 30 dB. `phase` is its phase
+/// modulation in cycles, as a function of u from -1 to 1.
 fn fit(cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
     fit_in(0.022, cycles, phase)
 }
@@ -35,7 +36,7 @@ fn place(n: usize) -> f64 {
     (2.0 * n as f64 + 1.0) / FRAMES as f64 - 1.0
 }
 
-/// Returns mean and standard deviation of the frequency deviation over the window, cycles per
+/// Returns mean and standard deviation of the frequency's deviation over the window, cycles per
 /// window.
 fn moves(slope: &dyn Fn(f64) -> f64) -> (f64, f64) {
     let deviations: Vec<f64> = (0..FRAMES).map(|n| 2.0 * slope(place(n))).collect();
@@ -65,7 +66,7 @@ fn a_slow_wander_is_found_within_a_fifth_and_its_mean_holds() {
         assert!((found / wander - 1.0).abs() < 0.2, "{what}");
         let wander_sigma = f64::from(fit.movement.wander_sigma);
         assert!((found - wander).abs() < 2.0 * wander_sigma, "{what}");
-        // The weighted mean frequency differs from the plain mean by up to ten times its
+        // The weighted mean frequency may differ from the plain mean by up to ten times its
         // uncertainty.
         let error = f64::from(fit.frequency) * FRAMES as f64 - (cycles + mean);
         let sigma = f64::from(fit.sigma) * FRAMES as f64;
@@ -73,9 +74,9 @@ fn a_slow_wander_is_found_within_a_fifth_and_its_mean_holds() {
     }
 }
 
-/// The speed wanders at all frequencies, with the power 1 / (1 + (f / corner)^2); corners are in
-/// half cycles per window. `wander` covers the modulation that is tracked; sigma of the mean
-/// includes the rest.
+/// The speed wanders at all frequencies, with the power 1 / (1 + (f / corner)^2). Corners are in
+/// half cycles per window. `wander` covers the modulation that is tracked, and sigma of the mean
+/// must include the rest.
 #[test]
 fn the_mean_counts_a_wander_that_is_not_seen() {
     let (mut holds, mut seen) = (0, 0.0);
@@ -125,7 +126,7 @@ fn a_steady_tone_does_not_wander() {
 fn a_chirp_is_found_with_its_sign() {
     for size in [0.03, -0.03] {
         let fit = fit(21.3, &|u| size * u * u);
-        // The phase's second derivative, cycles per frame per frame.
+        // Second derivative of the phase, cycles per frame per frame.
         let chirp = 2.0 * size / (FRAMES as f64 / 2.0).powi(2);
         let (found, sigma) = (
             f64::from(fit.movement.chirp),
@@ -138,13 +139,13 @@ fn a_chirp_is_found_with_its_sign() {
     }
 }
 
-/// A modulated tone can be good: the interval covers the mean frequency even if the noise is far
-/// below the modulation.
+/// A modulated tone can be good: the interval must cover the mean frequency even if the noise is
+/// far below the modulation.
 #[test]
 fn beside_little_noise_what_moves_is_good_and_its_mean_holds() {
     for cycles in [4.2, 8.3, 31.7] {
         for wander in [3e-5, 5e-3] {
-            // The frequency deviates in proportion to u, whose RMS is the root of a third.
+            // The frequency deviation is proportional to u, whose RMS is the root of a third.
             let size = wander * cycles * 3f64.sqrt() / 4.0;
             let fit = fit_in(2e-5, cycles, &|u| size * (u * u - 1.0 / 3.0));
             assert_eq!(fit.status, Status::Good, "{cycles} {wander}: {fit:?}");

@@ -1,4 +1,4 @@
-//! The overtones common to the channels, against the synthesized ones.
+//! Compares the overtones common to the channels with the synthesized ones.
 
 mod common;
 
@@ -10,11 +10,11 @@ const CHANNELS: usize = 16;
 const COUNT: usize = 400;
 /// Cycles per frame.
 const NU: f64 = 0.0437;
-/// Standard deviation of the noise where the largest gain is 1.
+/// Standard deviation of the noise; the largest gain is about 1.
 const NOISE: f64 = 0.01;
 
-/// Sixteen channels, which differ in gain and delay, with cos u and overtones of these amplitudes
-/// and phases (turns).
+/// Returns sixteen channels that differ in gain and delay, with cos u and overtones of these
+/// amplitudes and phases (turns).
 fn frames(overtones: [(f64, f64); OVERTONES], seed: u64, shared: f64) -> Vec<f32> {
     let mut unit = common::normal(seed);
     let mut normal = || NOISE * unit();
@@ -42,10 +42,9 @@ fn delay(channel: usize) -> f64 {
     0.137 * (channel * channel) as f64
 }
 
-/// Overtones in most tests.
+/// Overtones in most tests: amplitude, and phase in turns.
 const MADE: [(f64, f64); OVERTONES] = [(0.3, 0.1), (0.15, -0.35), (0.08, 0.45)];
 
-/// Real and imaginary part.
 fn complex(size: f64, turns: f64) -> [f64; 2] {
     [size * (TAU * turns).cos(), size * (TAU * turns).sin()]
 }
@@ -74,16 +73,16 @@ fn known_ratios_come_back_within_their_noise() {
         }
     }
     println!("mean squares over their bounds: {squares:?}");
-    // The mean square of 50 values of variance 1 is known to 0.2. The bound is generous, as it
-    // counts all of the fundamental's noise.
+    // The mean square of 50 values of variance 1 is known to 0.2. The bound is generous, because it
+    // includes all of the fundamental's noise.
     assert!(
         squares.iter().all(|square| (0.3..1.8).contains(square)),
         "{squares:?}"
     );
 }
 
-/// Mixing channels removes a common disturbance from the frequency, but a mixture has different
-/// overtones.
+/// Mixing the channels removes a common disturbance from the frequency, but the mixture has
+/// different overtones.
 #[test]
 fn a_shared_disturbance_leaves_them() {
     for seed in 1..=10 {
@@ -97,8 +96,8 @@ fn a_shared_disturbance_leaves_them() {
         assert!(own, "{disturbed:?}");
         for (n, (found, made)) in disturbed.overtones.iter().zip(MADE).enumerate() {
             for (found, made_part) in found.iter().zip(complex(made.0, made.1)) {
-                // At worst the disturbance adds up coherently over the channels: its noise counts
-                // as often as there are channels.
+                // In the worst case the disturbance adds coherently over the channels, so its
+                // variance counts once per channel.
                 let sigma = sigma(n + 2, made.0) * (1.0 + 9.0 * CHANNELS as f64).sqrt();
                 let off = (f64::from(*found) - made_part) / sigma;
                 assert!(off.abs() < 4.0, "{seed} {n}: {disturbed:?}");

@@ -1,5 +1,5 @@
-//! Windows with two interpretations: the right one is reported, and the other is named where both
-//! explain the window.
+//! Tests windows with two interpretations: the right one must be reported, and the other named if
+//! both explain the window.
 
 mod common;
 
@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 /// Amplitudes of the harmonics of ridges.
 const RIDGES: [f64; 4] = [1.0, 0.4, 0.2, 0.1];
 
-/// Makes a window in all channels, with different gains and phases; the noise is 20 dB below a
+/// Returns a window in all channels, with different gains and phases. The noise is 20 dB below a
 /// fundamental of amplitude 1.
 fn window(frames: usize, cycles: f64, harmonics: &[f64], seed: u64) -> Vec<f64> {
     let (mut even, mut normal) = (even(seed), normal(seed + 1000));
@@ -44,7 +44,7 @@ fn fit(values: &[f64], step: f32) -> Fit {
     })
 }
 
-/// Lines around a decaying tone are not harmonics of a third of its frequency.
+/// The lines around a decaying tone must not be taken for harmonics of a third of its frequency.
 #[test]
 fn a_tone_that_decays_is_not_reported_at_a_fraction_of_its_frequency() {
     const FRAMES: usize = 200;
@@ -76,7 +76,7 @@ fn a_tone_that_decays_is_not_reported_at_a_fraction_of_its_frequency() {
     assert!(right >= 24, "{right} of 30");
 }
 
-/// If a tone is subtracted as hum, its second harmonic remains, whose frequency would be wrong.
+/// If a tone is subtracted as hum, its second harmonic remains, and must not be taken for the tone.
 #[test]
 fn a_tone_next_to_mains_is_not_good_at_twice_its_frequency() {
     for (tone_hz, is_hidden) in [
@@ -101,7 +101,7 @@ fn a_tone_next_to_mains_is_not_good_at_twice_its_frequency() {
     }
 }
 
-/// Declaring a coarse quantization step does not change the error.
+/// Declaring a coarse quantization step must not change the error.
 #[test]
 fn a_declared_step_leaves_the_error_as_it_is() {
     const STEP: f64 = 0.33;

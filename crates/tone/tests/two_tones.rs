@@ -1,4 +1,4 @@
-//! Two tones of equal strength: the fit reports both, or is ambiguous.
+//! Tests two tones of equal strength: the fit must report both, or be ambiguous.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 /// Maximum relative frequency error of a reported tone.
 const NEAR: f64 = 0.05;
 
-/// Fits two tones, in cycles per window, 20 dB above the noise, with random phases in each channel.
+/// Fits two tones (cycles per window) 20 dB above the noise, with random phases in each channel.
 fn fit(frames: usize, cycles: [f64; 2], seed: u64) -> Fit {
     let mut normal = common::normal(seed);
     let phases: Vec<[f64; 2]> = (0..CHANNELS_MAX).map(|_| [normal(), normal()]).collect();
@@ -26,8 +26,8 @@ fn fit(frames: usize, cycles: [f64; 2], seed: u64) -> Fit {
     common::fit_harmonics(&values, CHANNELS_MAX, 4)
 }
 
-/// Two tones this close form one line that beats, at different times in different channels. No
-/// window resolves them: at most one in seven is good, with a frequency between the two.
+/// Two tones this close form one line that beats, at different times in different channels. They
+/// cannot be resolved in any window: at most 15 % may be good, with a frequency between the two.
 #[test]
 fn two_tones_that_are_one_line_are_ambiguous_or_one_between_them() {
     let (mut good, mut outside) = (0, 0);
@@ -46,14 +46,14 @@ fn two_tones_that_are_one_line_are_ambiguous_or_one_between_them() {
     assert!(good <= 24 && outside <= 1, "{good} {outside}");
 }
 
-/// Further apart, a fit that is not ambiguous names both.
+/// Further apart, a fit that is not ambiguous must name both tones.
 #[test]
 fn two_tones_are_both_named_or_the_answer_is_ambiguous() {
     let (mut named, mut unnamed) = (0, 0);
     for frames in [48, 96, 241, 940] {
         for n in 0..40u32 {
             let cycles = 4.0 + 0.29 * f64::from(n);
-            // Below an octave, where the second tone would be an overtone.
+            // The ratio is below an octave, where the second tone would be an overtone.
             let tones = [cycles, cycles * (1.2 + 0.015 * f64::from(n))];
             let fit = fit(frames, tones, u64::from(n) + 1000);
             let is_near = |per_frame: f32, cycles: f64| {

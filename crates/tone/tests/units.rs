@@ -1,4 +1,4 @@
-//! Any number of channels, any unit, any frame rate.
+//! Tests any number of channels, any unit and any frame rate.
 
 use ridgetone_tone::{
     Fit, Fitter, FrameSource, FrameSpan, Frames, Overwritten, Scene, Status, Table,
@@ -12,7 +12,7 @@ mod eight_channels;
 
 const FREQUENCY_HZ: f32 = 23.4;
 
-/// Frames at 500 Hz: a tone, and a disturbance far above it that serves as noise.
+/// Frames at 500 Hz: a tone, and as noise a disturbance at much higher frequencies.
 fn frames(channels: usize, count: usize, unit: f32) -> Vec<f32> {
     let sample = |i: usize| {
         let (t_s, channel) = ((i / channels) as f32 / 500.0, i % channels);
@@ -120,7 +120,8 @@ fn frames_that_are_gone_are_an_error() {
     );
 }
 
-/// Eight channels of a tone and noise, at 500 Hz; `shared` is the gain of a common disturbance.
+/// Returns eight channels of a tone and noise at 500 Hz; `shared` is the gain of a common
+/// disturbance.
 fn noisy(frequency_hz: f32, count: usize, seed: u64, shared: f32) -> Vec<f32> {
     let mut normal = common::normal(seed);
     let mut normal = || normal() as f32;
@@ -136,9 +137,9 @@ fn noisy(frequency_hz: f32, count: usize, seed: u64, shared: f32) -> Vec<f32> {
     out
 }
 
-/// A square weighs an impulse of twenty standard deviations like four hundred values: with one in a
-/// hundred the error would be 2.2 times as large. Third differences of a tone at a third of the
-/// frame rate are as large as those of impulses of thirty standard deviations.
+/// Least squares weights an impulse of twenty standard deviations like four hundred values: with
+/// one in a hundred the error would be 2.2 times as large. In a tone at a third of the frame rate,
+/// third differences are as large as those of impulses of thirty standard deviations.
 #[test]
 fn impulses_change_little() {
     for (frequency_hz, count, square_max, own_range) in [
@@ -175,7 +176,7 @@ fn impulses_change_little() {
     }
 }
 
-/// A step is not an impulse, however large.
+/// Even a large step must not be taken for an impulse.
 #[test]
 fn what_is_no_impulse_is_left() {
     let mut stepped = noisy(FREQUENCY_HZ, 400, 1, 0.0);
@@ -192,8 +193,8 @@ fn what_is_no_impulse_is_left() {
     assert!(is_left || !fit.status.has_tone(), "{fit:?}");
 }
 
-/// A common disturbance three times as strong as the noise: treating channels as independent would
-/// leave all of it in the error.
+/// A common disturbance is three times as strong as the noise. With channels treated as
+/// independent, all of it would remain in the error.
 #[test]
 fn what_channels_share_is_taken_out() {
     let (mut alone, mut shared, mut sigma, mut good) = (0.0, 0.0, 0.0, 0);
@@ -210,11 +211,11 @@ fn what_channels_share_is_taken_out() {
         let (square, variance) = off(3.0);
         (shared, sigma) = (shared + square, sigma + variance);
     }
-    // Projecting out one direction of eight costs an eighth of the information, and estimating it
-    // as much again.
+    // Projecting out one of eight directions costs an eighth of the information, and estimating it
+    // costs another eighth.
     assert!(shared < 2.0 * alone, "{shared} {alone}");
     // The common disturbance inflates sigma up to twice the error.
     assert!((0.2..1.5).contains(&(shared / sigma)), "{shared} {sigma}");
-    // The noise is not white: a line at a hundredth of the tone's power stands out now and then.
+    // The noise is not white, so a line of a hundredth of the tone's power stands out now and then.
     assert!(good >= 72, "{good} of 80");
 }

@@ -1,5 +1,5 @@
-//! Weak tones in the default scene: sixteen channels find tones that one misses, and noise that is
-//! red or common to channels is not taken for a tone.
+//! Tests weak tones in the default scene: sixteen channels find tones that a single one misses, and
+//! noise that is red or common to channels is not taken for a tone.
 
 mod common;
 
@@ -9,18 +9,18 @@ use std::f64::consts::TAU;
 const FRAMES: usize = 241;
 const WINDOWS: u32 = 60;
 
-/// Noise of variance 1.
+/// Noise; its variance is 1 unless shared.
 #[derive(Clone, Copy, Debug)]
 enum Noise {
     White,
-    /// Autoregressions with this coefficient, one per channel.
+    /// Independent autoregressions with this coefficient in each channel.
     Red(f64),
     /// Two such autoregressions, mixed with different gains in each channel, plus a hundredth of
     /// white noise.
     Shared(f64),
 }
 
-/// Counts the good fits, and those of them that are off by more than 5 %.
+/// Counts the good fits, and how many of them are off by more than 5 %.
 fn good_and_wrong(channels: usize, noise: Noise, snr_db: f64, seed: u64) -> (u32, u32) {
     let (mut good, mut wrong) = (0, 0);
     for number in 0..WINDOWS {
@@ -90,7 +90,7 @@ fn sixteen_channels_find_a_tone_that_one_does_not() {
     }
 }
 
-/// Without a tone at most one window of sixty is good.
+/// Without a tone, at most one of sixty windows may be good.
 #[test]
 fn noise_is_no_weak_tone() {
     for noise in [

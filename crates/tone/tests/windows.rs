@@ -1,4 +1,4 @@
-//! The estimator as a whole, on synthetic windows.
+//! Tests the whole estimator on synthetic windows.
 
 use ridgetone_tone::{Band, Fit, Fitter, FrameSpan, Frames, Scene, Status};
 use std::f64::consts::TAU;
@@ -17,14 +17,14 @@ impl Even {
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Nearly normal number: the sum of twelve uniform ones.
+    /// Returns a nearly normal number, the sum of twelve uniform ones.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.next()).sum::<f64>() - 6.0
     }
 }
 
-/// Frames of `channels` channels with a tone of `cycles` cycles and overtones, 20 dB above white
-/// noise; no tone if `cycles` is zero.
+/// Returns frames with a tone of `cycles` cycles and overtones, 20 dB above white noise; no tone if
+/// `cycles` is zero.
 fn window(frames: usize, channels: usize, cycles: f64, seed: u64) -> Vec<f32> {
     with_overtones(1.0, frames, channels, cycles, seed)
 }
@@ -64,7 +64,7 @@ fn fit(values: &[f32], channels: usize, scene: &Scene) -> Fit {
         .expect("its frames are there")
 }
 
-/// A `static` takes no flash only if all its bytes are zero.
+/// A `static` takes no space in flash only if all its bytes are zero.
 #[test]
 fn a_fresh_fitter_is_all_zeros() {
     let fitter = Box::new(Fitter::new());
@@ -142,7 +142,7 @@ fn few_frames_are_too_short_and_values_without_any_change_are_nothing() {
     assert_eq!(fit(&none, 4, &Scene::DEFAULT).status, Status::Nothing);
 }
 
-/// Scattered missing frames are left out and do no harm.
+/// Scattered missing frames are left out, and must only widen the interval.
 #[test]
 fn gaps_widen_the_interval_and_do_no_more() {
     let mut even = Even(7);
@@ -166,7 +166,7 @@ fn gaps_widen_the_interval_and_do_no_more() {
     assert!(gaps.frames < 200 && gaps.sigma > whole.sigma, "{gaps:?}");
 }
 
-/// Along a path at varying speed the frequency is in cycles per unit of path.
+/// Along a path at varying speed, the frequency must be in cycles per unit of path.
 #[test]
 fn along_a_path_the_frequency_is_in_cycles_per_its_unit() {
     let mut even = Even(3);
@@ -196,7 +196,7 @@ fn along_a_path_the_frequency_is_in_cycles_per_its_unit() {
     );
 }
 
-/// A tone must be common to the channels: if each channel has a different one, none is good.
+/// A tone must be common to the channels. If each has a different one, the fit is not good.
 #[test]
 fn channels_with_a_tone_of_their_own_share_none() {
     let mut even = Even(11);
@@ -215,7 +215,7 @@ fn channels_with_a_tone_of_their_own_share_none() {
     }
 }
 
-/// Mains hum at half a hertz from the declared frequency, with three times the tone's amplitude.
+/// The mains hum is 0.5 Hz off the declared frequency, with three times the tone's amplitude.
 #[test]
 fn mains_hum_is_found_and_taken_out() {
     let mut even = Even(13);
@@ -264,7 +264,7 @@ fn impulses_are_replaced() {
     }
 }
 
-/// With a band declared, a line outside the band is not taken for a fundamental.
+/// If a band is declared, a line outside it must not be taken for a fundamental.
 #[test]
 fn a_tone_is_looked_for_in_the_band_alone() {
     let mut even = Even(11);
@@ -306,7 +306,7 @@ fn huge_and_tiny_values_are_fitted() {
     }
 }
 
-/// In white noise the lean scene is as accurate, and its intervals cover.
+/// In white noise, the lean scene must be as accurate, and its intervals must cover.
 #[test]
 fn a_lean_scene_finds_a_sine_in_white_noise() {
     let (mut held, mut squares) = (0, 0.0);

@@ -1,4 +1,4 @@
-//! Runs a board with its image and decodes its reports.
+//! Runs a board with its image, and decodes its reports.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
 use ads1258::Conversion;
@@ -14,7 +14,6 @@ use ridgetone_proto::telemetry::{ConverterState, Decoder, Estimate, Event, Healt
 
 pub const BOARDS: [Board; 2] = [Board::FeatherF405, Board::NucleoF446re];
 
-/// An emulator with a receiver for its telemetry.
 pub struct Run {
     pub emulator: Emulator,
     decoder: Decoder,
@@ -26,7 +25,7 @@ pub fn image(board: Board) -> Image {
 }
 
 impl Run {
-    /// Starts a board in front of a grating that slides at 30 mm/s, as in the demo.
+    /// Starts a board on a grating that slides at 30 mm/s, as in the demo.
     pub fn sliding(board: Board) -> Self {
         Self::new(
             board,
@@ -35,7 +34,7 @@ impl Run {
         )
     }
 
-    /// Starts an untouched board that has greeted and scans.
+    /// Starts an untouched board, and waits until it has greeted and scans.
     pub fn at_rest(board: Board) -> Self {
         let mut run = Self::new(board, Constant::default(), Start::default());
         run.run_to(1.0, hello);
@@ -107,7 +106,7 @@ pub fn hello(event: &Event) -> Option<Hello> {
     }
 }
 
-/// Encodes a request for the line, after a zero that ends earlier bytes on the line.
+/// Encodes a request for the line, preceded by a zero that ends earlier bytes.
 pub fn request(number: u16, command: Command) -> Vec<u8> {
     let mut bytes = vec![0; REQUEST_WIRE_MAX + 1];
     let used = framing::encode(&Request { number, command }, &mut bytes[1..]).expect("it fits");
@@ -138,7 +137,7 @@ pub fn health(event: &Event) -> Option<Health> {
     }
 }
 
-/// Runs the library on this PC with the conversions that the board has read.
+/// Runs the library on this PC with the conversions that the board read.
 pub fn on_pc(run: &Run) -> Vec<Event> {
     let mut pipeline = Pipeline::new(Settings::DEFAULT);
     let mut events = Vec::new();
@@ -149,8 +148,8 @@ pub fn on_pc(run: &Run) -> Vec<Event> {
     events
 }
 
-/// Selects contacts, slides, releases and images in order, then estimates in order: the time at
-/// which a fit ends varies.
+/// Selects contacts, slides, releases and images in order, then estimates in order, because the
+/// time at which a fit ends varies.
 pub fn touches_and_tones(events: &[Event]) -> Vec<Event> {
     let is_kept = |event: &&Event| {
         matches!(

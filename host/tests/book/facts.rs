@@ -1,4 +1,5 @@
-//! Tests that pins, settings and faults on the pages exist, and that the Python reader works.
+//! Tests that the pins, settings and faults in the documentation exist, and that its Python reader
+//! works.
 
 use super::common::{directory, file, json_lines, run};
 use super::{blocks, read, root};
@@ -12,7 +13,7 @@ use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-/// The last column of the table of known issues names a test that exists.
+/// The last column in the table of known issues must name an existing test.
 #[test]
 fn every_known_issue_has_a_test() {
     let page = read(&root().join("docs/known-issues.md"));
@@ -27,7 +28,7 @@ fn every_known_issue_has_a_test() {
     }
 }
 
-/// The names of pins in the table are those in the boards' files, such as `PA4 as Cs`.
+/// The pins in the table must match the boards' files, with lines such as `PA4 as Cs`.
 #[test]
 fn the_wiring_is_the_firmwares() {
     let page = read(&root().join("docs/guide/2-build.md"));
@@ -41,7 +42,7 @@ fn the_wiring_is_the_firmwares() {
         .collect();
     // The bus and the clock are the same on all boards.
     let shared = read(&root().join("src/board/converter.rs"));
-    // The name of a signal in the code.
+    // Name of each signal in the code.
     let signals = [
         ("CS", " as Cs"),
         ("SCLK", ">().into_alternate"),
@@ -100,7 +101,7 @@ fn the_wiring_is_the_firmwares() {
     }
 }
 
-/// The page lists the inputs of boards without an external converter in the firmware's order.
+/// The page must list the inputs of boards without an external converter in the firmware's order.
 #[test]
 fn the_inputs_of_the_own_converters_are_the_firmwares() {
     let page = read(&root().join("docs/guide/2-build.md"));
@@ -127,8 +128,8 @@ fn the_inputs_of_the_own_converters_are_the_firmwares() {
     }
 }
 
-/// Every setting has a row with its default in the reference, and values outside the range in the
-/// row are refused.
+/// Every setting must have a row in the reference with its default, and values outside the range in
+/// that row must be refused.
 #[test]
 fn every_setting_is_in_a_table_with_its_range() {
     let pages = read(&root().join("host/reference.md"));
@@ -158,7 +159,7 @@ fn every_setting_is_in_a_table_with_its_range() {
                 .is_some_and(|cell| cell.contains(&format!("`{name}`")))
         });
         let row = row.unwrap_or_else(|| panic!("{name} is in no table"));
-        // Numbers in the range; the last two are the bounds.
+        // Numbers in the range; the last two are its bounds.
         let cell = row[2].split(';').next().unwrap().replace(',', "");
         let range: Vec<f64> = cell
             .split(' ')
@@ -176,7 +177,7 @@ fn every_setting_is_in_a_table_with_its_range() {
             Some(u32::from_str_radix(hex, 16).unwrap().into())
         });
         assert_eq!(shown, Some(default), "{name}");
-        // The shortest period must not exceed the longest one, so raise the latter.
+        // The shortest period must not exceed the longest, so raise the longest first.
         let longest = (name == "array.period_min_mm").then_some("array.period_max_mm=100");
         let set = |value: f64| {
             let changes = longest.map(str::to_owned).into_iter();
@@ -225,7 +226,7 @@ fn the_reader_in_python_reads_what_the_command_prints() {
     let folder = directory();
     let script = file(folder.path(), "reader.py", reader);
 
-    // Damaged bytes in between, and a start in the middle of a frame.
+    // The line starts in the middle of a frame and has damaged bytes between frames.
     let mut line: Vec<u8> = b"middle of a frame\0\0\x01\0".to_vec();
     let mut wire = [0; WIRE_MAX];
     let mut sink = |packet: &Packet| {
@@ -267,7 +268,7 @@ fn the_reader_in_python_reads_what_the_command_prints() {
         assert_eq!(read[0], printed["sequence"]);
         assert!((number(&read[1]) - number(&printed["t_s"])).abs() < 1e-9);
         assert_eq!(read[2], printed["status"]);
-        // Values are f32 on the wire, and both texts parse to the same f32.
+        // Values are f32 on the line, and both texts must parse to the same f32.
         assert_eq!(
             number(&read[3]) as f32,
             number(&printed["frequency_hz"]) as f32

@@ -1,5 +1,5 @@
-//! Tests that every link leads to an existing file and heading, including links that the command
-//! prints.
+//! Tests that every link, including those that the command prints, leads to an existing file and
+//! heading.
 
 use super::{documents, read, root};
 use pulldown_cmark::{Event as Mark, Parser, Tag, TagEnd};
@@ -67,7 +67,7 @@ fn every_link_leads_to_a_file_and_a_heading() {
     assert!(links > 0, "no page has a link");
 }
 
-/// The command prints the file and the heading for each of its checks.
+/// The command prints a file and a heading for each of its checks.
 #[test]
 fn every_check_leads_to_a_heading() {
     for row in &ridgetone_host::check::table::TABLE {

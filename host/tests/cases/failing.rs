@@ -1,4 +1,4 @@
-//! Tests with files that once failed: from the folder `files` next to users' files, if present, and
+//! Tests files that once failed: those in the folder `files` next to users' files, if present, and
 //! generated files of the same kinds.
 
 use super::common::{directory, json_lines, run, stderr, text};
@@ -6,7 +6,7 @@ use super::made::made;
 use super::{Case, Doubted, Expected, Hz, Mm, Noted, Refused, TONE, judge, shared};
 use std::path::{Path, PathBuf};
 
-/// Files of the folder, options of `fit`, and expected results.
+/// Files in the folder, options of `fit`, and expected results.
 const FILES: [Case; 57] = [
     ("unit_time_hr.csv", &[], Noted(2.3, &["in hours"])),
     ("unit_time_ks.csv", &[], Hz(2.3)),
@@ -320,7 +320,7 @@ fn report(cases: impl Iterator<Item = (PathBuf, &'static [&'static str], Expecte
     );
 }
 
-/// Printed dates are accepted by `--from`.
+/// `--from` must accept dates as printed.
 #[test]
 fn printed_dates_choose_a_part() {
     let folder = directory();
@@ -341,7 +341,7 @@ fn printed_dates_choose_a_part() {
     assert_eq!(judge(&path, &["--from", from, "--to", to], TONE), None);
 }
 
-/// The events contain nothing that is not in the file.
+/// Events must not contain anything that is not in the file.
 #[test]
 fn replay_of_a_table_reports_its_own_channels_alone() {
     let folder = directory();
@@ -389,7 +389,7 @@ fn a_row_alone_has_no_answer() {
     }
 }
 
-/// A file whose clock jumps is refused before anything is replayed or searched.
+/// A file whose clock jumps must be refused before anything is replayed or searched.
 #[test]
 fn gaps_are_refused_by_all_readers() {
     let folder = directory();

@@ -1,5 +1,5 @@
-//! Generates the inputs of the cases: a tone of 12.34 Hz in three channels at 250 Hz, in the
-//! formats of instruments.
+//! Generates the inputs of the test cases: a tone of 12.34 Hz in three channels at 250 Hz, in
+//! formats that instruments write.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -7,7 +7,7 @@ use std::io::Write as _;
 /// Rows of each table, 4 s.
 const ROWS: usize = 1000;
 
-/// Time of a row by an even clock, seconds.
+/// Time of a row if rows are evenly spaced, seconds.
 fn even_s(row: usize) -> f64 {
     row as f64 * 0.004
 }
@@ -26,10 +26,9 @@ fn channels(row: usize, t_s: f64) -> [f64; 3] {
     })
 }
 
-/// A row's text: its number, its time, its channels.
+/// Formats a row from its number, its time and its channels.
 type Text<'a> = &'a dyn Fn(usize, f64, [String; 3]) -> String;
 
-/// A table with a row for each of some times.
 fn table(header: &str, times_s: &[f64], text: Text) -> String {
     let mut csv = header.to_owned();
     for (row, t_s) in times_s.iter().enumerate() {
@@ -43,7 +42,7 @@ fn evenly() -> Vec<f64> {
     (0..ROWS).map(even_s).collect()
 }
 
-/// Writes a table of evenly spaced rows, with stamps formatted by `stamp`.
+/// Returns a table of evenly spaced rows, with stamps formatted by `stamp`.
 fn stamped(header: &str, stamp: &dyn Fn(usize, f64) -> String) -> String {
     table(
         &format!("{header},ax,ay,az\n"),
@@ -56,7 +55,7 @@ fn plain() -> String {
     stamped("time_s", &|_, t_s| format!("{t_s:.3}"))
 }
 
-/// Writes a table in which `mark` replaces every eleventh reading of the second channel.
+/// Returns a table in which `mark` replaces every eleventh reading of the second channel.
 fn lacking(mark: &str) -> String {
     table("time_s,ax,ay,az\n", &evenly(), &|row, t_s, [x, y, z]| {
         let y = if row % 11 == 4 { mark } else { &y };
@@ -64,7 +63,7 @@ fn lacking(mark: &str) -> String {
     })
 }
 
-/// Formats a time of day, counted from 01:59:58.
+/// Formats a time of day, starting at 01:59:58.
 fn clock(t_s: f64) -> String {
     let (hour, second) = if t_s < 2.0 {
         ("01:59", 58.0)
@@ -111,7 +110,7 @@ fn wav() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Writes a table of a finger that accelerates over a grating of 2.5 mm.
+/// Returns a table for a finger that accelerates over a grating of 2.5 mm.
 fn by_place(header: &str, column: &dyn Fn(f64, f64) -> String) -> String {
     let mut csv = header.to_owned();
     for t_s in evenly() {
@@ -130,7 +129,6 @@ fn by_place(header: &str, column: &dyn Fn(f64, f64) -> String) -> String {
     csv
 }
 
-/// The input of a case.
 pub fn made(name: &str) -> Vec<u8> {
     let text = match name {
         "data.csv.gz" => return gzip(&plain()),
@@ -269,7 +267,6 @@ pub fn made(name: &str) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// Returns the input of a case that once failed.
 fn failing(name: &str) -> Vec<u8> {
     let numbered =
         |header: &str, stamp: &dyn Fn(usize) -> String| stamped(header, &|row, _| stamp(row));
@@ -377,7 +374,7 @@ fn failing(name: &str) -> Vec<u8> {
                 (0..ROWS).map(row).collect::<String>()
             )
         }
-        // More rows than the estimator takes at once.
+        // Has more rows than the estimator takes at once.
         "long_fast.csv" => (0..70_000).fold("time_s,x\n".into(), |csv, row| {
             let phase = std::f64::consts::TAU * 0.16 * f64::from(row);
             let noise = channels(row as usize, 0.0)[1] - channels(0, 0.0)[1];

@@ -9,7 +9,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 use std::path::{Path, PathBuf};
 
-/// Returns the packets of the default scene up to a device time, with every raw frame.
+/// Returns the packets of the default scene up to this device time, with every raw frame.
 pub fn packets(until_s: f64) -> Vec<Packet> {
     packets_of(Input::default(), until_s)
 }
@@ -40,7 +40,6 @@ fn packets_of(input: Input, until_s: f64) -> Vec<Packet> {
         .collect()
 }
 
-/// Writes the packets to a recording.
 pub fn recorded(folder: &Path, packets: &[Packet]) -> PathBuf {
     recorded_as(folder, "touch.rec", packets)
 }

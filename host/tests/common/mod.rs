@@ -1,4 +1,4 @@
-//! Helpers for tests of the command: running the command, and files to run it on.
+//! Helpers that run the command, and create files for it.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use std::fmt::Write;
@@ -12,7 +12,6 @@ pub fn ridgetone() -> Command {
     Command::new(program.expect("a command"))
 }
 
-/// Runs the command with arguments.
 pub fn run(arguments: &[&str]) -> Output {
     ridgetone()
         .args(arguments)
@@ -20,12 +19,10 @@ pub fn run(arguments: &[&str]) -> Output {
         .expect("the command runs")
 }
 
-/// Standard output of the command.
 pub fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).expect("UTF-8")
 }
 
-/// Standard error of the command.
 pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).expect("UTF-8")
 }
@@ -61,21 +58,19 @@ pub fn directory() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary directory")
 }
 
-/// Writes a file into a directory.
 pub fn file(directory: &Path, name: &str, text: &str) -> PathBuf {
     let path = directory.join(name);
     std::fs::write(&path, text).expect("the file can be written");
     path
 }
 
-/// A path as an argument.
 pub fn text(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
 }
 
 /// Returns a table of `channels` columns, sampled at `rate_hz`: a tone of `frequency_hz` with an
 /// overtone, a little noise, and different amplitudes and phases. Stamps are rounded down to
-/// multiples of `jitter_s`, if not zero.
+/// multiples of `jitter_s` unless it is zero.
 pub fn tone(
     channels: usize,
     rows: usize,
@@ -97,7 +92,7 @@ pub fn tone(
         };
         let _ = write!(csv, "\n{stamp_s:.6}");
         for c in 0..channels {
-            // Quick generator from Numerical Recipes: it must only be reproducible.
+            // Quick generator from Numerical Recipes. It need only be reproducible.
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             let noise = f64::from(state >> 8) / f64::from(1 << 24) - 0.5;
             let phase = std::f64::consts::TAU * frequency_hz * t_s + c as f64;

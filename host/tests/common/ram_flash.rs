@@ -1,4 +1,4 @@
-//! Flash for tests. Clones share the content, so that it outlives the board.
+//! Flash in RAM for tests. Clones share their content, which therefore outlives a board.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use ridgetone_proto::store::WORD_BYTES;

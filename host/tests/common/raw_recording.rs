@@ -1,4 +1,4 @@
-//! A board's recording with every raw frame from the start.
+//! A board's recording in which raw frames were sent from the start.
 
 use hal_mock::Sliding;
 use ridgetone_finger::Pipeline;

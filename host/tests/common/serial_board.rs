@@ -1,4 +1,4 @@
-//! A board at a pseudo-terminal, which greets, answers requests and sends frames in real time.
+//! A board at a pseudo-terminal. It greets, answers requests and sends frames in real time.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use ridgetone_finger::{CONVERSION_NS, FRAME_NS};
@@ -22,7 +22,7 @@ const BYTE_S: f64 = 10.0 / 921_600.0;
 
 #[derive(Default)]
 struct Shared {
-    /// UTC of the board's time 0, nanoseconds; 0 before it begins.
+    /// UTC at board time 0 in nanoseconds; 0 before the board begins.
     begun_ns: AtomicU64,
     frames: AtomicU64,
     /// Maximum delay of a packet on the line, microseconds.
@@ -31,23 +31,21 @@ struct Shared {
 }
 
 pub struct SerialBoard {
-    /// Name of the board's port.
     pub name: String,
     shared: Arc<Shared>,
 }
 
 impl SerialBoard {
-    /// Creates a board with the default scan.
     pub fn new() -> Self {
         Self::of_rate(f64::from(FRAME_RATE_HZ))
     }
 
-    /// Creates a board with this frame rate. Above the default rate the line takes no time, because
+    /// Creates a board with this frame rate. Above the default rate, sending takes no time, because
     /// a real line carries only 1,100 frames per second.
     pub fn of_rate(rate_hz: f64) -> Self {
         let (end, name) = raw_end();
         let is_fast = rate_hz > f64::from(FRAME_RATE_HZ) + 1.0;
-        // From a frame's time to the end of its last conversion.
+        // Time from a frame's stamp to the end of its last conversion.
         let frame_s = if is_fast {
             rate_hz.recip()
         } else {
@@ -64,7 +62,7 @@ impl SerialBoard {
         Self { name, shared }
     }
 
-    /// UTC of the board's time 0, seconds.
+    /// UTC at board time 0, seconds.
     pub fn begun_utc_s(&self) -> f64 {
         self.shared.begun_ns.load(Relaxed) as f64 * 1e-9
     }
@@ -78,7 +76,6 @@ impl SerialBoard {
         self.shared.late_us.load(Relaxed) as f64 * 1e-6
     }
 
-    /// Stops the board, but keeps the line open.
     pub fn stop(&self) {
         self.shared.stops.store(true, Relaxed);
     }
@@ -119,7 +116,7 @@ impl BoardEnd {
             boot: Boot::UNKNOWN,
             t_us: 0,
         });
-        // Wait until a program opens the line and requests frames.
+        // Waits until a program opens the line and requests frames.
         let mut wants = false;
         while !wants {
             self.send(hello.clone(), Instant::now());
@@ -178,7 +175,7 @@ impl BoardEnd {
         wants
     }
 
-    /// Sends a packet after the time that its bytes take on the line, and notes its delay.
+    /// Sends a packet after the time that its bytes take on the line, and records its delay.
     fn send(&mut self, event: Event, due: Instant) {
         let mut wire = [0; WIRE_MAX];
         let used = encode(
@@ -191,7 +188,7 @@ impl BoardEnd {
         .expect("it fits");
         self.sequence = self.sequence.wrapping_add(1);
         sleep(Duration::from_secs_f64(self.byte_s * used as f64));
-        // Writing fails if the far end is closed, which is ignored.
+        // Ignore errors, because writing fails if the far end is closed.
         let _ = self.end.write_all(&wire[..used]);
         self.shared
             .late_us
@@ -199,7 +196,7 @@ impl BoardEnd {
     }
 }
 
-/// Returns a channel of the requests that arrive on a line.
+/// Receives requests from a line and returns them through a channel.
 fn requests(mut end: File) -> Receiver<Request> {
     let (found, requests) = channel();
     std::thread::spawn(move || {
@@ -216,7 +213,8 @@ fn requests(mut end: File) -> Receiver<Request> {
                         .take()
                         .and_then(|mut frame| framing::decode(&mut frame))
                 {
-                    // A stopped board answers nothing, but data on its line can still be read.
+                    // If the board has stopped, nobody receives the request, but its line is still
+                    // read.
                     let _ = found.send(request);
                 }
             }

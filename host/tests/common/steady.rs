@@ -1,4 +1,4 @@
-//! Repeats a touch on the emulated chip: nothing may drift, leak or get lost.
+//! Repeats a touch on the emulated chip, and asserts that nothing drifts, leaks or gets lost.
 
 use hal_mock::{Options, Sliding, SlidingScene};
 use ridgetone_finger::converter::SCAN;
@@ -13,15 +13,14 @@ use std::time::Instant;
 /// Time between the starts of two touches, seconds; longer than a touch.
 const EVERY_S: f64 = 6.0;
 
-/// Tolerances of contact, slide and frequency: the requirements of `emulated.rs`.
+/// Tolerances of contact and slide (seconds) and frequency, as in `emulated.rs`.
 const OFF_S: f64 = 0.020;
 const OFF: f64 = 0.002;
 
-/// How much deeper the stack may get after two touches, bytes: the tasks above the fit may meet it
-/// at its deepest later only, each with a frame of up to 104 bytes and what it takes itself.
+/// Allowed growth of the stack after two touches, bytes. Tasks may preempt the fit at its deepest
+/// point only later, each with a frame of up to 104 bytes in addition to its own stack.
 const STACK_GROWTH_BYTES: u32 = 2048;
 
-/// Counts and extremes of the events.
 #[derive(Default)]
 struct Seen {
     hellos: u64,
@@ -32,7 +31,7 @@ struct Seen {
     healths: u64,
     first: Option<Health>,
     last: Option<Health>,
-    /// After two touches, when all has happened once.
+    /// Health after two touches, when every kind of event has occurred.
     after_two: Option<Health>,
 }
 
@@ -56,8 +55,8 @@ pub fn run(end_s: f64) {
         truth: None,
         warning: None,
     };
-    // The start of the scene is known only after the run, so the extremes of its times are
-    // compared then.
+    // The start of the scene is known only after the run, so collect the extremes and compare them
+    // then.
     let [mut contact_off, mut start_off, mut end_off] = [Spread::default(); 3];
     let mut seen = Seen::default();
     let mut sink = |packet: &Packet, _| {
@@ -102,7 +101,7 @@ pub fn run(end_s: f64) {
         begun.elapsed().as_secs_f64()
     );
 
-    // One greeting at the start and one after ten healths each: no second start.
+    // One greeting at the start and one after ten health messages each. A restart would add one.
     assert_eq!(
         seen.hellos,
         1 + seen.healths / 10,
@@ -123,7 +122,7 @@ pub fn run(end_s: f64) {
         (0, 0, 0)
     );
 
-    // Device time begins with the first result, the scene when START rises.
+    // Device time begins with the first result, scene time when START rises.
     let zero_s = outcome.zero_s();
     for (what, spread) in [
         ("contacts", contact_off),
@@ -155,13 +154,12 @@ pub fn run(end_s: f64) {
         lost + health.overruns + health.messages_dropped + health.chip_restarts
     };
     assert_eq!(quiet(&last), 0, "{last:?}");
-    // Measured since the start, so within a microsecond of both ends.
+    // Measured since the start, with an error of up to a microsecond at either end.
     let rate_hz = f64::from(SCAN.clock_hz) / f64::from(SCAN.frame_ticks());
     assert!(
         (f64::from(last.frame_rate_hz) / rate_hz - 1.0).abs() < 2.0 / last.t_us as f64 + 1e-6,
         "{last:?}"
     );
-    // After two touches the stack must not grow much.
     let after_two = seen.after_two.expect("two touches").stack_used_bytes;
     println!(
         "stack: {after_two} bytes after two touches, {} at last, of {}",
@@ -171,8 +169,8 @@ pub fn run(end_s: f64) {
         last.stack_used_bytes.abs_diff(after_two) < STACK_GROWTH_BYTES,
         "{after_two} bytes, then {last:?}"
     );
-    // The end of the time stamps next to the chip's own count of results: conversions after the
-    // last health are not in it.
+    // Compares the last time stamp with the chip's own count of results, which includes conversions
+    // after the last health message.
     let reported_s = last.t_us as f64 / 1e6;
     let served_s = outcome.conversions_served as f64 * f64::from(SCAN.conversion_ticks())
         / f64::from(SCAN.clock_hz);
@@ -192,7 +190,7 @@ impl Seen {
         self.healths += 1;
         self.first.get_or_insert(health);
         self.last = Some(health);
-        // The latest conversion's time is a whole number of the chip's periods after the first, by
+        // The latest conversion must be a whole number of the chip's periods after the first, in
         // exact arithmetic.
         let (ticks, clock_hz) = (
             u128::from(SCAN.conversion_ticks()),
@@ -204,7 +202,7 @@ impl Seen {
             exact_us.abs_diff(health.t_us.into()) <= 1,
             "{health:?} is not the time of conversion {number}"
         );
-        // Whole scans: the last health comes in the middle of one.
+        // Whole scans: the last health message comes in the middle of one.
         assert_eq!(
             (number + 1) / SCAN.slots() as u128,
             health.frames.into(),
@@ -234,7 +232,7 @@ impl Default for Spread {
 }
 
 impl Spread {
-    /// Device time `t_us` of touch `number`, which was at `truth_s` in its scene.
+    /// Takes device time `t_us` of an event in touch `number`, which was at `truth_s` in its scene.
     fn take(&mut self, t_us: u64, number: u64, truth_s: f64) {
         let off_s = t_us as f64 / 1e6 - (number as f64 * EVERY_S + truth_s);
         (self.least_s, self.most_s) = (self.least_s.min(off_s), self.most_s.max(off_s));

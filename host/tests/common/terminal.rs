@@ -14,15 +14,13 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// The test's end of a pseudo-terminal, and everything read from it.
 pub struct Terminal {
     end: File,
-    /// Path by which the other end is opened.
+    /// Path at which the far end can be opened.
     pub name: String,
     received: Vec<u8>,
-    /// Text on the screen.
     screen: vt100::Parser,
 }
 
 impl Terminal {
-    /// Opens a pseudo-terminal of `columns` columns and `rows` rows.
     pub fn new(columns: u16, rows: u16) -> Self {
         let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
             .expect("a terminal");
@@ -64,12 +62,10 @@ impl Terminal {
         self.end
     }
 
-    /// Types the given bytes.
     pub fn send(&mut self, bytes: &[u8]) {
         self.end.write_all(bytes).expect("written");
     }
 
-    /// Reads until the screen shows `part`.
     pub fn read_until(&mut self, part: &str) {
         let begun = Instant::now();
         while !self.shows(part) {
@@ -86,7 +82,6 @@ impl Terminal {
         self.screen.screen().contents().contains(part)
     }
 
-    /// The screen.
     pub fn screen(&self) -> &vt100::Screen {
         self.screen.screen()
     }

@@ -16,7 +16,8 @@ fn the_emulated_board_is_recorded_with_raw_frames_from_which_the_library_gets_th
     );
     let events = json_lines(&run(&["replay", text(&recording), "--json"]));
     let tone = |lines: &[serde_json::Value]| {
-        // While raw frames are sent, the board has no time for the whole slide: it is overwritten.
+        // While raw frames are sent, the board has no time to fit the whole slide, whose frames are
+        // overwritten.
         let last = lines
             .iter()
             .rfind(|line| line["type"] == "estimate" && line["status"] == "good")
@@ -40,7 +41,7 @@ fn the_emulated_board_is_recorded_with_raw_frames_from_which_the_library_gets_th
         "window_s=1",
         "--json",
     ]));
-    // The first scene's 15 mm/s over 3.6 mm, on the board and from its frames.
+    // 15 mm/s over 3.6 mm in the first scene, on the board and from its frames.
     for found in [tone(&events), tone(&again)] {
         assert!((found / (15.0 / 3.6) - 1.0).abs() < 1e-3, "{found} Hz");
     }
@@ -88,8 +89,8 @@ fn the_emulated_board_reports_its_settings_takes_others_and_refuses_what_is_out_
     );
 }
 
-/// With settings from a file, the firmware reports the same for the default scene as the library on
-/// the PC.
+/// With settings from a file, the firmware must report the same for the default scene as the
+/// library on the PC.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
@@ -119,8 +120,8 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
     };
     let found = estimates("emulate");
     assert!(found.len() > 10, "{}", found.len());
-    // The board stamps some conversions a microsecond later than the replay, which starts its chip at
-    // a whole microsecond.
+    // The board stamps some conversions a microsecond later than the replay, whose chip starts at a
+    // whole microsecond.
     let here = estimates("replay");
     assert_eq!(found.len(), here.len());
     for (found, here) in found.iter().zip(&here) {
@@ -154,7 +155,7 @@ fn each_message_of_an_emulated_run_has_the_time_at_which_it_left_the_board() {
         assert!(left_s >= before_s, "{message}");
         before_s = left_s;
         if let Some(after_s) = of(message, "reported_after_s") {
-            // Time on the line, including packets that wait in front of the event.
+            // Time on the line, including packets queued before the event.
             let waited_s = left_s - of(message, "t_s").expect("a time") - after_s;
             assert!((-0.001..0.03).contains(&waited_s), "{waited_s}: {message}");
             events += 1;
@@ -182,7 +183,8 @@ fn the_emulated_board_obeys_commands() {
     }
 }
 
-/// The emulated board passes its check, which gives a reason for each point that is not judged.
+/// The emulated board must pass its check, which gives a reason for each point that it does not
+/// judge.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_emulated_board_passes_its_check() {

@@ -1,4 +1,4 @@
-//! Compares the firmware built with overflow checks to the release image.
+//! Compares the firmware built with overflow checks with the release image.
 
 use ridgetone_host::emulator::image::{self, Firmware};
 use ridgetone_host::emulator::{self, Options, Outcome};
@@ -19,8 +19,9 @@ fn run(elf: &Firmware) -> (Outcome, Vec<Packet>) {
     (outcome, packets)
 }
 
-/// Arithmetic wraps silently in the release image and panics in this one. A touch gives the same
-/// messages in both; the slower image dates some of them a microsecond later, and may skip windows.
+/// Arithmetic wraps silently in the release image, but panics in the checked one. Both must report
+/// the same messages for a touch, but the slower checked image stamps some a microsecond later, and
+/// may skip windows.
 #[test]
 #[ignore = "needs the emulator and an image in RIDGETONE_CHECKED_ELF: cargo xtask test"]
 fn no_arithmetic_overflows_in_a_touch() {
@@ -34,8 +35,8 @@ fn no_arithmetic_overflows_in_a_touch() {
             ),
             (0, 0, 0)
         );
-        // Ignore health and converter messages, which depend on processor load and time, and
-        // the order, because messages may overtake a slower fit.
+        // Ignores health and converter messages, which depend on processor load and time, and the
+        // order, because messages may overtake a slower fit.
         let all = packets
             .into_iter()
             .map(|packet| packet.event)

@@ -1,4 +1,4 @@
-//! Requests to the emulated board, over its serial line.
+//! Tests requests to the emulated board over its serial line.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -12,7 +12,7 @@ use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::telemetry::{Event, Packet, Span};
 use std::time::Duration;
 
-/// Result of a run: packets, and the number of packets up to each answer.
+/// Result of a run: the packets, and each answer with the number of packets up to it.
 pub struct Talked {
     pub packets: Vec<Packet>,
     pub answers: Vec<(usize, Outcome)>,
@@ -25,7 +25,7 @@ impl Talked {
     }
 }
 
-/// Runs the default scene, and sends these bytes and then these commands after the greeting.
+/// Runs the default scene. After the greeting, sends these bytes and then these commands.
 pub fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
     let elf = emulator::image::find().expect("an image");
     let mut requests = Requests::new(700);
@@ -121,7 +121,7 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
         .map(|(_, outcome)| outcome.clone())
         .collect();
     assert_eq!(outcomes, [Outcome::Done, refused, Outcome::Done]);
-    // The greeting is repeated with the settings in force.
+    // The greeting must be repeated with the current settings.
     let hello = run.packets.iter().filter_map(|packet| match &packet.event {
         Event::Hello(hello) => Some((hello.settings, hello.source)),
         _ => None,
@@ -158,7 +158,7 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
     );
 }
 
-/// After a requested restart, kept settings are in force and other settings are not.
+/// A requested restart must apply the stored settings and no others.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn settings_that_are_kept_survive_a_restart() {
@@ -239,8 +239,8 @@ fn a_board_that_was_stopped_sends_nothing_of_a_touch_until_it_is_started() {
     assert!(windows_s(behind).len() >= 3, "{behind:?}");
 }
 
-/// Ten kilobytes of noise before the request: about as much as the emulated line takes within the
-/// scene.
+/// Ten kilobytes of noise precede the request, about as many as the emulated line carries during
+/// the scene.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn noise_on_the_line_is_counted_and_changes_nothing() {
@@ -252,14 +252,14 @@ fn noise_on_the_line_is_counted_and_changes_nothing() {
         _ => None,
     });
     let damaged = damaged.next_back().expect("health");
-    // Bytes between two zeros are a frame. The zero in front of the request ends the last
+    // Bytes between two zeros count as a frame. The zero in front of the request ends the last
     // frame.
     let frames = noise
         .split(|byte| *byte == 0)
         .filter(|frame| !frame.is_empty())
         .count();
-    // While the noise is on its way the request is sent again and again; of two that arrive at once
-    // the second is dropped.
+    // While the noise is being sent, the request is repeated. If two requests arrive at once, the
+    // second is dropped.
     assert!(
         (frames..=frames + TRIES as usize).contains(&(damaged as usize)),
         "{damaged} damaged of {frames}"
@@ -318,7 +318,7 @@ fn a_plan_that_is_sent_is_in_force_after_a_greeting_and_says_what_it_gives() {
         (0, 0),
         "{health:?}"
     );
-    // The fit of the whole slide may take the place of a window.
+    // The fit of the whole slide may displace one window.
     assert!(health.overruns <= 1, "{health:?}");
     assert!(
         (health.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3,

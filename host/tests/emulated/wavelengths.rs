@@ -1,6 +1,6 @@
-//! Gratings under a hand's speed with the plan `hand`, in the emulator and by
-//! the library on this PC: the same answers, bit for bit. What lab/papers/okamoto.py measures with the
-//! library is so what the image measures.
+//! Tests gratings at a hand's speed with the plan `hand`: the emulated image and the library on
+//! this PC must agree bit for bit. Results of lab/papers/okamoto.py, which uses the library,
+//! therefore also apply to the image.
 
 use hal_mock::{Finger, Sliding};
 use ridgetone_finger::Pipeline;
@@ -11,14 +11,14 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event, Packet, Span, Status};
 
-/// The mean of a hand's speed (Okamoto et al., section IV-A), mm/s.
+/// Mean speed of a hand (Okamoto et al., section IV-A), mm/s.
 const SPEED_MM_S: f64 = 125.4;
 
-/// A conversion takes 197 us with the default plan and 43 us with `hand`.
+/// Threshold between conversions of the default plan (197 us) and of `hand` (43 us).
 const QUICK_US: u32 = 100;
 
 fn estimate(event: &Event) -> Option<Estimate> {
-    // Ignore device time: it begins with the first conversion, which differs on the PC.
+    // Ignore device time: it begins at the first conversion, which differs on the PC.
     if let Event::Estimate(estimate) = event {
         Some(Estimate {
             t_us: 0,
@@ -29,7 +29,7 @@ fn estimate(event: &Event) -> Option<Estimate> {
     }
 }
 
-/// Returns a grating with ridges as wide as its grooves, under a skin with or without ridges.
+/// Returns a grating whose ridges are as wide as its grooves, under a skin with or without ridges.
 fn grating(period_mm: f64, skin_ridge_mm: f64) -> Sliding {
     let (ridge_mm, hold_before_s, hold_after_s) = (0.5 * period_mm, 0.6, 0.5);
     let finger = Some(Finger {
@@ -46,8 +46,8 @@ fn grating(period_mm: f64, skin_ridge_mm: f64) -> Sliding {
     }
 }
 
-/// Returns the image's estimates, and asserts that they equal those of the library from the same
-/// conversions, except for at most one that the image had no time for and has counted.
+/// Returns the image's estimates. Asserts that they equal the library's from the same conversions,
+/// except for at most one that the image had no time for and counted as an overrun.
 fn as_on_the_pc(scene: Sliding, settings: Settings) -> Vec<Estimate> {
     let elf = emulator::image::find().expect("an image");
     let input = Input {
@@ -77,8 +77,8 @@ fn as_on_the_pc(scene: Sliding, settings: Settings) -> Vec<Estimate> {
         ),
         (0, 0, 0)
     );
-    // Use the same conversions, from the moment when the plan is in force: the image begins with
-    // the default plan, whose conversions last longer.
+    // Use the same conversions, but only from the moment when the plan applies: the image starts
+    // with the default plan, whose conversions are longer.
     let is_quick = |pair: &[TimedConversion]| pair[1].t_us.wrapping_sub(pair[0].t_us) < QUICK_US;
     let first = outcome
         .conversions
@@ -107,8 +107,8 @@ fn as_on_the_pc(scene: Sliding, settings: Settings) -> Vec<Estimate> {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn gratings_under_a_hands_speed_are_those_of_the_pc_bit_for_bit() {
-    // Windows of the paper's length, or as long as an accuracy of 0.5 % needs; a smooth skin, or
-    // one with ridges.
+    // Windows of the paper's length, or as long as an accuracy of 0.5 % requires; under a smooth
+    // skin or one with ridges.
     for (wavelength_mm, skin_ridge_mm, window_s, accuracy) in [
         (0.8, 0.0, 0.128, 0.005),
         (1.6, 0.0, 0.032, 0.0),
@@ -133,10 +133,10 @@ fn gratings_under_a_hands_speed_are_those_of_the_pc_bit_for_bit() {
         let windows = on_chip
             .iter()
             .filter(|one| one.span == Span::Window && one.status == Status::Good)
-            // The hand's speed differs where it starts and stops.
+            // Drop windows with the hand's start or stop, where its speed differs.
             .filter(|one| one.movement.wander < 0.05)
             .collect::<Vec<_>>();
-        // The first and the last of short windows may hold it too: two cycles do not show it.
+        // A short first or last window may include a start or stop too: two cycles do not show it.
         let edge = usize::from(window_s < 0.1);
         let inner = windows.get(edge..windows.len().saturating_sub(edge));
         // Windows of two cycles have a standard deviation of 3 %.

@@ -23,7 +23,6 @@ const TOKENS: [&[u8]; 16] = [
     b"\xef\xbb\xbf",
 ];
 
-/// Maximum number of changes to an input.
 const CHANGES_MAX: usize = 6;
 
 /// Maximum length of a piece that is removed, repeated or copied from a different input, bytes.
@@ -40,7 +39,6 @@ impl Mutator {
         self.0.next_u32() as usize % most.max(1)
     }
 
-    /// Returns one of the intact inputs with changes.
     pub fn changed(&mut self, wholes: &[Vec<u8>]) -> Vec<u8> {
         let mut bytes = wholes[self.below(wholes.len())].clone();
         for _ in 0..=self.below(CHANGES_MAX) {

@@ -1,4 +1,4 @@
-//! Properties that must be true for any bytes in a file or request. `lab/fuzz` tests these too.
+//! Properties of the readers for any bytes in a file or request. `lab/fuzz` tests these too.
 
 use hal_mock::{FileError, Scene, SlidingScene, parse_scene};
 use ridgetone_host::events::{JsonLines, text};
@@ -15,20 +15,16 @@ use std::path::PathBuf;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// Readers of untrusted bytes.
 #[derive(Clone, Copy, Debug)]
 pub enum Reader {
     /// Samples: tables, and raw frames in any file.
     Rows,
     /// Telemetry as `record` writes it.
     Recording,
-    /// MCAP.
     Mcap,
-    /// Settings as TOML.
     Settings,
-    /// A scene as TOML.
     Scene,
-    /// A request to the board, without its frame.
+    /// A request to the board, without its framing.
     Request,
 }
 
@@ -56,7 +52,8 @@ fn file(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// Rows are complete, finite and no more than there are bytes, and a second pass returns the same.
+/// Asserts that rows are complete and finite, no more than the bytes, and the same in a second
+/// pass.
 fn rows(bytes: &[u8]) -> bool {
     let path = file("rows", bytes);
     let Ok(samples) = Samples::file(&path) else {
@@ -90,7 +87,7 @@ fn all_rows(samples: &Samples, most: usize) -> Result<Vec<u64>, FileError> {
     Ok(all)
 }
 
-/// Packets are counted, and each can be printed.
+/// Asserts that packets are counted, and that each can be printed.
 fn recording(bytes: &[u8]) -> bool {
     let Ok(recorded) = Recorded::open(&file("telemetry", bytes)) else {
         return false;
@@ -112,7 +109,7 @@ fn recording(bytes: &[u8]) -> bool {
     packets > 0
 }
 
-/// Messages are parts of the file, none of them twice.
+/// Asserts that messages are parts of the file, none used twice.
 fn mcap(bytes: &[u8]) -> bool {
     let Ok(all) = messages(&file("messages", bytes), Form::Mcap) else {
         return false;
@@ -125,7 +122,8 @@ fn mcap(bytes: &[u8]) -> bool {
     true
 }
 
-/// Settings from a file are valid, and unchanged after they are written and read again.
+/// Asserts that settings from a file are valid, and unchanged after they are written and read
+/// again.
 fn settings(bytes: &[u8]) -> bool {
     let Ok(settings) = settings_form::load(&file("settings.toml", bytes)) else {
         return false;
@@ -141,7 +139,7 @@ fn assert_written_and_read(settings: &Settings) {
     assert_eq!(read.expect("settings"), *settings, "{written}");
 }
 
-/// A scene has voltages at all times.
+/// Asserts that a scene has voltages at all times.
 fn scene(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return false;
@@ -163,7 +161,7 @@ fn scene(bytes: &[u8]) -> bool {
     true
 }
 
-/// A request that is read fits its frame, and valid settings in it fit a file.
+/// Asserts that an accepted request fits its frame, and that valid settings in it fit a file.
 fn request(bytes: &[u8]) -> bool {
     let mut wire = [0; 2 * REQUEST_WIRE_MAX];
     let read = |wire: &[u8]| Request::decode(&mut wire.to_vec());
@@ -174,7 +172,7 @@ fn request(bytes: &[u8]) -> bool {
     let mut again = [0; REQUEST_WIRE_MAX];
     let used = framing::encode(&request, &mut again).expect("it fits");
     let repeated = read(&again[..used - 1]).expect("a request");
-    // Compare as text, because NaN is not equal to itself.
+    // Compares as text, because NaN does not equal itself.
     assert_eq!(format!("{repeated:?}"), format!("{request:?}"));
     if let Command::Set { settings, .. } = request.command
         && settings.validate().is_ok()

@@ -1,4 +1,4 @@
-"""The page of `ridgetone view` in Chromium."""
+"""Helpers for the page of `ridgetone view` in Chromium."""
 
 import contextlib
 import csv
@@ -23,7 +23,7 @@ RECORDINGS = os.environ.get("RIDGETONE_RECORDINGS", str(ROOT / "target/debug/exa
 CHROMIUM = os.environ.get("RIDGETONE_BROWSER") or shutil.which("chromium")
 PATIENCE_MS = 120_000
 WIDTHS = {"phone": (390, 844), "tablet": (800, 900), "desk": (1400, 900)}
-# What a finger hits on a phone that is smaller than 44 px (WCAG 2.2, 2.5.5).
+# Controls smaller than 44 px, too small for a finger on a phone (WCAG 2.2, 2.5.5).
 TARGETS = """() => [...document.querySelectorAll("button, select, input, a, label.button")]
     .filter((target) => target.id !== "file").map((target) => [target, target.getBoundingClientRect()])
     .filter(([, { width, height }]) => width > 0 && (height < 44 || width < 44))
@@ -38,13 +38,13 @@ DRAWN = """(canvas) => {
 
 
 def ridgetone(*arguments: object) -> list[dict[str, Any]]:
-    """Lines of JSON that the command prints."""
+    """Returns the JSON lines that a command prints."""
     done = subprocess.run([COMMAND, *map(str, arguments)], capture_output=True, text=True, check=True, cwd=ROOT)
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 class View:
-    """`ridgetone view` until its end, and pages of it."""
+    """`ridgetone view`, running until it is ended, and its pages."""
 
     def __init__(self, browser: Browser, arguments: tuple[object, ...]) -> None:
         words = [COMMAND, "view", *map(str, arguments)]
@@ -55,7 +55,7 @@ class View:
         self.said: list[str] = []
 
     def page(self, size: tuple[int, int] = (1280, 800), **more: Any) -> Page:
-        """A page; what it says in the console, and requests elsewhere, are collected in `said`."""
+        """Opens a page. `said` collects console messages and requests to other addresses."""
         width, height = size
         page = self.browser.new_page(viewport={"width": width, "height": height}, accept_downloads=True, **more)
         page.set_default_timeout(PATIENCE_MS)
@@ -67,13 +67,13 @@ class View:
         return page
 
     def ended(self, **more: Any) -> Page:
-        """The page of a recording that is played at once, at its end."""
+        """Opens the page of a recording that is played at once, and waits for its end."""
         page = self.page(**more)
         wait(page, "document.getElementById('status').textContent.startsWith('The recording is over')")
         return page
 
     def refused(self) -> int:
-        """Takes what the browser says of refusals, which it notes itself, and gives how many there were."""
+        """Removes the browser's messages about refused requests, and returns their number."""
         before = len(self.said)
         self.said[:] = [said for said in self.said if "status of 422" not in said]
         return before - len(self.said)
@@ -86,13 +86,13 @@ class View:
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     with sync_playwright() as playwright:
-        # The sandbox needs a user who is not root; what is opened is our own page.
+        # The sandbox needs a user other than root. Only our own page is opened.
         yield playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
 
 
 @pytest.fixture
 def view(browser: Browser) -> Iterator[Callable[..., View]]:
-    """Starts the command; its pages have said nothing in the end, but for what a test takes."""
+    """Starts commands. Fails if their pages reported anything that the test did not remove."""
     views: list[View] = []
 
     def start(*arguments: object) -> View:
@@ -100,7 +100,7 @@ def view(browser: Browser) -> Iterator[Callable[..., View]]:
         return views[-1]
 
     yield start
-    # First: a page whose command has ended says so.
+    # Collect these before ending the commands: a page logs an error when its command is gone.
     said = [said for one in views for said in one.said]
     for context in browser.contexts:
         context.close()
@@ -111,7 +111,7 @@ def view(browser: Browser) -> Iterator[Callable[..., View]]:
 
 @pytest.fixture(scope="session")
 def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with recordings of the simulated finger, and tables."""
+    """Returns a folder with recordings of the simulated finger, and tables."""
     folder = tmp_path_factory.mktemp("recordings")
     subprocess.run([RECORDINGS, folder], check=True)
     subprocess.run([COMMAND, "export", folder / "slower.rec", "-o", folder / "slower.mcap"], check=True)
@@ -132,7 +132,7 @@ def table(path: Path, rate_hz: float, length_s: float, values: Callable[[float],
 
 
 def wait(page: Page, expression: str) -> None:
-    """Waits until an expression in the page is true. Playwright's own wait needs `eval`, which the page forbids."""
+    """Waits until an expression is true. Playwright's wait uses `eval`, which the page forbids."""
     until = time.monotonic() + PATIENCE_MS / 1000
     while not page.evaluate(expression):
         assert time.monotonic() < until, expression
@@ -140,14 +140,14 @@ def wait(page: Page, expression: str) -> None:
 
 
 def saved(page: Page, what: str, how: str = "csv") -> tuple[str, bytes]:
-    """What a click on a panel's button saves: its name and its content."""
+    """Clicks the save button of a panel, and returns the file's name and content."""
     with page.expect_download() as download:
         page.click(f"#{what} [data-save={how}]")
     return download.value.suggested_filename, Path(download.value.path()).read_bytes()
 
 
 def numbers(page: Page, what: str) -> list[list[float]]:
-    """The rows of a panel's table; NaN for what is not a number."""
+    """Returns the rows of a panel's table, with NaN for cells that are not numbers."""
     rows = list(csv.reader(io.StringIO(saved(page, what)[1].decode())))[1:]
 
     def number(cell: str) -> float:
@@ -168,7 +168,7 @@ def drawn(page: Page, *plots: str) -> None:
 
 
 def drop(page: Page, *paths: Path) -> None:
-    """Drops files of this computer onto the page."""
+    """Drops local files onto the page."""
     files = [[path.name, list(path.read_bytes())] for path in paths]
     page.evaluate(
         """(files) => {
@@ -181,7 +181,7 @@ def drop(page: Page, *paths: Path) -> None:
 
 
 def drag(page: Page, plot: str, begin: float, end: float, height: float = 0.5) -> None:
-    """Drags across a plot, from one fraction of its width to another."""
+    """Drags across a plot; `begin` and `end` are fractions of its width."""
     over = page.locator(f"#{plot} .u-over")
     over.scroll_into_view_if_needed()
     box = over.bounding_box()
@@ -193,7 +193,7 @@ def drag(page: Page, plot: str, begin: float, end: float, height: float = 0.5) -
 
 
 def looks(page: Page) -> Iterator[str]:
-    """Every width, light and dark: nothing sticks out, and all can be read and hit."""
+    """Asserts at every width, light and dark, that nothing overflows and all is readable."""
     for name, (width, height) in WIDTHS.items():
         for scheme in ("light", "dark"):
             page.set_viewport_size({"width": width, "height": height})

@@ -1,4 +1,4 @@
-"""The emulated board on the page."""
+"""Tests the page with the emulated board."""
 
 import json
 import os
@@ -39,7 +39,7 @@ def test_the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recor
     applied = "document.getElementById('settings-message').textContent.startsWith('Applied, not stored')"
     change(page, window_s="0.5", stride_s="0.1", harmonics="2")
     wait(page, applied)
-    # A refusal stays until the next command, though the board's answer comes with every update.
+    # A refusal must stay until the next command, although every update repeats the board's answer.
     change(page, harmonics="9")
     wait(page, "document.getElementById('settings-message').textContent.startsWith('harmonics: ')")
     page.wait_for_timeout(1500)
@@ -53,16 +53,16 @@ def test_the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recor
     page.click("#record")
     wait(page, "document.querySelectorAll('#run-rows tr').length === 1")
     assert re.match("emulated-board-.* Hz", page.locator("#run-rows tr").text_content() or "")
-    # What has passed without anybody's recording can be looked at too.
+    # Frames received before the recording started can be viewed too.
     page.click("#latest")
     wait(page, "document.querySelectorAll('#run-rows tr').length === 2 && !document.getElementById('scrub').hidden")
     assert float(page.get_attribute("#time", "min") or "1") < 0.1
     page.click("#live")
-    # A new plan brings its own window and stride.
+    # A new plan sets its own window and stride.
     change(page, plan="hand")
     wait(page, "document.getElementById('settings-message').textContent.includes('1458.')")
     wait(page, "Math.abs(Number(document.getElementById('window_s').value) - 0.373) < 0.001")
-    # Nobody sees the page: the board stops three seconds after somebody has asked for its state.
+    # If the page is hidden, the board must stop three seconds after the last request for its state.
     see = "(hidden) => { Object.defineProperty(document, 'hidden', { value: hidden, configurable: true }); document.dispatchEvent(new Event('visibilitychange')); }"
     page.evaluate(see, True)
     time.sleep(1)
@@ -97,7 +97,7 @@ def test_the_emulated_board_is_live_at_every_width_in_light_and_dark(view: Start
 
 
 def test_the_picture_of_the_page_shows_the_period_of_the_first_scene(view: Start, tmp_path: Path) -> None:
-    """The picture that the documents show, in the folder that `cargo xtask pictures` names."""
+    """Takes the documents' picture, saved in the folder that `cargo xtask pictures` names."""
     page = view("--emulated").page((1280, 978))
     wait(page, "/, 5\\.[34] s$/.test(document.querySelector('#source')?.textContent)")
     period, sigma = re.fullmatch(r"(\S+) ± (\S+) mm", text(page, "period")).groups()  # type: ignore[union-attr]

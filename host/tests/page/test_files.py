@@ -1,4 +1,4 @@
-"""Files on the page: the whole recording, and what `fit` makes of the part that is selected."""
+"""Tests files on the page: the whole recording, and `fit` of the selected part."""
 
 import re
 from collections.abc import Callable
@@ -11,7 +11,7 @@ Start = Callable[..., View]
 
 
 def shown(page) -> tuple[float, float]:  # type: ignore[no-untyped-def]
-    """Frequency and sigma on the page."""
+    """Returns the frequency and sigma on the page."""
     wait(page, "/ Hz$/.test(document.getElementById('part-frequency').textContent)")
     value, sigma = re.fullmatch(r"(\S+) ± (\S+) Hz", text(page, "part-frequency")).groups()  # type: ignore[union-attr]
     return float(value), float(sigma)
@@ -36,7 +36,7 @@ def test_a_file_opens_with_all_of_it_and_the_answer_of_fit(view: Start, recordin
     drawn(page, "overview")
     head = page.evaluate("fetch('/runs').then((r) => r.json()).then(([run]) => fetch(`/runs/${run.id}/rows.json`)).then((r) => r.json())")
     assert head["rows"] >= fit["rows"] and len(head["values"]) == len(fit["channels"])
-    # A table has no board, and so no board's panels.
+    # A table has no board, so the board's panels are hidden.
     assert page.locator("#health").is_visible() == name.endswith((".rec", ".mcap"))
     if name == "touch.rec":
         events = ridgetone("monitor", "--file", path, "--pace", 0, "--json")
@@ -59,7 +59,7 @@ def test_a_part_that_is_dragged_is_fitted_at_once_as_fit_does(view: Start, recor
         assert float(until_s) - float(from_s) == pytest.approx(8 * (end - begin), rel=0.05)
         (fit,) = ridgetone("fit", path, "--from", from_s, "--to", until_s, "--json")
         assert agrees(page, fit) and abs(fit["frequency_hz"] - expected_hz) < 0.01
-    # The picture is that of the part; a part without enough rows says why, and keeps no number.
+    # The picture shows the part. A part without enough rows shows the reason instead of a number.
     page.click("#picture summary")
     wait(page, "document.getElementById('part-picture').naturalWidth > 500")
     page.fill("#part-from", "3")
@@ -95,7 +95,7 @@ def test_the_wheel_zooms_shift_moves_and_keys_do_too(view: Start, recordings: Pa
     page.mouse.wheel(0, -800)
     near = ends()
     whole_s = 1.5 - 1 / 8000
-    # The place under the mouse stays.
+    # The position under the mouse must not move.
     assert near[1] - near[0] == pytest.approx(whole_s / 2.718**2, rel=0.02)
     assert near[0] + 0.25 * (near[1] - near[0]) == pytest.approx(0.25 * whole_s, abs=0.01)
     page.keyboard.down("Shift")
@@ -109,7 +109,7 @@ def test_the_wheel_zooms_shift_moves_and_keys_do_too(view: Start, recordings: Pa
     assert ends()[1] - ends()[0] < near[1] - near[0]
     page.click("#zoom-all")
     assert ends() == pytest.approx((0, whole_s), abs=1e-6)
-    # Two clicks show a difference in time and in the unit of the file.
+    # Two clicks show the difference in time, and in the file's unit.
     for share in (0.3, 0.6):
         page.mouse.click(box["x"] + share * box["width"], box["y"] + 0.5 * box["height"])
     readout = page.locator("#overview .readout").inner_text()
@@ -129,7 +129,7 @@ def test_several_files_have_a_row_each_and_a_click_shows_one(view: Start, record
         row = page.locator("#run-rows tr", has_text=name).locator("td").nth(3).text_content() or ""
         found = re.match(r"([\d.]+) ± ([\d.]+) Hz", row)
         assert found and abs(float(found[1]) - fit["frequency_hz"]) < 2 * float(found[2]), (row, fit)
-    # One that nothing times asks for its rate.
+    # A table without time stamps asks for its rate.
     page.fill("#rate", "500")
     page.click("#rate-open")
     wait(page, "document.getElementById('recording-name').textContent === 'untimed.csv'")

@@ -1,4 +1,4 @@
-"""A board, or its recording as it is played: numbers, plots, cursor, what is saved, ports."""
+"""Tests a board or a played recording: numbers, plots, cursor, saved files, ports."""
 
 import os
 import pty
@@ -28,7 +28,7 @@ def test_a_played_recording_has_the_numbers_of_json_and_can_be_saved(view: Start
     assert text(page, "phase") == "sliding"
     wait(page, "[...document.querySelectorAll('main .empty')].every((text) => text.hidden)")
     drawn(page, *PANELS)
-    # The channels as CSV are a recording: the fit finds the tone in it.
+    # The channels saved as CSV are a recording in which `fit` finds the tone.
     name, content = saved(page, "strips")
     assert re.fullmatch(r"ridgetone-strips-.*\.csv", name)
     (tmp_path / "strips.csv").write_bytes(content)
@@ -39,13 +39,13 @@ def test_a_played_recording_has_the_numbers_of_json_and_can_be_saved(view: Start
     for what in PANELS:
         name, picture = saved(page, what, "png")
         assert name.endswith(".png") and picture.startswith(b"\x89PNG\r\n\x1a\n") and len(picture) > 2000
-    # A drag across the spectrum zooms in, and pauses.
+    # Dragging across the spectrum zooms in and pauses.
     page.select_option("#spectrum-x", "linear")
     drag(page, "spectrum", 0.2, 0.6)
     page.wait_for_selector("body.paused")
     zoomed = [row[0] for row in numbers(page, "spectrum")]
     assert 37 <= len(zoomed) < 65 and zoomed[0] > 15 and zoomed[-1] < 80
-    # What is in a caption is drawn.
+    # Everything that a caption names must be drawn.
     assert "residual" in text(page, "spectrum-small") and "all harmonics" in text(page, "fit-small")
     windows = [line["status"] == "good" for line in estimates if line["span"] == "window"]
     slides = [line for line in estimates if line["span"] == "slide"]
@@ -69,7 +69,7 @@ def test_missing_frames_and_an_unsteady_tone_are_explained(view: Start, recordin
 
 
 def point(page, plot: str, x: float, y: float, clicks: bool) -> list[str]:  # type: ignore[no-untyped-def]
-    """Moves the mouse to a place in a plot, and clicks or not; what the cursor says."""
+    """Moves the mouse in a plot, clicks if `clicks`, and returns the cursor's text."""
     over = page.locator(f"#{plot} .u-over")
     over.scroll_into_view_if_needed()
     box = over.bounding_box()
@@ -96,7 +96,7 @@ def test_the_cursor_reads_every_plot_and_two_clicks_show_a_difference(view: Star
     d_s, hz, d_mv = (float(n) for n in re.match(r"Δ (\S+) s \((\S+) Hz\), (\S+) mV", apart).groups())  # type: ignore[union-attr]
     assert abs(d_s - (read[1][0] - read[0][0])) < 0.003 and abs(d_mv - (read[1][1] - read[0][1])) < 0.051
     assert abs(hz * (read[1][0] - read[0][0]) - 1) < 0.01
-    # It stays without the mouse; a third click clears it.
+    # The difference stays when the mouse leaves; a third click clears it.
     point(page, "history", 0.5, 0.5, False)
     assert cursor(page, "strips") == [apart]
     assert len(point(page, "strips", 0.5, 0.5, True)) == 1
@@ -107,7 +107,7 @@ def test_the_cursor_reads_every_plot_and_two_clicks_show_a_difference(view: Star
     bin_ = min(bins, key=lambda row: abs(row[0] - at))
     assert abs(bin_[0] / at - 1) < 0.02 and min(abs(value - db) for value in bin_[1:]) < 0.6
     assert re.search(r"residual: .* mV$", point(page, "fit", 0.5, 0.9, False)[0])
-    # With the keyboard only.
+    # Use only the keyboard.
     page.focus("#fit .plot")
     for _ in range(2):
         page.keyboard.press("Enter")
@@ -175,7 +175,7 @@ def test_a_port_on_the_page_is_connected_and_one_in_use_names_its_user(view: Sta
     name = os.ttyname(line)
     started = view("--port", name)
     page = started.page()
-    # The board of another port, which the page connects by its name.
+    # A board at another port, which the page connects by its name.
     other, other_line = pty.openpty()
     tty.setraw(other)
     listed = [{"name": os.ttyname(other_line), "usb": None, "used_by": []}, {"name": name, "usb": None, "used_by": ["ridgetone (process 1)"]}]
@@ -219,7 +219,7 @@ def test_gaps_and_windows_that_are_not_good_are_not_drawn_over(view: Start, reco
     assert history[3][0] < 3.6 and history[3][1] > 4.4
 
 
-# Draws a spectrum, and gives its texts and those that overlap.
+# Draws a spectrum, and returns its texts and those that overlap.
 OVERLAPS = """async ([rate, harmonics, isLog]) => {
     const texts = [];
     const { fillText } = CanvasRenderingContext2D.prototype;
@@ -257,7 +257,7 @@ def test_texts_do_not_overlap_and_the_events_use_their_room(view: Start, recordi
             assert overlaps == [], (rate_hz, is_log)
             shown = [t for t in texts if re.fullmatch(r"[\d.]+", t) and float(t) > 0]
             assert "f" in texts and len(shown) > int(is_log), (rate_hz, texts)
-    # Ten updates a second of a board that has half of its time, and of one that restarts.
+    # Ten updates a second: from a board that runs at half speed, and from one that restarts.
     first, slow, restarted = page.evaluate(
         """async () => { const { Pace } = await import("/model.js"); const pace = new Pace();
             const first = pace.take(10, 1); let slow;
@@ -265,7 +265,7 @@ def test_texts_do_not_overlap_and_the_events_use_their_room(view: Start, recordi
             return [first, slow, pace.take(18, 0)]; }"""
     )
     assert first is None and restarted is None and slow == pytest.approx(0.5)
-    # The list of events ends where its box does.
+    # The list of events must reach the bottom of its box.
     list_, card = (page.locator(name).bounding_box() for name in ("#lines", "#log"))
     assert list_ and card
     assert card["y"] + card["height"] - list_["y"] - list_["height"] < 20 and list_["height"] >= 190

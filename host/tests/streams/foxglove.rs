@@ -1,5 +1,5 @@
-//! A viewer of Foxglove's WebSocket protocol, as its specification says
-//! (docs.foxglove.dev/docs/sdk/websocket-server): a second opinion on what the crate sends.
+//! A client of Foxglove's WebSocket protocol, written from its specification
+//! (docs.foxglove.dev/docs/sdk/websocket-server) to check the crate's output independently.
 
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -50,7 +50,7 @@ impl Viewer {
         while !answer.ends_with("\r\n\r\n") {
             stream.read_line(&mut answer).expect("an answer");
         }
-        // The answer to the key of RFC 6455, 1.3.
+        // Answer to the example key in RFC 6455, 1.3.
         assert!(
             answer.starts_with("HTTP/1.1 101") && answer.contains("s3pPLMBiTxaQ9kYGzzhZRbK+xOo="),
             "{answer}"
@@ -83,8 +83,8 @@ impl Viewer {
         self.send(&json!({"op": "subscribe", "subscriptions": wanted}).to_string());
     }
 
-    /// The next message: its topic, its time in nanoseconds since 1970, its object. None at the
-    /// end.
+    /// Returns topic, time in nanoseconds since 1970, and object of the next message, or `None` at
+    /// the end.
     pub fn next(&mut self) -> Option<(String, u64, Value)> {
         loop {
             let (code, content) = self.frame()?;
@@ -97,7 +97,7 @@ impl Viewer {
         }
     }
 
-    /// A frame of a server: no mask, whole messages. None at the end.
+    /// Reads an unmasked, whole frame from the server. Returns `None` at the end.
     fn frame(&mut self) -> Option<(u8, Vec<u8>)> {
         let mut head = [0; 2];
         self.stream.read_exact(&mut head).ok()?;
@@ -119,7 +119,7 @@ impl Viewer {
         Some((head[0] & 0x0f, content))
     }
 
-    /// A frame of a client has a mask; that of zeros changes nothing.
+    /// Sends a client's frame, with a mask of zeros, which changes nothing.
     fn send(&mut self, text: &str) {
         let length = u16::try_from(text.len()).expect("short").to_be_bytes();
         let head = [0x80 | TEXT, 0x80 | 126, length[0], length[1], 0, 0, 0, 0];

@@ -1,4 +1,4 @@
-//! Debian's broker and subscriber, and a relay whose line can be cut.
+//! Debian's broker and subscriber, and a relay whose connections can be cut.
 
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -16,7 +16,7 @@ pub fn free_port() -> u16 {
         .port()
 }
 
-/// The path of a program of Debian's mosquitto.
+/// Returns the path of a program from Debian's mosquitto.
 pub fn program(name: &str) -> String {
     let folders = [
         "/usr/sbin",
@@ -97,15 +97,14 @@ impl Drop for Broker {
     }
 }
 
-/// A message at a subscriber.
+/// A message as a subscriber received it.
 pub struct Received {
-    /// True if the broker retained the message.
     pub is_retained: bool,
     pub topic: String,
     pub message: Value,
 }
 
-/// Longest silence before the last message.
+/// Longest pause between messages before the last one.
 const SILENCE: Duration = Duration::from_secs(10);
 
 pub struct Subscriber {
@@ -116,10 +115,10 @@ pub struct Subscriber {
 impl Subscriber {
     /// Subscribes to everything, and waits for the subscription.
     pub fn start(port: u16) -> Self {
-        // A pipe gets every line at once.
+        // `stdbuf` sends every line to the pipe at once.
         let mut subscriber = Command::new("stdbuf");
         subscriber.args(["-oL", &program("mosquitto_sub")]);
-        // "-d" prints the acknowledgement of the subscription; its lines hold no JSON.
+        // "-d" also prints the acknowledgement of the subscription, on lines without JSON.
         subscriber.args(["-V", "mqttv5", "-q", "1", "-d", "-F", "%r %t %p"]);
         subscriber.args(["-t", "ridgetone/#", "-p", &port.to_string()]);
         let mut child = subscriber
@@ -144,12 +143,11 @@ impl Subscriber {
         Self { child, got }
     }
 
-    /// Number of messages so far.
     pub fn count(&self) -> usize {
         self.got.lock().expect("messages").len()
     }
 
-    /// All messages. `serve` must have ended: its last message is its status.
+    /// Waits for the status that `serve` sends when it ends, and returns all messages.
     pub fn finish(self) -> Vec<Received> {
         let (mut count, mut since) = (self.count(), Instant::now());
         let is_over = || {
@@ -170,7 +168,7 @@ impl Subscriber {
         self.leave()
     }
 
-    /// The messages until now.
+    /// Returns the messages received so far.
     pub fn leave(self) -> Vec<Received> {
         std::mem::take(&mut self.got.lock().expect("messages"))
     }
@@ -198,7 +196,6 @@ impl Received {
     }
 }
 
-/// Relays connections until it is cut.
 pub struct Relay {
     pub port: u16,
     /// Ends of all connections; `None` if the relay is cut.
@@ -214,7 +211,7 @@ impl Relay {
         std::thread::spawn(move || {
             for near in listener.incoming() {
                 let mut ends = shared.lock().expect("ends");
-                // Cut: the connection is closed at once.
+                // If the relay is cut, close the connection at once.
                 let (Some(ends), Ok(near)) = (ends.as_mut(), near) else {
                     continue;
                 };

@@ -1,4 +1,4 @@
-//! `serve`, as a process.
+//! `serve` as a child process.
 
 use crate::common;
 use crate::serial_board::SerialBoard;
@@ -9,7 +9,7 @@ use std::process::{Child, Stdio};
 pub struct Serving(Child);
 
 impl Serving {
-    /// One finger, f0, at this board.
+    /// Starts `serve` with one finger, f0, at this board.
     pub fn start(board: &SerialBoard, arguments: &[&str]) -> Self {
         let child = common::ridgetone()
             .args(["serve", &format!("--finger=f0={}", board.name)])
@@ -21,7 +21,7 @@ impl Serving {
         Self(child.expect("the command runs"))
     }
 
-    /// One finger, f0, at this board, published to a broker at this port.
+    /// Starts `serve` with one finger, f0, and publishes to a broker at this port.
     pub fn publish(board: &SerialBoard, port: u16) -> Self {
         Self::start(board, &["--mqtt", &format!("mqtt://127.0.0.1:{port}")])
     }

@@ -1,4 +1,4 @@
-//! The server, without a browser.
+//! Tests the server without a browser.
 
 use super::{View, packets, recorded};
 use crate::common;
@@ -9,7 +9,8 @@ use std::net::TcpStream;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Status, head and body of the answer to a request; of an endless one what comes within `most`.
+/// Returns status, head and body of the answer to a request; if endless, what arrives within
+/// `most`.
 pub fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
     let mut line = TcpStream::connect(address).expect("it listens");
     line.set_read_timeout(Some(Duration::from_millis(100)))
@@ -50,7 +51,7 @@ fn other_programs_get_every_packet_as_with_json() {
         status == 200 && head.contains("content-type: application/x-ndjson"),
         "{head}"
     );
-    // Between the lines are the lengths of HTTP's chunks; the last line may be cut.
+    // Skips the chunk lengths of HTTP between the lines. The last line may be truncated.
     let mut found: Vec<&str> = body.lines().filter(|line| line.starts_with('{')).collect();
     found.pop();
     let printed = common::stdout(&common::run(&[
@@ -67,7 +68,7 @@ fn other_programs_get_every_packet_as_with_json() {
         "{}",
         found.len()
     );
-    // The greeting comes first, and then whatever follows on the moment of the request.
+    // The greeting comes first, then every packet from the moment of the request.
     let first = printed
         .iter()
         .position(|line| *line == found[1])
@@ -102,7 +103,6 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
         sleep(Duration::from_millis(100));
     }
     let live = &state()["live"];
-    // Numbers equal those of --json.
     let lines = common::json_lines(&common::run(&[
         "monitor",
         "--file",
@@ -175,10 +175,10 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
         body.len()
     );
 
-    // On no address but the given one: every other one of 127.0.0.0/8 is this computer too.
+    // Must not listen at other addresses: all of 127.0.0.0/8 belong to this computer.
     assert!(TcpStream::connect(format!("127.0.0.2:{port}")).is_err());
 
-    // Ctrl-C ends it, though a page is listening.
+    // Ctrl-C must end the command even while a page is listening.
     let _page = TcpStream::connect(&address)
         .map(|mut line| write!(line, "GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n"));
     kill_process(Pid::from_child(&view.child), Signal::INT).expect("a signal");
@@ -246,7 +246,7 @@ fn open_starts_the_browser_with_the_address() {
         assert!(begun.elapsed() < LONG, "nothing was opened");
         sleep(Duration::from_millis(20));
     }
-    // Without one it says what to do, and goes on.
+    // Without a browser, the command says what to do and continues.
     let nothing = folder.path().join("nothing");
     let mut view = View::with(
         &["--file", common::text(&path), "--open"],

@@ -1,4 +1,4 @@
-//! Runs and recording at the server, without a browser.
+//! Tests runs and recording at the server without a browser.
 
 use super::served::{LONG, request};
 use super::{View, packets, recorded};
@@ -11,7 +11,7 @@ use std::net::TcpStream;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// The answer to a POST: its status and its body.
+/// Posts a request. Returns status and body of the answer.
 fn post(address: &str, path: &str, origin: &str, body: &[u8]) -> (u16, String) {
     let mut line = TcpStream::connect(address).expect("it listens");
     write!(
@@ -62,7 +62,7 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
     let get = |path: &str| request(&address, path, &address, LONG);
     let at = |query: &str| json(&get(&format!("/runs/{id}/state.json?{query}")).2);
 
-    // The state at a time is made of all packets sent by then.
+    // The state at a time must be based on all packets sent by then.
     let lines = common::json_lines(&common::run(&[
         "monitor",
         "--file",
@@ -105,7 +105,7 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
             .expect("one")["frequency_hz"]
     );
 
-    // A part has what `fit` makes of it, and so has the whole; a table too.
+    // The fits of a part and of the whole must equal those of `fit`, also for a table.
     let frames = folder.path().join("frames.csv");
     let export = [
         "export",
@@ -152,7 +152,6 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
         outside.2
     );
 
-    // These frames with other settings.
     let (status, body) = post(
         &address,
         &format!("/runs/{id}/settings"),
@@ -199,8 +198,8 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
     });
     assert!(status == 200 && (a / b - 1.0).abs() < 1e-4, "{a} and {b}");
 
-    // A file that is no run is refused under the name that people know; requests from another page
-    // are refused.
+    // A file that is not a run must be refused under its original name, and requests from other
+    // pages must be refused.
     let refused = post(
         &address,
         "/runs?name=a%20letter.txt",
@@ -216,7 +215,7 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
         post(&address, "/runs?name=x", "http://example.org", &bytes).0,
         403
     );
-    // The command's own file is open from the beginning; close the first run.
+    // The command's own file is open from the beginning. Close the first run.
     let names = |text: &str| {
         json(text)
             .as_array()
@@ -277,7 +276,7 @@ fn what_is_recorded_and_the_last_minute_are_runs_that_the_commands_read() {
         status == 200 && (150..=received()).contains(&frames) && run["name"] != "",
         "{body}"
     );
-    // The last minute is all that has come, since it is shorter.
+    // Less than a minute was received, so the last minute must contain all of it.
     let (status, body) = post(&address, "/record/latest", &origin, b"");
     let latest = json(&body);
     assert!(
@@ -296,7 +295,7 @@ fn what_is_recorded_and_the_last_minute_are_runs_that_the_commands_read() {
     );
 }
 
-/// 13 MB that would take thirty times as much in memory.
+/// The upload has 13 MB, but would need thirty times as much memory.
 #[test]
 fn an_upload_is_bounded_by_what_it_expands_to() {
     let (mut bytes, mut wire) = (Vec::new(), [0; WIRE_MAX]);
@@ -324,7 +323,7 @@ fn an_upload_is_bounded_by_what_it_expands_to() {
 #[test]
 fn a_table_is_read_as_its_options_say() {
     let folder = common::directory();
-    // Four samples of one series in a row.
+    // Each row has four samples of one series.
     let sample = |at: usize| (core::f64::consts::TAU * 12.34 * at as f64 / 250.0).sin();
     let cells = |row: usize| (0..4).map(move |cell| format!("{:.5}", sample(4 * row + cell)));
     let rows = (0..300).map(|row| cells(row).collect::<Vec<_>>().join(" ") + "\n");
@@ -345,7 +344,7 @@ fn a_table_is_read_as_its_options_say() {
     }
 }
 
-/// However the command ends, its folder is removed, even while a page is connected.
+/// The folder of runs must be removed however the command ends, even while a page is connected.
 #[test]
 fn the_folder_of_runs_goes_with_the_command() {
     let folder = common::directory();

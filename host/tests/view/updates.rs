@@ -1,4 +1,4 @@
-//! The messages to the pages, and the analysis of raw frames for them.
+//! Tests the messages to the pages, and the analysis of raw frames for them.
 
 use super::{packets, recorded};
 use ridgetone_host::analysis::{curves, spectrum};
@@ -23,7 +23,8 @@ fn live() -> Live {
     live
 }
 
-/// Cosine and sine of `frequency_hz` in `values`, times 2 / n: amplitude and phase of a line.
+/// Returns `values` times cosine and sine of `frequency_hz`, summed, times 2 / n: the components of
+/// a line.
 fn line(t_s: &[f64], values: &[f64], frequency_hz: f64) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let sum = |wave: fn(f64) -> f64| -> f64 {
@@ -36,7 +37,7 @@ fn line(t_s: &[f64], values: &[f64], frequency_hz: f64) -> (f64, f64) {
     (scale * sum(f64::cos), scale * sum(f64::sin))
 }
 
-/// Frames of the latest window: times, and volts of each taxel.
+/// Returns the frames in a time range: times, and volts of each taxel.
 fn window(strips: &Strips, from_s: f64, until_s: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
     let inside = || {
         strips
@@ -54,7 +55,6 @@ fn window(strips: &Strips, from_s: f64, until_s: f64) -> (Vec<f64>, Vec<Vec<f64>
     )
 }
 
-/// Subtracts the fitted straight line from values.
 fn about_line(t_s: &[f64], values: &[f64]) -> Vec<f64> {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (level, middle) = (mean(values), mean(t_s));
@@ -68,7 +68,6 @@ fn squares(values: &[f64]) -> f64 {
     values.iter().map(|v| v * v).sum()
 }
 
-/// Returns the squared magnitude of a Fourier sum.
 fn power(values: &[f64], angle: impl Fn(usize) -> f64) -> f64 {
     let sum = |wave: fn(f64) -> f64| -> f64 {
         let waves = (0..values.len()).map(|n| values[n] * wave(angle(n)));
@@ -107,7 +106,8 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
         .copied()
         .fold(f32::NEG_INFINITY, f32::max);
     assert!((-3.0..=0.0).contains(&peak), "{peak}");
-    // The reported tone and its harmonics are marked, and the noise next to it is far below.
+    // The reported tone and its harmonics must be marked, and the noise next to it must be far
+    // below.
     assert_eq!(found.lines.len(), usize::from(estimate.harmonics));
     for (line, k) in found.lines.iter().zip(1..) {
         assert!((line.frequency_hz / f64::from(estimate.frequency) - f64::from(k)).abs() < 1e-6);
@@ -123,8 +123,8 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
     assert!(
         (rest.until_hz - hz - 5.0).abs() < 0.1 && (rest.from_hz - (hz - 5.0).max(0.0)).abs() < 0.1
     );
-    // The scene's noise is white: by the board's residuals, its share of the power is spread over
-    // 120 bins.
+    // The scene's noise is white, so its fraction of the power, from the board's residuals, is
+    // spread over 120 bins.
     let of = |power: f32| power.powi(2);
     let share = |c: &ridgetone_proto::telemetry::Channel| {
         of(c.residual_v) / (0.5 * of(c.amplitude_v) + of(c.residual_v))
@@ -136,7 +136,7 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
         "{} and {expected_db}",
         rest.noise_db
     );
-    // By a plain Fourier sum over what the curves leave.
+    // Compares with a plain Fourier sum over the residual of the curves.
     let curves = curves(&live).expect("curves");
     for bin in [3, 9, 40, 100] {
         let power: f64 = (0..16)
@@ -175,7 +175,8 @@ fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
     assert_eq!(curves.t_s.len(), 241);
     for channel in &estimate.channels {
         let taxel = usize::from(channel.taxel);
-        // All harmonics with a bend in the baseline: what is left is what the board says.
+        // The curves include all harmonics and a curved baseline, so their residual must match the
+        // board's.
         let residual_v = curves.residual_v[taxel].expect("a residual");
         let share = residual_v / channel.residual_v;
         assert!(
@@ -201,10 +202,10 @@ fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
             .collect();
         let (cos, sin) = line(&curves.t_s, &rest, f64::from(estimate.frequency));
         let left = cos.hypot(sin) / f64::from(channel.amplitude_v);
-        // Drawn as if all of a scan were read at once, the last taxel would leave a fifth.
+        // If the curve ignored the scan's skew, a fifth of the tone would remain in the last taxel.
         assert!(left < 0.03, "taxel {taxel}: {left}");
     }
-    // The first frames of a whole slide may be gone.
+    // The first frames of a whole slide may already be gone.
     let mut over = Live::new("a test");
     packets(f64::INFINITY)
         .iter()
@@ -237,7 +238,7 @@ fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
 }
 
-/// Applies an update like the page does (`host/assets/view/model.js`).
+/// Applies an update as the page does (`host/assets/view/model.js`).
 fn add(early: &mut Value, update: &Value) {
     let live = &mut early["live"];
     let extend = |to: &mut Value, new: &Value| {
@@ -321,8 +322,8 @@ fn updates_make_of_an_early_state_what_a_late_one_is() {
     assert_eq!(late["places"][1], json("[3, 2, 7, 6]"));
 }
 
-/// A board whose frames, a hundredth of a second apart, are received without delay, but for
-/// `late_s` of the later half.
+/// A board whose frames come every 10 ms and are received without delay, except that the second
+/// half is late by `late_s`.
 struct Paused {
     next: u32,
     late_s: f64,

@@ -23,22 +23,21 @@ const TASKS: [(&str, [&[u16]; 2]); 6] = [
 /// 3.51, the release at 4.51.
 const PHASES: [(f64, f64); 3] = [(0.1, 0.4), (0.7, 1.4), (1.6, 3.4)];
 
-/// Clock of the simulated chip, hertz, that makes 23,739 conversions a second in the default scan:
-/// as many as the real chip's fastest setting (SBAS297G: 16 MHz, DRATE 3, no delay). The real chip
-/// cannot run at this clock.
+/// Clock in hertz at which the simulated chip makes 23,739 conversions a second in the default
+/// scan, like the real chip at its fastest setting (SBAS297G: 16 MHz, DRATE 3, no delay). The real
+/// chip cannot run at this clock.
 const FAST_CLOCK_HZ: u32 = 73_734_000;
 
-/// Number of requests while interrupts are measured, and their interval, nanoseconds.
+/// Number of requests sent while interrupts are measured, and their interval in nanoseconds.
 const REQUESTS: u16 = 100;
 const REQUEST_NS: u64 = 50_000_000;
 
 /// Interval at which bytes are taken off the line, nanoseconds.
 const STEP_NS: u64 = 10_000;
 
-/// Bytes sent back to back while jitter is measured.
+/// Number of bytes sent back to back while jitter is measured.
 const BYTES: usize = 20_000;
 
-/// The processor's clock, cycles in a microsecond.
 const CYCLES_US: f64 = 168.0;
 
 type Outcome<T> = Result<T, Box<dyn Error>>;
@@ -88,8 +87,8 @@ impl Bench {
         Ok(Emulator::new(self.board, &self.image, scene, start)?)
     }
 
-    /// Returns the times from power-up to START, to the first conversion read and to the end of the
-    /// greeting on the line, and the number of conversions lost meanwhile.
+    /// Returns the times from power-up to START, to the first conversion read, and to the end of
+    /// the greeting on the line, and the number of conversions lost meanwhile.
     fn start_ms(&self) -> Outcome<[f64; 4]> {
         let mut emulator = self.emulator(Constant::default(), None)?;
         let mut decoder = Decoder::new();
@@ -130,7 +129,7 @@ impl Bench {
         Ok(loads)
     }
 
-    /// Returns mean and maximum time from the last frame of a window of the demo's slide to the
+    /// Returns the mean and maximum time from the last frame of a window in the demo's slide to the
     /// last byte of its estimate on the line, and the number of windows.
     fn latency_ms(&self) -> Outcome<[f64; 3]> {
         let mut emulator = self.emulator(SlidingScene::new(Sliding::default())?, None)?;
@@ -154,8 +153,8 @@ impl Bench {
         Ok([mean, longest, late_ms.len() as f64])
     }
 
-    /// Measures the tasks' interrupts over the demo's touch while requests arrive. Returns JSON by
-    /// task: number of runs, mean and maximum run and wait, microseconds.
+    /// Measures the tasks' interrupts during the demo's touch while requests arrive. Returns JSON
+    /// by task: number of runs, mean and maximum run and wait, microseconds.
     fn tasks(&self) -> Outcome<String> {
         let mut emulator = self.emulator(SlidingScene::new(Sliding::default())?, None)?;
         emulator.run_ns(400_000_000)?;

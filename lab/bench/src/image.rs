@@ -23,13 +23,11 @@ static WINDOWS: [[Values; LONGEST]; 2] =
 
 static VALID: [u16; LONGEST] = [u16::MAX; LONGEST];
 
-/// Results, row by row.
+/// Results, row after row.
 static RESULTS: [AtomicU32; ROWS * WORDS] = [const { AtomicU32::new(0) }; ROWS * WORDS];
 
-/// Number of rows done.
 static DONE: AtomicU32 = AtomicU32::new(0);
 
-/// Called before and after each row.
 #[inline(never)]
 fn mark() {
     DONE.store(black_box(DONE.load(Relaxed)), Relaxed);
@@ -56,14 +54,14 @@ fn main() -> ! {
     }
     roots(ridgetone_tone::sqrt);
     roots(libm::sqrtf);
-    // The host reads the results from memory.
+    // Keep the results in memory, where the host reads them.
     black_box(&RESULTS);
     loop {
         cortex_m::asm::wfi();
     }
 }
 
-/// Fits a window without an expected frequency, then with the frequency found.
+/// Fits a window twice: without an expected frequency, then with the frequency found.
 fn fits(fitter: &mut Fitter, differs: u8, frames: usize) {
     let (scene, overtones) = scene_of(differs);
     let window = &WINDOWS[usize::from(overtones)][..frames];
@@ -115,7 +113,7 @@ fn fit(
     fitter.fit(&mut span, scene).ok()
 }
 
-/// Returns the scene for the parts that differ from the default, and true if its tone has
+/// Returns the scene that differs from the default in these parts, and true if its tone has
 /// overtones.
 fn scene_of(differs: u8) -> (Scene, bool) {
     let default = Declared::DEFAULT;

@@ -1,7 +1,7 @@
-//! Rows of the image in their order, for the image and its reader.
+//! Rows of the image in order, for both the image and its reader.
 
-/// Scenes: name, and bits for the parts that differ from the default: 1 the baseline, 2 the noise's
-/// colour, 4 its correlation, 8 impulses, 16 the moving speed, 32 the overtones.
+/// Scenes: names, and bits for the parts that differ from the default: 1 baseline, 2 coloured
+/// noise, 4 correlated noise, 8 impulses, 16 varying speed, 32 overtones.
 pub const SCENES: [(&str, u8); 9] = [
     ("default: four harmonics", 0),
     ("harmonics = 1", 32),
@@ -14,17 +14,16 @@ pub const SCENES: [(&str, u8); 9] = [
     ("four harmonics, all four false", 1 | 2 | 4 | 8),
 ];
 
-/// Frames of the windows: 0.2, 0.4, 1 and 3.9 s.
+/// Window lengths in frames: 0.2, 0.4, 1 and 3.9 s.
 pub const FRAMES: [usize; 4] = [48, 96, 241, 940];
 
-/// Number of window rows: each scene untracked and tracked, the Hann FFT and IEEE 1057, for each
-/// window length.
+/// Number of window rows: for each length, each scene untracked and tracked, the Hann FFT and IEEE
+/// 1057.
 pub const WINDOW_ROWS: usize = (2 * SCENES.len() + 2) * FRAMES.len();
 
-/// Number of rows: the window rows, then square roots by the instruction and by `libm`.
+/// Number of rows: the window rows, followed by square roots by the instruction and by `libm`.
 pub const ROWS: usize = WINDOW_ROWS + 2;
 
-/// Square roots per row.
 pub const ROOTS: u32 = 4096;
 
 /// Words per row: status, bits of the frequency in cycles per frame, bits of its sigma.

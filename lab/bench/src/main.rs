@@ -13,10 +13,10 @@ use serde_json::{Value, json};
 use std::error::Error;
 use std::path::Path;
 
-/// Board time without a new row after which the image counts as hung.
+/// Board time in nanoseconds without a new row after which the image counts as hung.
 const ROW_NS: u64 = 60_000_000_000;
 
-/// The interrupts of the tasks `detect` and `fit`: OTG_HS_EP1_OUT and OTG_HS_WKUP.
+/// Interrupts of the tasks `detect` and `fit`: OTG_HS_EP1_OUT and OTG_HS_WKUP.
 const DETECT_IRQ: u16 = 74;
 const FIT_IRQ: u16 = 76;
 
@@ -107,8 +107,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Returns the instructions by scene or method and window, and the plans, as JSON with a line per
-/// row.
+/// Returns the instructions per scene or method and window, and the plans, as JSON with one line
+/// per row.
 fn json(rows: &[Row], plans: Vec<Value>) -> serde_json::Result<String> {
     let mut lines = Vec::new();
     let fits = rows.chunks(2 * FRAMES.len());
@@ -141,7 +141,6 @@ fn json(rows: &[Row], plans: Vec<Value>) -> serde_json::Result<String> {
     ))
 }
 
-/// Runs the image and returns its rows.
 fn run(path: &Path) -> Result<Vec<Row>, Box<dyn Error>> {
     let image = Image::read(path)?;
     let place = |name: &str| {
@@ -185,11 +184,11 @@ fn run(path: &Path) -> Result<Vec<Row>, Box<dyn Error>> {
     Ok(counts.into_iter().map(&mut row).collect())
 }
 
-/// Instructions that the flashed image takes over the demo's touch.
+/// Instructions that the flashed image executes during the demo's touch.
 struct Flashed {
-    /// Runs of the task `fit`, in thousands of instructions.
+    /// Instructions per run of the task `fit`, thousands.
     fits: Vec<u64>,
-    /// Runs of the task `detect`, one per frame.
+    /// Instructions per run of the task `detect`, one run per frame.
     frames: Vec<u64>,
 }
 

@@ -1,4 +1,5 @@
-//! Load and latency of the scan plans: the Feather's image on the emulator during a slide.
+//! Measures load and latency of the scan plans with the Feather's image on the emulator during a
+//! slide.
 
 use hal_mock::{Sliding, SlidingScene};
 use ridgetone_emulator::{Board, Emulator, Image, Start};
@@ -10,18 +11,18 @@ use ridgetone_proto::telemetry::{Decoder, Event, Span};
 use serde_json::{Value, json};
 use std::error::Error;
 
-/// Window lengths, seconds: each plan uses those it allows, up to the last, and its longest one.
+/// Window lengths, seconds. Each plan uses those that it allows, and its longest window if that is
+/// shorter than the last.
 const WINDOWS_S: [f64; 5] = [0.032, 0.064, 0.128, 0.4, 1.0];
 /// Frequency of the tone, Hz, within the band of every plan.
 const TONE_HZ: f64 = 100.0;
-/// Measuring time, seconds: a few windows of each stride.
+/// Measuring time, seconds, for a few windows of each stride.
 const WATCHED_S: f64 = 1.5;
-/// Time from the slide's report to the first window that counts, in addition to the window's
-/// length, since the scan and its strides may start late.
+/// Time from the report of the slide to the first window that counts, in addition to the window's
+/// length, seconds: the scan and its strides may start late.
 const SETTLED_S: f64 = 0.4;
 /// Interval at which bytes are taken off the line, nanoseconds.
 const STEP_NS: u64 = 10_000;
-/// Clock of the STM32F405.
 const CLOCK_HZ: f64 = 168e6;
 
 struct Run {
@@ -30,8 +31,8 @@ struct Run {
 }
 
 impl Run {
-    /// Runs for `seconds`; returns the events with the time of their last byte, nanoseconds since
-    /// power-up.
+    /// Runs for `seconds`. Returns the events, each with the time of its last byte in nanoseconds
+    /// since power-up.
     fn run_s(&mut self, seconds: f64) -> Result<Vec<(u64, Event)>, Box<dyn Error>> {
         let end_ns = self.emulator.now_ns() + (seconds * 1e9) as u64;
         let mut events = Vec::new();
@@ -61,7 +62,6 @@ impl Run {
     }
 }
 
-/// Measures load and latency of each named plan and window.
 pub fn measure(image: &Image, fit_irq: u16) -> Result<Vec<Value>, Box<dyn Error>> {
     let mut rows = Vec::new();
     for (name, plan) in Plan::usual(Converters::ADS1258) {
@@ -83,8 +83,8 @@ pub fn measure(image: &Image, fit_irq: u16) -> Result<Vec<Value>, Box<dyn Error>
     Ok(rows)
 }
 
-/// Returns the fraction of time that the processor is awake, and the maximum time from a window's
-/// end to the last byte of its estimate, seconds.
+/// Returns the fraction of time that the processor is awake, and the maximum time in seconds from a
+/// window's end to the last byte of its estimate.
 fn watch(
     image: &Image,
     fit_irq: u16,
@@ -118,7 +118,7 @@ fn watch(
         decoder: Decoder::new(),
     };
     run.run_to("greeting", 1.0, |event| matches!(event, Event::Hello(_)))?;
-    // Device time starts at the first reading, and continues when the plan changes.
+    // Device time starts at the first reading, and continues if the plan changes.
     let first = run.emulator.readings().first().map(|one| one.edge_ns);
     let zero_ns = first.ok_or("no conversion is read")?;
     let command = Command::Set {

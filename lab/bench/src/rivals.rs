@@ -4,24 +4,24 @@ use core::f32::consts::TAU;
 use libm::{cosf, logf, sinf};
 use ridgetone_tone::Values;
 
-/// Number of points of the longest transform: eight times 1024.
+/// Number of points in the longest transform, eight times 1024.
 const POINTS: usize = 8192;
 
 /// Lowest frequency searched, cycles per frame: 1 Hz.
 const LOWEST: f32 = 1.0 / 241.14;
 
-/// Correction, cycles per window, below which the iterations of IEEE 1057 stop: a hundredth of the
+/// Correction in cycles per window below which the iterations of IEEE 1057 stop: a hundredth of the
 /// CRB of one channel at 40 dB and 241 frames.
 const ENOUGH: f32 = 3e-6;
 
-/// Cosine and sine of a linearly growing angle: one rotation per step instead of two functions.
+/// Cosine and sine of a linearly growing angle, by one rotation per step instead of two function
+/// calls.
 struct Rotation {
     now: (f32, f32),
     step: (f32, f32),
 }
 
 impl Rotation {
-    /// Starts at `from` cycles and advances by `step` cycles.
     fn new(from: f32, step: f32) -> Self {
         let unit = |cycles: f32| (cosf(TAU * cycles), sinf(TAU * cycles));
         Self {
@@ -37,7 +37,6 @@ impl Rotation {
     }
 }
 
-/// Working memory of both estimators.
 pub struct Scratch {
     points: [f32; POINTS],
     power: [f32; POINTS / 2],
@@ -66,8 +65,8 @@ fn detrended<'s>(frames: &[Values], channel: usize, points: &'s mut [f32]) -> &'
     points
 }
 
-/// Detrend, Hann window, zero-padding by 8, power summed over 16 channels, parabola through the
-/// logarithm of the peak.
+/// Detrends, applies a Hann window, zero-pads by 8, sums the power over 16 channels, and
+/// interpolates the logarithm of the peak by a parabola.
 pub fn hann(frames: &[Values], scratch: &mut Scratch) -> Option<f32> {
     let points = 8 * frames.len().next_power_of_two();
     let power = &mut scratch.power[..points / 2];
@@ -96,8 +95,8 @@ pub fn hann(frames: &[Values], scratch: &mut Scratch) -> Option<f32> {
     Some((peak as f32 + 0.5 * (a - c) / (a - 2.0 * b + c)) / points as f32)
 }
 
-/// Four-parameter sine fit of IEEE Std 1057 in each channel, starting at the Hann FFT's peak;
-/// returns the mean over channels, weighted by their power.
+/// Fits the four-parameter sine of IEEE Std 1057 in each channel, starting at the Hann FFT's peak.
+/// Returns the mean frequency, weighted by the channels' power.
 pub fn ieee1057(frames: &[Values], scratch: &mut Scratch) -> Option<f32> {
     let guess = hann(frames, scratch)?;
     let (mut sum, mut weights) = (0.0, 0.0);
@@ -111,8 +110,8 @@ pub fn ieee1057(frames: &[Values], scratch: &mut Scratch) -> Option<f32> {
     (weights > 0.0).then(|| sum / weights)
 }
 
-/// Fits one channel and returns its frequency and squared amplitude. `None` if the iterations leave
-/// the guess.
+/// Fits one channel and returns its frequency and squared amplitude. Returns `None` if the
+/// iterations diverge from the guess.
 fn fit(points: &[f32], guess: f32) -> Option<(f32, f32)> {
     let middle = 0.5 * (points.len() as f32 - 1.0);
     let (mut frequency, mut cosine, mut sine) = (guess, 0.0, 0.0);
@@ -122,8 +121,8 @@ fn fit(points: &[f32], guess: f32) -> Option<(f32, f32)> {
         for (k, point) in points.iter().enumerate() {
             let t = k as f32 - middle;
             let (c, s) = angle.next();
-            // The fourth column is the derivative by the frequency; the first pass omits it because
-            // the amplitudes are unknown.
+            // The fourth column is the derivative with respect to the frequency. The first pass
+            // omits it, because the amplitudes are unknown.
             let along = (t / middle) * (sine * c - cosine * s);
             let row = [c, s, 1.0, if pass == 0 { 0.0 } else { along }, *point];
             for (i, sums) in normal.iter_mut().enumerate() {
@@ -150,7 +149,6 @@ fn fit(points: &[f32], guess: f32) -> Option<(f32, f32)> {
     Some((frequency, cosine * cosine + sine * sine))
 }
 
-/// Solves four normal equations by Gaussian elimination.
 fn solve(mut rows: [[f32; 5]; 4]) -> Option<[f32; 4]> {
     for k in 0..4 {
         let own = rows[k];

@@ -1,4 +1,4 @@
-//! Command-line arguments and the commands they run.
+//! Command-line arguments, and the commands that they run.
 
 use crate::faults::{self, FaultsArgs};
 use clap::{Parser, Subcommand};
@@ -19,7 +19,6 @@ enum Command {
     Faults(FaultsArgs),
 }
 
-/// Runs the command from the arguments.
 pub fn main() -> ExitCode {
     let Command::Faults(args) = Cli::parse().command;
     match faults::run(&args) {

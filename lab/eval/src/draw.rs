@@ -18,7 +18,7 @@ impl Draw {
         self.uniform() < 0.5
     }
 
-    /// Uniform integer from `min` to `max`, both included.
+    /// Returns a uniform integer from `min` to `max`, both included.
     pub fn whole(&mut self, min: u64, max: u64) -> u64 {
         min + self.0.next_u64() % (max - min + 1)
     }
@@ -27,7 +27,6 @@ impl Draw {
         min + (max - min) * self.uniform()
     }
 
-    /// Log-uniform number from `min` to `max`.
     pub fn log(&mut self, min: f64, max: f64) -> f64 {
         min * (max / min).powf(self.uniform())
     }

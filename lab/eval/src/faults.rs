@@ -1,4 +1,4 @@
-//! Thousands of faults injected into the chip, its bus and its lines, and their consequences.
+//! Injects thousands of faults into the chip, its bus and its lines, and counts their consequences.
 //!
 //! | what | where |
 //! |---|---|

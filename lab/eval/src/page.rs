@@ -16,7 +16,6 @@ pub struct Table {
     pub rows: Vec<Vec<Value>>,
 }
 
-/// The tables of a page by name.
 pub type Tables = BTreeMap<String, Table>;
 
 impl Table {
@@ -79,7 +78,7 @@ fn number(value: f64) -> Value {
     }
 }
 
-/// Formats 1234567 as 1,234,567.
+/// Groups digits: 1234567 becomes 1,234,567.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -92,7 +91,6 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
-/// A requirement, and whether it is met.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Requirement {
     pub requirement: String,
@@ -128,7 +126,7 @@ pub fn requirements<'a>(requirements: impl IntoIterator<Item = &'a Requirement>)
     table
 }
 
-/// Figures of a topic: the tables of its page, and details for reproducing them.
+/// Figures of a topic: the tables on its page, and details that reproduce them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures<T> {
     pub tables: Tables,
@@ -140,7 +138,7 @@ pub struct Figures<T> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct None {}
 
-/// Reads the figures of a topic; empty if nothing was measured.
+/// Reads the figures of a topic. Returns empty figures if nothing was measured.
 pub fn load<T: DeserializeOwned + Default>(folder: &Path, topic: &str) -> Result<Figures<T>> {
     let path = folder.join(format!("{topic}.json"));
     if !path.is_file() {
@@ -153,7 +151,7 @@ pub fn load<T: DeserializeOwned + Default>(folder: &Path, topic: &str) -> Result
 /// Writes the figures of a topic, from which `lab/pages.py` fills its page.
 pub fn write<T: Serialize>(folder: &Path, topic: &str, figures: &Figures<T>) -> Result<()> {
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    // A line for each row and object, for readable diffs.
+    // One line per row and object, for readable diffs.
     let json = serde_json::to_string(figures)?;
     let json = json.replace("],[", "],\n[").replace("},{", "},\n{");
     let path = folder.join(format!("{topic}.json"));
@@ -161,7 +159,6 @@ pub fn write<T: Serialize>(folder: &Path, topic: &str, figures: &Figures<T>) -> 
     output::line(&path.display().to_string())
 }
 
-/// Prints all tables.
 pub fn print(tables: &Tables) -> Result<()> {
     for (name, table) in tables {
         output::line(&format!("{name}\n{}\n", table.markdown()))?;

@@ -1,11 +1,11 @@
-//! Parallel work on all cores, with results in order.
+//! Works on all cores in parallel, and returns the results in order.
 
 use anyhow::Result;
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use ridgetone_host::output::Progress;
 use std::sync::Mutex;
 
-/// Applies `work` to every item and shows the progress. The results do not depend on the number of
+/// Applies `work` to every item and shows progress. The results do not depend on the number of
 /// cores.
 pub fn map<T: Sync, R: Send>(
     what: &str,

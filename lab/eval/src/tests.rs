@@ -1,4 +1,4 @@
-//! Tests of the campaign, and of the committed figures, which must have no wrong `good`.
+//! Tests of the campaign, and of the committed figures, which must not contain a wrong `good`.
 
 mod emulated_faults;
 mod faults;

@@ -1,5 +1,5 @@
-//! The fuzzer's bytes determine how frames are damaged on a line. The decoder must read the frames
-//! that arrive whole, and nothing else.
+//! The fuzzer's bytes determine how frames on a line are damaged. The decoder must read exactly the
+//! frames that arrive whole.
 #![no_main]
 
 #[path = "../../../tests/support/damage.rs"]

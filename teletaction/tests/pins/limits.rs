@@ -1,4 +1,5 @@
-//! For any target at any time, forces are within the limits, on a level, and within the slew.
+//! Tests that forces are within the limits, on a level and within the slew, for any target at any
+//! time.
 
 use proptest::prelude::*;
 use ridgetone_teletaction::pins::{Error, Limits, Pins};
@@ -44,7 +45,7 @@ proptest! {
             prop_assert_eq!(done.is_err(), is_wrong && !releases);
             for (now, before) in pins.forces_n().iter().zip(before) {
                 prop_assert!((0.0..=max_n * 1.000_001).contains(now), "{}", now);
-                // A millionth more, to allow a slew of exactly one level per update.
+                // Allow a millionth more, for a slew of exactly one level per update.
                 prop_assert!((now - before).abs() <= step_n * 1.000_002 + 1e-4 * level_n, "{} {}", now, before);
                 prop_assert!(done.is_ok() || *now == before);
                 let level = now / level_n;
@@ -57,7 +58,7 @@ proptest! {
 #[test]
 fn a_step_takes_as_long_as_the_slew_says() {
     let mut pins = Pins::new(DISPLAY, 1).expect("a display");
-    // 4 N/s at 20 Hz are 0.2 N per update; calls at 100 Hz make no additional updates.
+    // 4 N/s at 20 Hz are 0.2 N per update. Calls at 100 Hz must not add updates.
     let mut n = Vec::new();
     for _ in 0..30 {
         let done = pins.advance(0.01, &[5.0]).expect("forces");
@@ -72,7 +73,7 @@ fn a_step_takes_as_long_as_the_slew_says() {
         pins.release(0.05).expect("time");
         assert!((pins.forces_n()[0] - step).abs() < 1e-5);
     }
-    // The nearest level.
+    // Forces are rounded to the nearest level.
     pins.advance(0.05, &[0.16]).expect("forces");
     assert!((pins.forces_n()[0] - 0.2).abs() < 1e-5);
 }
@@ -103,7 +104,7 @@ fn impossible_displays_are_refused() {
         };
         assert_eq!(error.name, setting);
     }
-    // 0.05 N per update, and levels of 0.1 N.
+    // An update changes at most 0.05 N, but a level is 0.1 N.
     let frozen = refused(|limits| limits.slew_n_s = 1.0);
     assert!(matches!(frozen, Error::Frozen { .. }));
     let mut pins = Pins::new(DISPLAY, 1).expect("a display");

@@ -1,4 +1,5 @@
-//! Matching against the conditions of an optimum, and against known forces.
+//! Tests `Matching`: its forces satisfy the optimality (KKT) conditions, and known forces are
+//! recovered.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -23,7 +24,7 @@ const STRAIN: Layer = Layer {
     quantity: Quantity::Strain,
 };
 
-/// Strains as from an object: a few pressed positions, and noise.
+/// Strains such as an object produces: a few bumps, plus noise.
 fn pressed(draw: &mut Draw, grid: &Grid) -> Vec<f64> {
     let bumps: Vec<[f64; 4]> = (0..3)
         .map(|_| {
@@ -47,8 +48,8 @@ fn pressed(draw: &mut Draw, grid: &Grid) -> Vec<f64> {
         .collect()
 }
 
-/// Noise and strains of objects, in unrelated frames: the forces meet the Karush-Kuhn-Tucker
-/// conditions, after few pivots.
+/// In unrelated frames of noise and of objects' strains, the forces must satisfy the
+/// Karush-Kuhn-Tucker conditions after few pivots.
 #[test]
 fn forces_are_the_optimum() {
     let cases = [
@@ -114,7 +115,7 @@ fn forces_are_the_optimum() {
     }
 }
 
-/// Without noise, forces that press are recovered (equations 9 to 11).
+/// Without noise, forces that press must be recovered (equations 9 to 11).
 #[test]
 fn forces_that_made_the_strain_come_back() {
     let pins = Grid::new(5, 5, 2.0).expect("a grid");
@@ -134,13 +135,13 @@ fn forces_that_made_the_strain_come_back() {
     }
 }
 
-/// An even touch on two long columns of pins. By the paper's equations 1 and 3 two equal line
+/// An even touch on two long columns of pins. By the paper's equations 1 and 3, two equal line
 /// loads, each above a sensor, share the strain.
 #[test]
 fn an_even_touch_takes_the_papers_forces() {
     let (spacing_mm, depth_mm, poisson) = (1.25, 2.0, 0.5);
     let pins = Grid::new(2, 50, spacing_mm).expect("a grid");
-    // A pressure of 1 N per pin, which strains a wide slice half as much.
+    // A pressure of 1 N per pin. It strains a wide slice half as much.
     let wanted = [0.5 / (spacing_mm * spacing_mm); 100];
     let middle_n = |quantity| {
         let layer = Layer {

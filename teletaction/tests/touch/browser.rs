@@ -12,10 +12,9 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::{sleep, spawn};
 use std::time::{Duration, Instant};
 
-/// Maximum time for any action of the browser, wall time.
+/// Maximum time for any action of the browser.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Size and colours of the window.
 #[derive(Clone, Copy, Debug)]
 pub struct Look {
     pub width: u32,
@@ -28,7 +27,7 @@ fn browser() -> OsString {
     std::env::var_os("RIDGETONE_BROWSER").unwrap_or_else(|| "chromium".into())
 }
 
-/// The browser without a window; it can resolve no host but this computer.
+/// Returns the command of a headless browser that cannot resolve any host but this computer.
 fn command(profile: &Path, look: Look) -> Command {
     let mut command = Command::new(browser());
     command
@@ -58,7 +57,6 @@ fn command(profile: &Path, look: Look) -> Command {
     command
 }
 
-/// A browser with one page.
 pub struct Browser {
     child: Child,
     commands: File,
@@ -66,12 +64,11 @@ pub struct Browser {
     session: String,
     number: u64,
     events: Vec<Value>,
-    /// Deleted with the browser.
+    /// Deleted when the browser is dropped.
     _folder: tempfile::TempDir,
 }
 
 impl Browser {
-    /// Starts a browser with an empty page.
     pub fn start(look: Look) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let pipe = |name: &str| {
@@ -92,7 +89,7 @@ impl Browser {
             .stderr(log)
             .spawn()
             .expect("a shell");
-        // In the order in which the shell opens the pipes.
+        // Open them in the same order as the shell, or both would block.
         let commands = File::options()
             .write(true)
             .open(commands)
@@ -153,7 +150,6 @@ impl Browser {
             .expect("a browser: cargo xtask setup installs one");
     }
 
-    /// Calls a method and returns its result.
     pub fn call(&mut self, method: &str, parameters: Value) -> Value {
         self.tell(method, parameters);
         loop {
@@ -169,7 +165,6 @@ impl Browser {
         }
     }
 
-    /// Sets size and colours of the page.
     pub fn look(&mut self, look: Look) {
         let Look {
             width,
@@ -183,7 +178,6 @@ impl Browser {
         self.call("Emulation.setEmulatedMedia", json!({"features": features}));
     }
 
-    /// Opens a page.
     pub fn open(&mut self, url: &str) {
         let loaded = self.call("Page.navigate", json!({"url": url}));
         assert!(loaded["errorText"].is_null(), "{url}: {loaded}");
@@ -198,7 +192,6 @@ impl Browser {
         found["result"]["value"].clone()
     }
 
-    /// Waits until an expression in the page is true.
     pub fn wait(&mut self, expression: &str) {
         let begun = Instant::now();
         while self.value(expression) != true {
@@ -211,7 +204,7 @@ impl Browser {
         }
     }
 
-    /// Messages in the console, and exceptions in scripts.
+    /// Returns console messages, and exceptions in scripts.
     pub fn errors(&self) -> Vec<String> {
         let bad = [
             "Log.entryAdded",
@@ -226,7 +219,6 @@ impl Browser {
             .collect()
     }
 
-    /// URLs that the page requested.
     pub fn requests(&self) -> Vec<String> {
         let sent = self
             .events

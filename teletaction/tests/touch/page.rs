@@ -1,5 +1,5 @@
-//! The page in a browser: its WebAssembly against the crate, the path from the pointer to the
-//! sound, and arriving textures.
+//! Tests the page in a browser: its WebAssembly against the crate, the path from the pointer to the
+//! sound, and new textures.
 
 mod browser;
 mod latency;
@@ -22,7 +22,6 @@ const LOOK: Look = Look {
     dark: false,
 };
 
-/// `ridgetone touch` on a free port.
 struct Touch {
     child: Child,
     url: String,
@@ -77,7 +76,7 @@ fn drag(browser: &mut Browser, x: f64, y: f64) {
     browser.tell("Input.dispatchMouseEvent", mouse);
 }
 
-/// Clicks as a person does, which sound requires.
+/// Clicks as a person does, because browsers require this for sound.
 fn click(browser: &mut Browser, id: &str) {
     let position = browser.value(&format!(
         "(({{ left, top, width, height }}) => [left + width / 2, top + height / 2])(document.getElementById('{id}').getBoundingClientRect())"
@@ -88,7 +87,7 @@ fn click(browser: &mut Browser, id: &str) {
     }
 }
 
-/// Turns the sound on; nobody hears it.
+/// Turns the sound on, and waits until it plays.
 fn sound_on(browser: &mut Browser) {
     click(browser, "sound");
     browser.wait("globalThis.ridgetone?.context.state === 'running' && globalThis.ridgetone.context.currentTime > 0.2");
@@ -103,7 +102,7 @@ fn surface(browser: &mut Browser) -> (f64, f64, f64) {
     (left, middle, width)
 }
 
-/// The browser's samples equal the crate's on this computer, to the last bit, also through jumps,
+/// The browser's samples must equal the crate's on this computer bit for bit, also through jumps,
 /// delays and refusals.
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
@@ -154,7 +153,7 @@ fn the_web_assembly_is_the_crate_bit_for_bit() {
                 native.set_carrier(carrier_hz).expect("a carrier");
                 calls.push(json!(["carrier", [carrier_hz.unwrap_or(0.0)]]));
             }
-            // Refused calls change nothing.
+            // Refused calls must not change anything.
             59 => calls.push(json!(["carrier", [20]])),
             60 => calls.push(json!(["texture", [-3, 1, 0, 0, 0, 0, 0, 0]])),
             61 => calls.push(json!(["texture", [null, 1, 0, 0, 0, 0, 0, 0]])),
@@ -192,8 +191,8 @@ fn the_web_assembly_is_the_crate_bit_for_bit() {
     assert_eq!(browser.errors(), Vec::<String>::new());
 }
 
-/// The sound is the texture at the position of the pointer, later by the wait, the output and the
-/// browser's own time, and by an additional delay.
+/// The sound must be the texture at the position of the pointer, delayed by the wait, the output,
+/// the browser's own time and an additional delay.
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
 fn from_the_pointer_to_the_sound() {
@@ -236,9 +235,9 @@ fn from_the_pointer_to_the_sound() {
             measured.clocks_s,
         ));
     }
-    // Where the next position is always known the sound is the texture under the pointer, with the
-    // stated latency. Other programs disturb the browser's output: its clocks shift against each
-    // other between measurements.
+    // If the next position is always known, the sound must be the texture under the pointer with
+    // the stated latency. Other programs disturb the browser's output, so its clocks shift against
+    // each other between measurements.
     for (rest_s, rms, clocks_s) in &latencies[1..] {
         assert!(*rms < 0.02 && (0.0..0.1).contains(rest_s), "{latencies:?}");
         assert!((rest_s - clocks_s).abs() < 0.005, "{latencies:?}");
@@ -262,8 +261,8 @@ fn text_of(browser: &mut Browser, id: &str) -> String {
         .to_owned()
 }
 
-/// A user's texture is felt at once; an impossible one is refused with an explanation, and the
-/// previous one stays.
+/// A user's texture must be felt at once. An impossible one must be refused with an explanation,
+/// and the previous one kept.
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
 fn textures_change_and_impossible_ones_do_not() {
@@ -294,14 +293,15 @@ fn textures_change_and_impossible_ones_do_not() {
     browser.value("document.getElementById('period_mm').value = '1.7'");
     browser.value("document.querySelector('#own button').click()");
     browser.wait("document.getElementById('period').textContent === '1.7000 mm'");
-    // The page reports the command's end, and the vibration fades.
+    // The page must report the command's end, and the vibration must fade.
     drop(touch);
     browser.wait(
         "document.getElementById('status').textContent.startsWith('The command cannot be reached')",
     );
 }
 
-/// Holding an arrow key moves the hand at a steady speed, and the carrier is heard meanwhile.
+/// Holding an arrow key must move the hand at a steady speed, and the carrier must be heard
+/// meanwhile.
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
 fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
@@ -312,7 +312,7 @@ fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
     assert_eq!(chosen, "180");
     assert!(text_of(&mut browser, "hint").contains("Sound on"));
     sound_on(&mut browser);
-    // A wait that suits a busy computer.
+    // Use a wait that suits a busy computer.
     browser.value("(() => { const wait = document.getElementById('wait_ms'); wait.value = '100'; wait.dispatchEvent(new Event('change')); })()");
     browser.value("document.getElementById('surface').focus()");
     let key = |browser: &mut Browser, kind: &str, key: &str| {
@@ -344,7 +344,7 @@ fn arrow_keys_move_the_hand_and_a_carrier_is_heard() {
     assert_eq!(browser.errors(), Vec::<String>::new());
 }
 
-/// A finger's texture arrives during a slide of the emulated board.
+/// The finger's texture must arrive during a slide of the emulated board.
 #[test]
 #[ignore = "needs the emulator and a browser; cargo xtask test installs one"]
 fn the_emulated_fingers_texture_is_on_the_page() {

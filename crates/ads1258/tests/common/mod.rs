@@ -1,4 +1,4 @@
-//! The scan of most tests.
+//! The scan configuration used by most tests.
 
 use ads1258::{Config, DataRate, Delay, IdleMode, Mux, Sysred};
 

@@ -1,4 +1,4 @@
-//! Records of different firmware, with settings that this one does not have.
+//! Records of different firmware, with settings that this firmware does not have.
 
 use embedded_storage::nor_flash::ReadNorFlash;
 use ridgetone_proto::framing::checksum;

@@ -4,10 +4,9 @@
 
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames, Scene};
 
-/// Frame rate of the scan, hertz.
 pub const RATE_HZ: f64 = 241.14;
 
-/// Uniform numbers from 0 to 1: a linear congruential generator (D. E. Knuth, MMIX).
+/// Returns uniform numbers from 0 to 1, from a linear congruential generator (D. E. Knuth, MMIX).
 pub fn even(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
@@ -18,7 +17,7 @@ pub fn even(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// Nearly normal numbers with mean 0 and variance 1: sums of twelve uniform numbers.
+/// Returns nearly normal numbers with mean 0 and variance 1: sums of twelve uniform numbers.
 pub fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut even = even(seed);
     move || (0..12).map(|_| even()).sum::<f64>() - 6.0

@@ -1,18 +1,18 @@
-//! Telemetry frames with bit errors: how many the decoder rejects, and whether it reads the next
-//! frame.
+//! Sends telemetry frames with bit errors: counts how many the decoder rejects, and whether it
+//! reads the next frame.
 //!
-//! The guarantees of a CRC-32 hold for the message that it covers, here at most 504 bytes: it
-//! detects any burst of up to 32 bits, any 3 bit errors, and in messages of up to 371 bytes any 4
-//! (Koopman, *32-bit cyclic redundancy codes for Internet applications*, DSN 2002, table 1: for
-//! 0x04C11DB7 the Hamming distance is 5 up to 2,974 bits and 4 up to 91,607). On the line the
-//! message is stuffed by COBS: a bit error that makes a zero splits the frame in two, and an error
-//! in one of the stuffing's lengths also changes bytes elsewhere, which voids the guarantees. Of
-//! such frames, and of frames with more errors, one in 2^32 passes the checksum, or 0.002 of ten
-//! million; the stuffing rejects some of them first, and the content's decoder others: leftover
-//! bytes, unknown variants, values out of range.
+//! The guarantees of a CRC-32 apply to the message that it covers, here up to 504 bytes: it detects
+//! any burst of up to 32 bits, any 3 bit errors, and in messages of up to 371 bytes any 4 (Koopman,
+//! *32-bit cyclic redundancy codes for Internet applications*, DSN 2002, table 1: for 0x04C11DB7
+//! the Hamming distance is 5 up to 2,974 bits and 4 up to 91,607). On the line the message is
+//! stuffed by COBS. A bit error that creates a zero splits the frame in two, and an error in a
+//! length byte of the stuffing also changes bytes elsewhere, which voids the guarantees. Of such
+//! frames, and of frames with more errors, one in 2^32 passes the checksum, or 0.002 of ten
+//! million. The stuffing rejects some before that, and the content's decoder others after it:
+//! leftover bytes, unknown variants, values out of range.
 //!
 //! One damaged message always passes: the empty one, whose checksum is 0. Zeros in a row, as in
-//! `health`, are stuffed as ones, and five ones that two bit errors cut out of a frame are the
+//! `health`, are stuffed as ones, and two bit errors that cut five ones out of a frame create an
 //! empty message. The decoder rejects it because no packet is empty; `empty` counts such frames.
 
 use super::counts::add_fields;
@@ -28,10 +28,9 @@ use serde::Serialize;
 
 /// Maximum number of single bit errors in a frame.
 const SINGLE_MAX: u32 = 16;
-/// Longest burst, bits.
 const BURST_MAX: u32 = 64;
-/// Frames per batch, which has its own random stream: large enough to keep a thread busy, and small
-/// enough to share among all threads.
+/// Frames per batch, which has its own random stream: enough to keep a thread busy, and few enough
+/// to share the work among all threads.
 const BATCH: u64 = 50_000;
 
 /// Table-driven checksum, independent of the decoder's.
@@ -45,21 +44,21 @@ pub struct BitErrors {
     pub refused: u64,
     /// Frames for which the decoder returned a packet. Must be zero.
     pub accepted_damaged: u64,
-    /// Frames with a non-empty part whose checksum is right; the decoder may still refuse the
+    /// Frames with a non-empty part whose checksum is right. The decoder may still reject the
     /// content.
     pub checksum_passed: u64,
-    /// Frames of which a part is the empty message.
+    /// Frames with a part that is the empty message.
     pub empty: u64,
-    /// Undamaged frames sent after damaged ones, with a delimiter in between, that were not read.
+    /// Undamaged frames, sent after damaged ones with a delimiter in between, that were not read.
     /// Must be zero.
     pub next_lost: u64,
 }
 
 add_fields!(BitErrors: sent refused accepted_damaged checksum_passed empty next_lost);
 
-/// Sends `frames` telemetry frames from `touch`, each with bit errors: 1 to 16 anywhere, delimiter
-/// included, or a burst of 2 to 64. The same `seed` gives the same errors on any number of threads.
-/// Ten million frames take half a minute on two cores.
+/// Sends `frames` telemetry frames from `touch`, each with bit errors: 1 to 16 anywhere including
+/// the delimiter, or a burst of 2 to 64. The same `seed` creates the same errors with any number of
+/// threads. Ten million frames take half a minute on two cores.
 pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
     let serial = replay::run(touch, Settings::DEFAULT, &mut |_| Ok(()), &mut |_, _| {})?.serial;
     let telemetry: Vec<&[u8]> = serial.split_inclusive(|byte| *byte == 0).collect();
@@ -104,7 +103,7 @@ fn count_batch(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErr
             bit_errors.empty + u64::from(empty),
             bit_errors.checksum_passed + u64::from(filled),
         );
-        // If the frame's delimiter is damaged, an idle line's delimiter follows.
+        // If the frame's delimiter is damaged, send one more, as an idle line does.
         let delimiter: &[u8] = if frame.last() == Some(&0) { &[] } else { &[0] };
         let given = frame
             .iter()
@@ -129,7 +128,7 @@ fn damage(frame: &mut [u8], rng: &mut ChaCha8Rng) {
     } else {
         let length = (2 + rng.next_u32() % (BURST_MAX - 1)).min(bits);
         let first = rng.next_u32() % (bits - length + 1);
-        // A burst begins and ends with a bit error.
+        // A burst starts and ends with a bit error.
         at(first);
         at(first + length - 1);
         (first + 1..first + length - 1)
@@ -138,7 +137,7 @@ fn damage(frame: &mut [u8], rng: &mut ChaCha8Rng) {
     }
 }
 
-/// Length of the message between two zeros, if its stuffing and its checksum are right.
+/// Returns the length of the message between two zeros if its stuffing and checksum are right.
 fn passing(stuffed: &[u8]) -> Option<usize> {
     let mut plain = [0; 2 * WIRE_MAX];
     let decoded = cobs::decode(stuffed, &mut plain).ok()?;
@@ -156,7 +155,7 @@ mod tests {
         let touch = Input::default().open().unwrap();
         let bit_errors = count(touch, 300_000, 1).unwrap();
         println!("{bit_errors:?}");
-        // One frame in 2^32 passes, and none with this seed.
+        // One frame in 2^32 would pass, but none does with this seed.
         let expected = BitErrors {
             sent: 300_000,
             refused: 300_000,
@@ -197,8 +196,8 @@ mod tests {
         assert_eq!(decoder.damaged, 1);
     }
 
-    /// Any single bit error and any burst of up to 32 bits in the message itself is detected, as
-    /// the checksum guarantees.
+    /// In the message itself, any single bit error and any burst of up to 32 bits must be detected,
+    /// as the checksum guarantees.
     #[test]
     fn what_the_checksum_guarantees_holds_for_the_content() {
         let touch = Input::default().open().unwrap();

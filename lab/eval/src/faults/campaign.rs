@@ -15,7 +15,8 @@ use serde::Serialize;
 
 /// Duration of the slide in a run on the PC, seconds.
 const SLIDE_S: f64 = 1.5;
-/// Duration of the slide in a run on the emulated chip, whose windows last a second, seconds.
+/// Duration of the slide in a run on the emulated chip, seconds: longer, because its windows last a
+/// second.
 const EMULATED_SLIDE_S: f64 = 2.5;
 
 /// Rows of a campaign, and the seed that reproduces them.
@@ -29,8 +30,8 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// Makes runs on this PC until at least `injections` injections have acted, equally many per
-    /// family, or of the family `only`.
+    /// Runs on this PC until at least `injections` injections have taken effect, equally many in
+    /// each family, or all in the family `only`.
     pub fn on_pc(injections: u64, seed: u64, only: Option<Family>, scan: Scan) -> Result<Self> {
         let place = match scan {
             Scan::PAPER => Place::Pc,
@@ -74,7 +75,7 @@ impl Campaign {
         })
     }
 
-    /// Adds `runs` runs of each family, or of the family `only`, on the emulated chip.
+    /// Adds `runs` runs of each family, or only of the family `only`, on the emulated chip.
     pub fn on_emulator(
         &mut self,
         runs: u64,
@@ -125,8 +126,7 @@ fn plans(family: Family, mut seed: u64, injections: usize, scan: Scan) -> Vec<Pl
     plans
 }
 
-/// Number of injections that a run counts for; a control run counts as many as a typical run with
-/// injections.
+/// Number of injections that a run counts for. A control run counts for as many as a typical run.
 fn standing_for(family: Family, injections: usize) -> usize {
     if family == Family::None {
         2

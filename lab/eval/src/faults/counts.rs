@@ -20,38 +20,38 @@ pub struct Counts {
     pub silent: u64,
     /// Conversions reported as lost that were not lost.
     pub excess: u64,
-    /// Conversions that arrived altered, and packets, requests or settings that were never sent.
-    /// Must be zero.
+    /// Conversions that arrived altered, and received packets, requests or settings that were never
+    /// sent. Must be zero.
     pub altered: u64,
     /// Fault episodes in runs without injections. Must be zero.
     pub false_alarms: u64,
-    /// Faults after whose end no complete scan with correct registers follows within five seconds.
-    /// Must be zero.
+    /// Faults after which no complete scan with correct registers follows within five seconds. Must
+    /// be zero.
     pub not_recovered: u64,
     /// Runs that ended with wrong register values. Must be zero.
     pub wrong_registers: u64,
-    /// Estimates of runs without injections that are doubtful or report faults, and such runs
-    /// without any estimate. Must be zero.
+    /// In runs without injections: estimates that are doubtful or report faults, and runs without
+    /// any estimate. Must be zero.
     pub not_good: u64,
-    /// Estimates of runs without injections that the estimator's own tests give a status other than
-    /// `good`. Must not exceed the false alarms of these tests.
+    /// In runs without injections: estimates to which the estimator's own tests give a status other
+    /// than `good`. Must not exceed the false alarms of these tests.
     pub not_plain: u64,
     /// Telemetry packets lost or damaged without a report by the board. Must be zero.
     pub packets_unreported: u64,
 }
 
 impl Counts {
-    /// Returns the number of control estimates with a status other than `good`, if it exceeds the
-    /// expected false alarms by three standard deviations.
+    /// Returns the number of control estimates whose status is not `good`, if it exceeds the
+    /// expected false alarms by more than three standard deviations.
     fn beyond_false_alarms(&self, rate: f64) -> u64 {
         let expected = rate * (self.good + self.not_good + self.not_plain) as f64;
         let is_chance = self.not_plain as f64 <= expected + 3.0 * expected.sqrt();
         if is_chance { 0 } else { self.not_plain }
     }
 
-    /// Returns names and values of the counts that must be zero and are not; `excess` is among them
-    /// if `loss_is_known`. `false_alarm_rate` is the fraction of windows of a steady tone to which
-    /// the estimator may give a status other than `good`.
+    /// Returns names and values of the counts that must be zero but are not, including `excess` if
+    /// `loss_is_known`. `false_alarm_rate` is the fraction of windows of a steady tone to which the
+    /// estimator may give a status other than `good`.
     pub fn failures(&self, loss_is_known: bool, false_alarm_rate: f64) -> Vec<String> {
         let excess = if loss_is_known { self.excess } else { 0 };
         let must_be_zero = [

@@ -11,11 +11,10 @@ use ridgetone_finger::converter::SCAN;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_proto::telemetry::Packet;
 
-/// Frequency error of a board's internal oscillator. The converter's clock then seems off by about
-/// as much, within the 0.5 % that the rate check allows.
+/// Frequency error of a board's internal oscillator, ppm. The converter's clock then appears off by
+/// about as much, within the 0.5 % that the rate check allows.
 const INTERNAL_PPM: i32 = 4_000;
 
-/// Makes one run with the image's settings.
 pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     let (input, truth) = plan.open()?;
     let mut packets = Vec::new();
@@ -32,8 +31,8 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     Ok(judge(plan, &truth, &ran(packets, &outcome)?))
 }
 
-/// Converts the results of an image run into the form of a PC run. It is unknown which of two reads
-/// the firmware took: a conversion counts as delivered if at least one read was right.
+/// Converts the results of an image run into the form of a PC run. The firmware reads twice and may
+/// have taken either read, so a conversion counts as delivered if one read was right.
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
     // The firmware's counter starts only after power-up.
@@ -53,10 +52,10 @@ fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
         injected: outcome.injected.clone(),
         delivered: outcome.arrived,
         altered: 0,
-        // The image's plan reads twice, and takes the readings in every scan.
+        // The image's plan reads conversions twice, and takes the health readings in every scan.
         unseen_ns: Vec::new(),
         readings_ns: Vec::new(),
-        // Runs are much shorter than the counter's wrap of 71 minutes.
+        // Runs are much shorter than the 71 minutes after which the counter wraps.
         whole_ns: whole
             .map(|timed| outcome.first_edge_us * 1000 + since_ns(timed.t_us))
             .collect(),

@@ -62,15 +62,15 @@ impl Family {
             .map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Title; kinds of report, one of which must follow; and true if the exact number of lost
-    /// conversions is known, so that the firmware must not report more.
+    /// Returns the title; the kinds of report, one of which must follow; and true if the exact
+    /// number of lost conversions is known, so that the firmware must not report more.
     const fn facts(self) -> (&'static str, &'static [FaultKind], bool) {
         use FaultKind::*;
         match self {
             Self::None => ("nothing (control)", &[], true),
             Self::EdgesLost => ("1 to 40 edges of DRDY lost", &[Lost], true),
             Self::EdgeRepeated => ("edge of DRDY repeated", &[Repeated], true),
-            // Shorter than the watch's half second, it is a gap.
+            // If shorter than the watch's half second, it looks like a gap.
             Self::DrdyStuck => (
                 "DRDY stuck high or low, 1 to 600 ms",
                 &[Silent, Lost],
@@ -78,7 +78,7 @@ impl Family {
             ),
             Self::Storm => ("storm on DRDY, 5 to 300 ms", &[Storm, Repeated], false),
             Self::DoutFlip => ("bit error from the chip", &[Bus], true),
-            // Depending on the bit, the chip reads registers, writes them, or does nothing.
+            // Depending on the flipped bit, the chip reads registers, writes them, or does nothing.
             Self::DinFlip => (
                 "bit error in a read's command",
                 &[Bus, BusDead, Repeated, Registers, Channel, Lost],
@@ -118,7 +118,7 @@ impl Family {
         self.facts().0
     }
 
-    /// True if this kind of report is among those of which one must follow. If conversions are read
+    /// True if this kind of report is one of those that may follow. If conversions are read only
     /// once, a bit error in the status counts as the flag that it sets.
     pub fn expects(self, kind: FaultKind, is_read_twice: bool) -> bool {
         let flips_flags = !is_read_twice && matches!(self, Self::DoutFlip | Self::DinFlip);
@@ -130,7 +130,7 @@ impl Family {
         self.facts().2
     }
 
-    /// True if the fault changes bits that are read, in the record or by changing the format.
+    /// True if the fault changes bits that are read, directly or through the data format.
     pub const fn alters(self) -> bool {
         matches!(
             self,
@@ -138,7 +138,7 @@ impl Family {
         )
     }
 
-    /// Draws a fault of this family, and its duration, seconds.
+    /// Draws a fault of this family and its duration in seconds.
     pub fn draw(self, draw: &mut Draw) -> (Fault, f64) {
         let bit = |draw: &mut Draw, from: u64| 1u8 << draw.whole(from, 7);
         match self {
@@ -147,7 +147,7 @@ impl Family {
                 single[draw.whole(0, single.len() as u64 - 1) as usize].draw(draw)
             }
             Self::RegisterFlip => {
-                // CONFIG0 to GPIOC: GPIOD reads back the pins, ID is read-only.
+                // From CONFIG0 to GPIOC, because GPIOD reads back the pins and ID is read-only.
                 let address = draw.whole(0, 7) as u8;
                 (
                     Fault::RegisterFlip {
@@ -159,7 +159,7 @@ impl Family {
             }
             Self::Reset => (Fault::Reset, 0.0),
             Self::Stall => (Fault::Stall, draw.log(0.001, 0.6)),
-            // In one of the four bytes of the result, in the first read.
+            // Flips a bit in one of the four bytes of the result, in the first read.
             Self::DoutFlip => (
                 Fault::DoutFlip {
                     bytes_ahead: draw.whole(1, 4),
@@ -167,7 +167,7 @@ impl Family {
                 },
                 0.0,
             ),
-            // The chip ignores the lower four bits, and bytes after the command.
+            // The chip ignores the lower four bits of a command, and the bytes after it.
             Self::DinFlip => (
                 Fault::DinFlip {
                     bytes_ahead: 5 * draw.whole(0, 1),

@@ -1,4 +1,4 @@
-//! Judgement of a run: telemetry against the state of the simulated chip, for each fault.
+//! Judges a run: compares telemetry with the state of the simulated chip, for each fault.
 
 use super::counts::Counts;
 use super::family::Family;
@@ -9,7 +9,7 @@ use hal_mock::{Fault, Injected, Truth};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{Estimate, Event, Health, Status};
 
-/// A frequency is wrong if its error is more than five of its standard deviations and more than
+/// A frequency is wrong if it is off by more than five of its standard deviations and by more than
 /// half a percent.
 const SIGMAS: f64 = 5.0;
 const TOLERANCE: f64 = 0.005;
@@ -21,11 +21,11 @@ pub const NOT_REPORTED: &str = "not reported";
 pub const ALTERED: &str = "differ from the chip's";
 
 /// Maximum time by which an episode may start before the injection, nanoseconds: two conversions,
-/// the tolerance of device time.
+/// which is the tolerance of device time.
 const SLACK_NS: u64 = 400_000;
 
-/// Time within which the check, twice a second, finds a changed register that conversions do not
-/// reveal, including the wait for a conversion, nanoseconds.
+/// Time within which the half-second check finds a changed register that conversions do not reveal,
+/// nanoseconds. Includes the wait for a conversion.
 const CHECK_NS: u64 = 510_000_000;
 
 /// Time within which a bit error in one of the next two reads arrives, nanoseconds.
@@ -40,7 +40,7 @@ pub struct Fate {
     /// Time from the start of the fault to the report, seconds of device time; `None` if there was
     /// no report.
     pub detected_s: Option<f64>,
-    /// True if there was no report, and the fault changed only codes among what the firmware reads.
+    /// True if there was no report, and the firmware could see no change except in codes.
     pub is_unseen: bool,
     /// Time from the end of the fault to the end of the next complete scan with correct registers,
     /// seconds; `None` if there was none.
@@ -49,13 +49,12 @@ pub struct Fate {
 
 #[derive(Clone, Debug, Default)]
 pub struct Judgement {
-    /// Fate of each injection that took effect.
     pub fates: Vec<Fate>,
     pub counts: Counts,
     pub complaints: Vec<String>,
 }
 
-/// Reported episode of a kind of fault; times in nanoseconds of the simulation.
+/// Reported episode of a kind of fault, with times in nanoseconds of the simulation.
 struct Episode {
     kind: FaultKind,
     from_ns: u64,
@@ -152,8 +151,8 @@ fn judge_control(ran: &Ran, judgement: &mut Judgement) {
     }
 }
 
-/// The line of these runs is lossless, so lost packets must equal those that the board reports as
-/// dropped.
+/// These runs have a lossless line, so the lost packets must be exactly those that the board
+/// reports as dropped.
 fn judge_telemetry(ran: &Ran, health: &Health, judgement: &mut Judgement) {
     let (lost, damaged) = ran.line;
     let unreported = lost.abs_diff(health.messages_dropped) + damaged;
@@ -208,13 +207,13 @@ fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<F
         .and_then(|next| next.begun_ns)
         .unwrap_or(ran.end_ns);
     let over_ns = over_ns.unwrap_or(begun_ns).max(begun_ns);
-    // In a mixed run the next injection may take effect before the check.
+    // In a mixed run, the next injection may take effect before the check.
     let is_flip = plan
         .injections
         .get(number)
         .is_some_and(|one| matches!(one.fault, Fault::RegisterFlip { .. }));
     let reported = episodes.iter().filter(|episode| {
-        // In a mixed run the previous injection's episode may still last.
+        // In a mixed run, the previous injection's episode may still last.
         let seen_since = episode
             .until_ns
             .is_none_or(|until_ns| until_ns + SLACK_NS >= begun_ns);
@@ -238,10 +237,11 @@ fn fate(plan: &Plan, ran: &Ran, episodes: &[Episode], number: usize) -> Option<F
 }
 
 /// True if ids, statuses and times show no sign of the fault: it changed only a code that was read
-/// once, or the supply (above the chip's own limit) or the reference between two of their readings.
+/// once, or it changed the reference or (above the chip's own limit) the supply only between two
+/// readings.
 fn leaves_no_sign(fault: Fault, begun_ns: u64, over_ns: u64, ran: &Ran) -> bool {
     let has_no_reading = |reading| {
-        // A reading that overlaps the fault only in part may be right.
+        // A reading that only partly overlaps the fault may be right.
         let within = begun_ns + READING_NS..=over_ns;
         !ran.readings_ns
             .iter()
@@ -282,14 +282,14 @@ fn judge_conversions(plan: &Plan, ran: &Ran, health: &Health, judgement: &mut Ju
 
 fn judge_estimate(plan: &Plan, estimate: &Estimate, truth: &Truth, judgement: &mut Judgement) {
     // If a window includes the slide's end, its frequency may be the mean including the standstill,
-    // the tone's, or any value between: the fit tracks a phase that stops only roughly.
+    // the tone's, or any value in between, because the fit tracks a stopping phase only roughly.
     let until_s = estimate.t_us as f64 * 1e-6;
     let still_s = (until_s - truth.slide_end_s).clamp(0.0, f64::from(estimate.window_s));
     let min_hz = truth.frequency_hz * (1.0 - still_s / f64::from(estimate.window_s));
     let frequency_hz = f64::from(estimate.frequency);
     let off_hz = (frequency_hz - frequency_hz.clamp(min_hz, truth.frequency_hz)).abs();
     let is_off = off_hz > SIGMAS * f64::from(estimate.sigma);
-    // If the oscillator is off by more than any sigma, no estimate may be good.
+    // The oscillator's error exceeds any sigma, so no estimate may be good.
     let is_never_good = plan.family == Family::Oscillator;
     let is_wrong = is_never_good || is_off && off_hz > TOLERANCE * truth.frequency_hz;
     let counts = &mut judgement.counts;
@@ -326,7 +326,7 @@ mod tests {
     use super::*;
     use ridgetone_proto::plan::Plan as Scan;
 
-    /// Returns the failures of a run whose results are modified by `change`.
+    /// Returns the failures of a run after `change` has modified its results.
     fn failures(plan: &Plan, ran: &Ran, change: fn(&mut Ran)) -> Vec<String> {
         let (_, truth) = plan.open().expect("a scene");
         let mut ran = ran.clone();

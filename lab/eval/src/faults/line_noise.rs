@@ -1,4 +1,4 @@
-//! Random bytes and damaged requests on the board's line: they must have no effect.
+//! Sends random bytes and damaged requests on the board's line, which must have no effect.
 
 use super::power_cuts::settings;
 use anyhow::Result;
@@ -10,10 +10,9 @@ use ridgetone_host::requests::receiver::Receiver;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Reply, Request};
 
-/// Page size of the flash, bytes.
 const PAGE_BYTES: u32 = 1024;
 
-/// Number of the settings in force, and of those in requests that the board must refuse.
+/// Numbers of the board's current settings, and of settings in requests that it must refuse.
 const STORED: u64 = 7;
 const OTHER: u64 = 1000;
 
@@ -26,13 +25,13 @@ pub struct Heard {
     pub damaged: u64,
     /// Requests that the board answered. Must be zero.
     pub answered: u64,
-    /// True if the settings in force or the flash has changed. Must be false.
+    /// True if the current settings or the flash have changed. Must be false.
     pub changed: bool,
-    /// True if the board obeys the next request. Must be true.
+    /// True if the board executes the next request. Must be true.
     pub obeys: bool,
 }
 
-/// A board whose settings are stored and in force.
+/// A board whose current settings are stored.
 struct Subject {
     board: Receiver<CutFlash<PAGE_BYTES>>,
     flash: Vec<u8>,
@@ -92,7 +91,7 @@ fn request(number: u16, command: Command) -> Result<Vec<u8>> {
     encode(&Request { number, command })
 }
 
-/// The requests with the largest effects.
+/// Returns the requests with the largest effects.
 fn requests() -> Result<Vec<Vec<u8>>> {
     let set = Command::Set {
         settings: settings(OTHER),
@@ -131,7 +130,7 @@ pub fn damaged_requests(frames: u64, seed: u64) -> Result<Heard> {
     let mut below = |n: usize| random.next_u32() as usize % n.max(1);
     for _ in 0..frames {
         let mut frame = whole[below(whole.len())].clone();
-        // The zero at the end stays; without it, two requests merge.
+        // The zero at the end is kept unless two requests are merged.
         let length = frame.len() - 1;
         match below(4) {
             0 => (0..=below(3)).for_each(|_| frame[below(length)] ^= 1 << below(8)),
@@ -145,7 +144,8 @@ pub fn damaged_requests(frames: u64, seed: u64) -> Result<Heard> {
                 frame.extend(&whole[below(whole.len())]);
             }
         }
-        // Two errors in one bit cancel, and the end of a request can be a complete request.
+        // Two errors in the same bit cancel, and the end of a request may itself be a complete
+        // request.
         if whole.contains(&frame) {
             continue;
         }
@@ -213,7 +213,6 @@ mod tests {
         }
         assert_eq!(board.in_force(), (settings(3), SettingsSource::Sent));
         let pages = board.into_pages();
-        // Number of words in a record.
         let words = ridgetone_proto::store::RECORD_BYTES as u64 / 4;
         assert_eq!((pages.done, pages.erased, pages.wrong), (words, 0, 0));
     }

@@ -1,5 +1,5 @@
-//! Rows of line damage in both directions, and of power loss while settings are stored. They
-//! involve no touch, only the line's receiver, the decoder and the store of settings.
+//! Rows of line damage in both directions, and of power loss while settings are stored. They test
+//! only the line's receiver, the decoder and the store of settings, without a touch.
 
 use super::bit_errors::{self, BitErrors};
 use super::counts::Counts;
@@ -11,14 +11,13 @@ use anyhow::Result;
 use ridgetone_host::input::Input;
 use ridgetone_proto::store::RECORD_BYTES;
 
-/// Telemetry frames per injection into the chip.
 const TELEMETRY_FRAMES: u64 = 100;
 const RANDOM_BYTES: u64 = 1000;
 const REQUESTS: u64 = 10;
-/// Number of random bytes, and of requests, per board.
+/// Numbers of random bytes and of requests per board.
 const BYTES_A_BOARD: u64 = 1_000_000;
 const REQUESTS_A_BOARD: u64 = 10_000;
-/// Injections into the chip per sweep over all power cuts, some 1,300.
+/// Injections into the chip for each sweep over all power cuts, which has about 1,300.
 const INJECTIONS_A_CUT: u64 = 2500;
 /// Records of settings per sector of the STM32F405.
 const RECORDS: u64 = 128 * 1024 / RECORD_BYTES as u64;
@@ -41,12 +40,12 @@ const CUTS: Title<'static> = Title {
     fault: "power lost while settings are stored",
 };
 
-/// Beginnings of the rows' titles, in order.
+/// Titles of the rows, in order.
 #[cfg(test)]
 pub const TITLES: [&str; 4] = [BIT_ERRORS.fault, RANDOM.fault, DAMAGED.fault, CUTS.fault];
 
-/// Returns rows and frame counts for `injections` injections into the chip: for 100,000, ten
-/// million frames and 100 MB.
+/// Returns rows and frame counts for `injections` injections into the chip. 100,000 correspond to
+/// ten million frames and 100 MB.
 pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
     let errors = bit_errors::count(
         Input::default().open()?,
@@ -132,7 +131,7 @@ fn of_requests(title: Title<'_>, boards: &[Heard]) -> Row {
         altered,
         ..Counts::default()
     };
-    // It is unknown which frame made a board deaf.
+    // If a board became deaf, it is unknown which frame caused it.
     Row::without_touch(
         title,
         frames,
@@ -147,7 +146,7 @@ fn of_cuts(cuts: &Cuts) -> Row {
         altered: cuts.wrong,
         ..Counts::default()
     };
-    // Settings that are complete, or that were not begun, need no report.
+    // Settings that were stored completely, or not at all, need no report.
     Row::without_touch(
         CUTS,
         cuts.injected,

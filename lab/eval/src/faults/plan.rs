@@ -9,22 +9,21 @@ use ridgetone_proto::boot::{Boot, Oscillator};
 use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{Settings, TRACK_STRIDE_S};
 
-/// Minimum scene time of the first injection, seconds: the chip runs and the idle level is known.
+/// Minimum scene time of the first injection, seconds: the chip runs, and the idle level is known.
 const FIRST_S: f64 = 0.35;
-/// Minimum time from the last injection to the end of injections, seconds: its episode ends and is
-/// reported.
+/// Minimum time from the last injection to the end of injections, seconds, so that its episode ends
+/// and is reported.
 const LAST_S: f64 = 0.5;
-/// Time after a fault's end within which the chip must be set up again, seconds; each run lasts
+/// Time after a fault's end within which the chip must be set up again, seconds. Each run lasts
 /// this long after its last fault.
 pub const RECOVERY_S: f64 = 5.0;
-/// Range of the time from the end of an injection to the next, seconds: an episode ends when its
-/// kind has not occurred for a second.
+/// Range of the time from the end of an injection to the next, seconds. An episode ends when its
+/// kind of fault has not occurred for a second.
 const APART_S: (f64, f64) = (1.25, 1.6);
 /// Range of the time between the injections of a mixed run, seconds.
 const MIXED_APART_S: (f64, f64) = (0.03, 0.3);
 /// Time after the touch in which faults are still injected, seconds.
 const RELEASE_IDLE_S: f64 = 0.8;
-/// Number of injections in a mixed run.
 const MIXED: usize = 6;
 
 #[derive(Clone, Debug)]
@@ -35,7 +34,6 @@ pub struct Plan {
     pub sliding: Sliding,
     /// Injections in the order of scene time.
     pub injections: Vec<Injection>,
-    /// Inputs that the chip converts.
     pub scan: Scan,
 }
 
@@ -60,7 +58,7 @@ impl Plan {
             seed,
             ..Sliding::default()
         };
-        // All injections have ended by then; the time to recover follows.
+        // All injections end before this. The time to recover follows.
         let end_s = sliding.idle_s
             + sliding.hold_before_s
             + slide_s
@@ -103,7 +101,6 @@ impl Plan {
         Ok((input, truth))
     }
 
-    /// Start of the run on the PC.
     pub fn boot(&self) -> Boot {
         let oscillator = match self.family {
             Family::Oscillator => Oscillator::Internal,
@@ -115,7 +112,7 @@ impl Plan {
         }
     }
 
-    /// Settings of the run on the PC: windows so short that a slide has several.
+    /// Settings of the run on the PC. Windows are so short that a slide has several.
     pub fn settings(&self) -> Settings {
         let share = window_share(&self.scan) as f32;
         let (window_s, stride_s) = (WINDOW_S * share, (STRIDE_S * share).max(TRACK_STRIDE_S));
@@ -128,7 +125,7 @@ impl Plan {
     }
 }
 
-/// Moves an input fault to an input that the scan converts.
+/// Moves an input fault to one of the inputs that the scan converts.
 fn converted(fault: Fault, scan: &Scan) -> Fault {
     let Fault::Input { input, volts } = fault else {
         return fault;
@@ -147,6 +144,6 @@ fn window_share(scan: &Scan) -> f64 {
     f64::from(scan.window_max_s().min(WINDOW_S) / WINDOW_S)
 }
 
-/// Window length in runs on the PC, where the scan allows it, and stride, seconds.
+/// Window length in runs on the PC, if the scan allows it, and stride, seconds.
 const WINDOW_S: f32 = 0.3;
 const STRIDE_S: f32 = 0.1;

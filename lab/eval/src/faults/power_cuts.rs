@@ -1,4 +1,4 @@
-//! Power loss at every word that the store of settings writes.
+//! Cuts the power at every word that the store of settings writes.
 
 use super::counts::add_fields;
 use hal_mock::CutFlash;
@@ -8,7 +8,6 @@ use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
 
-/// Counts of the settings found after power losses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cuts {
     pub injected: u64,
@@ -20,15 +19,15 @@ pub struct Cuts {
     pub new: u64,
     /// The defaults, if nothing had been stored before.
     pub defaults: u64,
-    /// Anything else: other settings; old settings without the report although a save had begun; a
-    /// store that failed after power was back; an operation that flash does not allow. Must be
+    /// Anything else: other settings; old settings without a report although a save had begun; a
+    /// store that failed after the power returned; an operation that flash does not allow. Must be
     /// zero.
     pub wrong: u64,
 }
 
 add_fields!(Cuts: injected old reported new defaults wrong);
 
-/// Settings that are different for each number.
+/// Returns settings that are different for each number.
 pub fn settings(number: u64) -> Settings {
     Settings {
         window_s: 0.1 + (number % 3800) as f32 * 1e-3,
@@ -36,8 +35,8 @@ pub fn settings(number: u64) -> Settings {
     }
 }
 
-/// Stores `saves` settings after `prefilled` others, and cuts power in the middle of every word and
-/// erasure; then once more in the middle of the next save. `seed` determines which bits are
+/// Stores `saves` settings after `prefilled` others, and cuts the power in the middle of every word
+/// and erasure, and once more in the middle of the next save. `seed` determines which bits are
 /// written.
 pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u64) -> Cuts {
     let mut cuts = Cuts::default();
@@ -55,7 +54,7 @@ pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u
             let saved = store.save(Some(&settings(number)), true);
             let left = store.release();
             if !left.is_off {
-                // The save was complete before the cut.
+                // The save was complete before the power cut.
                 cuts.wrong += u64::from(saved.is_err());
                 flash = left;
                 break;
@@ -76,7 +75,7 @@ pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u
             } else {
                 cuts.wrong += u64::from(saved.is_err());
             }
-            // Power is back for good.
+            // Power returns and is not cut again.
             let mut store = FlashStore::new(left.power(None));
             let stored = store.save(Some(&settings(number + 2)), true).is_ok();
             let is_there = store.load() == (settings(number + 2), SettingsSource::Stored);

@@ -1,4 +1,4 @@
-//! Row of the table: the results of all injections of one kind.
+//! Rows of the table: the results of all injections of one kind.
 
 use super::counts::Counts;
 use super::family::Family;
@@ -28,8 +28,8 @@ impl Place {
     }
 
     /// Fraction of windows of a steady tone to which the estimator may give a status other than
-    /// `good`. Measured: four of 4,202 with the default plan were unsteady or ambiguous, a third of
-    /// the allowed number; four of 140 with `hand`.
+    /// `good`. Measured: four of 4,202 windows with the default plan were unsteady or ambiguous, a
+    /// third of the allowed number, and four of 140 with `hand`.
     fn false_alarm_rate(self) -> f64 {
         match self {
             Self::Plan(_) => 0.03,
@@ -46,17 +46,16 @@ impl Place {
     }
 }
 
-/// Number of events, with median and maximum of their delays.
+/// Number of events, and median and maximum of their delays.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Delays {
     pub count: usize,
-    /// NaN if no time is measured, as for `longest_s`.
+    /// NaN if times are not measured, like `longest_s`.
     pub median_s: f64,
     pub longest_s: f64,
 }
 
 impl Delays {
-    /// A count without times.
     pub const fn untimed(count: u64) -> Self {
         Self {
             count: count as usize,
@@ -83,7 +82,7 @@ pub struct Row {
     pub name: String,
     pub fault: String,
     pub place: Place,
-    /// Number of touches; zero if the line or the store is tested alone.
+    /// Number of touches; zero if only the line or the store is tested.
     pub runs: usize,
     pub injected: usize,
     /// Injections followed by a report of the right kind; `None` if there is nothing to report.
@@ -92,14 +91,12 @@ pub struct Row {
     pub unseen: usize,
     /// Injections after which everything worked again; `None` if there is nothing to recover.
     pub recovered: Option<Delays>,
-    /// True if the number of lost conversions is known.
     pub loss_is_known: bool,
     #[serde(flatten)]
     pub counts: Counts,
     pub complaints: Vec<String>,
 }
 
-/// Maximum number of complaints per row.
 const COMPLAINTS: usize = 5;
 
 /// True if the fault changes bits that are read only once.
@@ -107,7 +104,6 @@ fn may_alter(family: Family, place: Place) -> bool {
     family.alters() && !place.is_read_twice()
 }
 
-/// Name of a row.
 #[derive(Clone, Copy)]
 pub struct Title<'a> {
     pub name: &'a str,
@@ -115,7 +111,7 @@ pub struct Title<'a> {
 }
 
 impl Row {
-    /// Row for the runs of one family; each judgement comes with its seed.
+    /// Returns the row for the runs of one family; each judgement comes with its seed.
     pub fn of_family(family: Family, place: Place, judgements: &[(u64, Judgement)]) -> Self {
         let mut counts = Counts::default();
         judgements
@@ -136,8 +132,8 @@ impl Row {
                 .collect::<Vec<_>>()
         };
         let mut complaints: Vec<_> = judgements.iter().flat_map(of_run).collect();
-        // Allowed complaints come last: unreported faults in mixed runs, and altered conversions
-        // where these are read once.
+        // Allowed complaints come last: unreported faults in mixed runs, and altered conversions if
+        // they are read once.
         complaints.sort_by_key(|(_, complaint)| match complaint {
             complaint if complaint.ends_with(ALTERED) && may_alter(family, place) => 2,
             complaint => u8::from(complaint.starts_with(NOT_REPORTED)),
@@ -160,8 +156,8 @@ impl Row {
         }
     }
 
-    /// Row for injections on the line or into the store, without a touch, with the numbers detected
-    /// and recovered.
+    /// Returns the row for injections on the line or into the store, without a touch; `detected`
+    /// and `recovered` are numbers of injections.
     pub fn without_touch(
         title: Title<'_>,
         injected: u64,
@@ -189,7 +185,7 @@ impl Row {
         self.failures().is_empty()
     }
 
-    /// Names and values of the counts that must be zero and are not.
+    /// Returns names and values of the counts that must be zero but are not.
     pub fn failures(&self) -> Vec<String> {
         let mut counts = self.counts;
         if self.may_alter() {
@@ -203,8 +199,8 @@ impl Row {
         failures
     }
 
-    /// Number of faults in touches that should have been reported and were not. Mixed runs do not
-    /// count, as one fault may hide another.
+    /// Number of faults in touches that should have been reported but were not. Mixed runs do not
+    /// count, because one fault may hide another.
     fn missed(&self) -> usize {
         if self.runs == 0 || self.name == Family::Mixed.name() {
             return 0;
@@ -213,7 +209,6 @@ impl Row {
         self.injected.saturating_sub(reported + self.unseen)
     }
 
-    /// True if conversions may arrive altered.
     pub fn may_alter(&self) -> bool {
         Family::from_str(&self.name, false).is_ok_and(|family| may_alter(family, self.place))
     }

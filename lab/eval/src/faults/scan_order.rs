@@ -1,11 +1,11 @@
-//! Detection of complete scans.
+//! Detects complete scans.
 
 use ads1258::{Config, Conversion};
 
-/// Correct conversions in scan order since the first slot.
+/// Counts correct conversions in scan order since the first slot.
 #[derive(Clone, Copy, Debug)]
 pub struct ScanOrder {
-    /// Channels of the scan: bit n for id n.
+    /// Bit n: the scan includes the channel with id n.
     channels: u32,
     taken: usize,
 }
@@ -18,13 +18,12 @@ impl ScanOrder {
         }
     }
 
-    /// Position of a channel in the scan.
     fn slot_of(&self, id: u8) -> Option<usize> {
         (self.channels >> id & 1 != 0)
             .then(|| (self.channels & ((1 << id) - 1)).count_ones() as usize)
     }
 
-    /// Takes a new conversion; returns true if it completes a scan.
+    /// Takes a new conversion. Returns true if it completes a scan.
     pub fn take(&mut self, conversion: &Conversion) -> bool {
         let status = conversion.status;
         let clean = !status.is_overflow() && !status.is_supply_low();

@@ -5,8 +5,8 @@ use super::row::{Delays, Place, Row};
 use crate::page::{self, Figures, None as Nothing, Requirement, Table, Tables, fixed};
 use serde_json::Value;
 
-/// Replaces the tables of the same names in the topic's figures by those of a campaign: the default
-/// scan on the PC and on the emulated chip, or a different scan plan.
+/// Replaces those tables in `figures` that this campaign produces: `faults`, `emulated` and
+/// `numbers` for the default scan, or the table of another scan plan.
 pub fn with_campaign(
     mut figures: Figures<Nothing>,
     plan: Option<&str>,
@@ -30,7 +30,8 @@ pub fn with_campaign(
     figures
 }
 
-/// Columns whose sum over all faults must be zero, with the column and the value that exempt a row.
+/// Columns whose sum over all faults must be zero, each with the column and value that exempt a
+/// row.
 const ZEROS: [(&str, Option<(&str, &str)>); 6] = [
     ("wrong but good", None),
     ("wrong with faults", None),
@@ -43,7 +44,6 @@ const ZEROS: [(&str, Option<(&str, &str)>); 6] = [
     ("false alarms", None),
 ];
 
-/// Adds the table of requirements.
 pub fn with_requirements(mut tables: Tables) -> Tables {
     let sums = |column: &str, unless: Option<(&str, &str)>| {
         let of_table = |table: &Table| {
@@ -68,7 +68,8 @@ pub fn with_requirements(mut tables: Tables) -> Tables {
     tables
 }
 
-/// Numbers of injections and touches, and of damaged telemetry frames, if these were counted.
+/// Returns the numbers of injections and touches, and of damaged telemetry frames if they were
+/// counted.
 fn numbers(campaign: &Campaign) -> Table {
     let of_touches = campaign.rows.iter().filter(|row| row.runs > 0);
     let injected: usize = of_touches.clone().map(|row| row.injected).sum();
@@ -94,7 +95,7 @@ fn numbers(campaign: &Campaign) -> Table {
     table
 }
 
-/// Table with a row for each fault, for the places to show.
+/// Returns the table with a row for each fault, in the places to show.
 pub fn table(campaign: &Campaign, is_shown: impl Fn(Place) -> bool) -> Table {
     let mut table = Table::new(
         "fault|on|injected|reported|unseen|reported after, median, ms|longest, ms|\
@@ -131,7 +132,7 @@ fn cells(row: &Row) -> Vec<Value> {
         counts.silent.into(),
         if row.loss_is_known { "yes" } else { "at most" }.into(),
         counts.excess.into(),
-        // It is unknown which of its reads the image took.
+        // It is unknown which of two reads the image took.
         if row.place == Place::Emulator {
             Value::Null
         } else {
@@ -143,7 +144,7 @@ fn cells(row: &Row) -> Vec<Value> {
     cells
 }
 
-/// Count, and median and maximum delay in milliseconds.
+/// Returns the count, and the median and maximum delay in milliseconds.
 fn delays(delays: &Option<Delays>) -> [Value; 3] {
     let Some(Delays {
         count,

@@ -1,5 +1,4 @@
-//! The firmware's tasks on this PC, observed by the campaign, with the simulated chip and its
-//! faults.
+//! Runs the firmware's tasks on this PC with the simulated chip and its faults, and observes them.
 
 use super::scan_order::ScanOrder;
 use ads1258::{Channel, Register};
@@ -14,7 +13,7 @@ use ridgetone_proto::boot::Boot;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Packet};
 
-/// Registers that keep their written values: GPIOD reads back the pins, ID is read-only.
+/// Registers that keep their written values. GPIOD reads back the pins, and ID is read-only.
 fn writable(registers: &[u8]) -> &[u8] {
     &registers[..Register::Gpiod as usize]
 }
@@ -22,31 +21,29 @@ fn writable(registers: &[u8]) -> &[u8] {
 #[derive(Clone, Debug, Default)]
 pub struct Ran {
     pub packets: Vec<Packet>,
-    /// Numbers of packets lost and of packets damaged.
+    /// Numbers of lost and of damaged packets.
     pub line: (u32, u32),
     pub chip: Counters,
     /// Times when each injection took effect, nanoseconds of the simulated board.
     pub injected: Vec<Injected>,
-    /// Conversions from the queue with NEW set.
+    /// Conversions taken from the queue with NEW set.
     pub delivered: u64,
     /// Conversions that differ from the chip's results.
     pub altered: u64,
-    /// Arrival times of conversions with an altered code and the right status, which nothing
-    /// reveals, nanoseconds of the simulated board.
+    /// Arrival times of conversions with an altered code but the right status, which cannot be
+    /// detected, nanoseconds of the simulated board.
     pub unseen_ns: Vec<u64>,
     /// Arrival times of the chip's supply and reference readings, nanoseconds of the simulated
     /// board.
     pub readings_ns: Vec<(Channel, u64)>,
-    /// Times when a scan was complete with correct registers, nanoseconds of the simulated board.
+    /// Times when a scan was completed with correct registers, nanoseconds of the simulated board.
     pub whole_ns: Vec<u64>,
     /// Simulated time at device time zero, nanoseconds.
     pub zero_ns: u64,
-    /// Simulated time at the end of the run, nanoseconds.
     pub end_ns: u64,
     pub registers_right: bool,
 }
 
-/// Runs `input` through the firmware's tasks.
 pub fn run(input: Opened, settings: Settings, boot: Boot) -> Result<Ran> {
     let own = Ads1258Plan::of(&settings.plan);
     let mut observer = Observer {
@@ -79,7 +76,6 @@ impl Surroundings for Observer {
         Ok(())
     }
 
-    /// Compares a conversion with the chip's result.
     fn read(&mut self, timed: &TimedConversion, board: &SimulatedBoard) {
         let status = timed.status();
         if !status.is_new() {

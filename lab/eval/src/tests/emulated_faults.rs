@@ -1,4 +1,4 @@
-//! Faults on the emulated chip with the firmware image, one run per family.
+//! Tests faults on the emulated chip with the firmware image, one run per family.
 
 use crate::faults::campaign::Campaign;
 use crate::faults::family::Family;
@@ -23,7 +23,7 @@ fn a_run_of_each_family_of_faults_and_nothing_wrong_is_reported_as_right() {
         };
         assert!(row.is_clean(), "{row:?}");
         assert_eq!(row.injected == 0, *family == Family::None, "{row:?}");
-        // Every fault is reported; in a mixed run one may hide another.
+        // Every fault must be reported, except that one may hide another in a mixed run.
         let reported = row.detected.map_or(0, |delays| delays.count);
         assert!(
             reported == row.injected || *family == Family::Mixed,

@@ -1,5 +1,5 @@
-//! Faults injected into the chip, its bus and its lines, with the firmware's tasks simulated on
-//! this PC. `emulated_faults` does the same on the emulated chip; `cargo xtask faults --full`
+//! Tests faults injected into the chip, its bus and its lines, with the firmware's tasks simulated
+//! on this PC. `emulated_faults` does the same on the emulated chip; `cargo xtask faults --full`
 //! injects a hundred thousand.
 
 use crate::faults::campaign::Campaign;
@@ -14,7 +14,7 @@ use ridgetone_finger::converter::Ads1258Plan;
 use ridgetone_proto::plan::{Converters, HealthReadings, Plan as Scan};
 use std::path::Path;
 
-/// More than a thousand injections: no wrong estimate is good, and nothing is lost silently.
+/// In more than a thousand injections, no wrong estimate is good, and nothing is lost silently.
 #[test]
 fn a_thousand_faults_and_nothing_wrong_is_reported_as_right() {
     let campaign = Campaign::on_pc(1100, 1, None, Scan::PAPER).expect("a campaign");
@@ -30,7 +30,7 @@ fn a_thousand_faults_and_nothing_wrong_is_reported_as_right() {
             counts.false_alarms,
         ];
         assert!(must_be_zero == [0; 5] && row.is_clean(), "{row:?}");
-        // Every fault is reported; in a mixed run one may hide another.
+        // Every fault must be reported, except that one may hide another in a mixed run.
         let mixed = row.fault == Family::Mixed.title();
         let reported = row.detected.map_or(0, |delays: Delays| delays.count);
         assert!(
@@ -41,7 +41,8 @@ fn a_thousand_faults_and_nothing_wrong_is_reported_as_right() {
             },
             "{row:?}"
         );
-        // Recovered before the next fault; the firmware retries a silent chip with growing pauses.
+        // Most must recover before the next fault; the firmware retries a silent chip with growing
+        // pauses.
         assert!(
             row.recovered
                 .is_none_or(|delays| 5 * delays.count >= 4 * row.injected),
@@ -53,8 +54,8 @@ fn a_thousand_faults_and_nothing_wrong_is_reported_as_right() {
     }
 }
 
-/// Seeds that once gave a wrong estimate as good, lost conversions silently, or left a fault
-/// unreported.
+/// Seeds that once had a wrong but good estimate, silently lost conversions, or an unreported
+/// fault.
 #[test]
 fn what_once_went_wrong_does_not() {
     for (family, seeds) in [
@@ -86,11 +87,11 @@ fn what_once_went_wrong_does_not() {
     }
 }
 
-/// Seeds that once failed under plans that read conversions once: a register that changed shortly
-/// before the health readings, whose set-up hid the change; a fixed channel, where conversions
-/// during the check were not counted; conversions that ended while an unexpected edge was served,
+/// Seeds that once failed with plans that read conversions once. The causes were: a register change
+/// shortly before the health readings, whose set-up hid it; conversions during the check on a fixed
+/// channel, which were not counted; conversions that ended while an unexpected edge was served,
 /// shortly before the health readings; conversions overwritten during a check, or lost among the
-/// health readings; a window with a long gap; and a lift with a step of the reference soon after.
+/// health readings; a window with a long gap; and a lift soon followed by a step of the reference.
 #[test]
 fn what_once_went_wrong_with_a_fast_plan_does_not() {
     for (family, scan, seeds) in [
@@ -132,8 +133,8 @@ fn what_once_went_wrong_with_a_fast_plan_does_not() {
     }
 }
 
-/// Every fast plan has estimates. Faults that leave a sign are reported, and only some families
-/// leave none.
+/// Every fast plan must have estimates. Faults that leave a sign must be reported, and only some
+/// families may leave none.
 #[test]
 fn every_fast_plan_reports_what_leaves_a_sign() {
     let signless = [
@@ -160,7 +161,7 @@ fn every_fast_plan_reports_what_leaves_a_sign() {
     }
 }
 
-/// The plan `hand` with the health readings in every scan detects what readings between touches
+/// With health readings in every scan, the plan `hand` must detect what readings between touches
 /// miss.
 #[test]
 fn a_fast_plan_with_health_in_every_scan_reports_supply_and_reference() {
@@ -238,7 +239,7 @@ fn the_figures_are_whole() {
     }
 }
 
-/// Excess losses, and wrong estimates with faults, make a row not clean.
+/// Excess losses, or wrong estimates with faults, must make a row not clean.
 #[test]
 fn a_row_is_clean_only_if_everything_is_zero_that_must_be() {
     let of = |family, counts: Counts| {
@@ -295,8 +296,7 @@ fn a_row_is_clean_only_if_everything_is_zero_that_must_be() {
         )
         .is_clean()
     );
-    // An unreported fault, one that left no sign, and one in a mixed run, which a different fault
-    // may hide.
+    // An unreported fault, one that left no sign, and one in a mixed run, where others may hide it.
     let of = |family, is_unseen| {
         let fates = vec![Fate {
             is_unseen,
