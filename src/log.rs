@@ -3,7 +3,7 @@
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{Headline, Status};
 
-/// Writes the line of an event that is sent.
+/// Logs an event that is being sent.
 pub fn log(headline: Headline) {
     match headline {
         Headline::Contact => defmt::info!("contact"),

@@ -1,12 +1,12 @@
-//! The firmware: binds the tasks of [`ridgetone_finger::tasks`] to interrupts, and locks what they share.
-//! The board's file says which interrupt of its chip a task has.
+//! The firmware: binds the tasks of [`ridgetone_finger::tasks`] to interrupts, and locks what they
+//! share. The board's file maps each task to an interrupt of its chip.
 //!
 //! | task | priority | runs |
 //! |---|---|---|
-//! | `line` | 5 | transmitter empty or the end of what arrives; pended by `report` |
+//! | `line` | 5 | transmitter empty, or reception pauses (USART idle); pended by `report` |
 //! | `drdy` | 4 | DRDY's falling edge, or the end of a frame; pended by `watch` and `fit` |
 //! | `detect` | 3 | pended by `drdy` when a scan is over or interrupted |
-//! | `report` | 2 | pended by `detect`, `fit` and `line`, or half a buffer of the line's DMA |
+//! | `report` | 2 | the receive DMA has filled half of its buffer; pended by `detect`, `fit` and `line` |
 //! | `watch` | 2 | TIM4, twice a second |
 //! | `fit` | 1 | pended by `detect` and `report` |
 //! | `idle` | 0 | |
@@ -14,8 +14,9 @@
 //! `line` is above `drdy` because it is short, and a byte of telemetry takes 10.9 us, while `drdy`
 //! runs for 15 to 48 us. Requests can wait in the DMA's buffer for at least 1.4 ms.
 //!
-//! Only software pends `detect`, `report` and `fit`. Unlike a spawned task, an interrupt that is
-//! pended while its handler runs is not lost, so no conversion stays in a queue.
+//! Only software pends `detect`, `report` and `fit`. Unlike a spawn of a task that is already
+//! queued, pending an interrupt while its handler runs is not lost, so no conversion is left
+//! waiting in a queue.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 #![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
@@ -26,7 +27,7 @@ mod board;
 #[cfg(target_os = "none")]
 mod log;
 
-/// On a PC there is nothing to run.
+/// The firmware does not run on a PC.
 #[cfg(not(target_os = "none"))]
 fn main() {
     eprintln!("This is the firmware. `cargo feather` and `cargo nucleo` flash a board with it");
@@ -67,7 +68,7 @@ mod app {
 
     defmt::timestamp!("{=u32:us}", board::now_us());
 
-    /// RTIC runs the tasks.
+    /// The platform on which RTIC runs the tasks.
     pub struct Rtic;
 
     impl Platform for Rtic {
@@ -139,8 +140,8 @@ mod app {
                 *pc
             );
         }
-        // Before the chip scans: searching blank sectors takes milliseconds, in which conversions
-        // would be lost.
+        // Load the settings before the chip scans: searching blank sectors takes milliseconds, in
+        // which conversions would be lost.
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
         let settings = board::WIRING.converter.fitting(settings);
@@ -152,7 +153,7 @@ mod app {
         detector.boot(settings, source, boot);
         let shared = Shared::new(Rtic, settings.plan);
         let mut acquisition = Acquisition::new(converter, settings.plan);
-        // The counter has been running since the start.
+        // Wait only for the rest of the time: the counter started with the clocks.
         Wait.delay_us(POWER_UP_US.saturating_sub(board::now_us()));
         if acquisition.set_up(&shared.diagnostics, &mut Wait) {
             defmt::info!("the {=str} is set up and scans", Converter::NAME);
@@ -273,11 +274,11 @@ mod app {
             match cx.local.idle.run(slept, stack, outbox, cx.shared.shared) {
                 Next::Sleep => {}
                 Next::Restart => {
-                    // The last two bytes take 11 us each.
+                    // Let the last two bytes leave, which takes 11 us each.
                     Wait.delay_us(50);
                     board::restart();
                 }
-                // The signals of a board never end.
+                // Only a simulated signal ends.
                 Next::Leave => {}
             }
         }
