@@ -14,17 +14,17 @@ use std::time::{Duration, Instant};
 /// Board time between two checks of this PC's clock and of the bytes sent, nanoseconds.
 const STEP_NS: u64 = 1_000_000;
 
-/// Maximum number of steps with bytes that are not yet fetched. Then the board waits.
+/// Maximum number of steps whose bytes the reader has not fetched; the board waits at this number.
 const STEPS_MAX: usize = 1000;
 
 /// Polling interval while a reader is slow or a session is paused.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Delay at which the board's clock is set back: this PC is too slow, and the board must not rush
-/// to catch up.
+/// Lag at which the board's clock is set back: this PC is too slow, and the board must not rush to
+/// catch up.
 const LATE_MAX: Duration = Duration::from_millis(500);
 
-/// Reason of an error in one line.
+/// Reason for an error, in one line.
 type Reason = Box<dyn Error + Send + Sync>;
 
 /// Job for the board between two steps.
@@ -120,8 +120,8 @@ impl Session {
         self.with(move |emulator| emulator.send(&bytes));
     }
 
-    /// Runs `job` on the board between two instructions, within a millisecond of board time: press
-    /// its reset button, break its oscillator. Does nothing if the board has ended.
+    /// Runs `job` on the board between two instructions, within a millisecond of board time, for
+    /// example to press reset or to stop the oscillator. Does nothing if the board has ended.
     pub fn with(&self, job: impl FnOnce(&mut Emulator) + Send + 'static) {
         let _ = self.jobs.send(Box::new(job));
     }

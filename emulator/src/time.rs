@@ -29,8 +29,8 @@ impl Time {
         self.ns_at(self.cycles)
     }
 
-    /// Time at a number of cycles, which must not be before the latest change of the clock and less
-    /// than 100 s ahead.
+    /// Time at a number of cycles, which must be no earlier than the latest change of the clock and
+    /// less than 100 s ahead.
     pub const fn ns_at(&self, cycles: u64) -> u64 {
         self.base_ns + cycles.saturating_sub(self.base_cycles) * SECOND_NS / self.hz
     }

@@ -54,11 +54,11 @@ pub(crate) struct Bus {
     pub dbgmcu: Dbgmcu,
     pub adc: Adc,
     pub clkio_is_wired: bool,
-    /// Latest output frequency of the clock pin that the rules have checked, hertz.
+    /// Frequency of the clock pin at the latest check of its rules, hertz.
     pub clock_output_hz: u32,
     pub own_adc: OwnAdc,
     pub dma: Stream,
-    /// Fetches bytes that arrive on the serial line.
+    /// Stream that fetches bytes from the serial line.
     pub line_dma: Stream,
     /// Sensors at the pins of the processor's own ADC.
     pub sensors: Stm32Adc,
@@ -76,7 +76,7 @@ pub(crate) struct Bus {
     /// Cycle from which USB requests its interrupt.
     pub usb_rises: Option<u64>,
     pub drdy_falls: Option<u64>,
-    /// True if the next read of the microsecond counter dates an edge of DRDY.
+    /// True if the next read of the microsecond counter is the timestamp of a DRDY edge.
     pub dates_edge: bool,
 }
 

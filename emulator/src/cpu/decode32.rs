@@ -204,8 +204,8 @@ fn plain_immediate(a: u16, b: u16, pc: u32) -> Op {
     }
 }
 
-/// Decodes the offset of a load or store with 12 or 8 bits of offset, and how it is used; `None` if
-/// the offset is a register.
+/// Decodes a 12-bit or 8-bit offset of a load or store, and its use; returns `None` if the offset
+/// is a register.
 fn offset(a: u16, b: u16) -> Option<(i16, Index)> {
     if a & 0x80 != 0 {
         return Some(((b & 0xFFF) as i16, Index::Offset));

@@ -1,6 +1,6 @@
 //! Executes instructions. Cycles are from the Cortex-M4 reference manual (DDI 0439B, table 3-1),
-//! one being counted already: a load 2, a taken branch 2, a computed one 3, a division of integers
-//! 4, of floats 14.
+//! and include the one that is counted for every instruction: a load takes 2, a taken branch 2, a
+//! computed branch 3, an integer division 4, a float division 14.
 
 use super::integer::Operands;
 use super::op::Op;

@@ -212,7 +212,8 @@ impl Emulator {
         }
     }
 
-    /// A fault of the processor becomes a HardFault, as no other handler is enabled.
+    /// Takes a HardFault for a fault of the processor, because the firmware enables no other
+    /// handler.
     fn fault(&mut self, stop: Stop) -> Result<(), Box<Failure>> {
         let (cause, address) = match stop {
             Stop::Failed(failure) => return Err(failure),

@@ -17,7 +17,7 @@ pub struct Encoder {
     smcr: u32,
     ccmr1: u32,
     arr: u32,
-    /// Counter at its latest change of settings, and the hand's position then.
+    /// Counter and hand position at the latest change of settings.
     from: (u32, i64),
     pub hand: Hand,
     /// Times at which the counter was read, nanoseconds.

@@ -29,7 +29,7 @@ pub struct Flash {
     pub erased: u64,
     /// Words that can still be programmed before power is lost; `None`: no limit.
     pub words_left: Option<u64>,
-    /// If set, power is lost within the next erase, and this computes each byte left from its
+    /// If set, power is lost within the next erase, and this computes each remaining byte from its
     /// offset in the sector and its content.
     pub erase_remains: Option<fn(usize, u8) -> u8>,
     /// FLASH_OPTCR: the option bytes.
@@ -184,7 +184,8 @@ impl Flash {
                 format!("{why}: {at:#x}, FLASH_CR {:#010x}", self.cr),
             ));
         };
-        // It is not specified if PG still acts in a locked register, so nothing may rely on it.
+        // It is unspecified whether PG works in a locked register, so the firmware must not rely on
+        // it.
         if self.cr & LOCK != 0 || self.cr & PG == 0 {
             refuse(PGSERR, "a store into the flash without PG");
             return effect;
@@ -209,7 +210,7 @@ impl Flash {
             }
             *left -= 1;
         }
-        // Bits change from 1 to 0 only.
+        // Programming only clears bits.
         place
             .iter_mut()
             .zip(value.to_le_bytes())

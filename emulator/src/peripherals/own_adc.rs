@@ -147,7 +147,7 @@ impl OwnAdc {
         self.sr & OVR != 0
     }
 
-    /// Reads DR by DMA. `is_last`: the DMA's count has reached zero.
+    /// Reads DR by DMA. `is_last` is true if the DMA's count has reached zero.
     pub fn transfer(&mut self, is_last: bool) -> u16 {
         self.has_request = false;
         self.is_drained |= is_last && self.cr2 & DDS == 0;
@@ -175,8 +175,7 @@ impl OwnAdc {
         })
     }
 
-    /// Writes a register and returns the broken rule, if any. The prescaler divides half of APB2's
-    /// clock further.
+    /// Writes a register and returns the broken rule, if any.
     pub fn write(&mut self, offset: u32, value: u32, now: Now) -> Option<Option<(Rule, String)>> {
         let mut broken = None;
         match offset {

@@ -120,7 +120,8 @@ impl Rcc {
         is_source.then_some(self.cr & HSEBYP != 0)
     }
 
-    /// Responds to the loss of HSE as the clock security system does, if it is on (RM0090, 7.2.7).
+    /// Responds to the loss of HSE as the clock security system does (RM0090, 7.2.7). Returns
+    /// false, without effect, if that system is off.
     pub fn secure(&mut self) -> bool {
         let is_on = self.cr & CSSON != 0;
         if is_on {

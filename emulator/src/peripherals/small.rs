@@ -44,7 +44,7 @@ impl Pwr {
     }
 }
 
-/// DBGMCU: clocks and counters that a debugger stops (RM0090, 38.16). Without a debugger the
+/// DBGMCU: clocks and counters that stop under a debugger (RM0090, 38.16). Without a debugger the
 /// registers only store what is written, and keep it across resets.
 pub struct Dbgmcu {
     id_code: u32,

@@ -27,8 +27,8 @@ pub struct Usart {
     overrun: bool,
     /// True if SR was read while it showed the overrun.
     overrun_seen: bool,
-    /// True if the line has been idle for the time of a byte since the last one; and true if SR was
-    /// read while it showed this.
+    /// Idle flag: true if the line has been idle for the time of a byte since the last one; and
+    /// true if SR was read while the flag was set.
     idle: bool,
     idle_seen: bool,
     /// Cycle at which the line becomes idle unless a byte begins before.

@@ -129,7 +129,7 @@ impl Scs {
         [now[0] - self.charged[0], now[1] - self.charged[1]]
     }
 
-    /// Skips cycles asleep, which are not charged.
+    /// Skips cycles spent asleep, which are not charged.
     pub fn sleep(&mut self, cycles: u64) {
         self.charged[0] += cycles;
     }
@@ -227,7 +227,7 @@ impl Scs {
         }
     }
 
-    /// Priority of the running code: a smaller number is higher; 256 is a thread.
+    /// Priority of the running code: a smaller number is higher; 256 in a thread.
     fn running(&self) -> i32 {
         numbers(self.active)
             .map(|number| self.priority_of(number))
@@ -269,7 +269,7 @@ impl Scs {
         (self.priority_of(best) < limit).then_some(best)
     }
 
-    /// True if WFI ends, for which PRIMASK is ignored (DDI 0403E, B1.5.19).
+    /// True if WFI must end; PRIMASK is ignored for this (DDI 0403E, B1.5.19).
     pub fn wakes(&self, masks: Masks) -> bool {
         self.next(Masks {
             primask: false,

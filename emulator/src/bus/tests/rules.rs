@@ -1,4 +1,4 @@
-//! The table of rules: an action that breaks each of them, and others that keep all of them.
+//! Tests each rule with an action that breaks it, and with others that keep all rules.
 
 use super::line;
 use super::own_adc::{
@@ -38,7 +38,7 @@ impl Table {
         self.0.push((what.to_owned(), vec![], bench.broken()));
     }
 
-    /// Adds a case that must break `rule` if `is_broken`, and no other.
+    /// Adds a case that must break `rule`, if `is_broken`, and no other rule.
     fn row(&mut self, rule: Rule, is_broken: bool, what: &str, bench: Bench) {
         let expected = if is_broken { vec![rule] } else { vec![] };
         self.0.push((what.to_owned(), expected, bench.broken()));
@@ -104,7 +104,7 @@ fn clocks(table: &mut Table) {
             .wait_us(1000)
             .set(RCC_CFGR, 1);
     });
-    // The STM32F411's regulator allows 84 MHz as after a reset.
+    // With the reset value of VOS, the STM32F411's regulator allows only 84 MHz.
     for (vos, is_broken) in [(2, true), (3, false)] {
         let mut bench = Bench::of(Board::BlackpillF411);
         bench
