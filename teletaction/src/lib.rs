@@ -16,9 +16,9 @@
 #![deny(unsafe_code)]
 // Messages quote files, boards and peers: `note!` escapes and cuts them.
 #![deny(clippy::print_stderr)]
-// Not published: a field whose name and unit say everything has no doc.
+// Not published, so a field whose name and unit are clear needs no doc.
 #![allow(missing_docs)]
-// `!(a > b)` is intended: a NaN belongs on that side.
+// `!(a > b)` is intended: it is also true for NaN.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 pub mod stimulus;

@@ -46,7 +46,7 @@ pub struct Options {
     pub seed: u64,
     /// A number that no earlier run used in its messages.
     pub run: u32,
-    /// A robot moves the finger as the hand moves.
+    /// True if a robot moves the finger as the hand moves.
     pub follows: bool,
 }
 
@@ -94,7 +94,7 @@ pub struct Report {
 }
 
 impl Link {
-    /// `stylus` is the local one.
+    /// Creates a link. `stylus` is the local one, if any.
     pub fn new(options: &Options, ends: Ends, stylus: Option<BoardEnd>) -> Result<Self> {
         let [mean_s, sigma_s] = [options.delay_ms, options.jitter_ms].map(|ms| (ms / 1e3) as f32);
         let delay = |seed: u64| Delay::new(mean_s, sigma_s, seed as u32);
@@ -262,7 +262,7 @@ impl Report {
     }
 }
 
-/// Waits up to a step for the finger; returns true if the finger goes on.
+/// Waits up to one step for news of the finger. Returns true if its feed continues.
 fn take(finger: &mut Follower, end: &mut FingerEnd, begun: Instant) -> Result<bool> {
     match finger.next(STEP)? {
         Some(News::Texture(texture)) => end.found(Some(texture)),

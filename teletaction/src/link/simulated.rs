@@ -186,8 +186,8 @@ impl Simulated {
         self.send(packets);
         let stimulus = self.tasks.sampler.stimulus();
         if stimulus.period_mm() != self.period_mm {
-            // The phase is continuous: a hand cannot feel where a texture began. Half a count is
-            // measured in the new period.
+            // The phase is continuous, because a hand cannot feel where a texture began. Half a
+            // count is converted with the new period.
             self.period_mm = stimulus.period_mm();
             let half = 0.5 * self.count_mm / f64::from(self.period_mm);
             self.anchor = (
@@ -237,7 +237,7 @@ impl Simulated {
             return;
         };
         let bias_v = self.output.actuator.bias_v();
-        // With overtones the peak is limited to the actuator's.
+        // With overtones, the peak is limited to the actuator's amplitude.
         let overtones = found.overtones.iter().map(|overtone| overtone.amplitude);
         let wanted_v = bias_v * self.output.fraction(&found) / (1.0 + overtones.sum::<f32>());
         if look.amplitude_v < COMPARED_FROM * wanted_v || wanted_v <= 0.0 {

@@ -53,7 +53,8 @@ impl Grid {
     }
 }
 
-/// Quantity that sensor and finger share.
+/// Mechanical quantity to match: measured under the sensor's skin, and reproduced in the finger by
+/// the pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Normal strain in the paper's thin slices (plane stress).

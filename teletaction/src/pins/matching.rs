@@ -51,8 +51,8 @@ pub struct Solution<'a> {
 }
 
 impl Matching {
-    /// `regularisation`: 1e-9 to 10, relative to the mean square of a pin's strains. It suppresses
-    /// noise: forces become smaller and more even.
+    /// Creates a matching. `regularisation`, 1e-9 to 10, is relative to the mean square of a pin's
+    /// strains. It suppresses noise by making forces smaller and more even.
     pub fn new(
         sensors: &Grid,
         pins: &Grid,

@@ -1,4 +1,4 @@
-//! The player with frames of a known pressure.
+//! Tests the player with frames of a known pressure.
 
 use super::*;
 use ridgetone_host::static_image::PLACES;
@@ -27,8 +27,8 @@ fn raw(number: u32, volts: [f64; TAXELS]) -> Packet {
     }))
 }
 
-/// One second without contact, then two with a strain of 2 % in the left half of the map, and
-/// shear.
+/// Plays one second without contact, then two with a strain of 2 % in the left half of the map, and
+/// with shear.
 fn touched(player: &mut Player) -> Vec<Update> {
     let mut updates = Vec::new();
     for number in 0..723u32 {

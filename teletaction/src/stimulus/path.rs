@@ -58,8 +58,8 @@ impl<const N: usize> Path<N> {
         self.count.checked_sub(1).map(|n| self.point(n))
     }
 
-    /// Position at `t_s`, millimetres: before all reports the first one, and after them the last
-    /// one. `None` without a report.
+    /// Position at `t_s`, millimetres: the first one before all reports, and the last one after
+    /// them. `None` without a report.
     pub fn position_mm(&self, t_s: f64) -> Option<f64> {
         let (mut below, mut above) = (0, self.count.checked_sub(1)?);
         let (first, last) = (self.point(below), self.point(above));

@@ -9,8 +9,8 @@ use super::path::Path;
 use super::texture::Texture;
 use super::voltage::{Stimulus, TURN, sine};
 
-/// Resolution of a position, millimetres, in which it is passed to the stimulus as encoder counts:
-/// a twentieth of the paper's encoder.
+/// Size of the encoder counts in which positions are passed to the stimulus, millimetres: a
+/// twentieth of the paper's encoder count.
 const COUNT_MM: f32 = 2.5e-4;
 
 /// Time without a change of position after which the hand rests and the carrier is silent, seconds.

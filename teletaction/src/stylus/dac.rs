@@ -55,7 +55,7 @@ impl Dac {
         self.is_down = false;
     }
 
-    /// Returns the code of the next sample. `volts`: the wanted voltage, from 0 to the actuator's
+    /// Returns the code of the next sample. `volts` is the wanted voltage, from 0 to the actuator's
     /// maximum.
     pub fn next(&mut self, volts: f32) -> u16 {
         // A NaN would become 0, but the stimulus makes none.

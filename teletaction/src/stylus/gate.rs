@@ -23,13 +23,13 @@ pub enum State {
     Vibrating,
 }
 
-/// Decides sample by sample.
+/// Decides sample by sample if the stylus may vibrate.
 #[derive(Clone, Copy, Debug)]
 pub struct Gate {
-    /// Samples without movement, and without a request, until it stops.
+    /// Numbers of samples without movement, and without a request, after which the stylus stops.
     still: u32,
     silence: u32,
-    /// Samples left until each of these.
+    /// Samples left until the stylus stops for each of these reasons.
     still_left: u32,
     silence_left: u32,
     /// Counts at the last movement; `None` before the first sample.
@@ -40,8 +40,8 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// Starts disabled, without a texture. `still` and `silence`: samples without a movement and
-    /// without a request until it stops.
+    /// Starts disabled, without a texture. `still` and `silence` are the numbers of samples without
+    /// movement, and without a request, after which the stylus stops.
     pub const fn new(still: u32, silence: u32) -> Self {
         Self {
             still,
@@ -65,7 +65,7 @@ impl Gate {
         self.has_texture = true;
     }
 
-    /// Enables or disables vibration. A request demands it, so the line is alive.
+    /// Enables or disables vibration on request, which also shows that the line is alive.
     pub fn enable(&mut self, is_enabled: bool) {
         (self.is_enabled, self.was_silenced) = (is_enabled, false);
         self.heard();
@@ -101,8 +101,8 @@ impl Gate {
 mod tests {
     use super::*;
 
-    /// It opens only when all conditions are met; a still hand stops it, and a silent line stops it
-    /// until it is enabled again.
+    /// Tests that the gate opens only if all conditions are met, that a still hand closes it, and
+    /// that a silent line closes it until it is enabled again.
     #[test]
     fn it_vibrates_only_when_all_is_there() {
         // 100 samples without movement, 300 without a request.

@@ -41,7 +41,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Mark<T> {
     }
 }
 
-/// No event.
+/// Type of bulk events, of which a stylus has none.
 #[derive(Clone, Copy, Debug)]
 pub enum Nothing {}
 

@@ -1,4 +1,4 @@
-//! Parameters of a stylus. None is kept over a reset: after a start the stylus is silent until a PC
+//! Parameters of a stylus. A reset discards them: after a start the stylus is silent until a PC
 //! sends a texture and enables it.
 
 use super::SAMPLE_HZ;
@@ -64,7 +64,7 @@ impl Parameters {
     fn check(&self) -> Result<(), Error> {
         within("still_s", self.still_s, 0.01, 60.0)?;
         within("silence_s", self.silence_s, 0.01, 60.0)?;
-        // Without the converter's latency, so the bounds are the field's.
+        // Check without the converter's latency, so that the bounds are those of the field.
         within("latency_s", self.latency_s, 0.0, 0.0198)
     }
 }

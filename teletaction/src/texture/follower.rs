@@ -194,7 +194,7 @@ mod tests {
         FeedEvent::Data(wire[..used].to_vec())
     }
 
-    /// The commands in the bytes sent.
+    /// Decodes the commands in the bytes sent.
     fn commands(sent: &Mutex<Vec<u8>>) -> Vec<Command> {
         let sent = std::mem::take(&mut *sent.lock().expect("alone"));
         let frames = sent

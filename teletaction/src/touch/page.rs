@@ -113,7 +113,7 @@ impl Page {
         Ok(())
     }
 
-    /// Sets a texture from a page. Errors are written for people.
+    /// Sets a texture from a page. Error messages are for people.
     fn set(&self, text: &str) -> Result<String> {
         let texture: Texture = serde_json::from_str(text).context("no texture")?;
         texture.check()?;
