@@ -1,4 +1,4 @@
-//! From DRDY's interrupt to the queue. The supervision of the chip is in `acquire/watch.rs`.
+//! Reads conversions at DRDY's interrupt and queues them. `acquire/watch.rs` supervises the chip.
 //!
 //! **A conversion** ([`Acquisition::edge`]) is read twice: the chip returns the same data again,
 //! with NEW cleared (SBAS297G, read by command), so a bit error on the bus shows. If the reads
@@ -64,7 +64,7 @@ pub enum Drdy {
     Mute,
 }
 
-/// The converter, "the chip" below, and its state.
+/// The converter (called "the chip" below) and its state.
 #[derive(Debug)]
 pub struct Acquisition<C> {
     converter: C,
@@ -85,9 +85,9 @@ pub struct Acquisition<C> {
     /// True if the latest conversion was read before its edge was served, so that serving the edge
     /// will find no new conversion.
     early: bool,
-    /// Unexpected edges less expected ones; see [`STORM_EDGES`].
+    /// Number of unexpected edges minus number of expected ones; see [`STORM_EDGES`].
     storm_count: u16,
-    /// Unexpected edges since the latest check that found no fault.
+    /// Number of unexpected edges since the latest check that found no fault.
     unexpected_edges: u8,
     /// Board time of the latest unexpected edge, or of the end of a storm.
     unexpected_us: u32,
@@ -95,7 +95,7 @@ pub struct Acquisition<C> {
     put_off: u16,
     muted: bool,
     unseen: Unseen,
-    /// True if the latest set-up worked.
+    /// True if the latest set-up succeeded.
     is_set_up: bool,
     /// Board time of the latest restart, and the pause before the next.
     restarted_us: u32,
@@ -103,7 +103,7 @@ pub struct Acquisition<C> {
 }
 
 impl<C: Converter> Acquisition<C> {
-    /// Takes the converter and a plan that has passed [`Plan::validate`]. Nothing is transferred.
+    /// Creates an acquisition without touching the converter. `plan` has passed [`Plan::validate`].
     pub const fn new(converter: C, plan: Plan) -> Self {
         let order = Order::new(&plan, Scanned::Inputs);
         Self {
@@ -188,8 +188,8 @@ impl<C: Converter> Acquisition<C> {
         let _ = self.begin_scan(diagnostics, wait);
     }
 
-    /// Begins a scan. Retries once at once, because a single bit error on the bus does not justify
-    /// a pause.
+    /// Begins a scan. Retries once immediately, because a single bit error on the bus does not
+    /// justify a pause.
     fn begin_scan(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         self.try_scan(diagnostics, wait) || self.try_scan(diagnostics, wait)
     }
@@ -241,7 +241,7 @@ impl<C: Converter> Acquisition<C> {
         self.unexpected([first, again], t_us, samples, diagnostics)
     }
 
-    /// Takes the expected conversion.
+    /// Handles the expected conversion.
     #[inline(always)]
     fn expected(
         &mut self,

@@ -22,7 +22,7 @@ use service_delay::ServiceDelay;
 /// interrupt, and is 1 % of the default scan. For fast scans the maximum is three eighths of a
 /// conversion instead.
 const JITTER_US: u32 = 50;
-/// NEW and no other flag: a conversion without a flaw.
+/// Flags of a flawless conversion: NEW and no other.
 const FLAWLESS: u8 = Tag::NEW;
 
 /// Times of a plan that the assembler needs at every scan.
@@ -172,12 +172,12 @@ impl Assembler {
         self.latest_slot = self.latest_slot.map(|_| self.scan.slots - 1);
     }
 
-    /// The scan.
+    /// Scan of the present plan.
     pub const fn scan(&self) -> &Scan {
         &self.scan
     }
 
-    /// The chip's internal readings.
+    /// Internal readings of the chip.
     pub fn readings(&self) -> Readings {
         Readings::new(self.own, self.vref_v)
     }
@@ -448,7 +448,7 @@ impl Assembler {
         let late_us = (passed_us.wrapping_sub(expected_us) as i32)
             .saturating_add(before.map_or(0, |before| before.late_us));
         let has_gap = has_gap || before.is_some_and(|before| before.has_gap);
-        // 122 ppm, for the difference of the two crystals over a long gap.
+        // Allow 122 ppm for the difference of the two crystals over a long gap.
         if late_us.unsigned_abs() <= self.times.jitter_us + (passed_us >> 13) {
             return;
         }

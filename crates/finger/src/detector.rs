@@ -31,7 +31,7 @@ pub struct Outputs<'a> {
     pub due: &'a mut dyn FnMut(Window),
 }
 
-/// The middle task: frames, contact and windows.
+/// The middle task: assembles frames, detects contact, schedules windows.
 #[derive(Clone, Debug)]
 pub struct Detector {
     settings: Settings,

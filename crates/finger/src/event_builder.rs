@@ -7,7 +7,7 @@ use crate::touch::image::image;
 use ads1258::reading;
 use ridgetone_proto::telemetry::{Contact, Event, Moving, Release, Slide};
 
-/// Builds events.
+/// Builds events from touch changes.
 #[derive(Clone, Debug)]
 pub struct EventBuilder {
     /// Volts of one code.

@@ -70,7 +70,7 @@ impl Tracker {
 
     /// Keeps the frequency of a window's fit, with or without a search, for the next window.
     fn keep(&mut self, window: &Window, fit: &Fit, was_expected: bool) {
-        // This is at most `SEARCH_EVERY` + 1, from which no tone is expected.
+        // This is at most `SEARCH_EVERY` + 1, because then no tone is expected.
         self.windows = if was_expected { self.windows + 1 } else { 1 };
         self.slide_first = window.slide_first;
         self.end = window.first.wrapping_add(window.frames);
@@ -127,7 +127,7 @@ impl Tracker {
 impl Fitted {
     /// Phase that a taxel would have if all taxels were read at once, turns.
     pub fn turns(&self, taxel: usize) -> f32 {
-        // Correct for the taxel's slot, which is later in the scan.
+        // Correct for the delay of the taxel's slot in the scan.
         let ahead = self.fit.frequency * self.per_slot * self.scan.slots_after_first(taxel) as f32;
         self.fit
             .channels

@@ -272,9 +272,8 @@ impl Ring {
         Some(first_us.wrapping_add((at % self.in_row.max(1)) * self.frame_ns / 1000))
     }
 
-    /// Time of a frame, in microseconds and nanoseconds to add: the earliest of the times that
-    /// follow, by the scan's nominal period, from the stamps of its row and of the next `rows`
-    /// rows.
+    /// Time of a frame, in microseconds plus nanoseconds: the earliest estimate from the time
+    /// stamps of its row and of the next `rows` rows, each moved back at the scan's nominal period.
     pub fn min_delay(&self, number: u32, rows: u32) -> Option<(u32, i32)> {
         let row_us = |number: u32| {
             self.t_us
@@ -413,7 +412,7 @@ mod tests {
 
     /// Compares times with the true ends of the conversions, in f64. Either three of four are
     /// served late, by up to half a period of `single`, and the two crystals differ; or none is
-    /// late, and the chip's clock is off by less than a fault.
+    /// late, and the chip's clock error is just too small for a fault.
     #[test]
     fn late_times_do_not_change_the_time_between_two_frames() {
         for plan in [Plan::SINGLE, Plan::VIBRATION, Plan::HAND, Plan::PAPER] {

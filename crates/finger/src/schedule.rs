@@ -13,10 +13,10 @@ use ridgetone_tone::{FRAMES_MIN, Values};
 /// Number of frames of touch detection left out at either end of a whole slide, because the ends
 /// are known only to within a few frames.
 pub const TRIM_FRAMES: u32 = 5;
-/// Number of frames by which a whole slide must be shorter than the ring, at 241 Hz. The ring fills
-/// on for 20 blocks of 4 frames before a slide's end is noticed, for one more before it is known
-/// what follows, and for up to 9 before the end is located. The other 40 frames, 0.17 s, are left
-/// for the fit to read the oldest frames.
+/// Number of frames by which a whole slide must be shorter than the ring, at 241 Hz. The ring
+/// continues to fill for 20 blocks of 4 frames before a slide's end is noticed, for one more before
+/// it is known what follows, and for up to 9 before the end is located. The other 40 frames, 0.17
+/// s, are left for the fit to read the oldest frames.
 const LATE_FRAMES: u32 = 160;
 /// Minimum number of frames of a growing window, equal to that of the shortest window in the
 /// settings.

@@ -112,7 +112,7 @@ impl Bench {
         self.serve()
     }
 
-    /// Serves the next conversion and performs what that requests, as `tasks::drdy` does.
+    /// Serves the next conversion and does what it requests, as `tasks::drdy` does.
     fn follow(&mut self) -> Drdy {
         let drdy = self.next();
         if drdy == Drdy::HealthRead {
@@ -202,7 +202,7 @@ impl Bench {
             .watch(now_us, &self.diagnostics, &mut self.board.delay())
     }
 
-    /// Ids queued so far.
+    /// Takes the ids queued so far.
     fn ids(&mut self) -> Vec<u8> {
         self.taken()
             .iter()
@@ -568,7 +568,7 @@ fn a_set_up_that_fails_once_is_tried_again_at_once() {
     bench.assert_begins_anew();
 }
 
-/// Serves conversions and performs what they request, until the scan of the inputs runs.
+/// Serves conversions and does what they request, until the scan of the inputs runs.
 fn inputs_of(plan: Plan) -> Bench {
     let mut bench = Bench::with(plan);
     for _ in 0..8 {

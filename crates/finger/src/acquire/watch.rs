@@ -7,9 +7,8 @@ use embedded_hal::delay::DelayNs;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::fault::FaultKind;
 
-/// Number of conversions after an unexpected edge until the times of edges are again those of
-/// conversions. Serving such an edge, including the check of the chip, takes at most one
-/// conversion.
+/// Number of conversions after an unexpected edge until an edge's time is again the end of a
+/// conversion. Serving such an edge, including the check of the chip, takes at most one conversion.
 const STEADY_CONVERSIONS: u32 = 4;
 /// Number of times that a different scan waits for a safe moment before it begins at any moment.
 /// With the plan `hand`, the scan of the health readings lasts for at most a second, and a
@@ -26,8 +25,8 @@ const PAUSE_MIN_US: u32 = 125_000;
 /// Longest pause, microseconds. A restart delays the other interrupts by only 0.1 ms, so longer
 /// pauses would save nothing, and would delay the discovery that the chip works again.
 const PAUSE_MAX_US: u32 = 4_000_000;
-/// Time without a fault after a restart, and longer than the pause, after which the chip counts as
-/// working, microseconds.
+/// Time without a fault since a restart after which the chip counts as working, microseconds,
+/// unless the pause is longer.
 const WELL_US: u32 = 1_000_000;
 
 impl<C: Converter> Acquisition<C> {

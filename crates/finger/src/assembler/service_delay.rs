@@ -7,8 +7,8 @@
 
 use ridgetone_proto::division::divide;
 
-/// Decay of the delay per conversion, as a power of two of a conversion's duration: 2^-6, or 1.6 %,
-/// which exceeds any clock error.
+/// Exponent of the delay's decay: 2^-6 of a conversion, 1.6 %, per conversion, which exceeds any
+/// clock error.
 const CATCH_UP: u32 = 6;
 /// [`CATCH_UP`] in a storm, which may delay all conversions alike: 244 ppm, twice the difference
 /// between two crystals.
@@ -23,7 +23,7 @@ const LONG_GAP: u32 = 8;
 #[derive(Clone, Copy, Debug)]
 pub struct ServiceDelay {
     late_ns: u32,
-    /// Conversions that may still be in a storm.
+    /// Number of further conversions that may belong to a storm.
     in_storm: u16,
 }
 

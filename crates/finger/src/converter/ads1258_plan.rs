@@ -25,7 +25,7 @@ pub struct Ads1258Plan {
     /// CHOP: each conversion consists of two with the inputs exchanged. Excludes health readings in
     /// every scan.
     pub chop: bool,
-    /// When the chip converts its health readings.
+    /// Schedule of the chip's health readings.
     pub health: HealthReadings,
     /// Clock of the chip, hertz: its crystal's 15,728,640, or that of an oscillator on CLKIO.
     pub adc_clock_hz: u32,

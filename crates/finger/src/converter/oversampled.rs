@@ -260,7 +260,7 @@ impl Oversampler {
             .unwrap_or(&[]);
         let factor = (STEP << SHIFT) / (u32::from(averaging.channels) * scans).max(1);
         let follows = self.follows.swap(is_whole, Relaxed);
-        // On average half a step from either end of the scale.
+        // Limits half a step, on average, from either end of the scale.
         let (low, high) = (scans / 2, scans * READING_MAX - scans / 2);
         let mut overloaded = 0;
         let rows = self.sums.iter().zip(&self.before).zip(last);

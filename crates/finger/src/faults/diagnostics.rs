@@ -36,7 +36,7 @@ pub struct Diagnostics {
     pub(crate) load_bits: AtomicU32,
     /// Maximum stack use since start-up, and the stack's size, bytes.
     pub(crate) stack: [AtomicU32; 2],
-    /// Board time since which the same number of inputs has been at a rail, microseconds, and that
+    /// Board time (microseconds) since which the same number of inputs has been at a rail, and that
     /// number.
     railed_us: AtomicU32,
     railed: AtomicU32,

@@ -25,11 +25,11 @@ const SILENT_NS: u32 = BLOCK_FRAMES * FRAME_NS as u32;
 
 /// Inverse of the clock error that may go unnoticed: 2 %, or one conversion in 50.
 const CLOCK_DIVISOR: u32 = 50;
-/// Range of gap lengths, conversions, in which the number of whole scans is uncertain.
+/// Range of gap lengths (in conversions) in which the number of whole scans is uncertain.
 const UNSURE_CONVERSIONS: u32 = 10_000;
 
-/// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to
-/// 5.25 V).
+/// Allowed codes of the analogue supply (SBAS297G, recommended operating conditions: 4.75 to 5.25
+/// V).
 const SUPPLY: RangeInclusive<i32> = codes(4.75, 5.25);
 /// Maximum relative deviation of the reference from the setting.
 const REFERENCE_TOLERANCE: f32 = 0.02;
@@ -49,7 +49,7 @@ pub struct FaultEpisodes {
     reported: FaultSet,
     /// Device time at which each kind's episode began, microseconds.
     from_us: [u64; KINDS],
-    /// Device time since which messages are counted, low 32 bits, and their number.
+    /// Device time (low 32 bits) since which messages are counted, and their number.
     since_us: u32,
     messages: u8,
     /// True if an episode is under way, whose end is looked for at frame `check_at`; true at first

@@ -19,7 +19,7 @@ const DISAGREE: f32 = 4.0;
 /// A lag and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lag {
-    /// Lag of the front column behind the rear one, turns, -0.5 to 0.5. It is positive if a wave
+    /// Lag of the front column behind the rear one (turns, -0.5 to 0.5). It is positive if a wave
     /// that is longer than two pitches reaches the front column later.
     pub turns: f32,
     /// Standard deviation, turns.

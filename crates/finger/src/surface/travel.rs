@@ -22,8 +22,8 @@ use ridgetone_proto::telemetry::{Direction, Travel, TravelStatus};
 
 /// Deviation within which an answer is possible, standard deviations.
 const POSSIBLE: f32 = 3.0;
-/// Maximum difference between the phases and the period from the host's speed, beyond the phases'
-/// uncertainty, turns: the effect of a speed error of 5 % on a period of one pitch.
+/// Maximum difference (turns) between the phases and the period from the host's speed, beyond the
+/// phases' uncertainty: the effect of a speed error of 5 % on a period of one pitch.
 const AGREE: f32 = 0.05;
 
 /// A value and its standard deviation.
@@ -111,7 +111,8 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
             let period_sigma_mm = period_mm * period_mm / array.pitch_mm * sigma;
             let (frequency_hz, sigma_hz) = frequency_hz;
             let speed_mm_s = frequency_hz * period_mm;
-            // Frequency and phases at the window's centre are independent.
+            // Frequency and phases at the window's centre are independent, so their errors add in
+            // squares.
             let (of_frequency, of_period) = (sigma_hz * period_mm, period_sigma_mm * frequency_hz);
             Travel {
                 status,
@@ -369,7 +370,8 @@ mod tests {
         for (lag, status, direction) in [
             (Some(lag_of(3.1, Forward)), Given, Forward),
             (Some(lag_of(3.1, Backward)), Given, Backward),
-            // The phases of 3.6 mm are 0.10 turns away; those of 3.2 mm are 0.02.
+            // The phases of 3.6 mm are 0.10 turns away from the expected ones; those of 3.2 mm are
+            // 0.02.
             (Some(lag_of(3.6, Forward)), Contradicted, Unknown),
             (Some(lag_of(3.2, Forward)), Given, Forward),
             (None, Given, Unknown),

@@ -123,7 +123,7 @@ impl CommandExecutor {
     }
 }
 
-/// The outcome of storing settings.
+/// Converts the result of storing settings to an outcome.
 fn stored(saved: Result<Saved, NotStored>) -> Outcome {
     match saved {
         Ok(Saved::AtOnce) => Outcome::Done,

@@ -14,8 +14,8 @@ pub trait DrdyPin {
     /// if DRDY is low, so that there is data to read.
     fn acknowledge(&mut self) -> Option<bool>;
 
-    /// Board time of the edge whose data was read after [`Self::acknowledge`], microseconds,
-    /// wrapping.
+    /// Board time (microseconds, wrapping) of the edge whose data was read after
+    /// [`Self::acknowledge`].
     fn edge_us(&self) -> u32;
 
     /// Disables interrupts until [`Self::unmute`].

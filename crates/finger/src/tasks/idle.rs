@@ -40,7 +40,7 @@ pub struct Slept {
 pub struct Stack<F> {
     /// Size, in words.
     pub words: usize,
-    /// Reads a word by its number from the far end.
+    /// Reads a word by its number, counted from the far end.
     pub word: F,
 }
 
@@ -63,7 +63,7 @@ impl Idle {
         }
     }
 
-    /// Runs after each sleep.
+    /// Runs after each sleep. Returns the board's next action.
     pub fn run<P, E: Events>(
         &mut self,
         slept: Slept,
@@ -98,8 +98,8 @@ struct LoadMeter {
 }
 
 impl LoadMeter {
-    /// Adds a sleep from `from_us` to `to_us` on the wrapping microsecond counter. Returns the load
-    /// of a period that is over, 0 to 1.
+    /// Adds a sleep from `from_us` to `to_us` on the wrapping microsecond counter. If a period is
+    /// over, returns its load, 0 to 1.
     fn slept(&mut self, from_us: u32, to_us: u32) -> Option<f32> {
         self.asleep_us += to_us.wrapping_sub(from_us);
         let elapsed_us = to_us.wrapping_sub(self.began_us);
@@ -173,7 +173,7 @@ mod tests {
         assert_eq!(meter.slept(500_000, 500_000), Some(0.5));
     }
 
-    /// Bytes in use after a complete search.
+    /// Returns the bytes in use after a complete search.
     fn search(meter: &mut DepthMeter, stack: &[u32]) -> u32 {
         let mut used_bytes = 0;
         for _ in 0..2 * stack.len() / STEP_WORDS + 2 {

@@ -163,7 +163,7 @@ mod tests {
     fn a_silent_chip_and_an_idle_fit_are_no_reason_for_a_reset() {
         let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
         for _ in 0..100 {
-            // Only the check of the chip, and the detection that it starts.
+            // Only the check of the chip runs, and the detection that it starts.
             liveness.acquired.bump();
             liveness.detected.bump();
             assert!(watchdog_policy.feeds(&liveness));

@@ -26,8 +26,8 @@ pub enum Posted {
 }
 
 /// Holds up to [`PACKETS`] events and [`FRAMES`] frames. Packets are numbered as they leave. A
-/// dropped event uses up a number, so that a reader sees the loss; a thinned frame is missed by its
-/// own number, and is counted.
+/// dropped event uses up a number, so that a reader sees the loss; a thinned frame leaves a gap in
+/// the frames' own numbers, and is counted.
 #[derive(Debug)]
 pub struct Outbox<E: Events = Event> {
     events: Deque<E, PACKETS>,
@@ -96,12 +96,12 @@ impl<E: Events> Outbox<E> {
         Some(encoded)
     }
 
-    /// Log entry of the event that goes out next, if it has one.
+    /// Log entry of the event that is sent next, if it has one.
     pub fn headline(&self) -> Option<Headline> {
         self.events.front()?.headline()
     }
 
-    /// True if nothing waits.
+    /// True if nothing waits to be sent.
     pub fn is_empty(&self) -> bool {
         self.events.is_empty() && self.frames.is_empty()
     }
