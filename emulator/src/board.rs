@@ -1,6 +1,6 @@
 //! Pins and wiring of the boards, from the guide's wiring page rather than from the firmware.
 
-/// A pin by its port (0 is A) and number.
+/// A pin, by its port (0 is A) and its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pin(pub(crate) u8, pub(crate) u8);
 

@@ -86,7 +86,7 @@ rules! {
     /// An interrupt has a cause in its peripheral, unless software has pended it, or a run of the
     /// same priority has already served the cause.
     SpuriousInterrupt,
-    /// TIM2's reload register is written: manuals disagree on its reset value.
+    /// TIM2's reload register is written, because manuals disagree on its reset value.
     TimerReload,
 }
 

@@ -75,8 +75,8 @@ pub struct Session {
 
 impl Session {
     /// Starts the board that `make` builds in the thread, because a scene need not be `Send`.
-    /// `pace` is board time over this PC's time; 0: as fast as possible. Bytes arrive no earlier
-    /// than at their board time. The board waits once a second of its bytes is unfetched.
+    /// `pace` is the ratio of board time to this PC's time, or 0 for maximum speed. Bytes arrive no
+    /// earlier than at their board time. The board waits while a second of its bytes is unfetched.
     pub fn start<E: Into<Reason>>(
         pace: f64,
         make: impl FnOnce() -> Result<Emulator, E> + Send + 'static,
@@ -136,7 +136,7 @@ impl Session {
         }
     }
 
-    /// Stops or continues the board's time. Returns the previous state.
+    /// Stops (or continues) the board's time. Returns true if it was stopped before.
     pub fn pause(&self, pause: bool) -> bool {
         self.shared.is_paused.swap(pause, Ordering::Relaxed)
     }
@@ -235,7 +235,7 @@ impl Runner {
 
 /// Paces board time by this PC's clock.
 struct Pacer {
-    /// Board time over this PC's time; `None`: as fast as possible.
+    /// Ratio of board time to this PC's time; `None` for maximum speed.
     pace: Option<f64>,
     /// Time on this PC's clock at which board time was zero.
     begun: Instant,

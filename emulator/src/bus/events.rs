@@ -1,5 +1,5 @@
-//! Events that no instruction causes: bytes end, timers wrap, DRDY falls, buffers fill, the
-//! watchdog expires.
+//! Events that no instruction causes, such as the end of a byte, a timer's wrap, an edge of DRDY, a
+//! full buffer or an expired watchdog.
 
 use super::state::Bus;
 use crate::board::{AdcPins, Pin};

@@ -22,7 +22,7 @@ use crate::stop::{Failure, Stop};
 use crate::time::Time;
 use hal_mock::{Amplifier, Constant, Stm32Adc};
 
-/// Bytes of main RAM, of both chips (DS8626, DS10693).
+/// Size of main RAM, bytes (DS8626, DS10693).
 const RAM_BYTES: usize = 128 << 10;
 
 /// Memory, peripherals and time.
@@ -73,7 +73,7 @@ pub(crate) struct Bus {
     pub flash_changed: bool,
     /// True if the serial line's pins were checked since it was switched on.
     pub is_line_checked: bool,
-    /// Cycle from which USB requests its interrupt.
+    /// Cycle at which USB requests its interrupt.
     pub usb_rises: Option<u64>,
     pub drdy_falls: Option<u64>,
     /// True if the next read of the microsecond counter is the timestamp of a DRDY edge.

@@ -109,7 +109,7 @@ impl Bus {
                 format!("the PLL's input {input} Hz, its VCO {vco} Hz"),
             );
         }
-        // One more wait state for each 30 MHz at 2.7 to 3.6 V (RM0090, table 10).
+        // Each 30 MHz need one more wait state at 2.7 to 3.6 V (RM0090, table 10).
         let needed = clocks.hclk.saturating_sub(1) / 30_000_000;
         if self.flash.latency() < needed {
             let detail = format!("{} wait states at {} Hz", self.flash.latency(), clocks.hclk);

@@ -70,8 +70,8 @@ fn dual_or_exclusive(a: u16, b: u16) -> Op {
     }
 }
 
-/// Decodes a 32-bit data-processing operation: operation, flags, destination (none for compare) and
-/// first operand (none for move).
+/// Decodes a 32-bit data-processing instruction: operation, flags, destination (none for a
+/// comparison) and first operand (none for a move).
 fn data_processing(a: u16, b: u16) -> Option<(Dp, Flags, u8, u8)> {
     let (sets, n, d) = (a & 0x10 != 0, reg(a, 0), reg(b, 8));
     let flags = if sets { Flags::Set } else { Flags::Keep };

@@ -5,7 +5,7 @@ use super::op::Op;
 /// First address of the main flash (RM0090 and RM0390, memory map).
 pub(crate) const FLASH: u32 = 0x0800_0000;
 
-/// Cache entry that is not decoded yet: no instruction has zero bytes.
+/// Cache entry of an instruction that is not decoded yet: no instruction has zero bytes.
 pub const UNKNOWN: (Op, u8) = (Op::Nop, 0);
 
 pub(crate) struct Cpu {

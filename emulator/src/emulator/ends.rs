@@ -1,4 +1,4 @@
-//! The far ends of the board's cables: actions of a test, and everything it can observe.
+//! The far ends of the board's cables: what a test can do to the board and observe.
 
 use super::run::{Emulator, Reset};
 use crate::board::Pin;
@@ -110,7 +110,7 @@ impl Emulator {
         let now = self.bus.time.cycles;
         let mut end = self.bus.usart.last_arrival().unwrap_or(now).max(now);
         for byte in bytes {
-            // Ten bits; rounded up so that no byte is early.
+            // A byte takes ten bits. Round up, so that none is early.
             end += (10 * self.bus.time.hz()).div_ceil(BAUD);
             self.bus.usart.arrive(*byte, end);
         }
@@ -235,7 +235,7 @@ impl Emulator {
         self.cpu.instructions
     }
 
-    /// Processor cycles since power-up, in total and asleep.
+    /// Processor cycles since power-up: in total, and asleep.
     pub fn cycles(&self) -> (u64, u64) {
         (self.bus.time.cycles, self.asleep_cycles)
     }

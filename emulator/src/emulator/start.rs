@@ -1,4 +1,4 @@
-//! Start of a run.
+//! Conditions at the start of a run.
 
 use hal_mock::{Amplifier, Options};
 

@@ -79,7 +79,7 @@ pub struct Stream {
     source: &'static Source,
     flags: u32,
     cr: u32,
-    /// Transfers left, and transfers per round.
+    /// Number of transfers left, and of transfers per round.
     left: u32,
     count: u32,
     par: u32,
@@ -151,7 +151,7 @@ impl Stream {
         enabled.into_iter().any(is_up)
     }
 
-    /// Transfers until the next interrupt; `None` if there will be none.
+    /// Number of transfers until the next interrupt; `None` if there will be none.
     pub fn transfers_to_event(&self) -> Option<u64> {
         let half = self.count / 2;
         let to_half = (self.cr & HTIE != 0 && self.left > half).then(|| self.left - half);

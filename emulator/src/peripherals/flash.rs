@@ -27,7 +27,7 @@ pub struct Flash {
     keys_seen: usize,
     pub programmed: u64,
     pub erased: u64,
-    /// Words that can still be programmed before power is lost; `None`: no limit.
+    /// Number of words that can still be programmed before power is lost; `None` for no limit.
     pub words_left: Option<u64>,
     /// If set, power is lost within the next erase, and this computes each remaining byte from its
     /// offset in the sector and its content.

@@ -168,8 +168,8 @@ impl Rcc {
             && now_ns >= self.pll_on_ns + PLL_LOCK_NS
     }
 
-    /// Returns the clocks selected by the registers, and the PLL's input and VCO in hertz if it is
-    /// the source, with an internal oscillator of `hsi_hz`.
+    /// Returns the clocks selected by the registers and, if the PLL is the source, the frequencies
+    /// of its input and VCO, hertz. `hsi_hz` is that of the internal oscillator.
     pub fn clocks(&self, wiring: &Wiring, hsi_hz: u64) -> (Clocks, Option<[u64; 2]>) {
         let (m, n) = (
             u64::from(self.pllcfgr & 63).max(1),

@@ -13,8 +13,8 @@ impl Pwr {
         Self { cr }
     }
 
-    /// Highest processor clock that VOS allows, hertz: scale 2 of the STM32F401 and F411 ends at 84
-    /// MHz (RM0383, 5.4.1); no limit is modelled for the other chips.
+    /// Highest processor clock that VOS allows, hertz: 84 MHz in scale 2 of the STM32F401 and F411
+    /// (RM0383, 5.4.1); no limit is modelled for the other chips.
     pub const fn limit_hz(&self) -> u64 {
         if self.cr & VOS == 0x8000 {
             84_000_000

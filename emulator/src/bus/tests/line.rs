@@ -86,7 +86,7 @@ fn the_line_becomes_idle_after_the_last_byte() {
         wait(&mut bench, cycles);
         assert_eq!(bench.get(SR) & IDLE != 0, is_idle);
     }
-    // Reading SR, then DR, clears it.
+    // Reading SR, then DR, clears the flag.
     assert_eq!(bench.get(SR) & IDLE, IDLE);
     bench.get(DR);
     assert_eq!(bench.get(SR) & IDLE, 0);

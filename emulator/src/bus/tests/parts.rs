@@ -37,7 +37,7 @@ fn an_adc_without_another_clock_follows_the_boards() {
     bench.set(TIM10, 1);
     assert_eq!(bench.0.adc.clock_hz(), 15_272_727);
     assert!(bench.0.drdy_falls.is_some());
-    // A different alternate function of the pin, or none.
+    // The pin has a different alternate function, or none.
     for moder in [0b10, 0] {
         let mut off = clock(1, 11, 5);
         off.set(GPIOB + AFRH, 0x774)
@@ -181,7 +181,7 @@ fn an_interrupt_whose_cause_is_gone() {
     assert_eq!(take(by_software), (vec![], 0));
     // A cause that rises while the handler or one of the same priority runs is served by that run.
     assert_eq!(take(flickers), (vec![], 1));
-    // Other code removes the cause between two runs.
+    // Other code removes the cause between two runs, so the second run is spurious.
     let between = |scs: &mut crate::scs::Scs| {
         scs.end(26);
         scs.set_line(10, true);

@@ -235,7 +235,8 @@ fn serial_line(table: &mut Table) {
         bench.wait_us(us);
         table.row(UsartOverrun, is_broken, "two bytes unread", bench);
     }
-    // A byte takes 10.85 us, a word of flash 16 us: the processor takes a byte after each word.
+    // A byte takes 10.85 us and a word of flash 16 us, so the processor must take a byte after each
+    // word.
     for (back_to_back, is_broken) in [(false, false), (true, true)] {
         let mut bench = Bench::ready();
         bench.unlock().set(FLASH_CR, 1 | 2 << 8);

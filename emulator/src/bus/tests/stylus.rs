@@ -35,7 +35,7 @@ fn bench() -> Bench {
 #[test]
 fn the_counter_follows_the_hand_to_both_sides() {
     let mut bench = bench();
-    // One count per microsecond for a millisecond, then back.
+    // The hand moves one count per microsecond for a millisecond, then back.
     bench.0.encoder.hand = Box::new(|ns| 1_000 - (ns as i64 / 1000 - 4_000).abs());
     bench
         .set(TIM3 + CCMR1, 0x8181)
