@@ -4,7 +4,7 @@
 unsafe extern "C" {
     /// Lowest address of the stack, from `memory.x`.
     static _stack_end: u32;
-    /// Highest address, where the stack starts, from `memory.x`.
+    /// Address above the stack, where it starts, from `memory.x`.
     static _stack_start: u32;
 }
 

@@ -196,7 +196,7 @@ fn quieten(rcc: &mut Rcc) {
     }
 }
 
-/// SMPR1, channels 10 to 18, and SMPR2, 0 to 9.
+/// Values of SMPR1 (channels 10 to 18) and SMPR2 (channels 0 to 9).
 const fn sample_times() -> [u32; 2] {
     [SMP * 0o111_111_111, SMP * 0o1_111_111_111]
 }

@@ -11,8 +11,8 @@ use stm32f4xx_hal::pac::{self, DBGMCU, IWDG, PWR, RCC, TIM2, TIM4};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 
-/// Number of reads of RCC_CR, each at least 4 cycles of 16 MHz, for the external oscillator to
-/// start: 100 ms. A crystal takes 2 ms (DS8626, HSE start-up time, typical).
+/// Number of reads of RCC_CR while the external oscillator starts: 100 ms, at 4 or more cycles of
+/// 16 MHz each. A crystal takes 2 ms (DS8626, HSE start-up time, typical).
 const OSCILLATOR_READS: u32 = 400_000;
 
 /// Starts the watchdog before the clocks, and determines how this run began.
