@@ -3,8 +3,7 @@
 //!
 //! | concept | where |
 //! |---|---|
-//! | a texture under a hand: an actuator's voltage from the hand's position (`no_std`) |
-//! [`stimulus`] |
+//! | a texture under a hand: voltage from the hand's position (`no_std`) | [`stimulus`] |
 //! | decisions of a stylus with an encoder and an actuator (`no_std`) | `stylus` |
 //! | the stimulus as WebAssembly | `worklet` |
 //! | textures reported by a finger | `texture` |

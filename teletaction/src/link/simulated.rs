@@ -142,8 +142,8 @@ pub struct Simulated {
     /// Counts of the hand at the latest sample, and at the latest start.
     counts: i64,
     zero: i64,
-    /// Period of the stimulus, the position at which the period began, millimetres, and the phase
-    /// there, cycles.
+    /// Period of the stimulus, the position at which this period began (millimetres), and the phase
+    /// there (cycles).
     period_mm: f32,
     anchor: (f64, f64),
     sent: Vec<u8>,

@@ -42,9 +42,9 @@ pub struct Matching {
 /// Forces for one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution<'a> {
-    /// Newtons, none below 0.
+    /// Forces, newtons, at least 0.
     pub forces: &'a [f64],
-    /// Systems solved.
+    /// Number of systems solved.
     pub pivots: u32,
     /// False if the pivots were used up: the forces are then feasible but not optimal.
     pub is_optimal: bool,

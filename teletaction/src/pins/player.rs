@@ -35,7 +35,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// 4 x 4 pins 2 mm apart under 2 mm of rubber.
+    /// Creates a setup of 4 x 4 pins, 2 mm apart, under 2 mm of rubber.
     pub fn new() -> Result<Self, Error> {
         Ok(Self {
             pins: Grid::new(4, 4, 2.0)?,
@@ -190,7 +190,7 @@ impl Player {
             self.updated_s = Some(frame.t_s);
             return Ok(None);
         }
-        // Frames between updates are averaged, as the display shows nothing faster. Updates are
+        // Average the frames between updates, because the display shows nothing faster. Updates are
         // whole frames apart, so their rate never exceeds the limit.
         if since_s < 0.999 / f64::from(self.setup.limits.update_hz) {
             return Ok(None);

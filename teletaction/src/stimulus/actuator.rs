@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 pub struct Actuator {
     /// Maximum voltage, volts, 0.01 to 1000; the minimum is 0, and the bias is in the middle.
     pub voltage_v: f32,
-    /// Cut-off frequency, at which the actuator moves 3 dB less than at 0 Hz, hertz, 1 to 20,000.
-    /// Vibrations above it fade, and are gone at twice the cut-off.
+    /// Cut-off frequency (-3 dB), hertz, 1 to 20,000. Vibrations above it fade, and are gone at
+    /// twice the cut-off.
     pub cutoff_hz: f32,
     /// Maximum change of the voltage, volts per second, 1 to 1e9.
     pub slew_v_s: f32,

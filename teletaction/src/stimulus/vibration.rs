@@ -94,8 +94,8 @@ impl<const N: usize> Vibration<N> {
         Ok(())
     }
 
-    /// Puts the hand down at a position, millimetres, and a time, seconds, even if it was elsewhere
-    /// before.
+    /// Puts the hand down at a position (millimetres) and a time (seconds), even if it was
+    /// elsewhere before.
     pub fn down(&mut self, t_s: f64, position_mm: f64) {
         if !self.is_down {
             self.path.clear();

@@ -26,7 +26,7 @@ impl Dac {
     /// Starts at code 0.
     pub fn new(actuator: &Actuator) -> Self {
         let codes_a_volt = f32::from(CODE_MAX) / actuator.voltage_v;
-        // At least one code, as a slower actuator would never move.
+        // At least one code, because a slower actuator would never move.
         let step = |v_s: f32| ((v_s / SAMPLE_HZ as f32 * codes_a_volt) as u16).clamp(1, CODE_MAX);
         // Reaches the middle of the actuator's range in the fade-in time of a vibration.
         let soft = step(actuator.slew_v_s.min(actuator.bias_v() / actuator.fade_s));

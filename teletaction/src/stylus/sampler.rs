@@ -32,7 +32,8 @@ pub struct Sampler {
     gate: Gate,
     dac: Dac,
     /// Latest reading of the encoder's 16-bit counter (RM0090, 18.3.12), and its extension to 32
-    /// bits: less than 32,768 counts between samples, a hand at 1.6 km/s with 5 um.
+    /// bits, which works below 32,768 counts between samples: a hand at 1.6 km/s with counts of 5
+    /// um.
     counter: u16,
     counts: i32,
     /// Device time of the latest reading, microseconds, and board time of the trigger before it;

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// News from a finger.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
-    /// A new texture is under the finger; a silence is over.
+    /// A new texture is under the finger, which also ends a silence.
     Texture(Texture),
     /// An estimate, and the time since its window ended.
     Window(Box<Estimate>, Duration),
@@ -20,7 +20,7 @@ pub enum News {
     Back,
     /// The finger has been silent for [`SILENT`].
     Silent,
-    /// The named board is disconnected, for the given reason, and is waited for.
+    /// The named board is disconnected, for the given reason; the follower waits for it.
     Disconnected(String, String),
     /// The recording is over.
     Over,
