@@ -3,7 +3,6 @@
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{Headline, Status};
 
-/// Logs an event that is being sent.
 pub fn log(headline: Headline) {
     match headline {
         Headline::Contact => defmt::info!("contact"),

@@ -6,7 +6,7 @@
 //! | `line` | 5 | transmitter empty, or reception pauses (USART idle); pended by `report` |
 //! | `drdy` | 4 | DRDY's falling edge, or the end of a frame; pended by `watch` and `fit` |
 //! | `detect` | 3 | pended by `drdy` when a scan is over or interrupted |
-//! | `report` | 2 | the receive DMA has filled half of its buffer; pended by `detect`, `fit` and `line` |
+//! | `report` | 2 | receive buffer (DMA) half full or full; pended by `detect`, `fit` and `line` |
 //! | `watch` | 2 | TIM4, twice a second |
 //! | `fit` | 1 | pended by `detect` and `report` |
 //! | `idle` | 0 | |
@@ -27,7 +27,6 @@ mod board;
 #[cfg(target_os = "none")]
 mod log;
 
-/// The firmware does not run on a PC.
 #[cfg(not(target_os = "none"))]
 fn main() {
     eprintln!("This is the firmware. `cargo feather` and `cargo nucleo` flash a board with it");
@@ -68,7 +67,7 @@ mod app {
 
     defmt::timestamp!("{=u32:us}", board::now_us());
 
-    /// The platform on which RTIC runs the tasks.
+    /// The platform: RTIC runs the tasks.
     pub struct Rtic;
 
     impl Platform for Rtic {
@@ -140,8 +139,8 @@ mod app {
                 *pc
             );
         }
-        // Load the settings before the chip scans: searching blank sectors takes milliseconds, in
-        // which conversions would be lost.
+        // Load settings before the chip scans: searching blank sectors takes milliseconds, and
+        // would lose conversions.
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
         let settings = board::WIRING.converter.fitting(settings);
@@ -153,7 +152,7 @@ mod app {
         detector.boot(settings, source, boot);
         let shared = Shared::new(Rtic, settings.plan);
         let mut acquisition = Acquisition::new(converter, settings.plan);
-        // Wait only for the rest of the time: the counter started with the clocks.
+        // Wait for the rest: the counter started with the clocks.
         Wait.delay_us(POWER_UP_US.saturating_sub(board::now_us()));
         if acquisition.set_up(&shared.diagnostics, &mut Wait) {
             defmt::info!("the {=str} is set up and scans", Converter::NAME);
@@ -274,7 +273,7 @@ mod app {
             match cx.local.idle.run(slept, stack, outbox, cx.shared.shared) {
                 Next::Sleep => {}
                 Next::Restart => {
-                    // Let the last two bytes leave, which takes 11 us each.
+                    // Let the last two bytes leave: 11 us each.
                     Wait.delay_us(50);
                     board::restart();
                 }

@@ -1,7 +1,7 @@
-//! A complete finger in one loop, on a Nucleo-F446RE: reads conversions and prints contacts and
-//! frequencies as text on its serial port, 921600 baud, without settings, protocol or RTIC. The
-//! loop reads nothing during a fit, and reports the number of lost conversions; the priorities in
-//! `main.rs` avoid that loss.
+//! A complete finger in one loop, on a Nucleo-F446RE: conversions in, contacts and frequencies out
+//! as text on its serial port, 921600 baud. It has no settings, protocol or RTIC, and reads nothing
+//! during a fit. It reports the number of conversions lost, which the priorities in `main.rs`
+//! avoid.
 #![no_std]
 #![no_main]
 

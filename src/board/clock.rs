@@ -35,7 +35,6 @@ pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Clears the interrupt TIM4.
 pub fn acknowledge_heartbeat() {
     // SAFETY: TIM4 always exists, nothing else uses it once it runs, and a write to its status only
     // clears flags.

@@ -40,8 +40,7 @@ pub fn take_record() -> Option<Record> {
     record
 }
 
-/// Stores a record for the next run, and masks interrupts for good. The caller must reset the
-/// board.
+/// Stores a record for the next run, and masks interrupts for good. The caller must reset.
 pub fn keep(record: &Record) {
     cortex_m::interrupt::disable();
     let mut stored = [0; STORED_WORDS];

@@ -145,7 +145,6 @@ impl NorFlash for SettingsFlash {
         Ok(())
     }
 
-    /// Erases one of the two sectors.
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         let page = match (from as usize, to as usize) {
             (0, Self::ERASE_SIZE) => 0,

@@ -45,8 +45,8 @@
 // The only part of the firmware where unsafe code is allowed: registers and linker symbols.
 #![allow(unsafe_code)]
 
-/// Declares the pins of the processor's own ADC, in the order of its inputs, and the default number
-/// of scans per frame.
+/// Declares the own ADC's pins, in the order of the inputs, and the default number of scans per
+/// frame.
 #[cfg_attr(
     feature = "blackpill-f401",
     allow(unused_macros, reason = "no image with its own ADC")
@@ -147,7 +147,6 @@ const _: () = {
 pub type SerialLine = serial_line::SerialLine<chosen::Usart>;
 pub type LineReceiver = serial_line::LineReceiver<chosen::Usart>;
 
-/// Parts of a board that the tasks use.
 pub struct Board {
     pub converter: Converter,
     pub drdy: Drdy,

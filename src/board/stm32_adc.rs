@@ -47,8 +47,8 @@ const SETTLING_US: u32 = 3;
 /// cycles.
 const STOP_READS: u32 = 1000;
 
-/// Time from power-up to the first register access, microseconds, in which the inputs' low-pass
-/// filters settle.
+/// Time from power-up to the first register access, microseconds, for the inputs' filters to
+/// settle.
 pub const POWER_UP_US: u32 = 5_000;
 
 static BUFFER: Buffer = [const { AtomicU16::new(0) }; 2 * HALF];
@@ -121,7 +121,6 @@ impl Converter {
         registers
     }
 
-    /// The scan's inputs with their channels.
     fn scanned(&self) -> impl Iterator<Item = (u8, u8)> {
         let inputs = (0..).zip(self.channels);
         inputs.filter(|(input, _)| self.plan.inputs >> input & 1 == 1)
@@ -296,8 +295,8 @@ impl converter::Converter for Converter {
         self.runs() && self.holds()
     }
 
-    /// Bytes of SR; CR1 with SCAN and RES; CR2 with DMA and ADON; L; ADCPRE; the stream's flags
-    /// with EN; and the number of transfers left.
+    /// SR; SCAN and RES of CR1; DMA and ADON of CR2; L; ADCPRE; flags and EN of the stream;
+    /// transfers left.
     fn registers(&mut self) -> Option<[u8; REGISTERS]> {
         let Self { adc, common, .. } = self;
         let (cr1, cr2) = (adc.cr1().read().bits(), adc.cr2().read().bits());

@@ -3,7 +3,6 @@
 use super::clock::now_us;
 use embedded_hal::delay::DelayNs;
 
-/// Delays measured with the microsecond counter.
 pub struct Wait;
 
 impl DelayNs for Wait {
