@@ -5,7 +5,7 @@
 pub struct Pin(pub(crate) u8, pub(crate) u8);
 
 impl Pin {
-    /// Parses the name of a pin of port A, B or C, such as `PC5`; returns `None` for other names.
+    /// Parses the name of a pin of port A, B or C, such as `PC5`.
     pub fn named(name: &str) -> Option<Self> {
         let (port, number) = name.strip_prefix('P')?.split_at_checked(1)?;
         let port = match port {

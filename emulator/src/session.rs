@@ -27,7 +27,6 @@ const LATE_MAX: Duration = Duration::from_millis(500);
 /// Reason for an error, in one line.
 type Reason = Box<dyn Error + Send + Sync>;
 
-/// Job for the board between two steps.
 type Job = Box<dyn FnOnce(&mut Emulator) + Send>;
 
 /// Counts of a session that has ended.
@@ -55,7 +54,6 @@ impl fmt::Display for Panicked {
 
 impl Error for Panicked {}
 
-/// State that a session and its thread share.
 #[derive(Debug, Default)]
 struct Shared {
     stops: AtomicBool,

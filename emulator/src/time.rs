@@ -24,7 +24,6 @@ impl Time {
         }
     }
 
-    /// Nanoseconds since power-up.
     pub const fn ns(&self) -> u64 {
         self.ns_at(self.cycles)
     }
@@ -42,7 +41,6 @@ impl Time {
         self.base_cycles + whole + (ns % SECOND_NS * self.hz).div_ceil(SECOND_NS)
     }
 
-    /// Processor clock, hertz.
     pub const fn hz(&self) -> u64 {
         self.hz
     }

@@ -1,5 +1,5 @@
-//! Events that no instruction causes, such as the end of a byte, a timer's wrap, an edge of DRDY, a
-//! full buffer or an expired watchdog.
+//! Events that no instruction causes: a byte ends, a timer wraps, DRDY falls, a buffer fills, the
+//! watchdog expires.
 
 use super::state::Bus;
 use crate::board::{AdcPins, Pin};

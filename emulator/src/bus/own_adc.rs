@@ -69,8 +69,8 @@ impl Bus {
         self.sensors.sample(input as u8, t_s)
     }
 
-    /// Checks the rules for the bits that lower the ADC's noise; returns `None` if these bits are
-    /// set on a chip that does not have them.
+    /// Checks the rules for the bits that lower the ADC's noise; returns `None` if the chip does
+    /// not have a bit that is set.
     pub fn check_accuracy(&mut self) -> Option<()> {
         let (option_1, option_2) = (self.pwr.has_adcdc1(), self.syscfg.has_adc_dc2());
         if (option_1 || option_2) && !self.wiring.has_adc_accuracy {

@@ -25,7 +25,6 @@ use hal_mock::{Amplifier, Constant, Stm32Adc};
 /// Size of main RAM, bytes (DS8626, DS10693).
 const RAM_BYTES: usize = 128 << 10;
 
-/// Memory, peripherals and time.
 pub(crate) struct Bus {
     pub time: Time,
     /// Cycle from which peripherals and interrupts must be polled.

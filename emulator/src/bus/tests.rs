@@ -63,7 +63,7 @@ impl Bench {
         self.0
             .write(address, 4, value)
             .expect("a register that is modelled");
-        // Process events, as the emulator does before the next instruction.
+        // Process events, as before each instruction.
         self.0.catch_up();
         self
     }

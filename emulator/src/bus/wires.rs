@@ -77,7 +77,6 @@ impl Bus {
         *outside = *outside & !(1 << pin) | u16::from(high) << pin;
     }
 
-    /// Applies newly selected clocks.
     pub fn change_clocks(&mut self) {
         // Check nominal clocks: firmware cannot avoid an oscillator's error.
         let (clocks, pll) = self.rcc.clocks(&self.wiring, HSI_HZ);

@@ -5,7 +5,7 @@ use super::op::Op;
 /// First address of the main flash (RM0090 and RM0390, memory map).
 pub(crate) const FLASH: u32 = 0x0800_0000;
 
-/// Cache entry of an instruction that is not decoded yet: no instruction has zero bytes.
+/// Cache entry that is not decoded yet: no instruction has zero bytes.
 pub const UNKNOWN: (Op, u8) = (Op::Nop, 0);
 
 pub(crate) struct Cpu {
@@ -33,7 +33,6 @@ pub(crate) struct Cpu {
     pub exclusive: Option<u32>,
     /// Address of the next instruction.
     pub pc: u32,
-    /// True while WFI waits.
     pub is_asleep: bool,
     pub instructions: u64,
     /// Decoded instructions with their size in bytes, one per half word of the flash.

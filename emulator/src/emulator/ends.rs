@@ -25,7 +25,7 @@ const DBGMCU_CR: u32 = 4;
 /// Bits per second of the PC's end of the serial line.
 const BAUD: u64 = 921_600;
 
-/// Returns the bytes of a memory from `address` on; empty if the address is outside.
+/// Returns a memory's bytes from `address` on, empty if outside.
 fn from(memory: &[u8], address: u32, first: u32) -> &[u8] {
     let at = address.wrapping_sub(first) as usize;
     memory.get(at..).unwrap_or(&[])
@@ -311,8 +311,8 @@ impl Emulator {
         self.bus.attend();
     }
 
-    /// Numbers of bytes from the cable that were lost to overruns, that arrived while the receiver
-    /// was off, and that the firmware took.
+    /// Numbers of bytes from the cable: lost to overruns, arrived while the receiver was off, taken
+    /// by the firmware.
     pub fn received(&self) -> [u64; 3] {
         [
             self.bus.usart.overruns,

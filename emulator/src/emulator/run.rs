@@ -54,7 +54,6 @@ impl Emulator {
         let wiring = board.wiring();
         let mut adc = start.adc;
         if start.clkio_is_wired {
-            // No clock on CLKIO yet.
             adc.clock_hz = 0;
         }
         let (chip, sensors): (Box<dyn Scene>, Box<dyn Scene>) = if wiring.inputs.is_empty() {

@@ -79,7 +79,7 @@ impl Adc {
         }
     }
 
-    /// Sets CS and checks its timing. `spi_is_busy` is the state of SPI at that moment.
+    /// Sets CS and checks its timing. `spi_is_busy` is true if SPI is busy now.
     pub fn set_cs(&mut self, low: bool, now_ns: u64, spi_is_busy: bool) -> Option<(Rule, String)> {
         if low == self.cs_low {
             return None;

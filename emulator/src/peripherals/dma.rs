@@ -135,8 +135,8 @@ impl Stream {
         (4 * (number / 4), [0, 6, 16, 22][number as usize % 4])
     }
 
-    /// Converts a register's offset to an offset from CR; a large number for the registers of the
-    /// controller itself.
+    /// Converts a register's offset to one from CR; a large number for the controller's own
+    /// registers.
     const fn own(&self, offset: u32) -> u32 {
         offset.wrapping_sub(0x10 + 0x18 * self.source.number)
     }

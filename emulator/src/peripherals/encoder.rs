@@ -2,7 +2,6 @@
 //! of time: its position in counts, four per encoder period. Individual edges and the input
 //! filter's delay are not modelled.
 
-/// CR1.
 const CEN: u32 = 1;
 /// SMCR: encoder mode 3, which counts the edges of both channels.
 const BOTH_CHANNELS: u32 = 3;

@@ -71,7 +71,6 @@ impl Flash {
         (self.acr, self.sr, self.cr, self.keys_seen) = (0, 0, LOCK, 0);
     }
 
-    /// Wait states.
     pub fn latency(&self) -> u64 {
         (self.acr & 7).into()
     }

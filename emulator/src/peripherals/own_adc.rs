@@ -40,7 +40,6 @@ pub struct OwnAdc {
     cr1: u32,
     cr2: u32,
     smpr: [u32; 2],
-    /// SQR1 to SQR3.
     sqr: [u32; 3],
     ccr: u32,
     data: u16,
@@ -250,6 +249,5 @@ impl OwnAdc {
 pub struct Now {
     pub cycles: u64,
     pub ns: u64,
-    /// Clock of APB2, hertz.
     pub apb_hz: u64,
 }

@@ -66,7 +66,6 @@ pub struct Rcc {
     pub hse_dies: bool,
 }
 
-/// Effect of a write.
 #[derive(Default)]
 pub struct Changed {
     pub clocks: bool,
@@ -108,7 +107,6 @@ impl Rcc {
         };
     }
 
-    /// True if a peripheral's clock is on.
     pub fn is_on(&self, bus: usize, bit: u32) -> bool {
         self.enabled[bus] >> bit & 1 != 0
     }
@@ -120,8 +118,8 @@ impl Rcc {
         is_source.then_some(self.cr & HSEBYP != 0)
     }
 
-    /// Responds to the loss of HSE as the clock security system does (RM0090, 7.2.7). Returns
-    /// false, without effect, if that system is off.
+    /// Responds to the loss of HSE as the clock security system does (RM0090, 7.2.7). Returns false
+    /// if that system is off.
     pub fn secure(&mut self) -> bool {
         let is_on = self.cr & CSSON != 0;
         if is_on {

@@ -4,7 +4,6 @@
 pub(crate) const FIRST_IRQ: u16 = 16;
 /// Number of the non-maskable interrupt among the exceptions.
 const NMI: u16 = 2;
-/// Number of the HardFault exception.
 pub(crate) const HARD_FAULT: u16 = 3;
 /// Number of exceptions modelled: 16 of the system and 97 interrupts, of which the STM32F405 has 82
 /// (RM0090, table 61).
@@ -40,7 +39,6 @@ pub struct Served {
     pub served_before: u64,
 }
 
-/// State of the system control space.
 pub(crate) struct Scs {
     /// Bit n is exception n.
     pub enabled: u128,

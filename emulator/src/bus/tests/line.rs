@@ -1,5 +1,3 @@
-//! Tests of the serial line's receiver and its DMA.
-
 use super::{AHB1ENR, Bench, USART3};
 
 pub(super) const STREAM: u32 = 0x4002_6000 + 0x10 + 0x18;

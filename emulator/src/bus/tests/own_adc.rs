@@ -1,5 +1,3 @@
-//! Tests of the processor's own ADC and its DMA.
-
 use super::{AHB1ENR, APB2ENR, Bench, GPIOA, MODER};
 use crate::board::Board;
 use hal_mock::{Amplifier, Constant, Stm32Adc};

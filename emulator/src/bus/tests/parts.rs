@@ -1,5 +1,3 @@
-//! Tests of the parts, apart from the rules.
-
 use super::{
     AFRH, APB2ENR, BSRR, Bench, FLASH_ACR, FLASH_CR, FREE, GPIOB, GPIOC, MODER, OSPEEDR, RCC_CFGR,
     RCC_CR, RCC_PLLCFGR, SPI1, TIM2, TIM10, USART3,

@@ -18,7 +18,6 @@ use crate::image::Image;
 use crate::processor_fault::ProcessorFault;
 use hal_mock::Constant;
 
-/// Action of a case.
 type Act = fn(&mut Bench);
 
 /// A case: its name, the rules that it must break, and the rules that it broke.
@@ -104,7 +103,7 @@ fn clocks(table: &mut Table) {
             .wait_us(1000)
             .set(RCC_CFGR, 1);
     });
-    // With the reset value of VOS, the STM32F411's regulator allows only 84 MHz.
+    // The reset value of VOS allows the STM32F411 only 84 MHz.
     for (vos, is_broken) in [(2, true), (3, false)] {
         let mut bench = Bench::of(Board::BlackpillF411);
         bench

@@ -19,7 +19,7 @@ const ARR: u32 = 0x2C;
 const DHR12R1: u32 = 0x08;
 const DOR1: u32 = 0x2C;
 
-/// Creates a stylus with its clocks on, PC6 and PC7 assigned to TIM3, and PA4 analogue.
+/// Creates a stylus with clocks on, PC6 and PC7 assigned to TIM3, PA4 analogue.
 fn bench() -> Bench {
     let mut bench = Bench::of(Board::StylusF405);
     bench
@@ -84,8 +84,7 @@ fn the_timer_triggers_the_converter() {
     let triggered = &bench.0.dac.outputs[2..];
     let codes: Vec<_> = triggered.iter().map(|output| output.code).collect();
     assert_eq!(codes, [Some(0x7FF), Some(0x800)]);
-    // Each output follows its trigger by three cycles of 42 MHz, so they are exactly one period
-    // apart.
+    // Outputs follow their triggers by three cycles of 42 MHz, exactly one period apart.
     let at_ns = triggered[0].at_ns - begun_ns;
     assert!((100_000..100_100).contains(&at_ns), "{at_ns}");
     assert!((triggered[1].at_ns - triggered[0].at_ns).abs_diff(100_000) <= 1);
