@@ -39,12 +39,10 @@ use unseen::Unseen;
 const STORM_EDGES: u16 = 256;
 /// Number of unexpected edges between two requests for a check, while checks find faults.
 const CHECK_EDGES: u8 = 8;
-/// Time from one edge to the next, nanoseconds.
 const fn edge_ns(plan: &Plan) -> u32 {
     Scan::new(plan).edge_ns()
 }
 
-/// Queue to the detector.
 type Samples<'a> = Producer<'a, TimedConversion>;
 
 /// Instruction to the caller about the interrupt of DRDY.
@@ -69,7 +67,6 @@ pub enum Drdy {
 pub struct Acquisition<C> {
     converter: C,
     plan: Plan,
-    /// Order of the scan under way.
     order: Order,
     is_read_twice: bool,
     /// True if the scan under way reads the health readings.
@@ -78,12 +75,12 @@ pub struct Acquisition<C> {
     is_unannounced: bool,
     /// NEW and the id of the expected conversion.
     next: u8,
-    /// Latest conversion; `None` if there was none since the chip was set up.
+    /// Latest conversion since the chip was set up, if any.
     latest: Option<Sample>,
     /// Board time of the latest conversion, or of the latest restart.
     latest_us: u32,
-    /// True if the latest conversion was read before its edge was served, so that serving the edge
-    /// will find no new conversion.
+    /// True if the latest conversion was read before its edge was served, which will find no new
+    /// one.
     early: bool,
     /// Number of unexpected edges minus number of expected ones; see [`STORM_EDGES`].
     storm_count: u16,
@@ -95,7 +92,6 @@ pub struct Acquisition<C> {
     put_off: u16,
     muted: bool,
     unseen: Unseen,
-    /// True if the latest set-up succeeded.
     is_set_up: bool,
     /// Board time of the latest restart, and the pause before the next.
     restarted_us: u32,
@@ -204,8 +200,8 @@ impl<C: Converter> Acquisition<C> {
         (self.next, self.latest, self.early) = (self.order.first(), None, false);
         let is_configured =
             self.converter.stop() && self.converter.set_up(&self.plan, scanned, wait);
-        // Read the registers even if the chip does not answer, because the values show which wire
-        // is bad. Read them before START, because ID may be wrong while START is high.
+        // Read the registers even if the chip does not answer: the values show which wire is bad.
+        // Read them before START, because ID may be wrong while START is high.
         let registers = self.converter.registers();
         self.is_set_up = is_configured && self.converter.start();
         if !(self.is_health && self.is_set_up) {
@@ -241,7 +237,6 @@ impl<C: Converter> Acquisition<C> {
         self.unexpected([first, again], t_us, samples, diagnostics)
     }
 
-    /// Handles the expected conversion.
     #[inline(always)]
     fn expected(
         &mut self,
@@ -358,7 +353,6 @@ impl<C: Converter> Acquisition<C> {
         self.count_unexpected(t_us, diagnostics)
     }
 
-    /// Counts an unexpected edge.
     fn count_unexpected(&mut self, t_us: u32, diagnostics: &Diagnostics) -> Drdy {
         self.storm_count = self.storm_count.saturating_add(1);
         if self.storm_count >= STORM_EDGES {

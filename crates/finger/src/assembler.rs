@@ -25,10 +25,8 @@ const JITTER_US: u32 = 50;
 /// Flags of a flawless conversion: NEW and no other.
 const FLAWLESS: u8 = Tag::NEW;
 
-/// Times of a plan that the assembler needs at every scan.
 #[derive(Clone, Copy, Debug)]
 struct Times {
-    /// Maximum deviation of a conversion from its expected time, microseconds.
     jitter_us: u32,
     /// Time from the last conversion of a scan to the first of the next, microseconds.
     step_us: u32,
@@ -491,7 +489,7 @@ const fn is_clipped(code: i32) -> bool {
 
 /// Returns a value above 7FFFFFh if a code is clipped; `|` combines the values of several codes.
 const fn to_clip(code: i32) -> u32 {
-    // One plus the distance of a code from zero or, if it is negative, from minus one.
+    // Distance from zero (from minus one, if negative) plus one.
     (code ^ code >> 31) as u32 + 1
 }
 

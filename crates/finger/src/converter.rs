@@ -84,7 +84,7 @@ impl Tag {
 pub struct Sample {
     /// Channel and flags of the sample.
     pub tag: Tag,
-    /// Code, 24 bits; 780000h is the voltage `vref_v` in the settings.
+    /// Code, 24 bits; 780000h is the setting `vref_v`.
     pub code: i32,
 }
 

@@ -35,7 +35,6 @@ pub struct Outputs<'a> {
 #[derive(Clone, Debug)]
 pub struct Detector {
     settings: Settings,
-    /// Converter of the board.
     converter: &'static Facts,
     /// Plan of the conversions. A different plan in `settings` takes effect with [`Self::begin`];
     /// `None` while conversions of a replaced plan still arrive.
@@ -113,7 +112,6 @@ impl Detector {
         }
     }
 
-    /// Converter of the board.
     pub const fn converter(&self) -> &'static Facts {
         self.converter
     }
@@ -226,8 +224,8 @@ impl Detector {
         }
     }
 
-    /// Takes the scan in the assembler's buffer. Not inlined: inlined into the task's loop, its
-    /// addresses would be computed before the first scan, and there is often only one.
+    /// Takes the scan in the assembler's buffer. Not inlined: the task's loop would compute its
+    /// addresses before the first scan, and there is often only one.
     #[inline(never)]
     pub(crate) fn scan(
         &mut self,

@@ -26,7 +26,6 @@ use ridgetone_tone::{Fit, Fitter, FrameSource, OVERTONES, Overwritten, Values};
 const GAP_DIVISOR: u32 = 10;
 /// Minimum time between full estimates among tracks, microseconds.
 const ESTIMATES_US: u64 = (1e6 * TRACK_STRIDE_S) as u64;
-/// Number of frames read at a time.
 const READ_FRAMES: usize = 16;
 
 /// Result of a window.
@@ -81,7 +80,7 @@ impl Estimator {
     ) -> Result<WindowFit, Overwritten> {
         let (mut first, end) = (window.first, window.first.wrapping_add(window.frames));
         let grows = self.settings.accuracy > 0.0 && window.span != Span::Slide;
-        // Do not use the frames of a reported estimate again.
+        // Do not reuse the frames of a reported estimate.
         if grows && reached(self.reported_end, first) && reached(end, self.reported_end) {
             first = self.reported_end;
         }
@@ -225,7 +224,7 @@ impl Estimator {
         };
         for taxel in 0..TAXELS {
             if fit.usable & 1 << taxel != 0 {
-                // This cannot fail, because the list has room for all taxels.
+                // Cannot fail: the list has room for all taxels.
                 let _ = estimate
                     .channels
                     .push(self.channel(fitted, taxel, &window.reference));

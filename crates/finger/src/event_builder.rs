@@ -7,13 +7,12 @@ use crate::touch::image::image;
 use ads1258::reading;
 use ridgetone_proto::telemetry::{Contact, Event, Moving, Release, Slide};
 
-/// Builds events from touch changes.
 #[derive(Clone, Debug)]
 pub struct EventBuilder {
     /// Volts of one code.
     pub volts_per_code: f32,
-    /// Reported start of the latest slide, microseconds, kept because the ring may have lost the
-    /// slide's first frames by its end.
+    /// Reported start of the latest slide, microseconds. The ring may lose it before the slide
+    /// ends.
     slide_start_us: u64,
 }
 
@@ -26,7 +25,6 @@ impl EventBuilder {
         }
     }
 
-    /// Builds the event that reports a change.
     pub fn event(&mut self, change: &Change, clock: &FrameClock, ring: &Ring) -> Event {
         match *change {
             Change::Contact {

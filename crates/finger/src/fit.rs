@@ -30,7 +30,6 @@ const SEARCH_EVERY: u8 = 4;
 /// Tone of the latest window, which is expected in the next window of its slide.
 #[derive(Debug)]
 pub struct Tracker {
-    /// First frame of the slide.
     slide_first: u32,
     /// Frame after the window, or after the latest one up to which the tone was followed.
     end: u32,
@@ -137,7 +136,6 @@ impl Fitted {
     }
 }
 
-/// Frames of a window.
 // Inlined, so that its stack frame does not add to that of a fit, the deepest use of the stack.
 #[inline(always)]
 fn span<'s>(
@@ -145,7 +143,7 @@ fn span<'s>(
     source: &'s mut dyn FrameSource,
     settings: &Settings,
 ) -> FrameSpan<'s> {
-    // Frames hold codes, whose quantization is one.
+    // Frames hold integer codes.
     let span = FrameSpan::new(source, window.first, window.frames).with_quantization(1.0);
     if settings.interferer_hz > 0.0 {
         span.with_interferer(settings.interferer_hz / window.frame_rate_hz)
@@ -293,8 +291,7 @@ mod tests {
         let mut fit = Fit::without_tone(Status::TooShort, 241);
         (fit.status, fit.frequency) = (Status::Good, 0.04);
         let mut tracker = Tracker::new();
-        // Returns true if the tone was expected, and true if the window is searched after its
-        // answer.
+        // True if the tone was expected; and true if the window is searched after its answer.
         let mut next = |window: &Window, fit: &Fit| {
             let was_expected = tracker.expected(window).is_some();
             tracker.keep(window, fit, was_expected);

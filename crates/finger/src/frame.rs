@@ -24,8 +24,7 @@ pub struct TimedConversion {
 const MARK: u8 = 0x1f;
 
 impl TimedConversion {
-    /// Creates a conversion from a sample of any converter as read, and the time of its edge,
-    /// microseconds.
+    /// Creates a conversion from any converter's sample and the time of its edge, microseconds.
     #[inline(always)]
     pub fn new(t_us: u32, sample: impl Into<Sample>) -> Self {
         Self::of_sample(t_us, sample.into())
@@ -109,7 +108,7 @@ impl Frame {
 
     /// Writes the good codes, minus their references, to their places in `values`.
     pub fn put(&self, reference: &Values, values: &mut Values) {
-        // This is exact, because codes have 24 bits.
+        // Exact, because codes have 24 bits.
         let value = |c: usize| self.codes[c] as f32 - reference[c];
         if self.good == u16::MAX {
             (0..TAXELS).for_each(|c| values[c] = value(c));
@@ -147,7 +146,7 @@ pub struct PlainFrame<'a> {
 }
 
 impl PlainFrame<'_> {
-    /// Converts the readings to a frame in codes of a reference of `vref_v`.
+    /// Converts the readings to codes of a reference of `vref_v`.
     pub(crate) fn frame(&self, number: u32, inputs: u16, vref_v: f32) -> Frame {
         let mut frame = Frame {
             number,
@@ -207,7 +206,6 @@ pub(crate) struct FrameClock {
     pub latest: (u32, u64),
     /// Number and device time of the first complete frame, from which the rate is measured.
     pub rate_from: Option<(u32, u64)>,
-    /// The scan's nominal period, nanoseconds.
     frame_ns: u32,
     /// Nominal time from a scan's first slot to its last, microseconds.
     span_us: u32,

@@ -23,14 +23,11 @@ const SILENT_CHECKS: u8 = 2;
 /// Time without a conversion that counts as silence, microseconds: by default a hundred frames.
 const SILENCE_US: u32 = 400_000;
 
-/// Schedules `health` and checks the frame rate.
 #[derive(Clone, Debug)]
 pub struct HealthReporter {
     /// Number of frames from one `health` to the next: one second.
     health_frames: u32,
-    /// Minimum number of frames between checks of the rate.
     rate_frames: u32,
-    /// Frame at which `health` is due.
     due: u32,
     /// Number of `health` messages since the latest greeting.
     ungreeted: u8,
@@ -119,7 +116,7 @@ impl HealthReporter {
             t_us.wrapping_sub(from_us),
             divide(frames as u64 * assembler.scan().frame_ns() as u64, 1000).0,
         );
-        // In a longer time frame numbers may have wrapped.
+        // In a longer time, frame numbers may have wrapped.
         let is_known = frames < 10 * self.health_frames
             && passed_us <= u32::MAX as u64
             && breaks == from_breaks;

@@ -34,7 +34,6 @@ impl Platform for OneCall {
     }
 }
 
-/// Input of a pipeline.
 enum Next<'a> {
     Conversion(TimedConversion),
     Frame(PlainFrame<'a>),

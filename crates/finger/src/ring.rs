@@ -42,7 +42,6 @@ pub struct Ring {
     /// Mask of the converted taxels, and their number (`channels`).
     inputs: u16,
     channels: u32,
-    /// Frame period, nanoseconds.
     frame_ns: u32,
 }
 
@@ -94,8 +93,8 @@ impl Ring {
     pub fn restart(&mut self, number: u32) {
         self.next = number;
         self.filled = 0;
-        // Start at position 0. Elsewhere the ring's end might split a block, which changes the
-        // rounding of sums over a window, so results would depend on earlier contents.
+        // Start at position 0, so that results do not depend on earlier contents: sums over a
+        // window round differently if the ring's end splits a block.
         self.head = 0;
     }
 

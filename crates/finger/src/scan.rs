@@ -38,7 +38,6 @@ pub(crate) struct Order {
 }
 
 impl Order {
-    /// Creates the order of a plan's scan.
     pub const fn new(plan: &Plan, scanned: Scanned) -> Self {
         let mut own = 0;
         let mut at = 0;

@@ -54,7 +54,6 @@ struct Extent {
     span: Span,
 }
 
-/// Decides which windows fall due.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowScheduler {
     /// Code of each taxel in the first complete frame, to which the ring's values are relative.
@@ -75,7 +74,6 @@ pub(crate) struct WindowScheduler {
     next_end: u32,
     /// First frame and number of frames of a slide that is over and due as a whole.
     pub whole: Option<(u32, u32)>,
-    /// First frame of the latest touch.
     touch_first: u32,
     /// Mean level of the taxels in the latest pressure map of this touch, volts; NaN without one.
     pub level_v: f32,
@@ -183,8 +181,8 @@ impl WindowScheduler {
     }
 
     /// Issues the windows that a slide has filled. The slide began with frame `start` and is known
-    /// to have lasted until frame `until`. Windows for tracks end at the latest frame instead, even
-    /// if it is not yet known to belong to the slide.
+    /// to have lasted until frame `until`. Windows for tracks end at the latest frame, which may
+    /// not belong to the slide.
     pub fn stride(
         &mut self,
         start: u32,

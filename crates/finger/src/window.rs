@@ -31,8 +31,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// Creates a window of the first frames of a plan, at its nominal rate and without a known
-    /// touch.
+    /// Creates a window of a plan's first frames, at its nominal rate and without a known touch.
     pub const fn new(plan: Plan, frames: u32) -> Self {
         Self {
             first: 0,

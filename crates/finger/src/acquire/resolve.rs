@@ -125,7 +125,7 @@ mod tests {
         let good = read(0x89, 5).unwrap();
         assert_eq!(resolved([(0x09, 5), (0x09, 5), NONE]), Mended(good));
         assert_eq!(resolved([(0x89, 5), (0x89, 5), NONE]), Mended(good));
-        // This is not the next id of the scan, so it could be anything.
+        // Not the next id of the scan, so it could be anything.
         assert_eq!(resolved([(0x0a, 5), (0x0a, 5), NONE]), Garbled);
     }
 

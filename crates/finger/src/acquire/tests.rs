@@ -30,7 +30,6 @@ struct Wire {
 struct Trouble {
     /// Delays before the next transactions, nanoseconds.
     waits_ns: Vec<u64>,
-    /// Level at which DOUT is stuck.
     stuck: Option<u8>,
 }
 
@@ -61,7 +60,6 @@ struct Bench {
 }
 
 impl Bench {
-    /// Creates a bench whose chip was set up.
     fn new() -> Self {
         Self::with(Plan::PAPER)
     }
@@ -149,7 +147,7 @@ impl Bench {
         self.acquisition.can_begin(now_us)
     }
 
-    /// Serves six conversions. Returns, for each, true if a different scan could begin after it.
+    /// Serves six conversions. Returns true for each after which a different scan could begin.
     fn can_begin_six_times(&mut self) -> [bool; 6] {
         [(); 6].map(|()| {
             assert!(self.next().goes_on());
@@ -169,7 +167,6 @@ impl Bench {
         self.begin(Fault::RegisterFlip { address, mask });
     }
 
-    /// Registers of the chip.
     fn registers(&self) -> [u8; 9] {
         self.board
             .with_chip(|chip| *chip.registers().first_chunk().expect("ten registers"))
@@ -202,7 +199,6 @@ impl Bench {
             .watch(now_us, &self.diagnostics, &mut self.board.delay())
     }
 
-    /// Takes the ids queued so far.
     fn ids(&mut self) -> Vec<u8> {
         self.taken()
             .iter()
@@ -223,7 +219,7 @@ impl Bench {
         self.diagnostics.faults.counts().iter().sum()
     }
 
-    /// Numbers of conversions read and lost, as counted by the simulated chip.
+    /// Numbers of conversions read and lost, by the simulated chip's count.
     fn read_and_lost(&self) -> (u64, u64) {
         self.board
             .with_chip(|chip| (chip.counters().read, chip.counters().lost))
@@ -248,8 +244,7 @@ fn every_conversion_is_read_twice_and_queued_once() {
         };
         assert_eq!(bench.next(), expected, "{n}");
     }
-    // Ids of a scan (SBAS297G: ascending CHID; 19h is unused). Fifty conversions are two scans and
-    // a bit.
+    // Ids of a scan (SBAS297G: ascending CHID; 19h is unused); 50 are two scans and a bit.
     let scan = [
         8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 26, 27, 28, 29,
     ];
@@ -358,8 +353,7 @@ fn a_storm_is_muted_until_the_next_watch() {
     bench.pass(1);
     assert_eq!(bench.storm(), Some(STORM_EDGES));
     assert!(bench.acquisition.is_quiet(bench.now_us()) && bench.count(Storm) == 1);
-    // However long DRDY is muted, the chip does not count as silent, because no conversion could
-    // come.
+    // A muted chip never counts as silent, because no conversion could come.
     bench.board.advance_ns(500_000_000);
     bench.watch();
     assert!(bench.next().goes_on() || bench.next().goes_on());
@@ -422,8 +416,8 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
             restarts_ms.push(half * 500);
         }
     }
-    // The first restart is immediate; the others come at the first of two checks a second after
-    // pauses of 125 ms, 250 ms, ... 4 s.
+    // The first restart is immediate; others come at the first half-second check after pauses of
+    // 125 ms, 250 ms, ... 4 s.
     assert_eq!(
         restarts_ms,
         [
@@ -598,8 +592,6 @@ fn another_scan_begins_only_where_it_is_known_when_the_latest_conversion_ended()
     );
 }
 
-/// Tests that unexpected edges, too few for a storm, put off health readings and a different plan,
-/// but not for ever.
 #[test]
 fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
     let mut bench = inputs_of(Plan::HAND);
@@ -630,9 +622,8 @@ fn no_other_scan_begins_right_behind_a_storm() {
     );
 }
 
-/// Tests how losses from the scan of the health readings are counted: they show only in its ids and
-/// are added, whereas the assembler also counts losses from the plan's own scan, and `health`
-/// reports the larger of the two counts.
+/// Tests that losses from the scan of the health readings are added. Of other losses, which the
+/// assembler counts too, `health` reports the larger of the two counts.
 #[test]
 fn a_conversion_of_the_health_readings_that_is_lost_comes_on_top() {
     let mut bench = inputs_of(Plan::SINGLE);
@@ -648,8 +639,8 @@ fn a_conversion_of_the_health_readings_that_is_lost_comes_on_top() {
     assert_eq!((bench.diagnostics.unseen.get(), bench.overruns()), (1, 0));
 }
 
-/// Tests that the watch counts the health readings lost while DRDY was muted: gaps between frames
-/// show only losses of inputs.
+/// Tests that the watch counts health readings lost while DRDY was muted, which no gap between
+/// frames shows.
 #[test]
 fn conversions_of_health_readings_that_pass_while_drdy_is_muted_are_counted() {
     for (is_health, expected) in [(true, 11_669), (false, 0)] {

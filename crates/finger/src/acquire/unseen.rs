@@ -1,8 +1,8 @@
-//! Upper bound on the number of conversions that the chip made but the board did not see.
+//! Upper bound on the number of conversions that the board missed.
 //!
-//! After a gap, ids and time show how many conversions were lost, provided that the registers are
-//! right. With other registers, as after a spontaneous reset, the chip may be faster and its ids
-//! those of a different scan, so only an upper bound is known.
+//! After a gap, ids and time show how many conversions were lost, if the registers are right. With
+//! other registers, as after a spontaneous reset, the chip may be faster and its ids those of a
+//! different scan, so only an upper bound is known.
 
 use ridgetone_proto::division::divide;
 
@@ -41,8 +41,7 @@ impl Unseen {
         }
     }
 
-    /// Forgets the gaps, because the registers are right or were just written: ids and time will
-    /// show losses.
+    /// Forgets the gaps, because the registers are right: ids and time will show losses.
     pub fn reset(&mut self) {
         self.gaps_us = 0;
     }

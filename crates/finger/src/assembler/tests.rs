@@ -60,7 +60,6 @@ fn whole_scans_become_frames_and_readings() {
     assert!((temperature_c - 1816.4).abs() < 1.0, "{temperature_c}");
 }
 
-/// Tests that no frame waits for a conversion of the next scan: the scan after a loss is complete.
 #[test]
 fn a_loss_leaves_its_taxels_out_and_the_next_scan_is_whole() {
     for (gone, present, lost) in [

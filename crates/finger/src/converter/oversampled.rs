@@ -31,7 +31,6 @@ const STEP: u32 = 0x78_0000 / 4096;
 /// Bits by which a step is scaled up to fill 32 bits, before it is divided by the samples of a
 /// frame.
 const SHIFT: u32 = STEP.leading_zeros();
-/// Maximum reading.
 const READING_MAX: u32 = 4095;
 
 /// Averaging of scans into frames.
@@ -39,11 +38,9 @@ const READING_MAX: u32 = 4095;
 pub struct Averaging {
     /// Inputs per scan.
     channels: u8,
-    /// Scans per frame.
     scans: u8,
     /// Scans per half of the buffer; a frame is a whole number of halves.
     half_scans: u8,
-    /// The converter's clock, megahertz.
     clock_mhz: u8,
 }
 
@@ -126,7 +123,6 @@ pub struct Oversampler {
     channels: AtomicU8,
     half_scans: AtomicU8,
     scans: AtomicU8,
-    /// The converter's clock, megahertz.
     clock_mhz: AtomicU8,
     /// Number of scans taken in the frame under way.
     taken: AtomicU8,
@@ -134,7 +130,7 @@ pub struct Oversampler {
     sums: [AtomicU32; INPUTS],
     /// Last sample of each input in the previous frame.
     before: [AtomicU16; INPUTS],
-    /// True if the previous frame directly preceded this one, so that `before` is valid.
+    /// True if the previous frame came right before, so that `before` is valid.
     follows: AtomicBool,
     /// True if part of the frame under way is missing.
     is_torn: AtomicBool,
@@ -272,7 +268,7 @@ impl Oversampler {
             } else {
                 0
             };
-            // This is not negative, because the sum includes the last sample.
+            // Not negative, because the sum includes the last sample.
             let aligned = (channels as u32 * sum).wrapping_add_signed(-(channel as i32) * moved);
             let scaled = u64::from(aligned) * u64::from(factor) + (1 << (SHIFT - 1));
             place.store((scaled >> SHIFT) as u32, Relaxed);

@@ -17,7 +17,6 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
 use ridgetone_tone::Values;
 
-/// Turns frames into events and windows.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     pub contact: ContactDetector,
@@ -211,7 +210,6 @@ impl Tracker {
     }
 }
 
-/// Creates an idle touch detector.
 const fn contact(settings: &Settings) -> ContactDetector {
     let mut contact = ContactDetector::new(settings.slide, &settings.plan);
     contact.set_mains(settings.interferer_hz);

@@ -106,7 +106,6 @@ impl Diagnostics {
 mod tests {
     use super::*;
 
-    /// Tests counters near their maximum.
     #[test]
     fn counters_stop_at_their_largest_value() {
         let diagnostics = Diagnostics::new();

@@ -39,7 +39,6 @@ const fn codes(min_v: f32, max_v: f32) -> RangeInclusive<i32> {
     (min_v * CODES_PER_SUPPLY_VOLT as f32) as i32..=(max_v * CODES_PER_SUPPLY_VOLT as f32) as i32
 }
 
-/// Fault episodes.
 #[derive(Clone, Debug)]
 pub struct FaultEpisodes {
     reference: RangeInclusive<i32>,
@@ -122,8 +121,8 @@ impl FaultEpisodes {
         let kinds = fresh.and(self.lasting);
         self.is_active = !kinds.is_none();
         for kind in kinds.iter() {
-            // A fault from a higher-priority task may be later than now, and one from before the
-            // first conversion earlier than zero: use now and zero instead, which are near enough.
+            // Clamp to now and to zero: a fault from a higher-priority task may be later than now,
+            // and one from before the first conversion earlier than zero.
             let age_us = |seen_us: u32| (board_us.wrapping_sub(seen_us) as i32).max(0) as u32;
             let device_us = |seen_us| device_us.saturating_sub(age_us(seen_us) as u64);
             let seen_us = faults.seen_us(kind);
@@ -205,7 +204,6 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
     diagnostics.overload(overload, board_us);
 }
 
-/// Sets the board time at which device time is zero.
 fn set_zero(assembler: &Assembler, diagnostics: &Diagnostics) {
     diagnostics
         .faults

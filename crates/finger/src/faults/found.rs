@@ -19,7 +19,6 @@ impl Default for Found {
 }
 
 impl Found {
-    /// Starts without a result.
     pub const fn new() -> Self {
         Self {
             answers: AtomicBool::new(false),

@@ -47,7 +47,6 @@ impl Sum {
     }
 }
 
-/// Adds up the phases of some taxels.
 fn column(fitted: &Fitted, taxels: u16) -> Sum {
     let mut sum = Sum::default();
     for taxel in 0..TAXELS {

@@ -43,7 +43,7 @@ fn calibrated(lag: Lag, array: &Array) -> Lag {
     }
 }
 
-/// Possible answers for a lag: their number in each direction.
+/// Numbers of possible answers for a lag.
 #[derive(Default)]
 struct Answers {
     forward: u32,
@@ -111,8 +111,7 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
             let period_sigma_mm = period_mm * period_mm / array.pitch_mm * sigma;
             let (frequency_hz, sigma_hz) = frequency_hz;
             let speed_mm_s = frequency_hz * period_mm;
-            // Frequency and phases at the window's centre are independent, so their errors add in
-            // squares.
+            // Frequency and phases at the window's centre are independent.
             let (of_frequency, of_period) = (sigma_hz * period_mm, period_sigma_mm * frequency_hz);
             Travel {
                 status,
@@ -287,7 +286,7 @@ mod tests {
             // A period shorter than the pitch aliases: 1.3 mm has the same phase as 3.1 mm.
             (1.2, 4.2, 1.3, Forward, Ambiguous),
             (1.2, 4.2, 3.1, Forward, Ambiguous),
-            // If periods beyond two pitches are possible, a lag one way is a lead the other way.
+            // Beyond two pitches, a lag one way is a lead the other way.
             (2.3, 9.0, 3.1, Backward, Ambiguous),
             (2.3, 9.0, 6.0, Forward, Ambiguous),
             // Short periods are unique if no others are possible.
@@ -370,8 +369,7 @@ mod tests {
         for (lag, status, direction) in [
             (Some(lag_of(3.1, Forward)), Given, Forward),
             (Some(lag_of(3.1, Backward)), Given, Backward),
-            // The phases of 3.6 mm are 0.10 turns away from the expected ones; those of 3.2 mm are
-            // 0.02.
+            // The phases of 3.6 mm are 0.10 turns off, those of 3.2 mm 0.02.
             (Some(lag_of(3.6, Forward)), Contradicted, Unknown),
             (Some(lag_of(3.2, Forward)), Given, Forward),
             (None, Given, Unknown),

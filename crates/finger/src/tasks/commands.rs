@@ -14,7 +14,6 @@ use ridgetone_proto::telemetry::Event;
 pub struct At {
     /// True if the finger touches something.
     pub is_touched: bool,
-    /// Converter of the board.
     pub converter: &'static Facts,
 }
 
@@ -35,7 +34,6 @@ pub struct CommandExecutor {
 }
 
 impl CommandExecutor {
-    /// Creates an executor without a reply.
     pub const fn new() -> Self {
         Self {
             latest: None,
@@ -97,15 +95,14 @@ impl CommandExecutor {
     ) {
         let mut change = |detector: &mut Detector, settings: &Settings, source| {
             estimator.change(settings);
-            // If the plan changes, the greeting is sent later, before the first frame of the new
-            // plan.
+            // If the plan changes, the greeting comes later, before the plan's first frame.
             if detector.change(settings, source) {
                 emit(detector.hello());
             }
         };
         match command {
             Command::Greet => {
-                // A PC that greets may not know the latest texture or the converter.
+                // A PC that greets may not know the latest texture.
                 estimator.textures.forget();
                 emit(detector.hello());
                 detector.tell_converter();
@@ -123,7 +120,6 @@ impl CommandExecutor {
     }
 }
 
-/// Converts the result of storing settings to an outcome.
 fn stored(saved: Result<Saved, NotStored>) -> Outcome {
     match saved {
         Ok(Saved::AtOnce) => Outcome::Done,
@@ -306,7 +302,7 @@ mod tests {
             (board.store.settings, board.greeted[0].settings),
             (None, OTHERS)
         );
-        // A request with a repeated number must not be carried out again.
+        // A repeated request is not carried out again.
         for _ in 0..2 {
             assert_eq!(board.execute(2, set(OTHERS, true), false), Outcome::Done);
             assert_eq!(board.store.settings, Some(OTHERS));

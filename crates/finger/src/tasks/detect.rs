@@ -18,7 +18,7 @@ pub struct Detect<'a> {
 }
 
 impl<'a> Detect<'a> {
-    /// Creates the state. `samples` come from `drdy`; `windows` go to `fit`.
+    /// `samples` come from `drdy`; `windows` go to `fit`.
     pub const fn new(
         samples: Consumer<'a, TimedConversion>,
         windows: Producer<'a, Window>,
@@ -96,7 +96,6 @@ impl<'a> Detect<'a> {
     }
 }
 
-/// Next entry of the queue.
 #[derive(Clone, Copy, PartialEq)]
 enum Next {
     /// A scan's worth of conversions, in the detector's buffer.

@@ -85,7 +85,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                 // The moment is not safe, so the health readings are scanned once more.
                 acquire::Drdy::HealthRead if !acquisition.can_begin(platform.now_us()) => {}
                 acquire::Drdy::HealthRead => {
-                    // Check the registers first, because the set-up would hide a change.
+                    // Check first: the set-up would hide a changed register.
                     let _ = acquisition.watch(platform.now_us(), diagnostics, wait);
                     acquisition.read_inputs(diagnostics, wait);
                     pin.unmute();
@@ -171,7 +171,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             acquisition.change(next, shared.platform.now_us(), diagnostics, wait);
             pin.unmute();
         } else if is_health_due {
-            // Check the registers first, because the set-up would hide a change.
+            // Check first: the set-up would hide a changed register.
             let _ = acquisition.watch(shared.platform.now_us(), diagnostics, wait);
             let _ = acquisition.read_health(diagnostics, wait);
             pin.unmute();

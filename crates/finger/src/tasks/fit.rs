@@ -52,7 +52,7 @@ impl<S: Store> Fit<'_, S> {
         loop {
             // Use references to window and estimate, because copies would need more stack.
             while let Some(window) = &windows.dequeue() {
-                // Skip this window, because it would only delay the later one that is due.
+                // Skip this window: it would only delay the later one that is due.
                 if window.span == Span::Window
                     && windows.peek().is_some_and(|next| next.span == Span::Window)
                 {
@@ -149,9 +149,8 @@ pub fn fit<P: Platform>(
     outcome
 }
 
-/// The ring behind its lock, held for one read at a time so that `detect` does not wait longer.
-/// When a whole slide is due, aborts the fit of a window, or the slide's frames would be
-/// overwritten.
+/// The ring behind its lock, which is held for one read at a time. A whole slide that is due aborts
+/// the fit of a window, or the slide's frames would be overwritten.
 struct Locked<'w, 'q, M> {
     ring: M,
     span: Span,

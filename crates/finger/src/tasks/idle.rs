@@ -27,7 +27,7 @@ pub enum Next {
     Leave,
 }
 
-/// Start and end of a sleep on the microsecond counter.
+/// A sleep, by the microsecond counter.
 #[derive(Clone, Copy, Debug)]
 pub struct Slept {
     /// Start of the sleep.
@@ -120,12 +120,12 @@ impl LoadMeter {
 pub struct DepthMeter {
     /// Next word, from the stack's far end.
     next: usize,
-    /// Number of words at the far end that were never used, from the last complete search.
+    /// Number of words never used, from the last complete search.
     free: Option<usize>,
 }
 
 impl DepthMeter {
-    /// Starts at the far end, before any search.
+    /// Starts at the far end.
     pub const fn new() -> Self {
         Self {
             next: 0,

@@ -169,8 +169,8 @@ mod tests {
         let request = &wire[..used];
         let shared = Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER);
         let mut inbox = RequestInbox::new();
-        // Bytes, and number of bytes lost after them; expected: true for a complete request, number
-        // of times that the fit was pended, number of bytes lost.
+        // Bytes, and number of bytes lost after them; expected: complete request, `fit` pended,
+        // bytes lost.
         for (bytes, lost, expected) in [
             (request, None, (true, 1, 0)),
             // The first byte of the next request is lost; the request after that is complete.

@@ -69,7 +69,7 @@ impl PlanRequest {
         let next = self.number.load(Ordering::Relaxed).wrapping_add(1);
         self.number.store(MIDWAY, Ordering::Relaxed);
         for (place, word) in self.words.iter().zip(words(plan)) {
-            // Release ordering, so that the number is cleared before a word changes.
+            // Release ordering: the number must be cleared first.
             place.store(word, Ordering::Release);
         }
         let next = if next == MIDWAY { next + 1 } else { next };

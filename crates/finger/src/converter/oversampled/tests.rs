@@ -98,7 +98,7 @@ fn inputs_that_are_sampled_in_turn_are_as_if_at_once() {
                 );
             }
         }
-        // In the first frame, which has no previous one, the last input still reads later.
+        // Without a previous frame, the last input still reads later.
         assert!(found[0].1[channels as usize - 1] > found[0].1[0] + 960);
     }
 }

@@ -1,5 +1,3 @@
-//! Tests against the simulated chip.
-
 use super::*;
 use crate::converter::WiredAds1258;
 use ads1258::Ads1258;
@@ -97,7 +95,7 @@ fn check_before_edges(is_urgent: bool) {
         drdy.run(&shared, &mut wait);
         while taken.dequeue().is_some() {}
         match run {
-            // The scan of the health readings is over by this run.
+            // The health readings are over by this run.
             100 => before = lost(),
             _ if run > 100 && run % 10 == 0 && is_urgent => {
                 drdy.pin.unmute();
