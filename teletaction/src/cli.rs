@@ -35,7 +35,6 @@ enum Command {
 }
 
 impl Cli {
-    /// Runs the command.
     pub fn run(self) -> Result<()> {
         if self.force {
             ridgetone_host::output::force();

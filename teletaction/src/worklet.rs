@@ -25,8 +25,8 @@ fn with(work: impl FnOnce(&mut Vibration<POSITIONS>) -> bool) -> i32 {
     get(work).unwrap_or(false).into()
 }
 
-/// Runs `work` on the vibration, if there is one. Does not panic: code that prints panics would be
-/// most of the file.
+/// Runs `work` on the vibration, if any. Cannot panic: code that prints panics would be most of the
+/// file.
 fn get<T>(work: impl FnOnce(&mut Vibration<POSITIONS>) -> T) -> Option<T> {
     VIBRATION
         .try_with(|cell| {
@@ -121,13 +121,11 @@ pub extern "C" fn down(t_s: f64, position_mm: f64) -> i32 {
     })
 }
 
-/// Moves the hand.
 #[unsafe(no_mangle)]
 pub extern "C" fn moved(t_s: f64, position_mm: f64) -> i32 {
     with(|vibration| vibration.moved(t_s, position_mm))
 }
 
-/// Lifts the hand.
 #[unsafe(no_mangle)]
 pub extern "C" fn lift() -> i32 {
     with(|vibration| {

@@ -52,7 +52,6 @@ pub struct DelayOptions {
 }
 
 impl DelayOptions {
-    /// Refuses a delay out of range.
     pub fn check(&self) -> Result<()> {
         let Self {
             delay_ms,

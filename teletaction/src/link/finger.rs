@@ -10,8 +10,8 @@ use serde::Serialize;
 /// link.
 pub const REPEAT_S: f64 = 0.25;
 
-/// Factor by which the standard deviation of a new period must be smaller for it to replace an
-/// earlier period with which it agrees.
+/// Factor by which a new period's standard deviation must be smaller to replace an earlier period
+/// that agrees with it.
 const MORE_PRECISE: f64 = 0.7;
 
 /// Origin of the period.
@@ -44,9 +44,8 @@ pub struct FingerEnd {
 }
 
 impl FingerEnd {
-    /// Creates the finger's end. `run` is a number that no earlier run used in its messages.
-    /// `follows` is true if the finger moves as the hand does, so that [`Self::window`] returns
-    /// periods.
+    /// `run` is a number that no earlier run used in its messages. `follows` is true if the finger
+    /// moves as the hand does, so that [`Self::window`] returns periods.
     pub fn new(run: u32, follows: bool) -> Self {
         Self {
             run,
@@ -55,7 +54,6 @@ impl FingerEnd {
         }
     }
 
-    /// Returns the texture under the finger.
     pub fn texture(&self) -> Option<Texture> {
         let Some((period, power)) = self.by_path else {
             return self.reported;
@@ -113,7 +111,6 @@ impl FingerEnd {
         Some(found)
     }
 
-    /// Returns the message that is due.
     pub fn due(&mut self, t_s: f64) -> Option<Message> {
         if self.sent_s.is_some_and(|sent_s| t_s - sent_s < REPEAT_S) {
             return None;

@@ -33,7 +33,6 @@ impl Message {
     }
 }
 
-/// Counts of one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     pub received: u64,

@@ -41,8 +41,8 @@ pub struct StylusRequests {
 }
 
 impl StylusRequests {
-    /// `first` is the number of the first request. It must differ from that of the board's last
-    /// request, because the board would repeat its reply to that one.
+    /// `first` is the number of the first request. It must differ from the board's last one, whose
+    /// reply the board would repeat.
     pub fn new(parameters: Parameters, first: u16) -> Self {
         Self {
             parameters,
@@ -69,7 +69,6 @@ impl StylusRequests {
         self.done.is_at_rest
     }
 
-    /// Returns the request that is due.
     pub fn due(&mut self, t_s: f64) -> Option<(u16, Command)> {
         if let Some(sent) = &mut self.sent
             && !sent.is_answered

@@ -77,7 +77,6 @@ impl Platform for Called {
     }
 }
 
-/// The image's tasks.
 pub struct Tasks {
     pub sampler: Sampler,
     reports: Reports,
@@ -180,7 +179,6 @@ impl Simulated {
         self.tasks.sampler.look().state
     }
 
-    /// Takes bytes of requests.
     pub fn hear(&mut self, bytes: &[u8]) {
         let packets = self.tasks.receive(bytes);
         self.send(packets);

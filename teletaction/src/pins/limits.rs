@@ -55,7 +55,6 @@ impl Limits {
         Ok(())
     }
 
-    /// Force of one level, newtons.
     pub fn level_n(&self) -> f32 {
         self.max_n() / f32::from(self.levels)
     }

@@ -51,8 +51,8 @@ pub struct Solution<'a> {
 }
 
 impl Matching {
-    /// Creates a matching. `regularisation`, 1e-9 to 10, is relative to the mean square of a pin's
-    /// strains. It suppresses noise by making forces smaller and more even.
+    /// `regularisation` (1e-9 to 10) is relative to the mean square of a pin's strains. It
+    /// suppresses noise by making forces smaller and more even.
     pub fn new(
         sensors: &Grid,
         pins: &Grid,

@@ -5,7 +5,6 @@ use ridgetone_host::static_image::PLACES;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Contact, Event, Packet, Raw};
 
-/// Time between frames, microseconds.
 const FRAME_US: u64 = 4147;
 
 fn packet(event: Event) -> Packet {

@@ -3,7 +3,6 @@
 use super::error::{Error, between, within};
 use serde::{Deserialize, Serialize};
 
-/// Limits of an actuator and its driver.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
     /// Maximum voltage, volts, 0.01 to 1000; the minimum is 0, and the bias is in the middle.
@@ -28,7 +27,6 @@ impl Actuator {
         fade_s: 0.02,
     };
 
-    /// Checks the ranges.
     pub(crate) fn check(&self) -> Result<(), Error> {
         within("voltage_v", self.voltage_v, 0.01, 1e3)?;
         within("cutoff_hz", self.cutoff_hz, 1.0, 2e4)?;

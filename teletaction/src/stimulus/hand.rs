@@ -53,7 +53,6 @@ pub(crate) struct Hand {
 }
 
 impl Hand {
-    /// Speed in counts per sample.
     pub fn speed(&self) -> f32 {
         self.speed
     }

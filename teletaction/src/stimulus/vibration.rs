@@ -25,7 +25,6 @@ struct Carrier {
     still: u32,
     /// Level of the fade: 1 for a moving hand, 0 for a resting one.
     level: f32,
-    /// The latest sample.
     output: f32,
 }
 
@@ -34,7 +33,6 @@ struct Carrier {
 #[derive(Clone, Copy, Debug)]
 pub struct Vibration<const N: usize> {
     stimulus: Stimulus,
-    /// Samples per second.
     rate_hz: f32,
     bias_v: f32,
     carrier: Option<Carrier>,

@@ -218,7 +218,6 @@ impl Stimulus {
         self.hand.speed() * self.encoder.count_mm * self.encoder.rate_hz
     }
 
-    /// Limits of the output.
     pub const fn actuator(&self) -> &Actuator {
         &self.actuator
     }

@@ -23,7 +23,6 @@ pub struct Dac {
 }
 
 impl Dac {
-    /// Starts at code 0.
     pub fn new(actuator: &Actuator) -> Self {
         let codes_a_volt = f32::from(CODE_MAX) / actuator.voltage_v;
         // At least one code, because a slower actuator would never move.

@@ -19,17 +19,16 @@ pub enum State {
     NoTexture,
     /// Enabled, but idle: the hand has left or does not move.
     HandStill,
-    /// Vibrating.
     Vibrating,
 }
 
-/// Decides sample by sample if the stylus may vibrate.
+/// Decides sample by sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Gate {
-    /// Numbers of samples without movement, and without a request, after which the stylus stops.
+    /// Samples without movement, and without a request, after which the stylus stops.
     still: u32,
     silence: u32,
-    /// Samples left until the stylus stops for each of these reasons.
+    /// Samples left until the stylus stops for either reason.
     still_left: u32,
     silence_left: u32,
     /// Counts at the last movement; `None` before the first sample.
@@ -40,8 +39,8 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// Starts disabled, without a texture. `still` and `silence` are the numbers of samples without
-    /// movement, and without a request, after which the stylus stops.
+    /// Starts disabled, without a texture. The stylus stops after `still` samples without movement,
+    /// or `silence` samples without a request.
     pub const fn new(still: u32, silence: u32) -> Self {
         Self {
             still,
@@ -60,7 +59,6 @@ impl Gate {
         self.silence_left = self.silence;
     }
 
-    /// Takes note of a texture.
     pub fn textured(&mut self) {
         self.has_texture = true;
     }
@@ -85,7 +83,6 @@ impl Gate {
         }
     }
 
-    /// Present state.
     pub const fn state(&self) -> State {
         match (self.is_enabled, self.was_silenced) {
             (false, true) => State::LineSilent,

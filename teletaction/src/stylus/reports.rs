@@ -18,10 +18,8 @@ use rtic_core::Mutex;
 const HEALTH_S: u32 = 1;
 const HELLO_S: u32 = 10;
 
-/// State owned by the task.
 #[derive(Debug)]
 pub struct Reports {
-    /// Present parameters.
     parameters: Parameters,
     latest: Option<Reply>,
     boot: Boot,

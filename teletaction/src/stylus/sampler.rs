@@ -25,7 +25,6 @@ pub struct Look {
     pub latest_reading_us: u32,
 }
 
-/// State owned by the interrupt.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     stimulus: Stimulus,
@@ -154,7 +153,6 @@ impl Sampler {
         self.gate.textured();
     }
 
-    /// Enables or disables vibration.
     pub fn enable(&mut self, is_enabled: bool) {
         self.gate.enable(is_enabled);
         // Rise only now, when a PC that knows the actuator has set its slew.

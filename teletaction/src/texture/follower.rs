@@ -9,7 +9,6 @@ use ridgetone_proto::command::Command;
 use ridgetone_proto::telemetry::{Estimate, Event, Events, Starts};
 use std::time::{Duration, Instant};
 
-/// News from a finger.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
     /// A new texture is under the finger, which also ends a silence.
@@ -22,11 +21,9 @@ pub enum News {
     Silent,
     /// The named board is disconnected, for the given reason; the follower waits for it.
     Disconnected(String, String),
-    /// The recording is over.
     Over,
 }
 
-/// Follows a finger's feed.
 pub struct Follower {
     listener: Listener,
     heard_at: Instant,

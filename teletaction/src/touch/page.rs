@@ -59,7 +59,6 @@ pub const WASM: &[u8] = include_bytes!("../../assets/touch/stimulus.wasm");
 const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; object-src 'none'; base-uri 'none'; \
     form-action 'none'; frame-ancestors 'none'";
 
-/// State of the page.
 #[derive(Clone, Debug, Serialize)]
 pub struct Shown {
     pub source: String,
