@@ -112,6 +112,7 @@ impl Detector {
         }
     }
 
+    /// Converter of the board.
     pub const fn converter(&self) -> &'static Facts {
         self.converter
     }
