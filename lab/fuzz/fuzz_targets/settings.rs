@@ -1,4 +1,4 @@
-//! The fuzzer's bytes as settings: they are refused, or the pipeline runs with them.
+//! Uses the fuzzer's bytes as settings: they are refused, or the pipeline runs with them.
 #![no_main]
 
 #[path = "../../../tests/support/any_settings.rs"]
