@@ -3,7 +3,6 @@
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{Headline, Status};
 
-/// Writes the line of an event that is sent.
 pub fn log(headline: Headline) {
     match headline {
         Headline::Contact => defmt::info!("contact"),

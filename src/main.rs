@@ -1,12 +1,12 @@
-//! The firmware: binds the tasks of [`ridgetone_finger::tasks`] to interrupts, and locks what they share.
-//! The board's file says which interrupt of its chip a task has.
+//! The firmware: binds the tasks of [`ridgetone_finger::tasks`] to interrupts, and locks what they
+//! share. The board's file maps each task to an interrupt of its chip.
 //!
 //! | task | priority | runs |
 //! |---|---|---|
-//! | `line` | 5 | transmitter empty or the end of what arrives; pended by `report` |
+//! | `line` | 5 | transmitter empty, or reception pauses (USART idle); pended by `report` |
 //! | `drdy` | 4 | DRDY's falling edge, or the end of a frame; pended by `watch` and `fit` |
 //! | `detect` | 3 | pended by `drdy` when a scan is over or interrupted |
-//! | `report` | 2 | pended by `detect`, `fit` and `line`, or half a buffer of the line's DMA |
+//! | `report` | 2 | receive buffer (DMA) half full or full; pended by `detect`, `fit` and `line` |
 //! | `watch` | 2 | TIM4, twice a second |
 //! | `fit` | 1 | pended by `detect` and `report` |
 //! | `idle` | 0 | |
@@ -14,8 +14,9 @@
 //! `line` is above `drdy` because it is short, and a byte of telemetry takes 10.9 us, while `drdy`
 //! runs for 15 to 48 us. Requests can wait in the DMA's buffer for at least 1.4 ms.
 //!
-//! Only software pends `detect`, `report` and `fit`. Unlike a spawned task, an interrupt that is
-//! pended while its handler runs is not lost, so no conversion stays in a queue.
+//! Only software pends `detect`, `report` and `fit`. Unlike a spawn of a task that is already
+//! queued, pending an interrupt while its handler runs is not lost, so no conversion is left
+//! waiting in a queue.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 #![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
@@ -26,7 +27,6 @@ mod board;
 #[cfg(target_os = "none")]
 mod log;
 
-/// On a PC there is nothing to run.
 #[cfg(not(target_os = "none"))]
 fn main() {
     eprintln!("This is the firmware. `cargo feather` and `cargo nucleo` flash a board with it");
@@ -67,7 +67,7 @@ mod app {
 
     defmt::timestamp!("{=u32:us}", board::now_us());
 
-    /// RTIC runs the tasks.
+    /// The platform: RTIC runs the tasks.
     pub struct Rtic;
 
     impl Platform for Rtic {
@@ -139,20 +139,20 @@ mod app {
                 *pc
             );
         }
-        // Before the chip scans: searching blank sectors takes milliseconds, in which conversions
-        // would be lost.
+        // Load settings before the chip scans: searching blank sectors takes milliseconds, and
+        // would lose conversions.
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
         let settings = board::WIRING.converter.fitting(settings);
         // Hide the addresses from the compiler, which would otherwise rebuild the address of every
-        // field: 3 kB of flash and 1 % of the instructions.
+        // field, at a cost of 3 kB of flash and 1 % of the instructions.
         let ring = black_box(cx.local.ring);
         let detector = black_box(cx.local.detector);
         let fitter = black_box(cx.local.fitter);
         detector.boot(settings, source, boot);
         let shared = Shared::new(Rtic, settings.plan);
         let mut acquisition = Acquisition::new(converter, settings.plan);
-        // The counter has been running since the start.
+        // Wait for the rest: the counter started with the clocks.
         Wait.delay_us(POWER_UP_US.saturating_sub(board::now_us()));
         if acquisition.set_up(&shared.diagnostics, &mut Wait) {
             defmt::info!("the {=str} is set up and scans", Converter::NAME);
@@ -273,11 +273,11 @@ mod app {
             match cx.local.idle.run(slept, stack, outbox, cx.shared.shared) {
                 Next::Sleep => {}
                 Next::Restart => {
-                    // The last two bytes take 11 us each.
+                    // Let the last two bytes leave: 11 us each.
                     Wait.delay_us(50);
                     board::restart();
                 }
-                // The signals of a board never end.
+                // Only a simulated signal ends.
                 Next::Leave => {}
             }
         }

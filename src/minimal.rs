@@ -1,6 +1,7 @@
-//! The whole job in one loop, on a Nucleo-F446RE: conversions in, contacts and frequencies out as
-//! text on its serial port, 921600 baud. No settings, no protocol, no RTIC. The loop reads nothing
-//! during a fit and reports how much it lost; `main.rs` uses priorities to lose nothing.
+//! A complete finger in one loop, on a Nucleo-F446RE: conversions in, contacts and frequencies out
+//! as text on its serial port, 921600 baud. It has no settings, protocol or RTIC, and reads nothing
+//! during a fit. It reports the number of conversions lost, which the priorities in `main.rs`
+//! avoid.
 #![no_std]
 #![no_main]
 
@@ -51,7 +52,7 @@ fn main() -> ! {
     let mut start = c.pc7.into_push_pull_output();
     let mut reset = a.pa9.into_push_pull_output_in_state(true.into());
     let drdy = a.pa4.into_input();
-    // Before the bus starts: the chip must not be selected while SCK and MOSI change.
+    // Drive CS first: the chip must not be selected while SCK and MOSI change.
     let cs = b.pb6.into_push_pull_output_in_state(true.into());
     let sck = a.pa5.into_alternate().speed(Speed::High);
     let (miso, mosi) = (a.pa6.into_alternate(), a.pa7.into_alternate());

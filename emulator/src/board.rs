@@ -1,11 +1,11 @@
-//! Pins and wiring of the boards, from the guide's wiring page, not from the firmware.
+//! Pins and wiring of the boards, from the guide's wiring page rather than from the firmware.
 
-/// A pin by its port (0 is A) and number.
+/// A pin, by its port (0 is A) and its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pin(pub(crate) u8, pub(crate) u8);
 
 impl Pin {
-    /// A pin of port A, B or C, as `PC5`; `None` for other names.
+    /// Parses the name of a pin of port A, B or C, such as `PC5`.
     pub fn named(name: &str) -> Option<Self> {
         let (port, number) = name.strip_prefix('P')?.split_at_checked(1)?;
         let port = match port {
@@ -67,7 +67,7 @@ pub(crate) struct Wiring {
     /// Pins of sensors at the processor's own ADC, in the order of the inputs.
     pub inputs: &'static [Pin],
     pub stylus: Option<StylusPins>,
-    /// Output of TIM10, a clock for the ADC.
+    /// Pin on which TIM10 outputs a clock for the ADC.
     pub clock: Pin,
     pub tx: Pin,
     pub rx: Pin,
@@ -75,7 +75,7 @@ pub(crate) struct Wiring {
     pub usart: u8,
     /// Frequency of the crystal or the external clock, hertz.
     pub hse_hz: u64,
-    /// True if HSE is a clock, not a crystal.
+    /// True if HSE is an external clock, not a crystal.
     pub is_bypassed: bool,
     pub flash_bytes: usize,
     pub ccm_bytes: usize,

@@ -19,71 +19,74 @@ macro_rules! rules {
 }
 
 rules! {
-    /// A peripheral is used while its clock is on (RM0090, 7.3.10 to 7.3.14).
+    /// A peripheral is used only while its clock is on (RM0090, 7.3.10 to 7.3.14).
     ClockOn,
-    /// PLLCFGR is written while the PLL is off (RM0090, 7.3.2).
+    /// PLLCFGR is written only while the PLL is off (RM0090, 7.3.2).
     PllOff,
-    /// HSEBYP is written while HSE is off (RM0090, 7.3.1).
+    /// HSEBYP is written only while HSE is off (RM0090, 7.3.1).
     HseOff,
-    /// The flash waits as long as the new clock needs (RM0090, table 10, 2.7 to 3.6 V).
+    /// The flash has enough wait states for the new clock (RM0090, table 10, 2.7 to 3.6 V).
     WaitStates,
     /// Clocks stay within their limits (datasheets; VCO: RM0090, 7.3.2).
     ClockLimit,
-    /// Pads are fast enough: SCK's for the APB's clock (errata ES0182 and ES0298, delayed SCK
-    /// feedback), that of the ADC's clock for it.
+    /// Pads are fast enough: SCK's for the APB clock (errata ES0182 and ES0298, delayed SCK
+    /// feedback), the clock output's for the ADC's clock.
     PadSpeed,
-    /// Pins have the function of the board's table.
+    /// Pins have the functions in the board's table.
     PinFunction,
     /// SPI in mode 0, 8 bits, most significant first (SBAS297G).
     SpiMode,
     /// SCLK is at most half the ADC's clock (SBAS297G).
     SpiClock,
-    /// CS is low 2.5 tCLK before SCLK and high 2 tCLK between transactions; it rises when SPI is
-    /// idle (SBAS297G).
+    /// CS is low for 2.5 tCLK before SCLK and high for 2 tCLK between transactions; it rises only
+    /// while SPI is idle (SBAS297G).
     ChipSelect,
-    /// ADC registers are written while START is low (SBAS297G).
+    /// ADC registers are written only while START is low (SBAS297G).
     AdcWrite,
-    /// A clock made for the ADC has at most 16 MHz, and is high for 40 to 60 % (SBAS297G).
+    /// The clock output for the ADC is at most 16 MHz, and high for 40 to 60 % of a period
+    /// (SBAS297G).
     AdcClock,
-    /// Sequence, sampling times and clock of the own ADC stay while it converts (RM0090, 13.13).
+    /// The own ADC's sequence, sampling times and clock do not change while it converts (RM0090,
+    /// 13.13).
     AdcSequence,
-    /// The own ADC settles before it converts: tSTAB (DS8626 and DS10693, ADC characteristics).
+    /// The own ADC has settled (tSTAB) before it converts (DS8626 and DS10693, ADC
+    /// characteristics).
     AdcSettling,
-    /// ADCDC1 of PWR_CR is set with the flash's prefetch off, ADCxDC2 of SYSCFG_PMC with the own ADC's clock at
-    /// 30 MHz or more, and never both (AN4073; RM0390, PWR_CR and SYSCFG_PMC).
+    /// ADCDC1 of PWR_CR is set only with the flash's prefetch off, ADCxDC2 of SYSCFG_PMC only with
+    /// the own ADC's clock at 30 MHz or more, and both never together (AN4073; RM0390, PWR_CR and
+    /// SYSCFG_PMC).
     AdcAccuracy,
     /// No sample of the own ADC is lost.
     AdcOverrun,
-    /// A stream of the DMA is configured while it is off (RM0090, 9.5.5 to 9.5.10).
+    /// A stream of the DMA is configured only while it is off (RM0090, 9.5.5 to 9.5.10).
     DmaEnabled,
     /// A stream starts with its flags cleared (RM0090, 9.3.18).
     DmaFlags,
-    /// A stream's direction, sizes, channel and memory fit ADC1 and its inputs, or the USART's receiver
-    /// (RM0090, 9.3.3).
+    /// A stream's direction, sizes, channel and memory fit ADC1 and its inputs, or the USART's
+    /// receiver (RM0090, 9.3.3).
     DmaSetting,
-    /// A stream that was switched off is seen to have stopped before it starts again (RM0090,
-    /// 9.5.5).
+    /// Software has read that a stream stopped before it starts the stream again (RM0090, 9.5.5).
     DmaStop,
     /// No byte is lost in SPI's receiver.
     SpiOverrun,
     /// No byte is lost in the USART's receiver.
     UsartOverrun,
-    /// Software leaves a byte in the USART's data register to the DMA that is about to fetch it (RM0090,
-    /// 30.3.13).
+    /// Software does not read a byte from the USART's data register that the DMA is about to fetch
+    /// (RM0090, 30.3.13).
     UsartData,
-    /// The flash is written after its keys, with PG or SER set, in the width of PSIZE (RM0090,
+    /// The flash is written only after its keys, with PG or SER set, in the width of PSIZE (RM0090,
     /// 3.6).
     FlashSequence,
-    /// A word of flash is programmed once between erases.
+    /// A word of flash is programmed at most once between erases.
     FlashWordTwice,
-    /// The watchdog is fed.
+    /// The watchdog is fed in time.
     Watchdog,
     /// The stack stays above its end.
     StackEnd,
     /// An interrupt has a cause in its peripheral, unless software has pended it, or a run of the
-    /// same priority has served it.
+    /// same priority has already served the cause.
     SpuriousInterrupt,
-    /// TIM2's reload register is written: manuals disagree on its reset value.
+    /// TIM2's reload register is written, because manuals disagree on its reset value.
     TimerReload,
 }
 
@@ -123,7 +126,7 @@ impl fmt::Display for Finding {
 pub(crate) struct Findings(pub Vec<Finding>);
 
 impl Findings {
-    /// Notes a broken rule; repeats at the same instruction are only counted.
+    /// Records a broken rule; repeats at the same instruction are only counted.
     pub fn add(&mut self, rule: Rule, detail: String, pc: u32, at_ns: u64) {
         match self
             .0

@@ -14,20 +14,19 @@ use std::time::{Duration, Instant};
 /// Board time between two checks of this PC's clock and of the bytes sent, nanoseconds.
 const STEP_NS: u64 = 1_000_000;
 
-/// Maximum number of steps with bytes that are not yet fetched. Then the board waits.
+/// Maximum number of steps whose bytes the reader has not fetched; the board waits at this number.
 const STEPS_MAX: usize = 1000;
 
 /// Polling interval while a reader is slow or a session is paused.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Delay at which the board's clock is set back: this PC is too slow, and the board must not rush
-/// to catch up.
+/// Lag at which the board's clock is set back: this PC is too slow, and the board must not rush to
+/// catch up.
 const LATE_MAX: Duration = Duration::from_millis(500);
 
-/// Reason of an error in one line.
+/// Reason for an error, in one line.
 type Reason = Box<dyn Error + Send + Sync>;
 
-/// Job for the board between two steps.
 type Job = Box<dyn FnOnce(&mut Emulator) + Send>;
 
 /// Counts of a session that has ended.
@@ -55,7 +54,6 @@ impl fmt::Display for Panicked {
 
 impl Error for Panicked {}
 
-/// State that a session and its thread share.
 #[derive(Debug, Default)]
 struct Shared {
     stops: AtomicBool,
@@ -75,8 +73,8 @@ pub struct Session {
 
 impl Session {
     /// Starts the board that `make` builds in the thread, because a scene need not be `Send`.
-    /// `pace` is board time over this PC's time; 0: as fast as possible. Bytes arrive no earlier
-    /// than at their board time. The board waits once a second of its bytes is unfetched.
+    /// `pace` is the ratio of board time to this PC's time, or 0 for maximum speed. Bytes arrive no
+    /// earlier than at their board time. The board waits while a second of its bytes is unfetched.
     pub fn start<E: Into<Reason>>(
         pace: f64,
         make: impl FnOnce() -> Result<Emulator, E> + Send + 'static,
@@ -120,8 +118,8 @@ impl Session {
         self.with(move |emulator| emulator.send(&bytes));
     }
 
-    /// Runs `job` on the board between two instructions, within a millisecond of board time: press
-    /// its reset button, break its oscillator. Does nothing if the board has ended.
+    /// Runs `job` on the board between two instructions, within a millisecond of board time, for
+    /// example to press reset or to stop the oscillator. Does nothing if the board has ended.
     pub fn with(&self, job: impl FnOnce(&mut Emulator) + Send + 'static) {
         let _ = self.jobs.send(Box::new(job));
     }
@@ -136,7 +134,7 @@ impl Session {
         }
     }
 
-    /// Stops or continues the board's time. Returns the previous state.
+    /// Stops (or continues) the board's time. Returns true if it was stopped before.
     pub fn pause(&self, pause: bool) -> bool {
         self.shared.is_paused.swap(pause, Ordering::Relaxed)
     }
@@ -235,7 +233,7 @@ impl Runner {
 
 /// Paces board time by this PC's clock.
 struct Pacer {
-    /// Board time over this PC's time; `None`: as fast as possible.
+    /// Ratio of board time to this PC's time; `None` for maximum speed.
     pace: Option<f64>,
     /// Time on this PC's clock at which board time was zero.
     begun: Instant,

@@ -34,7 +34,7 @@ impl fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
-/// A usage fault by its bit in CFSR (DDI 0403E, B3.2.15).
+/// Usage faults, with their bits in CFSR (DDI 0403E, B3.2.15).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Usage {
     Undefined = 1 << 16,

@@ -24,13 +24,12 @@ impl Time {
         }
     }
 
-    /// Nanoseconds since power-up.
     pub const fn ns(&self) -> u64 {
         self.ns_at(self.cycles)
     }
 
-    /// Time at a number of cycles, which must not be before the latest change of the clock and less
-    /// than 100 s ahead.
+    /// Time at a number of cycles, which must be no earlier than the latest change of the clock and
+    /// less than 100 s ahead.
     pub const fn ns_at(&self, cycles: u64) -> u64 {
         self.base_ns + cycles.saturating_sub(self.base_cycles) * SECOND_NS / self.hz
     }
@@ -42,7 +41,6 @@ impl Time {
         self.base_cycles + whole + (ns % SECOND_NS * self.hz).div_ceil(SECOND_NS)
     }
 
-    /// Processor clock, hertz.
     pub const fn hz(&self) -> u64 {
         self.hz
     }

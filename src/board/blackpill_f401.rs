@@ -1,7 +1,8 @@
 //! WeAct Black Pill V3.0 with an STM32F401CEU6, 84 MHz from its 25 MHz crystal. Pins, line and
 //! interrupts are the same as in `blackpill_f411.rs`.
 //!
-//! 96 KiB of RAM hold half of the ring: windows and slides of up to 2.3 s at 241 frames a second.
+//! With 96 KiB of RAM the ring has half its usual size: windows and slides last up to 2.3 s at 241
+//! frames a second.
 
 use super::Memory;
 use super::clocks::{Clocks, Oscillator};

@@ -1,7 +1,8 @@
 //! WeAct Black Pill V2.0 and later with an STM32F411CEU6, 100 MHz from its 25 MHz crystal.
 //!
-//! Its pins are in `docs/guide/2-build.md`. The line sends on PA2 and receives on PA3, 0.47 % fast.
-//! The button KEY is on PA0; the footprint of a flash chip on PA4 to PA7 must stay empty.
+//! Its pins are in `docs/guide/2-build.md`. The line sends on PA2 and receives on PA3; its baud
+//! rate is 0.47 % high. The button KEY is on PA0; the footprint of a flash chip on PA4 to PA7 must
+//! stay empty.
 
 use super::Memory;
 use super::clocks::{Clocks, Oscillator};
@@ -16,7 +17,7 @@ pub const CLOCKS: Clocks = Clocks {
     sysclk_mhz: 100,
     apb1_mhz: 50,
     apb2_mhz: 100,
-    // Scale 1, because scale 2, the reset value, ends at 84 MHz (RM0383, 5.4.1).
+    // Scale 1, because scale 2, the reset value, allows only 84 MHz (RM0383, 5.4.1).
     vos: Some(0b11),
 };
 

@@ -16,7 +16,7 @@ const _: () = assert!(2 * PERIOD <= 5 * HIGH && 5 * HIGH <= 3 * PERIOD);
 /// MHz.
 const CLOCK_HZ: u32 = (TIMER_HZ + PERIOD as u32 / 2) / PERIOD as u32;
 
-/// The timer and its pin, which is an input while the chip has a different clock.
+/// The timer and its pin, which is an input while the chip runs from a different clock.
 pub struct TimerClock {
     timer: TIM10,
     /// `None` only within [`ChipClock::run`].
@@ -31,7 +31,7 @@ enum ClockPin {
 impl TimerClock {
     pub fn new(timer: TIM10, pin: PB8, rcc: &mut Rcc) -> Self {
         let mut pin = pin.into_alternate::<3>();
-        // Medium: up to 25 MHz at 50 pF (DS8626 and DS10693, I/O AC characteristics).
+        // Medium speed suffices up to 25 MHz at 50 pF (DS8626 and DS10693, I/O AC characteristics).
         pin.set_speed(Speed::Medium);
         let pin = pin.into_input();
         TIM10::enable(rcc);

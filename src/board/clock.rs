@@ -11,15 +11,15 @@ pub fn start(timer: TIM2, rcc: &mut RCC, ticks_per_us: u32) {
     timer
         .psc()
         .write(|w| w.psc().set(ticks_per_us.saturating_sub(1) as u16));
-    // Manuals and register descriptions disagree on the reset value.
+    // Manuals and register descriptions disagree on the reset value, so write it.
     timer.arr().write(|w| w.arr().set(u32::MAX));
     // Load the prescaler now instead of at the first wrap.
     timer.egr().write(|w| w.ug().set_bit());
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Starts the interrupt TIM4 every half second. `ticks_per_us` is the timer's clock in MHz, up to
-/// 130.
+/// Starts TIM4, which interrupts every half second. `ticks_per_us` is the timer's clock in MHz, up
+/// to 130.
 pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
     TIM4::enable(rcc);
     TIM4::reset(rcc);
@@ -35,7 +35,6 @@ pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Clears the interrupt TIM4.
 pub fn acknowledge_heartbeat() {
     // SAFETY: TIM4 always exists, nothing else uses it once it runs, and a write to its status only
     // clears flags.

@@ -1,5 +1,5 @@
 //! Clocks of a board: dividers are computed from its oscillator and the required clocks at compile
-//! time. A clock that the chip cannot produce does not compile.
+//! time. A clock that the chip cannot produce is a compile error.
 
 use stm32f4xx_hal::rcc::{PCLK1_MAX, PCLK2_MAX, SYSCLK_MAX};
 

@@ -92,7 +92,7 @@ impl ridgetone_finger::tasks::DrdyPin for Drdy {
     }
 
     fn unmute(&mut self) {
-        // The pending bit of a masked line is set too (RM0090).
+        // A masked edge sets the pending bit too (RM0090): discard it.
         self.pin.clear_interrupt_pending_bit();
         self.pin.enable_interrupt(&mut self.exti);
     }
@@ -128,7 +128,7 @@ fn bus(spi1: SPI1, rcc: &mut Rcc) -> Spi {
         rcc,
     );
     let cs = SettledCs::new(cs, Cycles, CHIP_MIN_HZ, SPI_HZ);
-    // CS never fails.
+    // Setting CS cannot fail.
     match ExclusiveDevice::new_no_delay(bus, cs) {
         Ok(spi) => spi,
         Err(never) => match never {},

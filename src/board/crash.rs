@@ -1,4 +1,4 @@
-//! The end of a run: stores its record in RAM that start-up does not clear.
+//! Storage of a crash record in RAM that start-up does not clear.
 
 use super::clock::now_us;
 use core::cell::UnsafeCell;
@@ -6,7 +6,7 @@ use core::mem::MaybeUninit;
 use ridgetone_proto::boot::Record;
 use ridgetone_proto::crash::{STORED_WORDS, Stored};
 
-/// RAM of the record. Used only by start-up, before tasks run, and by a crash, after they run.
+/// RAM of the record. Only start-up, before tasks run, and a crash, after they ran, access it.
 struct Ram(UnsafeCell<MaybeUninit<Stored>>);
 
 // SAFETY: start-up and a crash never overlap, and there is one core.
@@ -16,7 +16,7 @@ unsafe impl Sync for Ram {}
 #[unsafe(link_section = ".uninit.crash")]
 static RAM: Ram = Ram(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// Copies the RAM, which may hold anything. No reference to the RAM is ever created, so a panic
+/// Copies the RAM, which may hold any value. No reference to the RAM is ever created, so a panic
 /// during another copy cannot alias it.
 fn read() -> Stored {
     let first = RAM.0.get().cast::<u32>();
@@ -40,7 +40,7 @@ pub fn take_record() -> Option<Record> {
     record
 }
 
-/// Keeps a record across the reset that must follow, and masks interrupts for good.
+/// Stores a record for the next run, and masks interrupts for good. The caller must reset.
 pub fn keep(record: &Record) {
     cortex_m::interrupt::disable();
     let mut stored = [0; STORED_WORDS];

@@ -4,8 +4,8 @@
 //! capture would measure the edges of DRDY exactly if DRDY were on D6 (PC6, TIM3 CH1) and RESET on
 //! A4.
 //!
-//! The line is on TX and RX. The baud rate generator divides 42 MHz by 46 and is 0.93 % slow, which
-//! every receiver tolerates (8N1 allows about 4 %).
+//! The line is on TX and RX. The baud rate generator divides 42 MHz by 46, which is 0.93 % slow;
+//! receivers tolerate about 4 % (8N1).
 
 use super::Memory;
 use super::clocks::{Clocks, Oscillator};
@@ -31,7 +31,7 @@ pub const MEMORY: Memory = Memory {
     stack_bytes: 20480,
 };
 
-// No board wires the second USB, so its interrupts are free for software.
+// The second USB is not wired, so its interrupts are free for software.
 interrupts! {
     LINE: USART3,
     DRDY: EXTI4,
@@ -43,5 +43,5 @@ interrupts! {
 line! { USART3: Stream1, 1, DMA1_STREAM1 }
 
 // A0 to A5, D12 and D11, at 241 frames a second. The other channels of ADC1 cannot be used: PA3
-// (A6) has the battery's divider, PC0 the NeoPixel, PC1 (D13) the red LED.
+// (A6) is wired to the battery's divider, PC0 to the NeoPixel, PC1 (D13) to the red LED.
 inputs! { 160: [PA4, PA5, PA6, PA7, PC4, PC5, PC2, PC3] }

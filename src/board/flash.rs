@@ -1,12 +1,13 @@
-//! The last two sectors of the flash, for settings, 128 KiB each: 10 and 11 of the STM32F405RG
-//! (RM0090, table 5), 6 and 7 of the STM32F446RE (RM0390, table 4).
+//! The last two sectors of the flash, 128 KiB each, which store the settings: 10 and 11 of the
+//! STM32F405RG (RM0090, table 5), 6 and 7 of the STM32F446RE (RM0390, table 4).
 //!
-//! The firmware runs from the same bank, so the processor stalls meanwhile: 16 us per word, at most
-//! 100 us, and 1 s per sector, at most 2 s (DS8626, flash memory programming, words of 32 bits).
+//! The firmware runs from the same bank, so programming a word stalls the processor for 16 us, at
+//! most 100 us, and erasing a sector for 1 s, at most 2 s (DS8626, flash memory programming, words
+//! of 32 bits).
 //!
-//! Not `stm32f4xx_hal::flash` (0.23): it programs byte by byte, which takes four times as long,
-//! does not reset the data cache, never clears an error, panics if the flash does not unlock, and
-//! can write to all of the flash.
+//! `stm32f4xx_hal::flash` (0.23) is not used: it programs byte by byte, which takes four times as
+//! long, does not reset the data cache, never clears an error, panics if the flash does not unlock,
+//! and can write to all of the flash.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use ridgetone_proto::store::{PAGES, WORD_BYTES};
@@ -17,7 +18,7 @@ unsafe extern "C" {
     static _settings_start: u32;
 }
 
-/// Address of sector 5, from which on all sectors have the same size.
+/// Address of sector 5, the first of the sectors of 128 KiB.
 const SECTOR_5: usize = 0x0802_0000;
 
 fn first() -> usize {
@@ -28,7 +29,7 @@ fn first_sector() -> u8 {
     5 + (first().saturating_sub(SECTOR_5) / SettingsFlash::ERASE_SIZE) as u8
 }
 
-/// Programs words of 32 bits, which is allowed from 2.7 V.
+/// Code for programming in words of 32 bits, which requires at least 2.7 V.
 const PSIZE: u8 = 2;
 
 /// All error flags and the end-of-operation flag in FLASH_SR: cleared by writing ones.
@@ -62,7 +63,7 @@ impl SettingsFlash {
         while flash.sr().read().bsy().bit_is_set() {}
         let failed = flash.sr().read().bits() & FLAGS & !1 != 0;
         flash.cr().write(|w| w.lock().set_bit());
-        // The data cache may have old contents (RM0090, 3.5.2).
+        // The data cache may still hold the old contents (RM0090, 3.5.2).
         if flash.acr().read().dcen().bit_is_set() {
             flash.acr().modify(|_, w| w.dcen().clear_bit());
             flash.acr().modify(|_, w| w.dcrst().set_bit());
@@ -94,7 +95,7 @@ impl ErrorType for SettingsFlash {
 }
 
 impl ReadNorFlash for SettingsFlash {
-    /// Word by word, for speed: a start searches both sectors.
+    /// Whole words, for speed: start-up searches both sectors.
     const READ_SIZE: usize = WORD_BYTES;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
@@ -144,7 +145,6 @@ impl NorFlash for SettingsFlash {
         Ok(())
     }
 
-    /// Erases one of the two sectors.
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         let page = match (from as usize, to as usize) {
             (0, Self::ERASE_SIZE) => 0,

@@ -1,4 +1,4 @@
-//! The handler of HardFaults: creates the record and ends the run as the board does.
+//! The HardFault handler: records the fault and resets the board.
 
 use super::clock::now_us;
 use super::stack;
@@ -6,9 +6,9 @@ use super::stm32f4::die;
 use cortex_m_rt::ExceptionFrame;
 use ridgetone_proto::boot::Record;
 
-/// Entry of a HardFault. If less than 1 KiB of the stack is left, the handler starts at the stack's
-/// top. It would only overwrite the processor's frame if that were near the top, but the frame of a
-/// full stack is not.
+/// Entry of a HardFault. If less than 1 KiB of the stack is left, moves the stack pointer to the
+/// top of the stack. The processor's frame is then at the other end, where the handler does not
+/// overwrite it.
 #[unsafe(naked)]
 #[unsafe(export_name = "HardFault")]
 unsafe extern "C" fn enter_hard_fault() -> ! {
@@ -22,7 +22,7 @@ unsafe extern "C" fn enter_hard_fault() -> ! {
         "movw r1, #:lower16:_stack_start",
         "movt r1, #:upper16:_stack_start",
         "msr msp, r1",
-        // Cancel lazy stacking of the FPU's registers, which without memory would be a second fault
+        // Cancel lazy stacking of the FPU's registers: without memory for them it would fault again
         // (Armv7-M, FPCCR.LSPACT).
         "2:",
         "movw r2, #0xef34",

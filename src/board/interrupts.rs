@@ -11,7 +11,6 @@ macro_rules! interrupts {
             pub use Interrupt as interrupt;
             use stm32f4xx_hal::pac;
 
-            /// Interrupts named after their tasks.
             #[derive(Clone, Copy)]
             #[allow(clippy::upper_case_acronyms)]
             pub enum Interrupt {

@@ -8,34 +8,35 @@
 //! | item | meaning |
 //! |---|---|
 //! | `CLOCKS` | oscillator, clocks of processor and buses; PLL, timers, baud rate, SPI and CS times follow ([`clocks::Clocks`]) |
-//! | `MEMORY` | the chip's name at probe-rs, its flash and RAM; `build.rs` reads it from the file for `memory.x` |
+//! | `MEMORY` | the chip's name in probe-rs, its flash and RAM; `build.rs` reads it from the file for `memory.x` |
 //! | `Cs`, `Start`, `Reset`, `DrdyPin` | the ADS1258's pins next to SPI1 on PA5 to PA7; DRDY on line 4 of EXTI |
 //! | `Usart`, `Tx`, `Rx` | the line: telemetry out, requests in |
-//! | `interrupts!` | the interrupt of each task of `main.rs`: `LINE` is the USART's, `DRDY` EXTI4; those of `DETECT`, `REPORT` and `FIT` only software pends, so the board must not need them |
+//! | `interrupts!` | the interrupt of each task of `main.rs`: `LINE` is the USART's, `DRDY` EXTI4; software alone pends `DETECT`, `REPORT` and `FIT`, which take interrupts that the board does not use |
 //! | `line!` | the stream of DMA1 that receives for the USART (RM0090, table 42) |
 //! | `inputs!` | scans of a frame, and pins of the processor's own ADC |
 //!
-//! Another family needs more, and offers the tasks the same: `init` gives a [`Board`], whose parts are a
-//! [`Converter`](ridgetone_finger::converter::Converter), a
-//! [`DrdyPin`](ridgetone_finger::tasks::DrdyPin), a [`serial_line::SerialLine`] with its [`serial_line::LineReceiver`] and a `NorFlash` of two
-//! pages for settings (words of 4 bytes, where no code may lie), next to
+//! A different chip family needs more code, but offers the tasks the same interface. `init` returns
+//! a [`Board`] with a [`Converter`](ridgetone_finger::converter::Converter), a
+//! [`DrdyPin`](ridgetone_finger::tasks::DrdyPin), a [`serial_line::SerialLine`] with its
+//! [`serial_line::LineReceiver`] and a `NorFlash` of two pages for settings (words of 4 bytes, no
+//! code in the pages). The board also has:
 //!
 //! | item | what it must do |
 //! |---|---|
 //! | `WIRING` | how the converter samples: a [`Wiring`] |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
 //! | an interrupt TIM4 about twice a second | for the task `watch`, also while DRDY is silent |
-//! | `acknowledge_heartbeat()` | clears that interrupt, and keeps the chip open for a debugger |
+//! | `acknowledge_heartbeat()` | clears the interrupt TIM4, and keeps debug access on |
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
-//! | `sleep()` | waits until an interrupt is pending, also a masked one; a debugger must stay connected |
+//! | `sleep()` | waits until an interrupt is pending, even a masked one; a debugger must stay connected |
 //! | `restart()` | resets the processor |
-//! | `feed_watchdog()` | puts off the reset by the watchdog, which `init` has started, by [`WATCHDOG_S`] |
+//! | `feed_watchdog()` | reloads the watchdog, which `init` has started; it resets the board after [`WATCHDOG_S`] |
 //! | `die(record)` | keeps the record ([`crash::keep`]) and resets; the handlers of panics and of HardFault call it |
 //!
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
-//! Priorities need five levels.
+//! The tasks need five interrupt priorities.
 //!
 //! Panics: a board has its own panic handler, which calls `die`.
 //!
@@ -44,7 +45,7 @@
 // The only part of the firmware where unsafe code is allowed: registers and linker symbols.
 #![allow(unsafe_code)]
 
-/// Pins of the processor's own ADC in the order of its inputs, and default number of scans per
+/// Declares the own ADC's pins, in the order of the inputs, and the default number of scans per
 /// frame.
 #[cfg_attr(
     feature = "blackpill-f401",
@@ -146,7 +147,6 @@ const _: () = {
 pub type SerialLine = serial_line::SerialLine<chosen::Usart>;
 pub type LineReceiver = serial_line::LineReceiver<chosen::Usart>;
 
-/// Parts of a board for the tasks.
 pub struct Board {
     pub converter: Converter,
     pub drdy: Drdy,
@@ -159,7 +159,7 @@ pub struct Board {
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
     let (mut rcc, oscillator) = stm32f4::start_clocks(device.RCC, device.TIM2, device.TIM4);
-    // The ports' clocks stay on; `pin` creates the pins.
+    // Only switches the ports' clocks on: `pin` creates the pins.
     device.GPIOA.split(&mut rcc);
     device.GPIOB.split(&mut rcc);
     device.GPIOC.split(&mut rcc);

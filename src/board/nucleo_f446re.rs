@@ -3,8 +3,8 @@
 //!
 //! Its pins are in `docs/guide/2-build.md`, which a test compares with this file.
 //!
-//! The line is a serial port of the PC through the ST-LINK; 0.93 % slow as on the Feather. PA2 and
-//! PA3 reach D1 and D0 only after two bridges are soldered (UM1724).
+//! The ST-LINK makes the line a serial port of the PC; the baud rate is 0.93 % low, as on the
+//! Feather. PA2 and PA3 reach D1 and D0 only after two bridges are soldered (UM1724).
 
 use super::Memory;
 use super::clocks::{Clocks, Oscillator};

@@ -22,8 +22,8 @@ use stm32f4xx_hal::{ClearFlags, ReadFlags};
 /// second.
 const LINE_BAUD: u32 = 921_600;
 
-/// Size of the receive buffer, 2.8 ms of bytes, and of each half, whose end causes an interrupt. A
-/// half has room for the longest request, so that a late reader loses none.
+/// Size of the receive buffer, 2.8 ms of bytes, and of its halves, which interrupt when full. A
+/// half has room for the longest request, so a reader that is late loses none.
 const BUFFER_BYTES: usize = 2 * HALF_BYTES;
 const HALF_BYTES: usize = 128;
 
@@ -113,7 +113,7 @@ impl<Usart: Line> SerialPort for SerialLine<Usart> {
     }
 
     fn send(&mut self, byte: u8) {
-        // Refused only if the transmitter is not ready.
+        // Fails only if the transmitter is not ready.
         let _ = self.tx.write(byte);
         self.tx.listen();
     }
@@ -126,9 +126,9 @@ impl<Usart: Line> SerialPort for SerialLine<Usart> {
 /// Reader of the bytes that the DMA has received. Counts wrap.
 pub struct LineReceiver<Usart: Line> {
     stream: Usart::Stream,
-    /// Number of ends of a half that the DMA has passed.
+    /// Number of halves that the DMA has filled.
     halves: u32,
-    /// Bytes received up to the latest look, and bytes read.
+    /// Bytes received up to the latest call of `look`, and bytes read.
     received: u32,
     read: u32,
     /// True if unread bytes may have been overwritten.
@@ -175,11 +175,11 @@ impl<Usart: Line> LineReceiver<Usart> {
         }
     }
 
-    /// Counts received bytes. Returns false if the ends of both halves have passed since the last
-    /// call, because more bytes may then have arrived than are counted.
+    /// Counts received bytes. Returns false if the DMA has passed the ends of both halves since the
+    /// last call, because more bytes may then have arrived than are counted.
     fn count(&mut self) -> bool {
         let (mut ends, mut position) = (0, 0);
-        // Retry: an end may pass between the reads of flags and position.
+        // Retry: the DMA may pass an end between the reads of flags and position.
         for _ in 0..3 {
             let flags = self.stream.flags() & (DmaFlag::HalfTransfer | DmaFlag::TransferComplete);
             self.stream.clear_flags(flags);
@@ -203,7 +203,8 @@ impl<Usart: Line> LineReceiver<Usart> {
     }
 }
 
-/// Half of the buffer with this position. The position after the end counts as the first half.
+/// Half of the buffer that contains a position. The position after the end counts as the first
+/// half.
 const fn half_of(position: u32) -> u32 {
     position / HALF_BYTES as u32 % 2
 }

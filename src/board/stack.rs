@@ -4,11 +4,11 @@
 unsafe extern "C" {
     /// Lowest address of the stack, from `memory.x`.
     static _stack_end: u32;
-    /// Highest address, where the stack starts, from `memory.x`.
+    /// Address above the stack, where it starts, from `memory.x`.
     static _stack_start: u32;
 }
 
-/// Lowest address, and the first one above the highest.
+/// Lowest address of the stack, and the first address above it.
 fn bounds() -> (usize, usize) {
     (
         &raw const _stack_end as usize,
@@ -21,7 +21,7 @@ pub fn words() -> usize {
     high.saturating_sub(low) / 4
 }
 
-/// Reads a word of the stack, by its number from the lowest address; zero beyond the stack.
+/// Reads a word of the stack, counted from the lowest address. Returns zero beyond the stack.
 pub fn word(at: usize) -> u32 {
     if at >= words() {
         return 0;

@@ -43,10 +43,12 @@ const SWSTART: u32 = 1 << 30;
 const OVR: u32 = 1 << 5;
 /// Time from ADON to the first conversion, microseconds: tSTAB, at most 3.
 const SETTLING_US: u32 = 3;
-/// Maximum reads of the stream's EN until its current transfer has ended, which takes a few cycles.
+/// Maximum number of reads of the stream's EN while its last transfer ends, which takes a few
+/// cycles.
 const STOP_READS: u32 = 1000;
 
-/// Time from power-up to the first register access, microseconds: the inputs' low-pass settles.
+/// Time from power-up to the first register access, microseconds, for the inputs' filters to
+/// settle.
 pub const POWER_UP_US: u32 = 5_000;
 
 static BUFFER: Buffer = [const { AtomicU16::new(0) }; 2 * HALF];
@@ -119,7 +121,6 @@ impl Converter {
         registers
     }
 
-    /// The scan's inputs with their channels.
     fn scanned(&self) -> impl Iterator<Item = (u8, u8)> {
         let inputs = (0..).zip(self.channels);
         inputs.filter(|(input, _)| self.plan.inputs >> input & 1 == 1)
@@ -146,7 +147,7 @@ impl Converter {
         stream.listen_transfer_complete();
     }
 
-    /// True if every sample was fetched, and the next one will be.
+    /// True if the stream is on and no sample was missed.
     fn runs(&self) -> bool {
         let flags = self.stream.flags();
         self.stream.is_enabled()
@@ -174,10 +175,10 @@ impl Converter {
     }
 }
 
-/// Lowers the noise of the flash in the samples: switches prefetch off and sets ADCDC1, which
-/// requires prefetch off and a supply of at least 2.7 V (AN4073, option 1; RM0390, PWR_CR). Option
-/// 2, ADC1DC2, is for ADC clocks of 30 MHz or more, and excludes ADCDC1 (RM0390, SYSCFG_PMC). The
-/// STM32F405 has neither bit (crate `stm32f4` 0.16).
+/// Reduces the noise that the flash adds to the samples: switches prefetch off and sets ADCDC1,
+/// which requires prefetch off and a supply of at least 2.7 V (AN4073, option 1; RM0390, PWR_CR).
+/// Option 2, ADC1DC2, is for ADC clocks of 30 MHz or more, and excludes ADCDC1 (RM0390,
+/// SYSCFG_PMC). The STM32F405 has neither bit (crate `stm32f4` 0.16).
 #[cfg_attr(
     feature = "feather-f405-adc",
     expect(unused_variables, reason = "PWR's clock")
@@ -194,7 +195,7 @@ fn quieten(rcc: &mut Rcc) {
     }
 }
 
-/// SMPR1, channels 10 to 18, and SMPR2, 0 to 9.
+/// Values of SMPR1 (channels 10 to 18) and SMPR2 (channels 0 to 9).
 const fn sample_times() -> [u32; 2] {
     [SMP * 0o111_111_111, SMP * 0o1_111_111_111]
 }
@@ -294,8 +295,8 @@ impl converter::Converter for Converter {
         self.runs() && self.holds()
     }
 
-    /// SR; CR1, SCAN and RES; CR2, DMA and ADON; L; ADCPRE; the stream's flags, EN, and transfers
-    /// left.
+    /// SR; SCAN and RES of CR1; DMA and ADON of CR2; L; ADCPRE; flags and EN of the stream;
+    /// transfers left.
     fn registers(&mut self) -> Option<[u8; REGISTERS]> {
         let Self { adc, common, .. } = self;
         let (cr1, cr2) = (adc.cr1().read().bits(), adc.cr2().read().bits());
@@ -321,7 +322,7 @@ impl converter::Converter for Converter {
     }
 }
 
-/// End of a frame, instead of an edge of DRDY.
+/// Signals the end of a frame, in place of an edge of DRDY.
 pub struct Drdy;
 
 impl Drdy {
@@ -358,7 +359,7 @@ impl DrdyPin for Drdy {
     }
 }
 
-/// Adds half of the buffer, and runs the task once a frame is complete.
+/// Sums the filled half of the buffer, and runs the task once a frame is complete.
 #[interrupt]
 fn DMA2_STREAM0() {
     // RTIC defines its handlers with Rust's ABI.

@@ -1,5 +1,5 @@
 //! Code common to all boards with an STM32F4, including the stylus: clocks, the two timers, the
-//! watchdog, the end of a run.
+//! watchdog, crash and reset.
 
 use super::clocks::Pll;
 use super::{CLOCKS, crash};
@@ -11,13 +11,13 @@ use stm32f4xx_hal::pac::{self, DBGMCU, IWDG, PWR, RCC, TIM2, TIM4};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 
-/// Number of reads of RCC_CR, each at least 4 cycles of 16 MHz, for the external oscillator to
-/// start: 100 ms. A crystal takes 2 ms (DS8626, HSE start-up time, typical).
+/// Number of reads of RCC_CR while the external oscillator starts: 100 ms, at 4 or more cycles of
+/// 16 MHz each. A crystal takes 2 ms (DS8626, HSE start-up time, typical).
 const OSCILLATOR_READS: u32 = 400_000;
 
 /// Starts the watchdog before the clocks, and determines how this run began.
 pub fn begin(device: &pac::Peripherals) -> Boot {
-    // Start the watchdog first, because waiting for a dead crystal never ends.
+    // Start the watchdog first, because a wait for a dead oscillator may never end.
     start_watchdog(&device.IWDG, &device.DBGMCU);
     let brown_out = BrownOut::from_option_bytes(device.FLASH.optcr().read().bits());
     let cause = take_reset_cause(&device.RCC);
@@ -115,8 +115,8 @@ fn widen_voltage(rcc: &RCC, vos: u32) {
     };
 }
 
-/// Switches to the internal oscillator and the PLL off, because its divisors can only be written
-/// then (RM0090, 7.3.2). The boot loader in the chip's ROM starts an image with the PLL on.
+/// Switches to the internal oscillator and turns the PLL off, because its dividers can only be
+/// written then (RM0090, 7.3.2). The boot loader in the chip's ROM starts an image with the PLL on.
 fn stop_pll(rcc: &RCC) {
     rcc.cr().modify(|_, w| w.hsion().set_bit());
     while rcc.cr().read().hsirdy().bit_is_clear() {}
@@ -141,8 +141,9 @@ fn start_external(rcc: &RCC) -> bool {
     has_started
 }
 
-/// Handles the failure of the external oscillator. The processor now runs at 16 MHz (RM0090, 7.2.7), so
-/// every time in this run is wrong: the board restarts on the internal oscillator and reports it.
+/// Handles a failure of the external oscillator. The processor now runs at 16 MHz (RM0090, 7.2.7),
+/// so all times in this run are wrong: the board restarts on the internal oscillator and reports
+/// the failure.
 #[cortex_m_rt::exception]
 unsafe fn NonMaskableInt() -> ! {
     die(&Record::of_oscillator(super::clock::now_us()))
@@ -152,7 +153,7 @@ unsafe fn NonMaskableInt() -> ! {
 /// such as USB's. cortex-m-rt's default handler would loop until the watchdog resets the board.
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(number: i16) {
-    /// An interrupt given by its number.
+    /// Number of an interrupt that no task serves.
     #[derive(Clone, Copy)]
     struct Unserved(u16);
     // SAFETY: this is the number of the interrupt being served.

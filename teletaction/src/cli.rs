@@ -29,13 +29,12 @@ enum Command {
     Touch(touch::TouchArgs),
     /// Turn the strain under the finger into the forces of a display of pins.
     Pins(Box<pins::PinsArgs>),
-    /// Connect a finger with a stylus over a network: textures one way, the place of the hand the
-    /// other.
+    /// Connect a finger with a stylus over a network: textures one way, the position of the hand
+    /// the other.
     Link(link::LinkArgs),
 }
 
 impl Cli {
-    /// Runs the command.
     pub fn run(self) -> Result<()> {
         if self.force {
             ridgetone_host::output::force();

@@ -3,8 +3,7 @@
 //!
 //! | concept | where |
 //! |---|---|
-//! | a texture under a hand: an actuator's voltage from the hand's position (`no_std`) |
-//! [`stimulus`] |
+//! | a texture under a hand: voltage from the hand's position (`no_std`) | [`stimulus`] |
 //! | decisions of a stylus with an encoder and an actuator (`no_std`) | `stylus` |
 //! | the stimulus as WebAssembly | `worklet` |
 //! | textures reported by a finger | `texture` |
@@ -16,9 +15,9 @@
 #![deny(unsafe_code)]
 // Messages quote files, boards and peers: `note!` escapes and cuts them.
 #![deny(clippy::print_stderr)]
-// Not published: a field whose name and unit say everything has no doc.
+// Not published, so a field whose name and unit are clear needs no doc.
 #![allow(missing_docs)]
-// `!(a > b)` is intended: a NaN belongs on that side.
+// `!(a > b)` is intended: it is also true for NaN.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 pub mod stimulus;

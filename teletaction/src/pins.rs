@@ -1,4 +1,4 @@
-//! `pins`: strains under a sensor's skin as forces of a display whose pins can only press.
+//! `pins`: turns strains under a sensor's skin into forces of a display whose pins can only press.
 //!
 //! | step | file |
 //! |---|---|

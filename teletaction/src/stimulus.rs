@@ -25,7 +25,7 @@
 //! uneven times. For any input, each sample is within the voltage range and within the slew limit
 //! of the previous one.
 
-// A panic resets a board: only tests may.
+// A panic resets a board, so only tests may panic.
 #![cfg_attr(
     not(test),
     deny(

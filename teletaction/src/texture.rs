@@ -11,7 +11,6 @@ use ridgetone_host::overtones::{Overtone, overtones};
 use ridgetone_proto::telemetry::{Event, Packet};
 use std::path::Path;
 
-/// Reads a texture file.
 pub fn load(path: &Path) -> Result<Texture> {
     let named = || path.display().to_string();
     let text = short_text(path)?;
@@ -20,7 +19,6 @@ pub fn load(path: &Path) -> Result<Texture> {
     Ok(texture)
 }
 
-/// Reads an amplitude law's file.
 pub fn load_law(path: &Path) -> Result<AmplitudeLaw> {
     let named = || path.display().to_string();
     let law: AmplitudeLaw = toml::from_str(&short_text(path)?).with_context(named)?;

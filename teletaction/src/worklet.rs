@@ -7,7 +7,7 @@
 //!
 //! Each instance has one vibration. A function that can fail returns 1 on success, and 0 if the
 //! numbers are impossible, in which case nothing has changed.
-// An exported name is unsafe only because two could be equal.
+// Exporting a name is unsafe only because two names could be equal.
 #![allow(unsafe_code)]
 
 use crate::stimulus::{Actuator, AmplitudeLaw, Delay, Harmonic, Texture, Vibration};
@@ -25,7 +25,8 @@ fn with(work: impl FnOnce(&mut Vibration<POSITIONS>) -> bool) -> i32 {
     get(work).unwrap_or(false).into()
 }
 
-/// No panics and no code that prints one: it would be most of the file.
+/// Runs `work` on the vibration, if any. Cannot panic: code that prints panics would be most of the
+/// file.
 fn get<T>(work: impl FnOnce(&mut Vibration<POSITIONS>) -> T) -> Option<T> {
     VIBRATION
         .try_with(|cell| {
@@ -120,13 +121,11 @@ pub extern "C" fn down(t_s: f64, position_mm: f64) -> i32 {
     })
 }
 
-/// Moves the hand.
 #[unsafe(no_mangle)]
 pub extern "C" fn moved(t_s: f64, position_mm: f64) -> i32 {
     with(|vibration| vibration.moved(t_s, position_mm))
 }
 
-/// Lifts the hand.
 #[unsafe(no_mangle)]
 pub extern "C" fn lift() -> i32 {
     with(|vibration| {

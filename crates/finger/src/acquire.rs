@@ -1,22 +1,22 @@
-//! From DRDY's interrupt to the queue. The supervision of the chip is in `acquire/watch.rs`.
+//! Reads conversions at DRDY's interrupt and queues them. `acquire/watch.rs` supervises the chip.
 //!
 //! **A conversion** ([`Acquisition::edge`]) is read twice: the chip returns the same data again,
-//! with NEW cleared (SBAS297G, read by command), so a bit error on the bus shows. Then a third read
-//! decides, by whole records. A conversion that no two reads agree on is dropped. The next
-//! conversion may end between two reads: the second and third read then agree on the next one, and
-//! the first, read only once, is dropped. A dropped conversion leaves a gap in the ids, which
-//! [`crate::assembler`] counts. A bit error that two reads share is not detected. With a plan too
-//! fast for two reads ([`Plan::is_read_twice`]) a conversion is read once, and again only if its id
-//! or status is not the expected one: bit errors in a code then pass.
+//! with NEW cleared (SBAS297G, read by command), so a bit error on the bus shows. If the reads
+//! differ, a third read decides: two of the three must agree as a whole, or the conversion is
+//! dropped. The next conversion may end between two reads: the second and third read then agree on
+//! the next one, and the first, read only once, is dropped. A dropped conversion leaves a gap in
+//! the ids, which [`crate::assembler`] counts. A bit error that two reads share is not detected. If
+//! a plan is too fast for two reads ([`Plan::is_read_twice`]), a conversion is read once, and again
+//! only if its id or status is not the expected one: bit errors in a code then go unnoticed.
 //!
-//! **The plan** ([`Acquisition::change`]) is written with read-back while the scan stands still. A
+//! **The plan** ([`Acquisition::change`]) is written and read back while the scan is stopped. A
 //! mark in the queue ([`TimedConversion::of_plan`]) separates its conversions from earlier ones. If
-//! the plan's scan has no health readings ([`Acquisition::read_health`]), these have a separate
-//! scan, at the start and between touches.
+//! the plan's scan has no health readings ([`Acquisition::read_health`]), a separate scan reads
+//! them at the start and between touches.
 //!
 //! **The watch** ([`Acquisition::watch`]) reads the registers back. It sets the chip up again if
-//! they changed, if no conversion comes, or if the chip did not answer before: at once the first
-//! time, then after pauses that double. Nothing here waits for longer than a reset takes.
+//! they changed, if no conversions arrive, or if the chip did not answer before: at once the first
+//! time, then after pauses that double. Nothing here waits longer than a reset takes.
 
 mod resolve;
 mod unseen;
@@ -34,20 +34,18 @@ use ridgetone_proto::plan::{HealthReadings, Plan};
 use unseen::Unseen;
 
 /// Excess of unexpected over expected edges of DRDY at which DRDY is muted. At the default scan's
-/// 5064 conversions a second 256 edges take 50 ms or longer; at a microsecond each, a few
+/// 5064 conversions a second, 256 edges take at least 50 ms; at one edge per microsecond, a few
 /// milliseconds.
 const STORM_EDGES: u16 = 256;
-/// Unexpected edges from one request for a check to the next, while checks find faults.
+/// Number of unexpected edges between two requests for a check, while checks find faults.
 const CHECK_EDGES: u8 = 8;
-/// The time from one edge to the next, nanoseconds.
 const fn edge_ns(plan: &Plan) -> u32 {
     Scan::new(plan).edge_ns()
 }
 
-/// The queue to the detector.
 type Samples<'a> = Producer<'a, TimedConversion>;
 
-/// Instruction to the caller, about the interrupt of DRDY.
+/// Instruction to the caller about the interrupt of DRDY.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Drdy {
@@ -64,38 +62,36 @@ pub enum Drdy {
     Mute,
 }
 
-/// The converter, "the chip" below, and its state.
+/// The converter (called "the chip" below) and its state.
 #[derive(Debug)]
 pub struct Acquisition<C> {
     converter: C,
     plan: Plan,
-    /// The order of the scan under way.
     order: Order,
     is_read_twice: bool,
-    /// True if the scan under way is that of the health readings.
+    /// True if the scan under way reads the health readings.
     is_health: bool,
     /// True if the plan's mark is not in the queue yet.
     is_unannounced: bool,
     /// NEW and the id of the expected conversion.
     next: u8,
-    /// The latest conversion; none since the chip was set up.
+    /// Latest conversion since the chip was set up, if any.
     latest: Option<Sample>,
     /// Board time of the latest conversion, or of the latest restart.
     latest_us: u32,
-    /// True if the latest conversion was read before its edge was served, which then finds no new
+    /// True if the latest conversion was read before its edge was served, which will find no new
     /// one.
     early: bool,
-    /// Unexpected edges less expected ones; see [`STORM_EDGES`].
+    /// Number of unexpected edges minus number of expected ones; see [`STORM_EDGES`].
     storm_count: u16,
-    /// Unexpected edges since the latest check that found no fault.
+    /// Number of unexpected edges since the latest check that found no fault.
     unexpected_edges: u8,
     /// Board time of the latest unexpected edge, or of the end of a storm.
     unexpected_us: u32,
-    /// Number of times that another scan was put off.
+    /// Number of times in a row that a different scan was put off.
     put_off: u16,
     muted: bool,
     unseen: Unseen,
-    /// True if the latest set-up worked.
     is_set_up: bool,
     /// Board time of the latest restart, and the pause before the next.
     restarted_us: u32,
@@ -103,7 +99,7 @@ pub struct Acquisition<C> {
 }
 
 impl<C: Converter> Acquisition<C> {
-    /// Takes the converter and a plan that has passed [`Plan::validate`]. Nothing is transferred.
+    /// Creates an acquisition without touching the converter. `plan` has passed [`Plan::validate`].
     pub const fn new(converter: C, plan: Plan) -> Self {
         let order = Order::new(&plan, Scanned::Inputs);
         Self {
@@ -129,7 +125,7 @@ impl<C: Converter> Acquisition<C> {
         }
     }
 
-    /// The plan in force.
+    /// Plan of the scan.
     pub const fn plan(&self) -> Plan {
         self.plan
     }
@@ -137,16 +133,16 @@ impl<C: Converter> Acquisition<C> {
 
 impl<C: Converter> Acquisition<C> {
     /// Resets the chip, writes its registers, reads them back and starts the scan, first that of
-    /// the health readings if the plan's scan has none. False if the chip does not answer; then
-    /// [`Self::watch`] tries again. An ADS1258 takes [`ads1258::RESET_LOW_US`]
-    /// and 36 bytes on the bus.
+    /// the health readings if the plan's scan has none. Returns false if the chip does not answer;
+    /// [`Self::watch`] then tries again. On an ADS1258 this takes [`ads1258::RESET_LOW_US`] and 36
+    /// bytes on the bus.
     pub fn set_up(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         self.is_health = self.has_health_scan();
         self.begin_scan(diagnostics, wait)
     }
 
-    /// Switches to another plan, which has passed [`Plan::validate`], as [`Self::set_up`] does. The
-    /// caller then unmutes DRDY.
+    /// Switches to a different plan, which has passed [`Plan::validate`], as [`Self::set_up`] does.
+    /// The caller then unmutes DRDY.
     pub fn change(
         &mut self,
         plan: Plan,
@@ -162,7 +158,7 @@ impl<C: Converter> Acquisition<C> {
     }
 
     /// Interrupts the plan's scan for a scan of the health readings, if the plan's scan has none.
-    /// True if interrupted: the caller then unmutes DRDY.
+    /// Returns true if it did; the caller then unmutes DRDY.
     pub fn read_health(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         let is_due = self.has_health_scan() && self.is_set_up && !self.is_health;
         if is_due {
@@ -176,7 +172,7 @@ impl<C: Converter> Acquisition<C> {
         self.plan.health == HealthReadings::BetweenTouches
     }
 
-    /// Goes on to the next sample of the edge that was served. False if there is none.
+    /// Moves on to the next sample of the edge that was served. Returns false if there is none.
     #[inline(always)]
     pub fn go_on(&mut self) -> bool {
         self.converter.go_on()
@@ -188,8 +184,8 @@ impl<C: Converter> Acquisition<C> {
         let _ = self.begin_scan(diagnostics, wait);
     }
 
-    /// Begins a scan, with one retry at once: a single bit error of the bus is no reason for a
-    /// pause.
+    /// Begins a scan. Retries once immediately, because a single bit error on the bus does not
+    /// justify a pause.
     fn begin_scan(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         self.try_scan(diagnostics, wait) || self.try_scan(diagnostics, wait)
     }
@@ -204,8 +200,8 @@ impl<C: Converter> Acquisition<C> {
         (self.next, self.latest, self.early) = (self.order.first(), None, false);
         let is_configured =
             self.converter.stop() && self.converter.set_up(&self.plan, scanned, wait);
-        // Also if the chip does not answer: the values show which wire is bad. Before START,
-        // because ID may read wrong while START is high.
+        // Read the registers even if the chip does not answer: the values show which wire is bad.
+        // Read them before START, because ID may be wrong while START is high.
         let registers = self.converter.registers();
         self.is_set_up = is_configured && self.converter.start();
         if !(self.is_health && self.is_set_up) {
@@ -214,8 +210,8 @@ impl<C: Converter> Acquisition<C> {
         self.is_set_up
     }
 
-    /// DRDY has fallen and is low: reads the conversion and queues it with the board time of its
-    /// edge, microseconds. `edge_us` is called after the reads.
+    /// Serves an edge after which DRDY is low: reads the conversion and queues it with the edge's
+    /// board time, microseconds. `edge_us` is called after the reads.
     #[inline]
     pub fn edge(
         &mut self,
@@ -241,7 +237,6 @@ impl<C: Converter> Acquisition<C> {
         self.unexpected([first, again], t_us, samples, diagnostics)
     }
 
-    /// Takes the expected conversion.
     #[inline(always)]
     fn expected(
         &mut self,
@@ -259,7 +254,8 @@ impl<C: Converter> Acquisition<C> {
         }
     }
 
-    /// DRDY has fallen, but is high again: counted for a storm, and as [`FaultKind::Repeated`].
+    /// Serves an edge after which DRDY is high again: counts it for a storm, and as
+    /// [`FaultKind::Repeated`].
     pub fn nothing(&mut self, edge_us: u32, diagnostics: &Diagnostics) -> Drdy {
         self.unexpected_us = edge_us;
         if core::mem::take(&mut self.early) {
@@ -296,8 +292,8 @@ impl<C: Converter> Acquisition<C> {
         }
     }
 
-    /// Counts conversions that were lost before the queue or at it. Gaps between frames also show
-    /// losses from the plan's own scan, but not from the health readings.
+    /// Counts conversions lost before the queue or because it is full. Gaps between frames show
+    /// losses from the plan's own scan too, but not from the scan of the health readings.
     fn count_lost(&self, lost: u32, diagnostics: &Diagnostics) {
         let counter = if self.is_health {
             &diagnostics.unseen
@@ -314,7 +310,7 @@ impl<C: Converter> Acquisition<C> {
             .is_err();
     }
 
-    /// Handles two reads that are not both the expected conversion.
+    /// Handles two reads of which at least one is not the expected conversion.
     fn unexpected(
         &mut self,
         reads: Reads,
@@ -329,7 +325,7 @@ impl<C: Converter> Acquisition<C> {
         | Resolved::Mended(conversion)
         | Resolved::Later(conversion) = resolved
         {
-            // Before a later conversion this includes the one that was read only once.
+            // Before a later conversion this includes the expected one, which was read only once.
             self.count_lost(self.order.skipped(self.next, conversion.tag.0), diagnostics);
             self.queue(t_us, conversion, samples, diagnostics);
         }
@@ -357,7 +353,6 @@ impl<C: Converter> Acquisition<C> {
         self.count_unexpected(t_us, diagnostics)
     }
 
-    /// Counts an unexpected edge.
     fn count_unexpected(&mut self, t_us: u32, diagnostics: &Diagnostics) -> Drdy {
         self.storm_count = self.storm_count.saturating_add(1);
         if self.storm_count >= STORM_EDGES {
@@ -368,7 +363,7 @@ impl<C: Converter> Acquisition<C> {
         self.request_check()
     }
 
-    /// Requests a check at the first of [`CHECK_EDGES`] unexpected edges.
+    /// Requests a check at the first of every [`CHECK_EDGES`] unexpected edges.
     fn request_check(&mut self) -> Drdy {
         let is_due = self.unexpected_edges.is_multiple_of(CHECK_EDGES);
         self.unexpected_edges = self.unexpected_edges.wrapping_add(1);

@@ -1,11 +1,11 @@
-//! Conversions in, frames out, by the chip's own channel ids.
+//! Assembles conversions into frames, by the chip's own channel ids.
 //!
-//! The chip says with each conversion which channel it is, so channels are not counted. A gap in
-//! their order is a loss. When the gap spans whole scans, the time stamps say how many. Time stamps
-//! wrap after 71.6 minutes: of a longer gap only the remainder is seen.
+//! Each conversion carries the id of its channel, so channels need not be counted. A gap in the
+//! order of ids is a loss; if whole scans may be missing, the time stamps show how many. Time
+//! stamps wrap after 71.6 minutes, so of a longer gap only the remainder is seen.
 //!
-//! Conversions are buffered until there are as many as a scan has slots. A scan without a flaw
-//! takes the fast path, all others take the slow path, conversion by conversion.
+//! Conversions are buffered until there are as many as a scan has slots. A flawless scan takes the
+//! fast path; all others take the slow path, conversion by conversion.
 
 mod service_delay;
 
@@ -18,23 +18,21 @@ use ridgetone_proto::plan::{Plan, Sampling};
 use ridgetone_proto::scan::TAXELS;
 use service_delay::ServiceDelay;
 
-/// Maximum deviation of a conversion from its time, microseconds: an interrupt may be late by so
-/// much, and by default it is 1 % of a scan. For a fast scan it is three eighths of a conversion at
-/// most.
+/// Maximum deviation of a conversion from its expected time, microseconds: it allows for a late
+/// interrupt, and is 1 % of the default scan. For fast scans the maximum is three eighths of a
+/// conversion instead.
 const JITTER_US: u32 = 50;
-/// NEW and no other flag: a conversion without a flaw.
+/// Flags of a flawless conversion: NEW and no other.
 const FLAWLESS: u8 = Tag::NEW;
 
-/// Times of a plan that the assembler needs at every scan.
 #[derive(Clone, Copy, Debug)]
 struct Times {
-    /// Maximum deviation of a conversion from its time, microseconds.
     jitter_us: u32,
     /// Time from the last conversion of a scan to the first of the next, microseconds.
     step_us: u32,
     /// Time from the first to the last conversion of a scan, microseconds.
     span_us: u32,
-    /// A gap in time above which whole scans may be missing: half a scan, microseconds.
+    /// Time between conversions above which whole scans may be missing: half a scan, microseconds.
     gap_us: u32,
 }
 
@@ -61,70 +59,69 @@ pub struct Flaws {
     pub lost: u32,
     /// Conversions without NEW.
     pub repeated: u32,
-    /// Ids outside the scan, or that follow too early or too late for the gap before them.
+    /// Conversions with an id outside the scan, or too early or too late for the gap before them.
     pub channel: u32,
-    /// SUPPLY was set.
+    /// Conversions with SUPPLY set.
     pub supply: u32,
-    /// The next id followed, but too early or too late: later conversions are not at their expected
-    /// times.
+    /// Conversions with the next id, but too early or too late, which shifts all later ones.
     pub clock: u32,
-    /// OVF was set, or the code is at the end of the scale.
+    /// Conversions with OVF set, or with a code at either end of the scale.
     pub overload: u32,
 }
 
-/// A conversion that was too late, or too early. Only the next one shows whether the chip is late
-/// or just this time stamp.
+/// A conversion that came too early or too late. Only the next one shows whether the chip is off or
+/// only this time stamp.
 #[derive(Clone, Copy, Debug)]
 struct OffTime {
     /// Delay after the expected time, microseconds.
     late_us: i32,
-    /// Conversions were missing before it.
+    /// True if conversions were missing before it.
     has_gap: bool,
 }
 
-/// Puts frames together.
+/// Assembles frames.
 #[derive(Clone, Debug)]
 pub struct Assembler {
-    /// The reference, volts.
+    /// Reference, volts.
     pub vref_v: f32,
     scan: Scan,
     order: Order,
     times: Times,
-    /// NEW and CHID of the scan's conversions in their order, without any flag.
+    /// Tags of a flawless scan's conversions, in scan order: NEW and CHID.
     flawless: [u8; SLOTS_MAX],
-    /// The taxels that are converted, in their order.
+    /// Converted taxels, in scan order.
     taxels: [u8; TAXELS],
-    /// True if the scan was interrupted for health readings: nothing is lost before the next
-    /// conversion.
+    /// True if the scan was interrupted for health readings, so that the time until the next
+    /// conversion shows no loss.
     has_paused: bool,
     buffer: Vec<TimedConversion, SLOTS_MAX>,
     /// Slot of the latest conversion that was taken.
     pub latest_slot: Option<u32>,
-    /// Set if the latest conversion was off its time.
+    /// Set if the latest conversion came too early or too late.
     off_time: Option<OffTime>,
     lateness: ServiceDelay,
     /// Board time of the latest conversion, microseconds, wrapping.
     pub board_us: u32,
     /// Device time of the latest conversion, microseconds since the first.
     pub now_us: u64,
-    /// The latest frame.
+    /// Latest frame.
     pub frame: Frame,
-    /// True if `frame` holds conversions and was not passed on yet.
+    /// True if `frame` holds conversions and has not been passed on.
     is_open: bool,
-    /// The latest codes of the internal readings: offset, supply, temperature, gain, reference.
+    /// Latest codes of the internal readings: offset, supply, temperature, gain, reference.
     pub own: [Option<i32>; OWN],
     /// Number of frames passed on. It wraps, as frame numbers do, after 206 days.
     pub frames: u32,
-    /// Conversions that are missing.
+    /// Number of missing conversions.
     pub lost: u32,
-    /// Conversions with OVF or SUPPLY, without NEW, or of a channel outside the scan.
+    /// Number of conversions with OVF or SUPPLY, without NEW, or of a channel outside the scan.
     pub doubtful: u32,
     /// Flaws since the detector last took them.
     pub flaws: Flaws,
 }
 
 impl Assembler {
-    /// An assembler that has seen nothing. `vref_v` is the reference, volts. The plan has passed
+    /// Creates an assembler. `vref_v` is the reference in volts; the plan has passed
     /// [`Plan::validate`].
     pub const fn new(vref_v: f32, plan: &Plan) -> Self {
         let scan = Scan::new(plan);
@@ -161,8 +158,8 @@ impl Assembler {
         }
     }
 
-    /// Switches to the scan of another plan from the next conversion on. Frame numbers and times go
-    /// on.
+    /// Switches to the scan of a different plan, from the next conversion on. Frame numbers and
+    /// times continue.
     pub fn change(&mut self, plan: &Plan) {
         self.scan = Scan::new(plan);
         self.order = Order::new(plan, Scanned::Inputs);
@@ -173,17 +170,17 @@ impl Assembler {
         self.latest_slot = self.latest_slot.map(|_| self.scan.slots - 1);
     }
 
-    /// The scan.
+    /// Scan of the present plan.
     pub const fn scan(&self) -> &Scan {
         &self.scan
     }
 
-    /// The chip's internal readings.
+    /// Internal readings of the chip.
     pub fn readings(&self) -> Readings {
         Readings::new(self.own, self.vref_v)
     }
 
-    /// Buffers one conversion. True if there is now a scan's worth of them, for
+    /// Buffers one conversion. Returns true if the buffer now holds a scan's worth, for
     /// [`Self::try_fast_path`] or else [`Self::slow_path`].
     #[inline(always)]
     pub fn buffer(&mut self, timed: &TimedConversion) -> bool {
@@ -192,7 +189,7 @@ impl Assembler {
         self.buffer.len() >= self.scan.slots as usize
     }
 
-    /// Takes one conversion and calls `done` with every frame that is over.
+    /// Takes one conversion and calls `done` with every completed frame.
     #[cfg(any(test, feature = "internals"))]
     pub fn push(&mut self, timed: &TimedConversion, mut done: impl FnMut(&Frame)) {
         if !self.buffer(timed) {
@@ -205,15 +202,15 @@ impl Assembler {
         }
     }
 
-    /// Ends the signal: takes what is still buffered.
+    /// Ends the signal: takes the conversions that are still buffered.
     pub fn finish(&mut self, done: &mut impl FnMut(&Frame)) {
         for timed in core::mem::take(&mut self.buffer) {
             self.take(&timed, done);
         }
     }
 
-    /// Makes a frame of the buffer if that is a flawless scan that follows the previous one, in
-    /// time too. Otherwise false, and only codes that belong to no frame have changed.
+    /// Makes a frame of the buffer if it holds a flawless scan that follows the previous one at the
+    /// expected time. Otherwise returns false, having changed only codes that belong to no frame.
     pub fn try_fast_path(&mut self) -> bool {
         let Self {
             scan,
@@ -258,7 +255,7 @@ impl Assembler {
         if !is_on_time(span_us, expected_us) {
             return false;
         }
-        // Without a branch per conversion, and by sevens: nearly always all are flawless.
+        // Compare in sevens and without a branch per conversion: nearly always all are flawless.
         let mut off = 0;
         let (sevens, rest) = buffer.as_chunks::<7>();
         let (seven_statuses, rest_statuses) = flawless.as_chunks::<7>();
@@ -330,7 +327,7 @@ impl Assembler {
         }
     }
 
-    /// Takes any conversion.
+    /// Takes one conversion, flawless or not.
     fn take(&mut self, timed: &TimedConversion, done: &mut impl FnMut(&Frame)) {
         let (tag, code, t_us) = (timed.tag(), timed.code(), timed.t_us);
         let own = own_of(tag.id());
@@ -384,8 +381,8 @@ impl Assembler {
         }
     }
 
-    /// Moves on to `slot` at board time `t_us` and counts what was lost before it. Returns how many
-    /// scans later it is than the latest conversion.
+    /// Moves on to `slot` at board time `t_us` and counts the losses before it. Returns the number
+    /// of scans from the latest conversion's to this one's.
     fn advance(&mut self, slot: u32, t_us: u32) -> u32 {
         let passed_us = t_us.wrapping_sub(self.board_us);
         self.board_us = t_us;
@@ -405,8 +402,7 @@ impl Assembler {
         if has_paused {
             self.lost = self.lost.saturating_add(slot);
             self.flaws.lost = self.flaws.lost.saturating_add(slot);
-            // The scan begins at its top, a part of a scan later than it would have: the nearest
-            // whole number counts.
+            // The scan restarts at its first slot, a fraction of a scan late: round to whole scans.
             (self.off_time, self.lateness) = (None, ServiceDelay::NONE);
             let frame_us = (self.scan.frame_ns() / 1000).max(1);
             return (passed_us.saturating_add(frame_us / 2) / frame_us).max(1);
@@ -415,7 +411,7 @@ impl Assembler {
         if slots == 1 {
             scans = self.lateness.steps(passed_us, conversion_ns);
         } else if passed_us > self.times.gap_us {
-            // Adds the whole scans that bring the count of slots nearest to the time that passed.
+            // Add the whole scans that bring the count of slots nearest to the time that passed.
             let by_time = divide(passed_us as u64 * 1000, conversion_ns).0 as u32;
             let by_order = match sampling {
                 Sampling::InTurn => scans * slots + slot - before,
@@ -423,7 +419,8 @@ impl Assembler {
             };
             scans += (by_time.saturating_sub(by_order) + slots / 2) / slots.max(1);
             if sampling == Sampling::InTurn {
-                // A chip that was set up again restarts its scan: by order there may be fewer.
+                // A chip that was set up again restarts its scan, so the ids may show fewer losses
+                // than the time.
                 lost_by_time = by_time;
             }
         }
@@ -440,16 +437,16 @@ impl Assembler {
         scans
     }
 
-    /// Checks whether `steps` steps of the scan fit the time that passed. After a chip stood still
-    /// or restarted its scan, every later conversion is off the time that the fit assumes. After a
-    /// single late time stamp the next one is on time.
+    /// Checks that `steps` steps of the scan fit the time that passed. If the chip paused or
+    /// restarted its scan, all later conversions deviate from the times that the fit assumes, which
+    /// is a flaw. A single late time stamp is not: the next conversion is on time again.
     fn check_time(&mut self, passed_us: u32, steps: u32, has_gap: bool) {
         let expected_us = divide(steps as u64 * self.scan.conversion_ns as u64, 1000).0 as u32;
         let before = self.off_time.take();
         let late_us = (passed_us.wrapping_sub(expected_us) as i32)
             .saturating_add(before.map_or(0, |before| before.late_us));
         let has_gap = has_gap || before.is_some_and(|before| before.has_gap);
-        // 122 ppm, for the difference of the two crystals over a long gap.
+        // Allow 122 ppm for the difference of the two crystals over a long gap.
         if late_us.unsigned_abs() <= self.times.jitter_us + (passed_us >> 13) {
             return;
         }
@@ -470,7 +467,7 @@ impl Assembler {
     }
 }
 
-/// Flawless statuses of a scan in their order, and its taxels.
+/// Tags of a flawless scan in its order, and its taxels.
 const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
     let (mut statuses, mut taxels, mut status, mut slot) =
         ([0; SLOTS_MAX], [0; TAXELS], order.first(), 0);
@@ -490,9 +487,9 @@ const fn is_clipped(code: i32) -> bool {
     to_clip(code) > 0x7f_ffff
 }
 
-/// Above 7FFFFFh if a code is clipped; the results of several codes may be joined by `|`.
+/// Returns a value above 7FFFFFh if a code is clipped; `|` combines the values of several codes.
 const fn to_clip(code: i32) -> u32 {
-    // Distance of a code from zero, or from minus one, plus one.
+    // Distance from zero (from minus one, if negative) plus one.
     (code ^ code >> 31) as u32 + 1
 }
 

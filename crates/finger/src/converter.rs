@@ -1,4 +1,4 @@
-//! Interface to a converter: five steps and one type.
+//! Interface to a converter: the trait [`Converter`] and its [`Sample`]s.
 //!
 //! [`Acquisition`](crate::Acquisition) serves the edges of a data-ready line and supervises the
 //! converter behind it; everything after it sees [`Sample`]s. A converter of another family
@@ -19,14 +19,14 @@ use ridgetone_proto::settings::Settings;
 
 pub use ridgetone_proto::telemetry::REGISTERS;
 
-/// Default configuration of the ADS1258: 21 slots at 15.72864 MHz / (128 x 24.265625), which makes
+/// Default configuration of the ADS1258: 21 slots, 15.72864 MHz / (128 x 24.265625), which is
 /// 241.14 scans a second (SBAS297G, rate formula).
 pub const SCAN: ::ads1258::Config = Ads1258Plan::PAPER.config();
 
-/// The scan that a converter runs.
+/// Scan that a converter runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scanned {
-    /// The inputs of the plan, with the internal readings if the plan has them in every scan.
+    /// The inputs of the plan, and the internal readings if the plan has them in every scan.
     Inputs,
     /// Only the internal readings, while nothing touches the finger.
     Health,
@@ -40,39 +40,39 @@ pub enum Scanned {
 pub struct Tag(pub u8);
 
 impl Tag {
-    /// The sample has not been read before.
+    /// Flag: the sample has not been read before.
     pub const NEW: u8 = 0x80;
-    /// The input exceeded what the converter can measure.
+    /// Flag: the input exceeded what the converter can measure.
     pub const OVERLOAD: u8 = 0x40;
-    /// NEW and the channel's id.
+    /// Mask of NEW and the channel's id.
     pub(crate) const NEW_AND_ID: u8 = 0x9f;
     /// Id of the first input.
     pub(crate) const FIRST_INPUT: u8 = 0x08;
 
-    /// A new sample of an input, 0 to 15, without a flaw.
+    /// Tag of a new, flawless sample of an input, 0 to 15.
     pub const fn of_input(input: u8) -> Self {
         Self(Self::NEW | (Self::FIRST_INPUT + input % 16))
     }
 
-    /// The sample has not been read before.
+    /// True if the sample has not been read before.
     #[inline]
     pub const fn is_new(self) -> bool {
         self.0 & Self::NEW != 0
     }
 
-    /// The input exceeded what the converter can measure.
+    /// True if the input exceeded what the converter can measure.
     #[inline]
     pub const fn is_overload(self) -> bool {
         self.0 & Self::OVERLOAD != 0
     }
 
-    /// The converter's supply was too low for this sample.
+    /// True if the converter's supply was too low for this sample.
     #[inline]
     pub const fn is_supply_low(self) -> bool {
         self.0 & 0x20 != 0
     }
 
-    /// The channel's id.
+    /// Id of the channel.
     #[inline]
     pub const fn id(self) -> u8 {
         self.0 & 0x1f
@@ -90,53 +90,55 @@ pub struct Sample {
 
 /// A converter that pulls a data-ready line low after each sample, or after all of a scan.
 ///
-/// Bus errors are values here, never panics: a method that returns `bool` returns false, and
-/// [`Self::read`] returns `None`. [`Acquisition`](crate::Acquisition) then tries again, counts and
-/// reports.
+/// Bus errors are return values and never cause panics: a method that returns `bool` returns false,
+/// and [`Self::read`] returns `None`. [`Acquisition`](crate::Acquisition) then tries again, and
+/// counts and reports the error.
 pub trait Converter {
     /// Name of the converter, for messages.
     const NAME: &'static str;
 
-    /// Plan unless another is set.
+    /// Default plan.
     const DEFAULT_PLAN: Plan = Plan::PAPER;
 
     /// Checks that the converter can run a plan that has passed [`Plan::validate`]. The error names
-    /// what is not possible, and what is.
+    /// what the converter cannot do, and what it can.
     fn check(plan: &Plan) -> Result<(), PlanError>;
 
     /// Stops the scan.
     fn stop(&mut self) -> bool;
 
-    /// Resets the converter, writes the registers of a scan, which has passed [`Self::check`], and
-    /// reads them back. False if they do not hold what was written. The scan stands still.
-    /// [`Scanned::Health`] comes only with a plan that has its readings between touches.
+    /// Resets the converter, writes the registers of a scan, whose plan has passed [`Self::check`],
+    /// and reads them back. Returns false if they do not hold what was written. The scan is
+    /// stopped. [`Scanned::Health`] is used only with a plan that has its health readings between
+    /// touches.
     fn set_up(&mut self, plan: &Plan, scanned: Scanned, wait: &mut impl DelayNs) -> bool;
 
     /// Starts the scan at its first channel.
     fn start(&mut self) -> bool;
 
-    /// Reads the latest sample; with `Sampling::AtOnce` the first sample of the edge. A second read
-    /// returns the same sample with NEW cleared.
+    /// Reads the latest sample or, with `Sampling::AtOnce`, the first sample of the edge. A second
+    /// read returns the same sample with NEW cleared.
     fn read(&mut self) -> Option<Sample>;
 
-    /// With `Sampling::AtOnce`, goes on to the next sample of the edge, which [`Self::read`] then
-    /// reads. False if there is none.
+    /// With `Sampling::AtOnce`, moves on to the next sample of the edge, which [`Self::read`] then
+    /// reads. Returns false if there is none.
     fn go_on(&mut self) -> bool;
 
-    /// Delay from a sample's time to its edge, microseconds: half of the time over which the
-    /// converter averages, if its edges are dated that way.
+    /// Delay from a sample's time to its edge, microseconds: half the averaging time of a converter
+    /// that signals the end of it.
     fn behind_us(&self) -> u32 {
         0
     }
 
-    /// Reads the registers back while the scan runs. False if any differs from what was written.
+    /// Reads the registers back while the scan runs. Returns false if any differs from what was
+    /// written.
     fn is_as_set_up(&mut self) -> bool;
 
-    /// Present registers, for diagnosis, zero-filled.
+    /// Returns the present registers, zero-filled, for diagnosis.
     fn registers(&mut self) -> Option<[u8; REGISTERS]>;
 
-    /// Minimum time for a sample with the present registers, if they are not those that were
-    /// written: microseconds, rounded down, at least 1.
+    /// Minimum time per sample if the present registers differ from those written, microseconds,
+    /// rounded down, at least 1.
     fn min_period_us(&mut self) -> u32;
 }
 
@@ -145,9 +147,9 @@ pub trait Converter {
 pub struct Facts {
     /// [`Converter::NAME`].
     pub name: &'static str,
-    /// Plan unless another is set.
+    /// Default plan.
     pub plan: Plan,
-    /// Reference unless another is set, volts.
+    /// Default reference, volts.
     pub vref_v: f32,
     /// [`Converter::check`].
     pub check: fn(&Plan) -> Result<(), PlanError>,
@@ -164,8 +166,8 @@ impl Facts {
         }
     }
 
-    /// The settings, with this converter's default plan and reference if it cannot run their plan:
-    /// nothing was stored, or settings for another converter.
+    /// Returns the settings, with this converter's default plan and reference if it cannot run
+    /// their plan, because nothing was stored, or settings for a different converter.
     pub fn fitting(&self, settings: Settings) -> Settings {
         if (self.check)(&settings.plan).is_ok() {
             return settings;

@@ -1,4 +1,4 @@
-//! The first half of the pipeline: conversions in, events and due windows out.
+//! The first half of the pipeline: turns conversions into events and windows to fit.
 
 mod tracker;
 
@@ -20,10 +20,10 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{ConverterState, Event, Hello, PROTOCOL, Raw};
 use tracker::Tracker;
 
-/// Maximum lead of an edge's time over the board's clock, microseconds.
+/// Maximum time by which an edge may be ahead of the board's clock, microseconds.
 const AHEAD_US: u32 = 1000;
 
-/// Receiver of what a [`Detector`] finds.
+/// Receivers of a [`Detector`]'s results.
 pub struct Outputs<'a> {
     /// Takes each event.
     pub emit: &'a mut dyn FnMut(Event),
@@ -31,17 +31,16 @@ pub struct Outputs<'a> {
     pub due: &'a mut dyn FnMut(Window),
 }
 
-/// Frames, contact and windows: the middle task.
+/// The middle task: assembles frames, detects contact, schedules windows.
 #[derive(Clone, Debug)]
 pub struct Detector {
     settings: Settings,
-    /// The board's converter.
     converter: &'static Facts,
-    /// Plan of the conversions; another plan in `settings` comes with [`Self::begin`]. `None` while
-    /// conversions of a replaced plan still come.
+    /// Plan of the conversions. A different plan in `settings` takes effect with [`Self::begin`];
+    /// `None` while conversions of a replaced plan still arrive.
     plan: Option<Plan>,
-    /// True if the converter is to be reported with the next look; and the number of its changes at
-    /// the latest report.
+    /// True if the next look reports the converter; and number of the converter's changes at the
+    /// latest report.
     is_converter_due: bool,
     converter_changes: u32,
     source: SettingsSource,
@@ -50,18 +49,18 @@ pub struct Detector {
     tracker: Tracker,
     episodes: FaultEpisodes,
     health_reporter: HealthReporter,
-    /// Device time of the latest `health` in a silence of the chip, microseconds; zero without a
-    /// silence. Greetings are not older, or they would look like a restart.
+    /// Device time of the latest `health` while the chip was silent, microseconds; zero without a
+    /// silence. A greeting with an earlier time would look like a restart.
     looked_us: u64,
 }
 
 impl Detector {
-    /// An idle detector. `settings` must have passed [`Settings::validate`].
+    /// Creates an idle detector. `settings` must have passed [`Settings::validate`].
     pub const fn new(settings: Settings) -> Self {
         Self::wired(settings, Wiring::GUIDE)
     }
 
-    /// An idle detector for a board's wiring.
+    /// Creates an idle detector for a board's wiring.
     pub const fn wired(settings: Settings, wiring: Wiring) -> Self {
         Self {
             settings,
@@ -79,8 +78,8 @@ impl Detector {
         }
     }
 
-    /// Applies other settings in place before the first conversion, and keeps their source and how
-    /// the run began for the greeting.
+    /// Replaces the settings before the first conversion. Keeps their source and the circumstances
+    /// of the start for the greeting.
     pub fn boot(&mut self, settings: Settings, source: SettingsSource, boot: Boot) {
         let Settings { vref_v, plan, .. } = settings;
         (self.settings, self.plan) = (settings, Some(plan));
@@ -91,7 +90,7 @@ impl Detector {
         self.tracker.begin(&settings);
     }
 
-    /// The greeting to send before anything else.
+    /// Greeting to send before anything else.
     pub fn hello(&self) -> Event {
         Event::Hello(Hello {
             protocol: PROTOCOL,
@@ -104,16 +103,16 @@ impl Detector {
         })
     }
 
-    /// Adds faults that last from the start; `board_us` is now. On the processor's internal
-    /// oscillator all times are off by up to a few percent, and if it also clocks the converter, no
-    /// measurement on the board shows that.
+    /// Adds faults that persist from the start; `board_us` is now. On the processor's internal
+    /// oscillator all times are off by up to a few percent; if it also clocks the converter, no
+    /// measurement on the board can detect that.
     pub fn add_standing_faults(&self, board_us: u32, diagnostics: &Diagnostics) {
         if self.boot.oscillator == Oscillator::Internal {
             diagnostics.faults.stand(FaultKind::Clock, board_us);
         }
     }
 
-    /// The board's converter.
+    /// Converter of the board.
     pub const fn converter(&self) -> &'static Facts {
         self.converter
     }
@@ -141,7 +140,7 @@ impl Detector {
         }
     }
 
-    /// True if the finger is on something.
+    /// True if the finger touches something.
     pub const fn is_touched(&self) -> bool {
         self.tracker.contact.is_touched()
     }
@@ -160,13 +159,14 @@ impl Detector {
         }
     }
 
-    /// Buffers one conversion. True if there is now a scan's worth of them, for [`Self::scan`].
+    /// Buffers one conversion. Returns true if the buffer now holds a scan's worth, for
+    /// [`Self::scan`].
     #[inline(always)]
     pub(crate) fn buffer(&mut self, conversion: &TimedConversion) -> bool {
         self.assembler.buffer(conversion)
     }
 
-    /// Takes a plain frame of another converter, instead of conversions. The settings' plan is
+    /// Takes a plain frame of a different converter, instead of conversions. The settings' plan is
     /// [`Plan::of_frames`]. Frames that are missing according to the times count as lost.
     pub fn push_frame(
         &mut self,
@@ -195,8 +195,9 @@ impl Detector {
         self.push_whole(&frame, ring, diagnostics, outputs);
     }
 
-    /// Takes a frame that a board has reported raw, instead of its conversions: with the board's
-    /// plan and reference in the settings, contact, slides and windows are the board's to the bit.
+    /// Takes a frame that a board has reported raw, instead of its conversions. If the settings
+    /// have the board's plan and reference, contacts, slides and windows equal the board's to the
+    /// bit.
     pub fn push_raw(
         &mut self,
         raw: &Raw,
@@ -224,8 +225,8 @@ impl Detector {
         }
     }
 
-    /// Takes the scan in the assembler's buffer. Not inlined: in the loop of the task its addresses
-    /// would be computed before the first scan, for one scan.
+    /// Takes the scan in the assembler's buffer. Not inlined: the task's loop would compute its
+    /// addresses before the first scan, and there is often only one.
     #[inline(never)]
     pub(crate) fn scan(
         &mut self,
@@ -277,10 +278,11 @@ impl Detector {
         )));
     }
 
-    /// To be called twice a second; `board_us` is now. Reports faults while no conversion comes,
-    /// and `health` with the greeting as often as otherwise. In a silence of more than 71.6 minutes
-    /// device time starts again where it stood, as it does after one (see `assembler.rs`), and
-    /// readers take that for a restart. Before the first conversion device time is zero.
+    /// Must be called twice a second; `board_us` is now. While no conversions arrive, reports
+    /// faults, and `health` with the greeting as often as usual. After 71.6 minutes of silence
+    /// device time jumps back to the start of the silence, as it does when conversions resume (see
+    /// `assembler.rs`), which looks like a restart to readers. Device time is zero before the first
+    /// conversion.
     pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self {
             assembler,
@@ -322,7 +324,7 @@ impl Detector {
         self.report_converter(t_us, diagnostics, emit);
     }
 
-    /// Ends the signal: closes what is open (a slide that still lasts) and reports health.
+    /// Ends the signal: ends a slide under way and reports health.
     pub fn finish(
         &mut self,
         ring: &mut Ring,
@@ -334,7 +336,7 @@ impl Detector {
         self.report_health(self.assembler.now_us, diagnostics, emit);
     }
 
-    /// Closes what is open: the scan under way, and a touch.
+    /// Ends the scan and the touch under way.
     fn close(
         &mut self,
         ring: &mut Ring,
@@ -350,9 +352,9 @@ impl Detector {
         tracker.finish(ring, emit, due);
     }
 
-    /// Applies settings that passed [`Settings::validate`]. A slide under way goes on; its windows
-    /// get the new length, and none reaches back before the slide. False for settings of another
-    /// plan, which wait for [`Self::begin`].
+    /// Applies settings that passed [`Settings::validate`]. A slide under way continues; its
+    /// windows get the new length, but none begins before the slide. Returns false for settings
+    /// with a different plan, which wait for [`Self::begin`].
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) -> bool {
         self.settings = *settings;
         self.source = source;
@@ -365,9 +367,9 @@ impl Detector {
         true
     }
 
-    /// Applies the settings that wait for the plan with this [`Plan::mark`]: the next conversions
-    /// are of that plan. Anything open is closed; frame numbers and times continue, and the level
-    /// without touch is measured again.
+    /// Applies the settings that wait for the plan with this [`Plan::mark`], to which the next
+    /// conversions belong. Ends the scan and the touch under way; frame numbers and times continue,
+    /// and the idle level is measured again.
     pub fn begin(
         &mut self,
         mark: u32,
@@ -377,7 +379,7 @@ impl Detector {
     ) {
         self.close(ring, diagnostics, outputs.emit, outputs.due);
         let plan = self.settings.plan;
-        // By now yet another plan may be requested, whose mark follows.
+        // By now another plan may have been requested, whose mark follows.
         self.plan = (plan.mark() == mark).then_some(plan);
         if self.plan.is_none() {
             return;
@@ -386,8 +388,8 @@ impl Detector {
         (outputs.emit)(self.hello());
     }
 
-    // Not inlined: the 3,250 bytes of the new state would be on the stack under every scan, and
-    // under [`Self::close`].
+    // Not inlined: the 3,250 bytes of the new state would add to the stack of every scan, and of
+    // [`Self::close`].
     #[inline(never)]
     fn begin_plan(&mut self, plan: Plan) {
         let Self {
@@ -406,18 +408,18 @@ impl Detector {
         tracker.begin(settings);
     }
 
-    /// Settings that are in force, or wait for their plan.
+    /// Settings in use, or waiting for their plan.
     pub const fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Starts again, as after power-up, or stops; then only `health`, faults and raw frames are
-    /// reported. Frame count and device time go on.
+    /// Restarts detection as after power-up, or stops it; then only `health`, faults and raw frames
+    /// are reported. Frame count and device time continue.
     pub fn restart(&mut self, is_going: bool) {
         self.tracker.restart(is_going, &self.settings);
     }
 
-    /// Reports the next `frames` frames raw too.
+    /// Also reports the next `frames` frames raw.
     pub fn report_raw(&mut self, frames: u32) {
         self.tracker.raw_frames = frames;
     }

@@ -1,4 +1,4 @@
-//! The estimator: one window in, one estimate out.
+//! The estimator: turns windows into estimates.
 
 use crate::faults::qualify::doubt;
 use crate::fit::{Fitted, Tracker, fit};
@@ -18,15 +18,14 @@ use ridgetone_proto::telemetry::{
 };
 use ridgetone_tone::{Fit, Fitter, FrameSource, OVERTONES, Overwritten, Values};
 
-/// Inverse of the fraction of a window from which on a gap may mislead the search for a tone: the
+/// Inverse of the fraction of a window above which a gap may mislead the search for a tone: the
 /// spectrum of two pieces with a gap between them has side lines nearly as strong as the tone's. In
-/// 94,000 windows of the named plans consecutive frames were removed: outliers reported as `good`
-/// were none with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Scattered
-/// missing frames do no harm: no outlier with 40 % missing.
+/// 94,000 windows of the named plans, with consecutive frames removed, no outliers were reported as
+/// `good` with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Scattered missing
+/// frames do no harm: there were no outliers with 40 % missing.
 const GAP_DIVISOR: u32 = 10;
 /// Minimum time between full estimates among tracks, microseconds.
 const ESTIMATES_US: u64 = (1e6 * TRACK_STRIDE_S) as u64;
-/// Frames that are read at a time.
 const READ_FRAMES: usize = 16;
 
 /// Result of a window.
@@ -39,7 +38,7 @@ pub enum WindowFit {
     Growing,
 }
 
-/// Windows in, estimates out; a [`Fitter`] has the memory of a fit.
+/// Turns windows into estimates. A [`Fitter`] has the memory for a fit.
 #[derive(Debug)]
 pub struct Estimator {
     settings: Settings,
@@ -48,14 +47,14 @@ pub struct Estimator {
     reported_end: u32,
     /// Device time of the latest full estimate among tracks, microseconds.
     estimate_us: u64,
-    /// Overtones of the latest fit, over its fundamental.
+    /// Overtones of the latest fit, relative to its fundamental.
     overtones: Overtones,
-    /// Compares a texture with the latest one that was reported.
+    /// Compares textures with the latest reported one.
     pub textures: TextureReporter,
 }
 
 impl Estimator {
-    /// An estimator before its first window.
+    /// Creates an estimator.
     pub const fn new(settings: Settings) -> Self {
         Self {
             settings,
@@ -81,7 +80,7 @@ impl Estimator {
     ) -> Result<WindowFit, Overwritten> {
         let (mut first, end) = (window.first, window.first.wrapping_add(window.frames));
         let grows = self.settings.accuracy > 0.0 && window.span != Span::Slide;
-        // An estimate's frames are not reused.
+        // Do not reuse the frames of a reported estimate.
         if grows && reached(self.reported_end, first) && reached(end, self.reported_end) {
             first = self.reported_end;
         }
@@ -103,10 +102,10 @@ impl Estimator {
             // window.
             let is_accurate = matches!(estimate.status, Status::Good | Status::Unsteady)
                 && estimate.sigma <= self.settings.accuracy * estimate.frequency;
-            // A window that is half a frame short cannot grow any more.
+            // A window within half a frame of the maximum cannot grow further.
             let window_s = frames as f32 / window.frame_rate_hz;
             if !is_accurate && window_s < self.settings.window_s - 0.5 / window.frame_rate_hz {
-                // Changed in place: a copy would need stack, too.
+                // Change it in place, because a copy would need more stack.
                 fitted = Ok(WindowFit::Growing);
             } else {
                 self.reported_end = end;
@@ -116,7 +115,7 @@ impl Estimator {
     }
 
     /// Follows the tone of the latest fit to the end of a window, if tracks are reported and no
-    /// full estimate is due. `None` if the window has to be fitted.
+    /// full estimate is due. Returns `None` if the window has to be fitted.
     pub fn follow(
         &mut self,
         fitter: &mut Fitter,
@@ -138,11 +137,11 @@ impl Estimator {
 
     /// True if a full estimate may be reported among tracks.
     fn is_estimate_due(&self, t_us: u64) -> bool {
-        // A time before the latest one belongs to another run.
+        // A time before the latest one belongs to a different run.
         t_us.wrapping_sub(self.estimate_us) >= ESTIMATES_US
     }
 
-    /// Reports the estimate of the latest [`Self::run`]: in full; or, if windows follow each other
+    /// Reports the estimate of the latest [`Self::run`] in full or, if windows follow each other
     /// fast, as a track, and in full at most twenty times a second. Also reports the texture under
     /// the finger, if new.
     pub fn report(&mut self, estimate: &Estimate, window: &Window, emit: &mut dyn FnMut(Event)) {
@@ -160,10 +159,10 @@ impl Estimator {
         }
     }
 
-    /// Searches the window of the latest [`Self::run`] for another tone, if a search is due. To be
-    /// called after the estimate is reported, so that the report does not wait for the search. The
-    /// tone that is found is expected in the next window. A skipped search, as in a growing window,
-    /// is made up for in the next window.
+    /// Searches the window of the latest [`Self::run`] for a different tone, if a search is due;
+    /// the next window then expects the tone found. Call this after the estimate is reported, so
+    /// that the report does not wait for the search. If a search is skipped, as in a growing
+    /// window, the next window makes up for it.
     ///
     /// # Errors
     /// If frames were overwritten.
@@ -186,7 +185,7 @@ impl Estimator {
         source: &mut dyn FrameSource,
     ) -> Result<WindowFit, Overwritten> {
         let fitted = fit(fitter, &mut self.tracker, window, source, &self.settings);
-        // Passed by reference: a copy would need stack, too.
+        // Use a reference, because a copy would need more stack.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         let min = window.frames / GAP_DIVISOR;
         // Nearly always no frames are missing, and nothing is read again.
@@ -196,7 +195,7 @@ impl Estimator {
         self.estimate(fitted, window, has_gap)
     }
 
-    // Not inlined: its stack frame of 520 bytes must not be under a fit, the deepest use of the
+    // Not inlined: its stack frame of 520 bytes would add to that of a fit, the deepest use of the
     // stack.
     #[inline(never)]
     fn estimate(
@@ -225,7 +224,7 @@ impl Estimator {
         };
         for taxel in 0..TAXELS {
             if fit.usable & 1 << taxel != 0 {
-                // The list holds all taxels.
+                // Cannot fail: the list has room for all taxels.
                 let _ = estimate
                     .channels
                     .push(self.channel(fitted, taxel, &window.reference));
@@ -297,8 +296,8 @@ fn has_gap(window: &Window, min: u32, source: &mut dyn FrameSource) -> Result<bo
     Ok(longest > min)
 }
 
-/// Frequency modulation of a fit in the units of an estimate; `per_unit` is an estimate's frequency
-/// over that of the fit.
+/// Converts a fit's frequency modulation to the units of an estimate; `per_unit` is the estimate's
+/// frequency divided by the fit's.
 pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
     let ridgetone_tone::Movement {
         wander,
@@ -315,7 +314,7 @@ pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
     }
 }
 
-/// Second tone of a fit in the units of an estimate.
+/// Converts a fit's second tone to the units of an estimate.
 pub fn other_tone(fit: &Fit, per_unit: f32) -> Option<OtherTone> {
     fit.other_tone.map(|other| OtherTone {
         frequency: other.frequency * per_unit,
@@ -323,7 +322,7 @@ pub fn other_tone(fit: &Fit, per_unit: f32) -> Option<OtherTone> {
     })
 }
 
-/// Status of an estimate for a fit's status.
+/// Converts a fit's status to that of an estimate.
 pub const fn reported_status(status: ridgetone_tone::Status) -> Status {
     use ridgetone_tone::Status as Of;
     match status {

@@ -1,4 +1,4 @@
-//! Converts changes of the touch, in frames and codes, to events in device time and volts.
+//! Converts touch changes, in frames and codes, to events in device time and volts.
 
 use crate::frame::FrameClock;
 use crate::ring::Ring;
@@ -7,18 +7,17 @@ use crate::touch::image::image;
 use ads1258::reading;
 use ridgetone_proto::telemetry::{Contact, Event, Moving, Release, Slide};
 
-/// Builds events.
 #[derive(Clone, Debug)]
 pub struct EventBuilder {
     /// Volts of one code.
     pub volts_per_code: f32,
-    /// Reported start of the latest slide, microseconds: by its end the ring may have lost the
-    /// first frames.
+    /// Reported start of the latest slide, microseconds. The ring may lose it before the slide
+    /// ends.
     slide_start_us: u64,
 }
 
 impl EventBuilder {
-    /// A builder for a reference of `vref_v` volts.
+    /// Creates a builder for a reference of `vref_v` volts.
     pub const fn new(vref_v: f32) -> Self {
         Self {
             volts_per_code: reading::volts(1, vref_v),
@@ -26,7 +25,6 @@ impl EventBuilder {
         }
     }
 
-    /// The event that reports a change.
     pub fn event(&mut self, change: &Change, clock: &FrameClock, ring: &Ring) -> Event {
         match *change {
             Change::Contact {

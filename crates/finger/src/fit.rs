@@ -1,4 +1,4 @@
-//! The fit of a window: frames of the ring in, frequency and phases out.
+//! Fits a window: turns frames of the ring into frequency and phases.
 
 use crate::scan::Scan;
 use crate::window::Window;
@@ -10,7 +10,7 @@ use ridgetone_tone::{
     Speed, Status, Tracked,
 };
 
-/// The fit of a window.
+/// Fit of a window.
 #[derive(Clone, Debug)]
 pub struct Fitted {
     /// The fit; frequencies are in cycles per frame.
@@ -23,15 +23,15 @@ pub struct Fitted {
     pub scan: Scan,
 }
 
-/// Windows between full searches while tracking a tone, each answered before it is searched.
+/// Number of windows per full search while a tone is tracked. A window is searched after its
+/// answer.
 const SEARCH_EVERY: u8 = 4;
 
 /// Tone of the latest window, which is expected in the next window of its slide.
 #[derive(Debug)]
 pub struct Tracker {
-    /// First frame of the slide.
     slide_first: u32,
-    /// Frame after the window, or after the latest one to which the tone was followed.
+    /// Frame after the window, or after the latest one up to which the tone was followed.
     end: u32,
     /// Frequency in cycles per frame; 0 if no good one is known.
     frequency: f32,
@@ -46,7 +46,7 @@ impl Default for Tracker {
 }
 
 impl Tracker {
-    /// No tone yet.
+    /// Starts without a tone.
     pub const fn new() -> Self {
         Self {
             slide_first: 0,
@@ -56,7 +56,7 @@ impl Tracker {
         }
     }
 
-    /// True if the good tone of the latest window may also be in another one.
+    /// True if the good tone of the latest window is expected in this one too.
     fn is_known(&self, window: &Window) -> bool {
         let is_next = window.span == Span::Window && window.slide_first == self.slide_first;
         is_next && self.frequency > 0.0
@@ -67,9 +67,9 @@ impl Tracker {
         (self.is_known(window) && self.windows <= SEARCH_EVERY).then_some(self.frequency)
     }
 
-    /// Keeps the frequency of a window, expected or searched for, for the next window.
+    /// Keeps the frequency of a window's fit, with or without a search, for the next window.
     fn keep(&mut self, window: &Window, fit: &Fit, was_expected: bool) {
-        // At most one above `SEARCH_EVERY`, where no tone is expected.
+        // This is at most `SEARCH_EVERY` + 1, because then no tone is expected.
         self.windows = if was_expected { self.windows + 1 } else { 1 };
         self.slide_first = window.slide_first;
         self.end = window.first.wrapping_add(window.frames);
@@ -80,13 +80,14 @@ impl Tracker {
         };
     }
 
-    /// True if the latest window must be searched as well: the ones before it were only tracked.
+    /// True if the latest window must be searched as well, because the ones before it were only
+    /// tracked.
     fn is_search_due(&self, window: &Window) -> bool {
         self.windows > SEARCH_EVERY && self.is_known(window)
     }
 
     /// Searches a window that has been answered by tracking alone, if a search is due. The next
-    /// window is then expected to have the tone that is found.
+    /// window then expects the tone found.
     #[inline(never)]
     pub fn search(
         &mut self,
@@ -103,8 +104,8 @@ impl Tracker {
         Ok(())
     }
 
-    /// Follows the tone of the latest fit to the end of a later window of its slide; returns the
-    /// window's frequency, in cycles per frame. `None` if the window has to be fitted.
+    /// Follows the tone of the latest fit to the end of a later window of its slide. Returns the
+    /// window's frequency, in cycles per frame, or `None` if the window has to be fitted.
     pub fn follow(
         &mut self,
         fitter: &mut Fitter,
@@ -123,9 +124,9 @@ impl Tracker {
 }
 
 impl Fitted {
-    /// Phase of a taxel as if all taxels were read at once, turns.
+    /// Phase that a taxel would have if all taxels were read at once, turns.
     pub fn turns(&self, taxel: usize) -> f32 {
-        // The channel's slot is later in the scan.
+        // Correct for the delay of the taxel's slot in the scan.
         let ahead = self.fit.frequency * self.per_slot * self.scan.slots_after_first(taxel) as f32;
         self.fit
             .channels
@@ -135,15 +136,14 @@ impl Fitted {
     }
 }
 
-/// The frames of a window.
-// Inlined, or its stack frame would be under a fit, the deepest use of the stack.
+// Inlined, so that its stack frame does not add to that of a fit, the deepest use of the stack.
 #[inline(always)]
 fn span<'s>(
     window: &Window,
     source: &'s mut dyn FrameSource,
     settings: &Settings,
 ) -> FrameSpan<'s> {
-    // Frames hold codes.
+    // Frames hold integer codes.
     let span = FrameSpan::new(source, window.first, window.frames).with_quantization(1.0);
     if settings.interferer_hz > 0.0 {
         span.with_interferer(settings.interferer_hz / window.frame_rate_hz)
@@ -177,7 +177,7 @@ pub fn fit(
     })
 }
 
-/// Scene of a declaration, with a maximum number of harmonics, the fundamental included. With
+/// Scene of a declaration, with a maximum number of harmonics including the fundamental. With
 /// nothing declared it is [`Scene::LEAN`].
 pub fn scene(declared: &Declared, harmonics: u8) -> Scene {
     Scene {
@@ -291,7 +291,7 @@ mod tests {
         let mut fit = Fit::without_tone(Status::TooShort, 241);
         (fit.status, fit.frequency) = (Status::Good, 0.04);
         let mut tracker = Tracker::new();
-        // True if the tone was expected; and true if the window is searched afterwards.
+        // True if the tone was expected; and true if the window is searched after its answer.
         let mut next = |window: &Window, fit: &Fit| {
             let was_expected = tracker.expected(window).is_some();
             tracker.keep(window, fit, was_expected);
@@ -310,7 +310,7 @@ mod tests {
             seen.map(|(_, due)| due),
             [false, false, false, false, true, false, false, false, true]
         );
-        // Not expected in another slide, nor in a whole one.
+        // The tone is not expected in a different slide, nor in a whole slide.
         let other = Window {
             slide_first: 500,
             ..window
@@ -321,7 +321,7 @@ mod tests {
             ..other
         };
         assert!(!next(&whole, &fit).0);
-        // A window that is not good leaves nothing to expect.
+        // After a window that is not good, no tone is expected.
         assert!(!next(&window, &fit).0);
         fit.status = Status::Ambiguous;
         assert!(next(&window, &fit).0 && !next(&window, &fit).0);

@@ -10,8 +10,8 @@ use ridgetone_proto::scan::TAXELS;
 use ridgetone_proto::telemetry::Raw;
 use ridgetone_tone::Values;
 
-/// One conversion with the time of its DRDY edge, in two words: the queue to the detector is copied
-/// at every conversion.
+/// One conversion with the time of its DRDY edge, in two words, because every conversion is copied
+/// into the queue to the detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimedConversion {
     /// Time of the falling edge of DRDY on the board's microsecond counter, wrapping.
@@ -20,11 +20,11 @@ pub struct TimedConversion {
     pub(crate) bits: u32,
 }
 
-/// Tag of a mark in the queue: no conversion has it, since NEW is set in all of them.
+/// Tag of a mark in the queue. No conversion has it, because all have NEW set.
 const MARK: u8 = 0x1f;
 
 impl TimedConversion {
-    /// A sample of any converter as read, and the time of its edge, microseconds.
+    /// Creates a conversion from any converter's sample and the time of its edge, microseconds.
     #[inline(always)]
     pub fn new(t_us: u32, sample: impl Into<Sample>) -> Self {
         Self::of_sample(t_us, sample.into())
@@ -37,7 +37,7 @@ impl TimedConversion {
         }
     }
 
-    /// A mark after which conversions are of this plan.
+    /// Creates a mark: the conversions after it are of this plan.
     pub const fn of_plan(plan: &Plan, t_us: u32) -> Self {
         Self {
             t_us,
@@ -45,7 +45,7 @@ impl TimedConversion {
         }
     }
 
-    /// [`Plan::mark`] of the plan that a mark stands for.
+    /// [`Plan::mark`] of the plan, if this is a mark.
     #[inline(always)]
     pub const fn as_mark(&self) -> Option<u32> {
         if self.bits as u8 == MARK {
@@ -67,32 +67,32 @@ impl TimedConversion {
         self.bits as i32 >> 8
     }
 
-    /// The conversion with another tag.
+    /// Returns the conversion with a different tag.
     pub const fn with_tag(self, tag: Tag) -> Self {
         let code = self.code();
         Self::of_sample(self.t_us, Sample { tag, code })
     }
 
-    /// The conversion with another code.
+    /// Returns the conversion with a different code.
     pub const fn with_code(self, code: i32) -> Self {
         let tag = self.tag();
         Self::of_sample(self.t_us, Sample { tag, code })
     }
 }
 
-/// One scan.
+/// Conversions of one scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// Number of the scan since the first conversion, lost scans counted.
+    /// Number of the scan since the first conversion, including lost scans.
     pub number: u32,
     /// Device time of the scan's first slot, microseconds since the first conversion.
     pub t_us: u64,
-    /// The codes of the taxels; any value where a taxel is not present.
+    /// Codes of the taxels; any value for a taxel that is not present.
     pub codes: [i32; TAXELS],
     /// Bit k: taxel k was converted and read.
     pub present: u16,
-    /// Bit k: the conversion of taxel k carried neither OVF nor SUPPLY, and its code is not at the
-    /// end of the scale.
+    /// Bit k: the conversion of taxel k carried neither OVF nor SUPPLY, and its code is not at
+    /// either end of the scale.
     pub good: u16,
 }
 
@@ -106,9 +106,9 @@ impl Frame {
         good: 0,
     };
 
-    /// Writes the good codes, less their references, to their places in `values`.
+    /// Writes the good codes, minus their references, to their places in `values`.
     pub fn put(&self, reference: &Values, values: &mut Values) {
-        // Exact: codes have 24 bits.
+        // Exact, because codes have 24 bits.
         let value = |c: usize| self.codes[c] as f32 - reference[c];
         if self.good == u16::MAX {
             (0..TAXELS).for_each(|c| values[c] = value(c));
@@ -140,13 +140,13 @@ impl From<Raw> for Frame {
 pub struct PlainFrame<'a> {
     /// Device time, microseconds.
     pub t_us: u64,
-    /// The readings, volts or any other unit. Readings that are not a number, or not within the
-    /// setting `vref_v`, are left out; others are rounded to 24 bits of that range.
+    /// Readings, volts or any other unit. Readings that are NaN or outside plus or minus `vref_v`
+    /// of the settings are left out; others are rounded to 24 bits of that range.
     pub readings: &'a [f32],
 }
 
 impl PlainFrame<'_> {
-    /// The frame in codes of a reference of `vref_v`.
+    /// Converts the readings to codes of a reference of `vref_v`.
     pub(crate) fn frame(&self, number: u32, inputs: u16, vref_v: f32) -> Frame {
         let mut frame = Frame {
             number,
@@ -156,7 +156,7 @@ impl PlainFrame<'_> {
         };
         let per_volt = reading::CODES_PER_VREF as f32 / vref_v;
         for (taxel, (code, value)) in frame.codes.iter_mut().zip(self.readings).enumerate() {
-            // A NaN is not within it.
+            // This also excludes NaN.
             if value.abs() <= vref_v {
                 *code = libm::roundf(value * per_volt) as i32;
                 frame.good |= 1 << taxel;
@@ -167,7 +167,7 @@ impl PlainFrame<'_> {
     }
 }
 
-/// The chip's internal readings, as of the latest scan that had them; zero before.
+/// Internal readings of the chip, from the latest scan that had them; zero before.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Readings {
     /// Analogue supply, volts.
@@ -183,8 +183,8 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Converts codes, in the order of the slots, to readings. `vref_v` is the reference that is
-    /// set, volts.
+    /// Converts codes, in the order of the slots, to readings. `vref_v` is the reference in the
+    /// settings, volts.
     pub fn new(
         [offset, supply, temperature, gain, reference]: [Option<i32>; OWN],
         vref_v: f32,
@@ -206,7 +206,6 @@ pub(crate) struct FrameClock {
     pub latest: (u32, u64),
     /// Number and device time of the first complete frame, from which the rate is measured.
     pub rate_from: Option<(u32, u64)>,
-    /// The scan's nominal period, nanoseconds.
     frame_ns: u32,
     /// Nominal time from a scan's first slot to its last, microseconds.
     span_us: u32,
@@ -222,7 +221,7 @@ impl FrameClock {
         }
     }
 
-    /// Continues with another scan.
+    /// Continues with a different scan.
     pub fn change(&mut self, scan: &Scan) {
         (self.rate_from, self.frame_ns) = (None, scan.frame_ns());
         self.span_us = scan.span_us();
@@ -239,7 +238,7 @@ impl FrameClock {
         u32::try_from(passed_us).unwrap_or(u32::MAX)
     }
 
-    /// Frames per second by the board's clock; zero until there are two.
+    /// Frames per second by the board's clock; zero before the second frame.
     pub fn frame_rate_hz(&self) -> f32 {
         /// Frame numbers wrap after 2^32: 206 days at 241 Hz.
         const WRAP_FRAMES: f32 = 4_294_967_296.0;
@@ -247,7 +246,7 @@ impl FrameClock {
             Some((frame, t_us)) if self.latest.1 > t_us => {
                 let passed_us = (self.latest.1 - t_us) as f32;
                 let beyond_wraps = self.latest.0.wrapping_sub(frame) as f32;
-                // The time and the nominal rate say how often the numbers have wrapped.
+                // The time and the nominal rate show how often the numbers have wrapped.
                 let nominal = passed_us * (1e3 / self.frame_ns as f32);
                 let wraps = ((nominal - beyond_wraps) / WRAP_FRAMES + 0.5) as u32 as f32;
                 (beyond_wraps + wraps * WRAP_FRAMES) * 1e6 / passed_us
@@ -256,8 +255,8 @@ impl FrameClock {
         }
     }
 
-    /// Device time of a frame's first slot, microseconds. For a frame outside the ring,
-    /// extrapolated at the nominal rate.
+    /// Device time of a frame's first slot, microseconds. Extrapolated at the nominal rate for a
+    /// frame outside the ring.
     pub fn time_us(&self, frame: u32, ring: &Ring) -> u64 {
         let (number, t_us) = self.latest;
         if let Some(low) = ring.t_us(frame) {

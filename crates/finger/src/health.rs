@@ -1,4 +1,5 @@
-//! `health` about once a second, the greeting every ten seconds, and the check of the frame rate.
+//! Schedules `health` about once a second and the greeting every ten seconds; checks the frame
+//! rate.
 
 use crate::assembler::Assembler;
 use crate::faults::diagnostics::Diagnostics;
@@ -9,34 +10,31 @@ use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::Health;
 
-/// The greeting is repeated after every tenth `health`, for a listener that connects later.
+/// The greeting is repeated with every tenth `health`, for listeners that connect later.
 const GREETING_HEALTHS: u8 = 10;
-/// Inverse of the maximum relative error of the rate, 1 / 200: no crystal is that far off.
+/// Inverse of the maximum relative error of the rate: 1 / 200, which no crystal exceeds.
 const RATE_TOLERANCE: u64 = 200;
-/// Minimum time between checks of the rate, seconds. The checks twice a second and with each
-/// `health` make 141 frames at most by default. So a clock that is off by 1 % for 0.6 s, 145
-/// frames, is off for more than half of one of these intervals.
+/// Minimum time between checks of the rate, seconds. With a check twice a second and with each
+/// `health`, an interval has at most 141 frames by default. So a clock that is off by 1 % for 0.6
+/// s, 145 frames, is off for more than half of one of these intervals.
 const RATE_S: f32 = 0.415;
-/// Checks, twice a second, from one `health` to the next while no conversion comes.
+/// Number of half-second checks from one `health` to the next while no conversions arrive.
 const SILENT_CHECKS: u8 = 2;
 /// Time without a conversion that counts as silence, microseconds: by default a hundred frames.
 const SILENCE_US: u32 = 400_000;
 
-/// Schedules `health` and checks the frame rate.
 #[derive(Clone, Debug)]
 pub struct HealthReporter {
-    /// Frames from one `health` to the next: one second.
+    /// Number of frames from one `health` to the next: one second.
     health_frames: u32,
-    /// Minimum number of frames between checks of the rate.
     rate_frames: u32,
-    /// Frame at which `health` is due.
     due: u32,
-    /// Number of `health` since the latest greeting.
+    /// Number of `health` messages since the latest greeting.
     ungreeted: u8,
-    /// At the latest check of the rate: the latest frame, its time, and the number of losses and
-    /// restarts.
+    /// Latest frame, its time, and the number of losses and restarts at the latest check of the
+    /// rate.
     rate_from: (u32, u64, u32),
-    /// Checks in a row without a conversion, since the latest `health`.
+    /// Number of checks in a row without a conversion since the latest `health`.
     silent: u8,
 }
 
@@ -53,7 +51,7 @@ impl HealthReporter {
         }
     }
 
-    /// Continues with another plan after frame `number`.
+    /// Continues with a different plan after frame `number`.
     pub fn change(&mut self, plan: &Plan, number: u32, t_us: u64) {
         let Self {
             health_frames,
@@ -65,7 +63,7 @@ impl HealthReporter {
         self.rate_from = (number, t_us, u32::MAX);
     }
 
-    /// True if `health` is due with the frame `latest`; then the next one is due a second later.
+    /// Returns true if `health` is due with the frame `latest`, and schedules the next one.
     #[inline(always)]
     pub fn is_due(&mut self, latest: u32) -> bool {
         let is_due = reached(latest, self.due);
@@ -80,14 +78,14 @@ impl HealthReporter {
         is_due
     }
 
-    /// True if the greeting is due with this `health`.
+    /// Counts a `health`. Returns true if the greeting is due with it.
     pub fn is_greeting_due(&mut self) -> bool {
         self.ungreeted = (self.ungreeted + 1) % GREETING_HEALTHS;
         self.ungreeted == 0
     }
 
-    /// Called twice a second. True if `health` is due because no conversion came for a second;
-    /// `passed_us` is the time since the latest conversion, if any.
+    /// Must be called twice a second. Returns true if `health` is due because no conversion arrived
+    /// for a second; `passed_us` is the time since the latest conversion, if any.
     pub fn is_silence_due(&mut self, passed_us: Option<u32>) -> bool {
         let is_silent = passed_us.is_none_or(|passed_us| passed_us >= SILENCE_US);
         self.silent = if is_silent {
@@ -98,9 +96,8 @@ impl HealthReporter {
         is_silent && self.silent == 0
     }
 
-    /// Reports a fault if the frames since the last check did not come at the nominal rate. Losses
-    /// and restarts of the scan are reported separately; after them the time says nothing about the
-    /// clock.
+    /// Reports a fault if the frames since the last check did not come at the nominal rate. Makes
+    /// no check across losses and restarts of the scan, which are reported separately.
     pub fn check_rate(
         &mut self,
         assembler: &Assembler,
@@ -119,7 +116,7 @@ impl HealthReporter {
             t_us.wrapping_sub(from_us),
             divide(frames as u64 * assembler.scan().frame_ns() as u64, 1000).0,
         );
-        // Frame numbers may have wrapped in a longer time.
+        // In a longer time, frame numbers may have wrapped.
         let is_known = frames < 10 * self.health_frames
             && passed_us <= u32::MAX as u64
             && breaks == from_breaks;
@@ -147,9 +144,9 @@ pub fn health(
     Health {
         t_us,
         frames: assembler.frames,
-        // A conversion that did not get into the queue is missing in the scan too, so the larger
-        // count covers both: the queue does not see whole scans that were not read, and the scan
-        // counts by the nominal rate.
+        // A conversion that did not fit the queue is missing in the scan too, so take the larger
+        // count. They differ: `queue_overruns` leaves out whole scans that were not read, and
+        // `lost` relies on the nominal rate.
         conversions_lost: assembler
             .lost
             .max(diagnostics.queue_overruns.get())

@@ -12,7 +12,7 @@
 #![forbid(unsafe_code)]
 // Indexed loops over several arrays read better than zipped iterators.
 #![allow(clippy::needless_range_loop)]
-// `!(a > b)` is intended: NaN belongs on that side.
+// `!(a > b)` is intended: it is also true for NaN.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 #[cfg(not(target_has_atomic = "32"))]

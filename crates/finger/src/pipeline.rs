@@ -1,8 +1,8 @@
-//! The whole path in one call, as a PC runs it: conversions in, events out.
+//! The whole path from conversions to events in one call, for a PC.
 //!
 //! The chip runs detector and estimator as tasks of different priority. They share only the
-//! [`Ring`], and pass [`Window`]s, so both ways give the same numbers. Windows that are not fitted
-//! are counted in `overruns`.
+//! [`Ring`], and pass [`Window`]s, so the results are the same. Windows that are not fitted are
+//! counted in `overruns`.
 
 use crate::detector::{Detector, Outputs};
 use crate::estimator::{Estimator, WindowFit};
@@ -18,11 +18,11 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
 use ridgetone_tone::Fitter;
 
-/// Maximum number of windows that are fitted after one conversion. A slide that is noticed late has
-/// several windows due at once.
+/// Maximum number of windows that are fitted after one conversion. Several windows are due at once
+/// when a slide is noticed late.
 const WINDOWS_AT_ONCE: usize = 8;
 
-/// Each step calls the next one, so there is nothing to start.
+/// Platform on which tasks need not be started, because each step calls the next.
 #[derive(Debug)]
 struct OneCall;
 
@@ -34,7 +34,6 @@ impl Platform for OneCall {
     }
 }
 
-/// Input of a pipeline.
 enum Next<'a> {
     Conversion(TimedConversion),
     Frame(PlainFrame<'a>),
@@ -43,7 +42,7 @@ enum Next<'a> {
     End,
 }
 
-/// Detector and estimator, and what they share.
+/// Detector and estimator, and the state that they share.
 #[derive(Debug)]
 pub struct Pipeline {
     detector: Detector,
@@ -54,12 +53,12 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// An idle pipeline. `settings` must have passed [`Settings::validate`].
+    /// Creates an idle pipeline. `settings` must have passed [`Settings::validate`].
     pub const fn new(settings: Settings) -> Self {
         Self::wired(settings, Wiring::GUIDE)
     }
 
-    /// An idle pipeline for a board's wiring.
+    /// Creates an idle pipeline for a board's wiring.
     pub const fn wired(settings: Settings, wiring: Wiring) -> Self {
         Self {
             detector: Detector::wired(settings, wiring),
@@ -70,12 +69,12 @@ impl Pipeline {
         }
     }
 
-    /// Reports the next `frames` frames raw too.
+    /// Also reports the next `frames` frames raw.
     pub fn report_raw(&mut self, frames: u32) {
         self.detector.report_raw(frames);
     }
 
-    /// The greeting, to be sent before anything else.
+    /// Greeting to send before anything else.
     pub fn hello(&self) -> Event {
         self.detector.hello()
     }
@@ -85,25 +84,26 @@ impl Pipeline {
         self.step(Next::Conversion(conversion), emit);
     }
 
-    /// Takes a plain frame of another converter, instead of conversions, if the settings' plan is
-    /// [`Plan::of_frames`](ridgetone_proto::plan::Plan::of_frames); see the example of [this
+    /// Takes a plain frame of a different converter, instead of conversions, if the settings' plan
+    /// is [`Plan::of_frames`](ridgetone_proto::plan::Plan::of_frames); see the example of [this
     /// crate](crate). Readings of the chip's own health stay zero.
     pub fn push_frame(&mut self, frame: PlainFrame<'_>, emit: &mut dyn FnMut(Event)) {
         self.step(Next::Frame(frame), emit);
     }
 
-    /// Takes a frame that a board has reported raw, instead of its conversions: with the board's
-    /// plan and reference in the settings, contact, slides and estimates are the board's to the bit.
+    /// Takes a frame that a board has reported raw, instead of its conversions. If the settings
+    /// have the board's plan and reference, contacts, slides and estimates equal the board's to the
+    /// bit.
     pub fn push_raw(&mut self, raw: &Raw, emit: &mut dyn FnMut(Event)) {
         self.step(Next::Raw(raw), emit);
     }
 
-    /// Ends the signal: closes what is open and reports health.
+    /// Ends the signal: ends the touch under way and reports health.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         self.step(Next::End, emit);
     }
 
-    /// Takes what comes next; then fits the windows that are due.
+    /// Takes the next input; then fits the windows that are due.
     fn step(&mut self, next: Next<'_>, emit: &mut dyn FnMut(Event)) {
         let Self {
             detector,
@@ -113,7 +113,7 @@ impl Pipeline {
             shared,
         } = self;
         let mut windows = Vec::<Window, WINDOWS_AT_ONCE>::new();
-        // The fit takes no time of the signal, so it always keeps up.
+        // The signal waits for the fit, so the fit always keeps up.
         let due = &mut |window: Window| {
             admit(window, true, |window| windows.push(window).is_ok(), shared);
         };

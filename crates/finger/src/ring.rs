@@ -1,16 +1,16 @@
-//! The latest frames in a fixed buffer, and how the fit reads them.
+//! The latest frames in a fixed buffer, and their interface to the fit.
 //!
-//! A window of the paper's longest slide holds 62 kB. So there is one ring, windows overlap in it,
-//! and they name their frames by number. The fit reads a short block at a time. On the chip it does
-//! so behind a lock that lasts for one block, so that higher tasks wait for microseconds only. A
-//! reader learns which frames were overwritten.
+//! A window of the paper's longest slide takes 62 kB, so there is a single ring, in which windows
+//! overlap and refer to frames by number. The fit reads a short block at a time, on the chip under
+//! a lock for each block, so that higher-priority tasks wait for only microseconds. A reader is
+//! told if frames were overwritten.
 
 use crate::scan::Scan;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{RING_FRAMES, TAXELS};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 
-/// True if frame `number` is frame `mark` or a later one. The numbers wrap, so the two must be less
+/// True if frame `number` is frame `mark` or a later one. The numbers wrap, so they must be less
 /// than half their range apart: 103 days at 241 Hz, a day at 23.3 kHz.
 pub const fn reached(number: u32, mark: u32) -> bool {
     number.wrapping_sub(mark) as i32 >= 0
@@ -21,16 +21,17 @@ pub const fn reached(number: u32, mark: u32) -> bool {
 /// ([`Plan::frames_a_row`]).
 #[derive(Debug)]
 pub struct Ring {
-    /// If a row holds one frame, values by taxel; else the taxels of each frame follow one another.
+    /// Values by taxel if a row holds one frame; otherwise the taxels of its frames, one after
+    /// another.
     values: [Values; RING_FRAMES],
     /// Mask of the valid values of each row.
     valid: [u16; RING_FRAMES],
     /// Device time of each row's first frame, microseconds.
     t_us: [u32; RING_FRAMES],
-    /// Position of the next frame in the ring, in frames. Not derived from the frame's number,
-    /// because 2^32 is no multiple of the ring's length.
+    /// Position of the next frame in the ring, in frames. It cannot be derived from the frame's
+    /// number, because 2^32 is not a multiple of the ring's length.
     head: u32,
-    /// Number of the frame that is written next.
+    /// Number of the next frame to be written.
     next: u32,
     /// Number of frames in the ring.
     filled: u32,
@@ -41,13 +42,13 @@ pub struct Ring {
     /// Mask of the converted taxels, and their number (`channels`).
     inputs: u16,
     channels: u32,
-    /// Frame period, nanoseconds.
     frame_ns: u32,
 }
 
 impl Ring {
-    /// An empty ring, for frames of the default plan unless another one is set before the first
-    /// frame. `const` and all zeros, so that it can live in a static without a copy in flash.
+    /// Creates an empty ring, for frames of the default plan unless a different one is set before
+    /// the first frame. `const` and all zeros, so that it can live in a static without a copy in
+    /// flash.
     pub const fn new() -> Self {
         Self {
             values: [[0.0; TAXELS]; RING_FRAMES],
@@ -73,7 +74,7 @@ impl Ring {
         self.restart(number);
     }
 
-    /// Number of the frame that is written next.
+    /// Number of the next frame to be written.
     pub const fn next(&self) -> u32 {
         self.next
     }
@@ -92,8 +93,8 @@ impl Ring {
     pub fn restart(&mut self, number: u32) {
         self.next = number;
         self.filled = 0;
-        // Sums over a window round differently if the ring's end cuts a block. From position 0,
-        // results do not depend on earlier contents.
+        // Start at position 0, so that results do not depend on earlier contents: sums over a
+        // window round differently if the ring's end splits a block.
         self.head = 0;
     }
 
@@ -142,7 +143,7 @@ impl Ring {
             (*mask, *t) = (0, t_us);
         }
         let (mut rest, mut at) = (self.inputs, place as usize);
-        // Clears the values of the frame that was there before.
+        // Clear the valid bits of the old frames from here on.
         *mask &= ((1u32 << place) - 1) as u16;
         while rest != 0 {
             let taxel = rest.trailing_zeros() as usize % TAXELS;
@@ -155,7 +156,7 @@ impl Ring {
     /// Position of a frame in the ring, if present.
     fn place(&self, number: u32) -> Option<u32> {
         let age = self.next.wrapping_sub(number);
-        // Not a valid position for a frame outside the ring, as after a gap.
+        // For a frame outside the ring, as after a gap, this is not a valid position.
         let at = if age <= self.head {
             self.head - age
         } else {
@@ -164,8 +165,8 @@ impl Ring {
         (age >= 1 && age <= self.filled).then_some(at)
     }
 
-    /// Values and mask of a frame, if it is present and has a valid value; `place` receives values
-    /// that have to be unpacked.
+    /// Values and mask of a frame, if it is present and has a valid value; `place` is storage for
+    /// values that have to be unpacked.
     #[inline]
     pub fn frame<'a>(&'a self, number: u32, place: &'a mut Values) -> Option<(&'a Values, u16)> {
         let at = self.place(number)?;
@@ -177,7 +178,7 @@ impl Ring {
         (valid != 0).then_some((self.values.get(at as usize)?, valid))
     }
 
-    /// Copies a frame out of a shared row; returns the frame's mask.
+    /// Copies a frame out of a shared row. Returns the frame's mask.
     fn unpack(&self, at: u32, to: &mut Values) -> u16 {
         let (row, mut place) = (
             (at / self.in_row.max(1)) as usize,
@@ -196,10 +197,10 @@ impl Ring {
         valid
     }
 
-    /// Averages those of `count` frames from `first` on that have a valid value, into `mean`. False
-    /// if there are none.
+    /// Averages, among `count` frames from `first` on, those that have a valid value, into `mean`.
+    /// Returns false if there are none.
     pub fn mean(&self, first: u32, count: u32, mean: &mut Values) -> bool {
-        // Sums by position in a row, so that whole rows can be added.
+        // Add by position in a row, so that whole rows can be added.
         let (mut sums, mut frames, mut number) = ([0.0f32; TAXELS], 0, first);
         let end = first.wrapping_add(count);
         let whole = ((1u32 << (self.channels * self.in_row)) - 1) as u16;
@@ -259,7 +260,7 @@ impl Ring {
         true
     }
 
-    /// Time of a frame's first slot, low 32 bits of the device time in microseconds. In a shared
+    /// Time of a frame's first slot (low 32 bits of the device time in microseconds). In a shared
     /// row only the first frame's time was measured.
     pub fn t_us(&self, number: u32) -> Option<u32> {
         let at = self.place(number)?;
@@ -270,8 +271,8 @@ impl Ring {
         Some(first_us.wrapping_add((at % self.in_row.max(1)) * self.frame_ns / 1000))
     }
 
-    /// Time of a frame: the earliest estimate from the time stamps of its row and of the next
-    /// `rows` rows, each moved back by the scan's period. Microseconds, and nanoseconds to add.
+    /// Time of a frame, in microseconds plus nanoseconds: the earliest estimate from the time
+    /// stamps of its row and of the next `rows` rows, each moved back at the scan's nominal period.
     pub fn min_delay(&self, number: u32, rows: u32) -> Option<(u32, i32)> {
         let row_us = |number: u32| {
             self.t_us
@@ -291,7 +292,7 @@ impl Ring {
         Some((from_us, min_ns.wrapping_add_unsigned(in_row_ns)))
     }
 
-    /// See [`FrameSource::read`].
+    /// Reads frames as [`FrameSource::read`] does.
     #[inline]
     pub fn read<R>(
         &self,
@@ -326,7 +327,7 @@ impl Ring {
     }
 }
 
-/// Maximum number of packed frames read at a time: they are copied onto the stack.
+/// Maximum number of packed frames read at a time, because they are copied onto the stack.
 const READ_FRAMES: usize = 4;
 
 impl Default for Ring {
@@ -392,7 +393,8 @@ mod tests {
         ring.restart(70);
         assert!(ring.frame(70, &mut [0.0; TAXELS]).is_none() && ring.oldest() == 70);
         (0..16).for_each(|n| ring.push(&[n as f32; TAXELS], 1, n));
-        // In one piece: the rounding of a window's sums does not depend on earlier contents.
+        // They are in one piece, so the rounding of a window's sums does not depend on earlier
+        // contents.
         assert_eq!(
             ring.read(70, 16, |values, _| (values.len(), values[15][0])),
             Some((16, 15.0))
@@ -407,9 +409,9 @@ mod tests {
         assert_eq!(ring.t_us(0), Some(7));
     }
 
-    /// Against the times at which the conversions ended, in f64: three of four are served late, by
-    /// up to half a period of `single`, and the two crystals differ; or none is late, and the
-    /// chip's clock is off by less than a fault.
+    /// Compares times with the true ends of the conversions, in f64. Either three of four are
+    /// served late, by up to half a period of `single`, and the two crystals differ; or none is
+    /// late, and the chip's clock error is just too small for a fault.
     #[test]
     fn late_times_do_not_change_the_time_between_two_frames() {
         for plan in [Plan::SINGLE, Plan::VIBRATION, Plan::HAND, Plan::PAPER] {
@@ -431,8 +433,8 @@ mod tests {
                         + f64::from(until.1 - from.1) * 1e-3;
                     max_us = max_us.max((passed_us - 600.0 * period_us).abs());
                 }
-                // The counter's microsecond, and the clock's error: over one row, and over eight if
-                // some are late.
+                // Limit: the counter's microsecond, and the clock's error over one row, or over
+                // eight if some are late.
                 let rows_us = f64::from(plan.frames_a_row() as u32)
                     * period_us
                     * [1.0, 8.0][lateness as usize];
@@ -442,8 +444,8 @@ mod tests {
         }
     }
 
-    /// Various sets of taxels, around the ring's end and the wrap of the numbers, against a list of
-    /// what was written.
+    /// Compares frames of various sets of taxels with a list of what was written, around the ring's
+    /// end and the wrap of the numbers.
     #[test]
     fn frames_that_share_rows_are_as_they_were_written() {
         for inputs in [0x8001u16, 0x0412, 0x001f, 0x0100, 0x01ff] {

@@ -1,4 +1,4 @@
-//! Slots of the scan: the channel converted in each, the time that takes, and the order.
+//! Slots of a scan: their channels, durations and order.
 
 use crate::converter::{Scanned, Tag};
 use ridgetone_proto::plan::{HealthReadings, Plan, READINGS, Sampling};
@@ -7,7 +7,7 @@ use ridgetone_proto::scan::TAXELS;
 /// Slots of one default scan.
 pub const SLOTS: u32 = Plan::PAPER.slots();
 
-/// The chip's internal readings.
+/// Number of the chip's internal readings.
 pub const OWN: usize = READINGS as usize;
 
 /// Maximum number of slots of a scan.
@@ -30,7 +30,7 @@ pub(crate) fn own_of(id: u8) -> Option<usize> {
     OWN_IDS.iter().position(|own| *own == id)
 }
 
-/// The order of a scan's conversions.
+/// Order of a scan's conversions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Order {
     /// Bit n: channel id n is converted.
@@ -38,7 +38,6 @@ pub(crate) struct Order {
 }
 
 impl Order {
-    /// Scan of a plan.
     pub const fn new(plan: &Plan, scanned: Scanned) -> Self {
         let mut own = 0;
         let mut at = 0;
@@ -61,7 +60,7 @@ impl Order {
         Tag::NEW | self.mask.trailing_zeros() as u8
     }
 
-    /// The id of the scan's last conversion.
+    /// Id of the scan's last conversion.
     pub const fn last_id(self) -> u8 {
         31 - self.mask.leading_zeros() as u8 % 32
     }
@@ -74,8 +73,8 @@ impl Order {
         Tag::NEW | (if is_last { self.mask } else { above }).trailing_zeros() as u8
     }
 
-    /// Conversions of the scan between the expected one and this one, less whole scans; zero for
-    /// one outside the scan.
+    /// Number of conversions of the scan between the expected one and this one, without whole
+    /// scans; zero if this one is outside the scan.
     pub fn skipped(self, expected: u8, status: u8) -> u32 {
         let (mut at, mut skipped) = (expected, 0);
         while at & Tag::NEW_AND_ID != status & Tag::NEW_AND_ID {
@@ -98,7 +97,7 @@ impl Order {
     }
 }
 
-/// Scan of a plan, with derived figures.
+/// Scan of a plan, with derived quantities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scan {
     /// Bit k: taxel k is converted.
@@ -107,14 +106,14 @@ pub struct Scan {
     pub(crate) channels: u32,
     /// Conversions per scan.
     pub(crate) slots: u32,
-    /// Period of a conversion at the nominal clock, nanoseconds; of a scan over its slots, if all
-    /// are sampled at once.
+    /// Period of a conversion at the nominal clock, nanoseconds; if all inputs are sampled at once,
+    /// a scan's period divided by its slots.
     pub(crate) conversion_ns: u32,
     pub(crate) sampling: Sampling,
 }
 
 impl Scan {
-    /// The scan of a plan.
+    /// Creates the scan of a plan.
     pub const fn new(plan: &Plan) -> Self {
         Self {
             inputs: plan.inputs,
@@ -156,7 +155,7 @@ impl Scan {
         }
     }
 
-    /// Slots from the first taxel to this one.
+    /// Number of slots from the first taxel to this one.
     pub(crate) const fn slots_after_first(&self, taxel: usize) -> u32 {
         match self.sampling {
             Sampling::InTurn => {
@@ -174,7 +173,7 @@ mod tests {
     use ads1258::Channel;
     use ridgetone_proto::plan::Converters;
 
-    /// The driver has its own implementation of the same order.
+    /// Compares with the driver's own implementation of the order.
     #[test]
     fn the_next_channel_is_the_driver_s() {
         for (name, plan) in Plan::usual(Converters::ADS1258) {

@@ -1,4 +1,4 @@
-//! Schedule of the windows of a slide that are to be fitted.
+//! Decides which windows of a slide are to be fitted, and when.
 
 use crate::frame::FrameClock;
 use crate::ring::{Ring, reached};
@@ -10,23 +10,24 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Span;
 use ridgetone_tone::{FRAMES_MIN, Values};
 
-/// Frames of touch detection left out at either end of a whole slide, whose ends are known to
-/// within a few frames.
+/// Number of frames of touch detection left out at either end of a whole slide, because the ends
+/// are known only to within a few frames.
 pub const TRIM_FRAMES: u32 = 5;
-/// Frames by which a whole slide is shorter than the ring, at 241 Hz. Before a slide's end is
-/// noticed the ring goes on for 20 blocks of 4 frames, for one more before it is known what
-/// follows, and for up to 9 before the end is dated. The other 40 frames, 0.17 s, are left for the
-/// fit to read the oldest frames.
+/// Number of frames by which a whole slide must be shorter than the ring, at 241 Hz. The ring
+/// continues to fill for 20 blocks of 4 frames before a slide's end is noticed, for one more before
+/// it is known what follows, and for up to 9 before the end is located. The other 40 frames, 0.17
+/// s, are left for the fit to read the oldest frames.
 const LATE_FRAMES: u32 = 160;
-/// Minimum number of frames of a growing window, as of the shortest window that can be set.
+/// Minimum number of frames of a growing window, equal to that of the shortest window in the
+/// settings.
 pub const GROWING_FRAMES_MIN: u32 = 24;
-/// Rows of the ring at either end of a window from which its rate is measured. An interrupt may be
-/// served late, in a storm on DRDY by most of a conversion, which is 0.1 % of a window of 43 ms.
-/// The least late row of several counts.
+/// Number of rows of the ring at either end of a window from which its rate is measured. An
+/// interrupt may be served late, in a storm on DRDY by most of a conversion, which is 0.1 % of a
+/// window of 43 ms, so the least late of several rows counts.
 const DATED_ROWS: u32 = 8;
-/// Time in which the ring may take in frames before the fit has read its oldest, seconds.
+/// Time for which the ring may take in new frames before the fit has read the oldest, seconds.
 const READING_S: f32 = 0.066;
-/// `READING_S` for a fast plan, whose interrupts leave a fit half of the processor.
+/// `READING_S` for a fast plan, whose interrupts leave only half of the processor to a fit.
 const READING_FAST_S: f32 = 0.3;
 
 /// Maximum number of frames of a window, whole slides included.
@@ -38,7 +39,7 @@ pub const fn window_frames_max(plan: &Plan) -> u32 {
     }
 }
 
-/// Frames by number: their times and their values.
+/// Access to the times and values of frames by number.
 #[derive(Clone, Copy)]
 pub(crate) struct Frames<'a> {
     pub clock: &'a FrameClock,
@@ -53,13 +54,12 @@ struct Extent {
     span: Span,
 }
 
-/// Decides which windows fall due.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowScheduler {
     /// Code of each taxel in the first complete frame, to which the ring's values are relative.
     pub reference: Values,
     plan: Plan,
-    /// Frames that touch detection averages.
+    /// Number of frames that touch detection averages into one.
     averaged: u32,
     window_frames_max: u32,
     /// Maximum number of frames that a whole slide may reach back in the ring.
@@ -72,9 +72,8 @@ pub(crate) struct WindowScheduler {
     tracks: bool,
     /// Frame after the window that falls due next.
     next_end: u32,
-    /// A slide that is over and falls due as a whole: first frame, frames.
+    /// First frame and number of frames of a slide that is over and due as a whole.
     pub whole: Option<(u32, u32)>,
-    /// First frame of the latest touch.
     touch_first: u32,
     /// Mean level of the taxels in the latest pressure map of this touch, volts; NaN without one.
     pub level_v: f32,
@@ -126,8 +125,9 @@ impl WindowScheduler {
         self.stride_frames = if stride_frames > 0 { stride_frames } else { 1 };
     }
 
-    /// Applies new settings. The windows of a slide that lasts since the frame `sliding` get the
-    /// new length; none reaches back before the slide, or is late. `latest` is the latest frame.
+    /// Applies new settings. The windows of the slide that began with the frame `sliding`, if any,
+    /// get the new length; none begins before the slide, and none is overdue. `latest` is the
+    /// latest frame.
     pub fn change(&mut self, settings: &Settings, sliding: Option<u32>, latest: u32) {
         self.set(settings);
         if let Some(start) = sliding {
@@ -140,7 +140,7 @@ impl WindowScheduler {
         }
     }
 
-    /// Frames of a slide's first window.
+    /// Number of frames of a slide's first window.
     fn first_frames(&self) -> u32 {
         if self.growing {
             GROWING_FRAMES_MIN.min(self.window_frames)
@@ -158,10 +158,10 @@ impl WindowScheduler {
                 let (first, last) = (start.wrapping_add(trim), end.wrapping_sub(trim));
                 if reached(last, first) {
                     let frames = last.wrapping_sub(first);
-                    // The latest part of a slide that is longer than a window can be.
+                    // If the slide is longer than the longest window, take its last part.
                     let max = frames.min(self.window_frames_max);
                     let first = first.wrapping_add(frames - max);
-                    // If the end was dated late, the ring is about to lose the first frames.
+                    // If the end was located late, the ring is about to lose the first frames.
                     let lost = ring.next().wrapping_sub(self.reach);
                     let late = if reached(lost, first) {
                         lost.wrapping_sub(first)
@@ -181,8 +181,8 @@ impl WindowScheduler {
     }
 
     /// Issues the windows that a slide has filled. The slide began with frame `start` and is known
-    /// to have lasted until frame `until`. Tracks do not wait until their last frames are known to
-    /// be of the slide.
+    /// to have lasted until frame `until`. Windows for tracks end at the latest frame, which may
+    /// not belong to the slide.
     pub fn stride(
         &mut self,
         start: u32,
@@ -198,8 +198,8 @@ impl WindowScheduler {
         let late = until.wrapping_sub(self.next_end);
         let is_latest_alone = self.averaged > 1 || self.tracks;
         if is_latest_alone && reached(until, self.next_end) && late >= self.stride_frames {
-            // Windows or their strides are short compared with the time in which a slide shows:
-            // only the latest of the windows that are due counts.
+            // Windows or their strides are shorter than the time in which a slide is detected, so
+            // several may be due: only the latest counts.
             self.next_end = until.wrapping_sub(late % self.stride_frames.max(1));
         }
         while reached(until, self.next_end) {
@@ -218,7 +218,7 @@ impl WindowScheduler {
         }
     }
 
-    /// Issues the slide that is over, as a whole.
+    /// Issues a slide that is over as one window.
     pub fn give_whole(&mut self, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
         if let Some((first, frames)) = self.whole.take() {
             let extent = Extent {
@@ -231,7 +231,7 @@ impl WindowScheduler {
         }
     }
 
-    /// Issues frames of a slide as a window, if there are enough of them and in the ring.
+    /// Issues frames of a slide as a window, if there are enough and all are in the ring.
     fn give(&self, extent: Extent, frames: Frames<'_>, due: &mut dyn FnMut(Window)) {
         let Extent {
             first,

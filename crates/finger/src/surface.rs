@@ -1,4 +1,5 @@
-//! From the channels' phases and the speed to the surface: spatial period, speed, direction.
+//! Derives spatial period, speed and direction on the surface from the channels' phases and the
+//! speed.
 
 pub mod lag;
 pub mod texture;

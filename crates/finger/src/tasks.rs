@@ -11,8 +11,7 @@
 //! | [`Fit`] | 1 | a window, a request | runs the estimator; requests when no window is due |
 //! | [`Idle`] | 0 | | measures load and stack, ends the run |
 //!
-//! A task's resources are behind [`rtic_core::Mutex`] where a task of higher priority uses them
-//! too.
+//! A task's resources are behind [`rtic_core::Mutex`] if a higher-priority task uses them too.
 
 pub(crate) mod commands;
 pub(crate) mod detect;

@@ -15,7 +15,7 @@ pub struct Window {
     pub end_us: u64,
     /// Frames per second by the board's clock, measured over the window.
     pub frame_rate_hz: f32,
-    /// Code of each taxel that the frames' values are relative to: whole numbers, exact in f32.
+    /// Code of each taxel to which the frames' values are relative. Whole numbers, so exact in f32.
     pub reference: Values,
     /// Span of the window.
     pub span: Span,
@@ -31,7 +31,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// Window of the first frames of a plan, at its nominal rate and of no known touch.
+    /// Creates a window of a plan's first frames, at its nominal rate and without a known touch.
     pub const fn new(plan: Plan, frames: u32) -> Self {
         Self {
             first: 0,

@@ -7,12 +7,12 @@ use ridgetone_proto::settings::Settings;
 /// Properties of a board's wiring that its settings do not have.
 #[derive(Clone, Copy, Debug)]
 pub struct Wiring {
-    /// The converter.
+    /// Converter of the board.
     pub converter: &'static Facts,
 }
 
 impl Wiring {
-    /// The wiring of the guide: an ADS1258.
+    /// Wiring of the guide: an ADS1258.
     pub const GUIDE: Self = Self {
         converter: &Facts {
             name: "ADS1258",

@@ -20,7 +20,7 @@ const REGISTER_CYCLES: u64 = 2;
 
 impl Bus {
     pub fn fetch(&mut self, address: u32) -> Result<u16, Stop> {
-        // Code never runs from registers.
+        // Code cannot run from registers.
         if address >= PERIPHERALS {
             return Err(Stop::Bus(address));
         }

@@ -1,4 +1,4 @@
-//! Events that no instruction causes: bytes end, timers wrap, DRDY falls, buffers fill, the
+//! Events that no instruction causes: a byte ends, a timer wraps, DRDY falls, a buffer fills, the
 //! watchdog expires.
 
 use super::state::Bus;

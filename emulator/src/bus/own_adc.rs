@@ -1,4 +1,4 @@
-//! The sensors at the processor's own ADC, and the transfer of their samples to memory by DMA.
+//! The sensors at the processor's own ADC, and the DMA transfer of their samples to memory.
 
 use super::state::Bus;
 use crate::board::Pin;
@@ -69,8 +69,8 @@ impl Bus {
         self.sensors.sample(input as u8, t_s)
     }
 
-    /// Checks the rules for the bits that lower the ADC's noise; `None` if the chip does not have
-    /// these bits.
+    /// Checks the rules for the bits that lower the ADC's noise; returns `None` if the chip does
+    /// not have a bit that is set.
     pub fn check_accuracy(&mut self) -> Option<()> {
         let (option_1, option_2) = (self.pwr.has_adcdc1(), self.syscfg.has_adc_dc2());
         if (option_1 || option_2) && !self.wiring.has_adc_accuracy {
@@ -88,7 +88,7 @@ impl Bus {
         Some(())
     }
 
-    /// Checks when the conversions start that each pin is analogue and belongs to a sensor (RM0090,
+    /// Checks, when conversions start, that each pin is analogue and belongs to a sensor (RM0090,
     /// 8.3.12).
     pub fn check_inputs(&mut self) {
         for place in 0..self.own_adc.sequence_length() {

@@ -54,7 +54,7 @@ const fn clock_of(base: u32) -> Option<(usize, u32)> {
 }
 
 impl Bus {
-    /// Splits an address into base and offset; notes a broken rule if the peripheral's clock is
+    /// Splits an address into base and offset; records a broken rule if the peripheral's clock is
     /// off.
     fn locate(&mut self, address: u32) -> (u32, u32) {
         let base = address & !0x3FF;
@@ -227,7 +227,7 @@ impl Bus {
         Some(())
     }
 
-    /// Resets peripherals by their bits in RCC's registers; `None` if one of them is not modelled.
+    /// Resets the peripherals of these bits in RCC; returns `None` if one of them is not modelled.
     fn reset_peripherals(&mut self, bus: usize, bits: u32) -> Option<()> {
         let line = self.line_base();
         let known = [

@@ -22,10 +22,9 @@ use crate::stop::{Failure, Stop};
 use crate::time::Time;
 use hal_mock::{Amplifier, Constant, Stm32Adc};
 
-/// Bytes of main RAM, of both chips (DS8626, DS10693).
+/// Size of main RAM, bytes (DS8626, DS10693).
 const RAM_BYTES: usize = 128 << 10;
 
-/// Memory, peripherals and time.
 pub(crate) struct Bus {
     pub time: Time,
     /// Cycle from which peripherals and interrupts must be polled.
@@ -54,11 +53,11 @@ pub(crate) struct Bus {
     pub dbgmcu: Dbgmcu,
     pub adc: Adc,
     pub clkio_is_wired: bool,
-    /// Latest output frequency of the clock pin that the rules have checked, hertz.
+    /// Frequency of the clock pin at the latest check of its rules, hertz.
     pub clock_output_hz: u32,
     pub own_adc: OwnAdc,
     pub dma: Stream,
-    /// Fetches bytes that arrive on the serial line.
+    /// Stream that fetches bytes from the serial line.
     pub line_dma: Stream,
     /// Sensors at the pins of the processor's own ADC.
     pub sensors: Stm32Adc,
@@ -73,10 +72,10 @@ pub(crate) struct Bus {
     pub flash_changed: bool,
     /// True if the serial line's pins were checked since it was switched on.
     pub is_line_checked: bool,
-    /// Cycle from which USB requests its interrupt.
+    /// Cycle at which USB requests its interrupt.
     pub usb_rises: Option<u64>,
     pub drdy_falls: Option<u64>,
-    /// True if the next read of the microsecond counter dates an edge of DRDY.
+    /// True if the next read of the microsecond counter is the timestamp of a DRDY edge.
     pub dates_edge: bool,
 }
 

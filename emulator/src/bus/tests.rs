@@ -1,5 +1,5 @@
-//! A board driven by register writes: the rules, each broken on purpose, and the behaviour of the
-//! parts.
+//! Tests of a board driven by register writes: breaks each rule on purpose, and checks the
+//! behaviour of the parts.
 
 mod line;
 mod own_adc;
@@ -63,7 +63,7 @@ impl Bench {
         self.0
             .write(address, 4, value)
             .expect("a register that is modelled");
-        // Process events, as before the next instruction.
+        // Process events, as before each instruction.
         self.0.catch_up();
         self
     }

@@ -77,7 +77,6 @@ impl Bus {
         *outside = *outside & !(1 << pin) | u16::from(high) << pin;
     }
 
-    /// Applies newly selected clocks.
     pub fn change_clocks(&mut self) {
         // Check nominal clocks: firmware cannot avoid an oscillator's error.
         let (clocks, pll) = self.rcc.clocks(&self.wiring, HSI_HZ);
@@ -109,7 +108,7 @@ impl Bus {
                 format!("the PLL's input {input} Hz, its VCO {vco} Hz"),
             );
         }
-        // One more wait state for each 30 MHz at 2.7 to 3.6 V (RM0090, table 10).
+        // Each 30 MHz need one more wait state at 2.7 to 3.6 V (RM0090, table 10).
         let needed = clocks.hclk.saturating_sub(1) / 30_000_000;
         if self.flash.latency() < needed {
             let detail = format!("{} wait states at {} Hz", self.flash.latency(), clocks.hclk);
@@ -136,8 +135,8 @@ impl Bus {
         self.attend();
     }
 
-    /// Sets the state left by the ROM's loader: the PLL is the clock, with wait states for it, HSE
-    /// is on, the ROM is mapped at address 0, USB's interrupt is on, and USB will request it.
+    /// Sets the state that the ROM bootloader leaves behind: running from the PLL with matching
+    /// flash wait states, HSE on, ROM mapped at 0, USB interrupt enabled and about to fire.
     pub fn leave_as_rom_loader(&mut self) {
         // Three wait states, for 96 MHz.
         let _ = self.flash.write(0, 3);
@@ -198,7 +197,8 @@ impl Bus {
         self.tim10.wave().filter(|_| has_function)
     }
 
-    /// Clock that the board outputs for the ADC, hertz, rounded; 0: none.
+    /// Frequency of the clock that the board outputs for the ADC, hertz, rounded; 0 without a
+    /// clock.
     pub fn timed_clock_hz(&self) -> u32 {
         // The clock of the timers on APB2 follows the same rule as on APB1.
         let [apb_hz, hclk_hz] = [self.clocks.pclk[1], self.clocks.hclk];

@@ -70,8 +70,8 @@ fn dual_or_exclusive(a: u16, b: u16) -> Op {
     }
 }
 
-/// Decodes a 32-bit data-processing operation: operation, flags, destination (none for compare) and
-/// first operand (none for move).
+/// Decodes a 32-bit data-processing instruction: operation, flags, destination (none for a
+/// comparison) and first operand (none for a move).
 fn data_processing(a: u16, b: u16) -> Option<(Dp, Flags, u8, u8)> {
     let (sets, n, d) = (a & 0x10 != 0, reg(a, 0), reg(b, 8));
     let flags = if sets { Flags::Set } else { Flags::Keep };
@@ -204,8 +204,8 @@ fn plain_immediate(a: u16, b: u16, pc: u32) -> Op {
     }
 }
 
-/// Decodes the offset of a load or store with 12 or 8 bits of offset, and how it is used; `None` if
-/// the offset is a register.
+/// Decodes a 12-bit or 8-bit offset of a load or store, and its use; returns `None` if the offset
+/// is a register.
 fn offset(a: u16, b: u16) -> Option<(i16, Index)> {
     if a & 0x80 != 0 {
         return Some(((b & 0xFFF) as i16, Index::Offset));

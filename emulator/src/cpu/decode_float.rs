@@ -20,7 +20,7 @@ pub fn decode(a: u16, b: u16) -> Op {
     }
 }
 
-/// Numbers of the single-precision registers: the field's four bits above one more.
+/// Number of a single-precision register: four bits of the field, then a separate lowest bit.
 fn sd(a: u16, b: u16) -> u8 {
     (b >> 11 & 0x1E | a >> 6 & 1) as u8
 }
@@ -148,8 +148,8 @@ mod tests {
     use super::{constant, decode};
     use crate::cpu::op::Op;
 
-    /// Tests the encodings of an assembler for `vmov d0, r0, r3` and `vmov r0, r1, d0`, and `vmov
-    /// s0, s1, r0, r3`.
+    /// Tests `vmov d0, r0, r3`, `vmov r0, r1, d0` and `vmov s0, s1, r0, r3` as an assembler encodes
+    /// them.
     #[test]
     fn pairs_move_to_a_double_and_back() {
         assert!(matches!(

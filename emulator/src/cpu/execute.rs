@@ -1,6 +1,6 @@
 //! Executes instructions. Cycles are from the Cortex-M4 reference manual (DDI 0439B, table 3-1),
-//! one being counted already: a load 2, a taken branch 2, a computed one 3, a division of integers
-//! 4, of floats 14.
+//! including the one counted for every instruction: load 2, taken branch 2, computed branch 3,
+//! integer division 4, float division 14.
 
 use super::integer::Operands;
 use super::op::Op;

@@ -61,7 +61,6 @@ impl Cpu {
             Op::FloatStatusToCore(t) => self.r[usize::from(t)] = self.fpscr,
             Op::CoreToFloatStatus(t) => {
                 let status = self.r[usize::from(t)];
-                // Only the default mode is modelled.
                 if status & 0x07C0_0000 != 0 {
                     return Err(
                         bus.unmodelled("this mode of the floating-point unit", self.r[15] - 4)

@@ -33,7 +33,6 @@ pub(crate) struct Cpu {
     pub exclusive: Option<u32>,
     /// Address of the next instruction.
     pub pc: u32,
-    /// True while WFI waits.
     pub is_asleep: bool,
     pub instructions: u64,
     /// Decoded instructions with their size in bytes, one per half word of the flash.

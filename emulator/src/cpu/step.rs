@@ -61,7 +61,7 @@ impl Cpu {
         Ok(decoded)
     }
 
-    /// True if the IT block, if any, lets the instruction run.
+    /// Advances the IT block, if any. Returns true if the block lets the instruction run.
     fn advance_it(&mut self, op: Op) -> bool {
         if matches!(op, Op::It(..)) {
             return true;

@@ -1,4 +1,4 @@
-//! The far ends of the board's cables: actions of a test, and everything it can observe.
+//! The far ends of the board's cables: what a test can do to the board and observe.
 
 use super::run::{Emulator, Reset};
 use crate::board::Pin;
@@ -25,7 +25,7 @@ const DBGMCU_CR: u32 = 4;
 /// Bits per second of the PC's end of the serial line.
 const BAUD: u64 = 921_600;
 
-/// Bytes of a memory from `address`; empty outside.
+/// Returns a memory's bytes from `address` on, empty if outside.
 fn from(memory: &[u8], address: u32, first: u32) -> &[u8] {
     let at = address.wrapping_sub(first) as usize;
     memory.get(at..).unwrap_or(&[])
@@ -101,7 +101,7 @@ impl Emulator {
         (self.bus.flash.programmed, self.bus.flash.erased)
     }
 
-    /// Puts bytes on the cable to the board one after the other, now or after those already on it.
+    /// Queues bytes on the cable to the board, after those already on it.
     pub fn send(&mut self, bytes: &[u8]) {
         if self.bus.has_stopped {
             self.bus.usart.unheard += bytes.len() as u64;
@@ -110,7 +110,7 @@ impl Emulator {
         let now = self.bus.time.cycles;
         let mut end = self.bus.usart.last_arrival().unwrap_or(now).max(now);
         for byte in bytes {
-            // Ten bits; rounded up so that no byte is early.
+            // A byte takes ten bits. Round up, so that none is early.
             end += (10 * self.bus.time.hz()).div_ceil(BAUD);
             self.bus.usart.arrive(*byte, end);
         }
@@ -123,8 +123,8 @@ impl Emulator {
         timed.into_iter().map(|(byte, _)| byte).collect()
     }
 
-    /// Takes the bytes that the board has sent, each with the time of its end, nanoseconds since
-    /// power-up. The processor's clock must not have changed since.
+    /// Takes the bytes that the board has sent, with the time at which each ended, nanoseconds
+    /// since power-up. The processor's clock must not have changed since they were sent.
     pub fn take_sent_timed(&mut self) -> Vec<(u8, u64)> {
         let (cycles, hz, now_ns) = (self.bus.time.cycles, self.bus.time.hz(), self.now_ns());
         let ago_ns = |end: u64| cycles.saturating_sub(end) * 1_000_000_000 / hz;
@@ -159,8 +159,8 @@ impl Emulator {
         self.bus.adc.read_once
     }
 
-    /// Number of results of which at least one read arrived as converted. A result read only once
-    /// counts only while it is the latest.
+    /// Number of results that at least one read received unaltered. A result read only once counts
+    /// only while it is the latest.
     pub fn arrived(&self) -> u64 {
         self.bus.adc.arrived
     }
@@ -180,7 +180,7 @@ impl Emulator {
         &mut self.bus.adc.chip
     }
 
-    /// Clock that the board outputs for the ADC, hertz; 0: none.
+    /// Frequency of the clock that the board outputs for the ADC, hertz; 0 without a clock.
     pub fn adc_clock_hz(&self) -> u32 {
         self.bus.clock_output_hz
     }
@@ -235,7 +235,7 @@ impl Emulator {
         self.cpu.instructions
     }
 
-    /// Processor cycles since power-up, in total and asleep.
+    /// Processor cycles since power-up: in total, and asleep.
     pub fn cycles(&self) -> (u64, u64) {
         (self.bus.time.cycles, self.asleep_cycles)
     }
@@ -311,8 +311,8 @@ impl Emulator {
         self.bus.attend();
     }
 
-    /// Bytes from the cable: lost to overruns, arrived while the receiver was off, and taken by the
-    /// firmware.
+    /// Numbers of bytes from the cable: lost to overruns, arrived while the receiver was off, taken
+    /// by the firmware.
     pub fn received(&self) -> [u64; 3] {
         [
             self.bus.usart.overruns,

@@ -36,7 +36,7 @@ impl Emulator {
         Ok(false)
     }
 
-    /// Returns a number that changes with each of the events.
+    /// Returns a number that changes whenever the event happens.
     fn mark(&self, event: Until) -> u64 {
         match event {
             Until::Byte => self.bus.usart.sent.len() as u64,
@@ -48,7 +48,7 @@ impl Emulator {
     }
 
     fn run_to_address(&mut self, address: u32, end_ns: u64) -> Result<bool, Box<Failure>> {
-        // Skip the instruction if it is already next.
+        // The instruction may already be next: skip it.
         if self.cpu.pc == address {
             self.run_ns(1)?;
         }
@@ -58,7 +58,7 @@ impl Emulator {
             outcome = self.run_once(end_ns).map(|()| self.cpu.pc == address);
         }
         self.stops_at = None;
-        // The next run has a different end.
+        // The next run may end at a different time, so poll again.
         self.bus.attend();
         outcome
     }

@@ -54,7 +54,6 @@ impl Emulator {
         let wiring = board.wiring();
         let mut adc = start.adc;
         if start.clkio_is_wired {
-            // No clock on CLKIO yet.
             adc.clock_hz = 0;
         }
         let (chip, sensors): (Box<dyn Scene>, Box<dyn Scene>) = if wiring.inputs.is_empty() {
@@ -212,7 +211,8 @@ impl Emulator {
         }
     }
 
-    /// A fault of the processor becomes a HardFault, as no other handler is enabled.
+    /// Takes a HardFault for a fault of the processor, because the firmware enables no other
+    /// handler.
     fn fault(&mut self, stop: Stop) -> Result<(), Box<Failure>> {
         let (cause, address) = match stop {
             Stop::Failed(failure) => return Err(failure),

@@ -1,4 +1,4 @@
-//! Start of a run.
+//! Conditions at the start of a run.
 
 use hal_mock::{Amplifier, Options};
 
@@ -19,7 +19,7 @@ pub struct Start {
     /// True for the state left by the ROM's loader: PLL and HSE on, system memory at address 0,
     /// USB's interrupt requested, and a jump through the flash's vectors.
     pub after_rom_loader: bool,
-    /// True if CLKIO is wired to the board's clock for the ADC, which has no crystal then.
+    /// True if CLKIO is wired to the board's clock for the ADC; the ADC then has no crystal.
     pub clkio_is_wired: bool,
     /// True if SPI's BSY clears half a bit before the last byte ends.
     pub bsy_is_early: bool,

@@ -34,8 +34,8 @@ pub struct Adc {
     pub readings: Vec<Reading>,
     /// Number of results read only once before the next was ready.
     pub read_once: u64,
-    /// Number of results of which a read arrived as converted; a result read only once counts only
-    /// while it is the latest.
+    /// Number of results that a read received unaltered; a result read only once counts only while
+    /// it is the latest.
     pub arrived: u64,
     /// Number of reads of the latest result.
     reads: u32,
@@ -66,7 +66,7 @@ impl Adc {
         }
     }
 
-    /// Clock of the chip, hertz; 0: none.
+    /// Clock of the chip, hertz; 0 without a clock.
     pub fn clock_hz(&self) -> u32 {
         self.chip.options().clock_hz
     }
@@ -79,7 +79,7 @@ impl Adc {
         }
     }
 
-    /// Sets CS and checks its timing; `spi_is_busy` at that moment.
+    /// Sets CS and checks its timing. `spi_is_busy` is true if SPI is busy now.
     pub fn set_cs(&mut self, low: bool, now_ns: u64, spi_is_busy: bool) -> Option<(Rule, String)> {
         if low == self.cs_low {
             return None;
@@ -149,7 +149,7 @@ impl Adc {
         }
     }
 
-    /// Exchanges a byte between its first and last edge of SCLK.
+    /// Exchanges a byte, given the times of its first and last edge of SCLK.
     pub fn exchange(
         &mut self,
         out: u8,

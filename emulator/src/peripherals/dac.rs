@@ -10,7 +10,7 @@ const TEN1: u32 = 1 << 2;
 pub struct Output {
     /// Time of the change, nanoseconds since power-up.
     pub at_ns: u64,
-    /// Code in DOR1, 0 to 4095; `None`: the DAC is off, and nothing drives the pin.
+    /// Code in DOR1, 0 to 4095; `None` if the DAC is off and nothing drives the pin.
     pub code: Option<u16>,
 }
 

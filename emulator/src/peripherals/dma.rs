@@ -1,8 +1,8 @@
 //! A stream of a DMA controller from a peripheral to memory, in direct mode (RM0090, 9.3 and 9.5).
 //! A transfer takes no time.
 //!
-//! Only the streams that the boards need are modelled, each as a separate controller: ADC1's and
-//! the one of the serial line's receiver. Not modelled: other directions, bursts, the FIFO.
+//! Only the streams that the boards need are modelled, each as a separate controller: for ADC1 and
+//! for the serial line's receiver. Not modelled: other directions, bursts, the FIFO.
 
 use crate::findings::Rule;
 
@@ -36,8 +36,7 @@ const FCR: u32 = 0x21;
 const RAM: u32 = 0x2000_0000;
 const RAM_BYTES: u32 = 128 << 10;
 
-/// Processor cycles from clearing EN until the stream has stopped: duration of the current
-/// transfer.
+/// Processor cycles from clearing EN until the stream has stopped, the duration of a transfer.
 const STOP_CYCLES: u64 = 8;
 
 /// Source of a stream's data: required register values and stream number (RM0090, tables 42 and
@@ -80,13 +79,13 @@ pub struct Stream {
     source: &'static Source,
     flags: u32,
     cr: u32,
-    /// Transfers left, and transfers per round.
+    /// Number of transfers left, and of transfers per round.
     left: u32,
     count: u32,
     par: u32,
     memory: [u32; 2],
     fcr: u32,
-    /// Cycle at which EN reads as zero after it was cleared; and true once software has seen it.
+    /// Cycle from which a cleared EN reads as zero; and true once software has read it as zero.
     stops: Option<u64>,
     has_seen_stop: bool,
 }
@@ -130,13 +129,14 @@ impl Stream {
         }
     }
 
-    /// Offset of the status register with the stream's flags, and the first bit of them.
+    /// Offset of the status register with the stream's flags, and number of the first flag's bit.
     const fn status(&self) -> (u32, u32) {
         let number = self.source.number;
         (4 * (number / 4), [0, 6, 16, 22][number as usize % 4])
     }
 
-    /// A register's offset from CR; a large number for the controller's own registers.
+    /// Converts a register's offset to one from CR; a large number for the controller's own
+    /// registers.
     const fn own(&self, offset: u32) -> u32 {
         offset.wrapping_sub(0x10 + 0x18 * self.source.number)
     }
@@ -151,7 +151,7 @@ impl Stream {
         enabled.into_iter().any(is_up)
     }
 
-    /// Transfers until the next interrupt; `None` if there will be none.
+    /// Number of transfers until the next interrupt; `None` if there will be none.
     pub fn transfers_to_event(&self) -> Option<u64> {
         let half = self.count / 2;
         let to_half = (self.cr & HTIE != 0 && self.left > half).then(|| self.left - half);
@@ -160,7 +160,7 @@ impl Stream {
         next.filter(|_| self.is_on()).map(u64::from)
     }
 
-    /// Makes a transfer: returns its address, and true if the count reaches zero with it. `None`:
+    /// Makes a transfer. Returns its address, and true if the count reaches zero with it; `None` if
     /// the stream is off.
     pub fn transfer(&mut self) -> Option<(u32, bool)> {
         if !self.is_on() || self.left == 0 {

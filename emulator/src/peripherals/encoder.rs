@@ -2,7 +2,6 @@
 //! of time: its position in counts, four per encoder period. Individual edges and the input
 //! filter's delay are not modelled.
 
-/// CR1.
 const CEN: u32 = 1;
 /// SMCR: encoder mode 3, which counts the edges of both channels.
 const BOTH_CHANNELS: u32 = 3;
@@ -17,7 +16,7 @@ pub struct Encoder {
     smcr: u32,
     ccmr1: u32,
     arr: u32,
-    /// Counter at its latest change of settings, and the hand's position then.
+    /// Counter and hand position at the latest change of settings.
     from: (u32, i64),
     pub hand: Hand,
     /// Times at which the counter was read, nanoseconds.

@@ -27,9 +27,9 @@ pub struct Flash {
     keys_seen: usize,
     pub programmed: u64,
     pub erased: u64,
-    /// Words that can still be programmed before power is lost; `None`: no limit.
+    /// Number of words that can still be programmed before power is lost; `None` for no limit.
     pub words_left: Option<u64>,
-    /// If set, power is lost within the next erase, and this computes each byte left from its
+    /// If set, power is lost within the next erase, and this computes each remaining byte from its
     /// offset in the sector and its content.
     pub erase_remains: Option<fn(usize, u8) -> u8>,
     /// FLASH_OPTCR: the option bytes.
@@ -71,7 +71,6 @@ impl Flash {
         (self.acr, self.sr, self.cr, self.keys_seen) = (0, 0, LOCK, 0);
     }
 
-    /// Wait states.
     pub fn latency(&self) -> u64 {
         (self.acr & 7).into()
     }
@@ -184,7 +183,8 @@ impl Flash {
                 format!("{why}: {at:#x}, FLASH_CR {:#010x}", self.cr),
             ));
         };
-        // It is not specified if PG still acts in a locked register, so nothing may rely on it.
+        // It is unspecified whether PG works in a locked register, so the firmware must not rely on
+        // it.
         if self.cr & LOCK != 0 || self.cr & PG == 0 {
             refuse(PGSERR, "a store into the flash without PG");
             return effect;
@@ -209,7 +209,7 @@ impl Flash {
             }
             *left -= 1;
         }
-        // Bits change from 1 to 0 only.
+        // Programming only clears bits.
         place
             .iter_mut()
             .zip(value.to_le_bytes())

@@ -40,7 +40,6 @@ pub struct OwnAdc {
     cr1: u32,
     cr2: u32,
     smpr: [u32; 2],
-    /// SQR1 to SQR3.
     sqr: [u32; 3],
     ccr: u32,
     data: u16,
@@ -147,7 +146,7 @@ impl OwnAdc {
         self.sr & OVR != 0
     }
 
-    /// Reads DR by DMA. `is_last`: the DMA's count has reached zero.
+    /// Reads DR by DMA. `is_last` is true if the DMA's count has reached zero.
     pub fn transfer(&mut self, is_last: bool) -> u16 {
         self.has_request = false;
         self.is_drained |= is_last && self.cr2 & DDS == 0;
@@ -175,8 +174,7 @@ impl OwnAdc {
         })
     }
 
-    /// Writes a register and returns the broken rule, if any. The prescaler divides half of APB2's
-    /// clock further.
+    /// Writes a register and returns the broken rule, if any.
     pub fn write(&mut self, offset: u32, value: u32, now: Now) -> Option<Option<(Rule, String)>> {
         let mut broken = None;
         match offset {
@@ -251,6 +249,5 @@ impl OwnAdc {
 pub struct Now {
     pub cycles: u64,
     pub ns: u64,
-    /// Clock of APB2, hertz.
     pub apb_hz: u64,
 }

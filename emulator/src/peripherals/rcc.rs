@@ -66,7 +66,6 @@ pub struct Rcc {
     pub hse_dies: bool,
 }
 
-/// Effect of a write.
 #[derive(Default)]
 pub struct Changed {
     pub clocks: bool,
@@ -108,7 +107,6 @@ impl Rcc {
         };
     }
 
-    /// True if a peripheral's clock is on.
     pub fn is_on(&self, bus: usize, bit: u32) -> bool {
         self.enabled[bus] >> bit & 1 != 0
     }
@@ -120,7 +118,8 @@ impl Rcc {
         is_source.then_some(self.cr & HSEBYP != 0)
     }
 
-    /// Responds to the loss of HSE as the clock security system does, if it is on (RM0090, 7.2.7).
+    /// Responds to the loss of HSE as the clock security system does (RM0090, 7.2.7). Returns false
+    /// if that system is off.
     pub fn secure(&mut self) -> bool {
         let is_on = self.cr & CSSON != 0;
         if is_on {
@@ -167,8 +166,8 @@ impl Rcc {
             && now_ns >= self.pll_on_ns + PLL_LOCK_NS
     }
 
-    /// Returns the clocks selected by the registers, and the PLL's input and VCO in hertz if it is
-    /// the source, with an internal oscillator of `hsi_hz`.
+    /// Returns the clocks selected by the registers and, if the PLL is the source, the frequencies
+    /// of its input and VCO, hertz. `hsi_hz` is that of the internal oscillator.
     pub fn clocks(&self, wiring: &Wiring, hsi_hz: u64) -> (Clocks, Option<[u64; 2]>) {
         let (m, n) = (
             u64::from(self.pllcfgr & 63).max(1),

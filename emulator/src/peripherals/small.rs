@@ -13,8 +13,8 @@ impl Pwr {
         Self { cr }
     }
 
-    /// Highest processor clock that VOS allows, hertz: scale 2 of the STM32F401 and F411 ends at 84
-    /// MHz (RM0383, 5.4.1); no limit is modelled for the other chips.
+    /// Highest processor clock that VOS allows, hertz: 84 MHz in scale 2 of the STM32F401 and F411
+    /// (RM0383, 5.4.1); no limit is modelled for the other chips.
     pub const fn limit_hz(&self) -> u64 {
         if self.cr & VOS == 0x8000 {
             84_000_000
@@ -44,7 +44,7 @@ impl Pwr {
     }
 }
 
-/// DBGMCU: clocks and counters that a debugger stops (RM0090, 38.16). Without a debugger the
+/// DBGMCU: clocks and counters that stop under a debugger (RM0090, 38.16). Without a debugger the
 /// registers only store what is written, and keep it across resets.
 pub struct Dbgmcu {
     id_code: u32,

@@ -51,7 +51,7 @@ impl Spi {
         self.cr1 & (CPHA | CPOL | MSTR | LSBFIRST | 0xFC00) == MSTR
     }
 
-    /// APB clock cycles per cycle of SCLK.
+    /// Number of APB clock cycles per cycle of SCLK.
     pub fn divider(&self) -> u64 {
         2 << (self.cr1 >> 3 & 7)
     }

@@ -15,7 +15,6 @@ pub struct Timer {
     /// Prescaler written, and prescaler in use.
     psc: [u32; 2],
     arr: u32,
-    /// True if ARR was written since the reset.
     is_arr_written: bool,
     /// Counter and the cycle at which it had this value.
     from: (u32, u64),

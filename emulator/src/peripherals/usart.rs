@@ -27,8 +27,8 @@ pub struct Usart {
     overrun: bool,
     /// True if SR was read while it showed the overrun.
     overrun_seen: bool,
-    /// True if the line has been idle for the time of a byte since the last one; and true if SR was
-    /// read while it showed this.
+    /// Idle flag: true if the line has been idle for the time of a byte since the last one; and
+    /// true if SR was read while the flag was set.
     idle: bool,
     idle_seen: bool,
     /// Cycle at which the line becomes idle unless a byte begins before.
@@ -105,12 +105,12 @@ impl Usart {
         self.arriving.push_back((byte, end));
     }
 
-    /// Discards bytes on their way, because the receiver has no clock.
+    /// Discards bytes that are still arriving, because the receiver has no clock.
     pub fn lose_arriving(&mut self) {
         self.unheard += self.arriving.drain(..).len() as u64;
     }
 
-    /// Cycle at which the last byte on its way ends.
+    /// Cycle at which the last arriving byte ends.
     pub fn last_arrival(&self) -> Option<u64> {
         self.arriving.back().map(|(_, end)| *end)
     }
@@ -133,7 +133,7 @@ impl Usart {
         .min()
     }
 
-    /// Receives bytes until now, or until the DMA, if it is on, fetches one, which is returned.
+    /// Receives bytes until now, or until the DMA (if it is on) fetches one, which is returned.
     /// `byte_cycles` is the duration of a byte.
     pub fn receive(&mut self, now: u64, byte_cycles: u64, dma_is_on: bool) -> Option<u8> {
         loop {

@@ -4,7 +4,6 @@
 pub(crate) const FIRST_IRQ: u16 = 16;
 /// Number of the non-maskable interrupt among the exceptions.
 const NMI: u16 = 2;
-/// Number of the HardFault exception.
 pub(crate) const HARD_FAULT: u16 = 3;
 /// Number of exceptions modelled: 16 of the system and 97 interrupts, of which the STM32F405 has 82
 /// (RM0090, table 61).
@@ -40,7 +39,6 @@ pub struct Served {
     pub served_before: u64,
 }
 
-/// State of the system control space.
 pub(crate) struct Scs {
     /// Bit n is exception n.
     pub enabled: u128,
@@ -129,7 +127,7 @@ impl Scs {
         [now[0] - self.charged[0], now[1] - self.charged[1]]
     }
 
-    /// Skips cycles asleep, which are not charged.
+    /// Skips cycles spent asleep, which are not charged.
     pub fn sleep(&mut self, cycles: u64) {
         self.charged[0] += cycles;
     }
@@ -227,7 +225,7 @@ impl Scs {
         }
     }
 
-    /// Priority of the running code: a smaller number is higher; 256 is a thread.
+    /// Priority of the running code: a smaller number is higher; 256 in a thread.
     fn running(&self) -> i32 {
         numbers(self.active)
             .map(|number| self.priority_of(number))
@@ -269,7 +267,7 @@ impl Scs {
         (self.priority_of(best) < limit).then_some(best)
     }
 
-    /// True if WFI ends, for which PRIMASK is ignored (DDI 0403E, B1.5.19).
+    /// True if WFI must end; PRIMASK is ignored for this (DDI 0403E, B1.5.19).
     pub fn wakes(&self, masks: Masks) -> bool {
         self.next(Masks {
             primask: false,

@@ -1,5 +1,5 @@
-//! The fuzzer's bytes determine how frames on a line are damaged. The decoder must read exactly the
-//! frames that arrive whole.
+//! Damages frames on a line as the fuzzer's bytes determine. The decoder must read the frames that
+//! arrive whole, and nothing else.
 #![no_main]
 
 #[path = "../../../tests/support/damage.rs"]

@@ -1,4 +1,4 @@
-//! Reads the fuzzer's bytes as a file or a request; the first byte selects which.
+//! Reads the fuzzer's bytes as a file or a request; the first byte chooses which.
 #![no_main]
 
 #[path = "../../../host/tests/hostile/readers.rs"]

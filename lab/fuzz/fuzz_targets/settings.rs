@@ -1,4 +1,4 @@
-//! Reads the fuzzer's bytes as settings, which must be refused, or the pipeline must run with them.
+//! Uses the fuzzer's bytes as settings: they are refused, or the pipeline runs with them.
 #![no_main]
 
 #[path = "../../../tests/support/any_settings.rs"]

@@ -12,8 +12,8 @@ use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
 pub struct ActuatorOptions {
-    /// A measured law of a finger's power over the period: `coefficients` of 1 to p^4, `period_mm`,
-    /// `power_max`; uses the texture's power [default: the paper's law].
+    /// Measured law of a finger's power, a polynomial of the period p: `coefficients` of 1 to p^4,
+    /// `period_mm`, `power_max`; uses the texture's power [default: the paper's law].
     #[arg(long, value_name = "FILE.toml")]
     law: Option<PathBuf>,
     /// Maximum voltage of the actuator, V.
@@ -52,7 +52,6 @@ pub struct DelayOptions {
 }
 
 impl DelayOptions {
-    /// Refuses a delay out of range.
     pub fn check(&self) -> Result<()> {
         let Self {
             delay_ms,

@@ -46,7 +46,7 @@ struct DisplayOptions {
     /// Thickness of rubber and skin between the pins and the finger's receptors, mm.
     #[arg(long, value_name = "MM", default_value_t = 2.0, value_parser = positive)]
     depth_mm: f64,
-    /// Quantity that sensor and finger should share.
+    /// Quantity to match between sensor and finger.
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = Match::Strain)]
     by: Match,
     /// Ratio of strain in the finger to strain in the sensor.

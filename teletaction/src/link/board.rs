@@ -93,7 +93,6 @@ impl BoardEnd {
         })
     }
 
-    /// State and counts of the board.
     pub fn doing(&self) -> Doing {
         let (packets_lost, packets_damaged) = (self.decoder.missing, self.decoder.damaged);
         Doing {
@@ -117,12 +116,10 @@ impl BoardEnd {
         self.counts.map(|_| self.travelled as f64 * self.count_mm)
     }
 
-    /// Returns the next position to send.
     pub fn due(&mut self) -> Option<Message> {
         self.due.pop_front()
     }
 
-    /// Takes bytes from the finger's end.
     pub fn take(&mut self, t_s: f64, bytes: &[u8]) {
         if let Some(Message {
             body: Body::Texture(texture),

@@ -10,8 +10,8 @@ use serde::Serialize;
 /// link.
 pub const REPEAT_S: f64 = 0.25;
 
-/// A new window replaces an earlier period that it agrees with if its standard deviation is smaller
-/// by this factor.
+/// Factor by which a new period's standard deviation must be smaller to replace an earlier period
+/// that agrees with it.
 const MORE_PRECISE: f64 = 0.7;
 
 /// Origin of the period.
@@ -28,7 +28,7 @@ pub enum PeriodBy {
 pub struct FingerEnd {
     pub receiver: Receiver,
     run: u32,
-    /// A robot moves the finger as the hand moves.
+    /// True if a robot moves the finger as the hand moves.
     follows: bool,
     /// Run of the stylus' end that the path's positions belong to.
     hand_run: u32,
@@ -44,8 +44,8 @@ pub struct FingerEnd {
 }
 
 impl FingerEnd {
-    /// `run`: a number that no earlier run used in its messages. `follows`: the finger moves as the
-    /// hand does, so [`Self::window`] returns periods.
+    /// `run` is a number that no earlier run used in its messages. `follows` is true if the finger
+    /// moves as the hand does, so that [`Self::window`] returns periods.
     pub fn new(run: u32, follows: bool) -> Self {
         Self {
             run,
@@ -54,7 +54,6 @@ impl FingerEnd {
         }
     }
 
-    /// Returns the texture under the finger.
     pub fn texture(&self) -> Option<Texture> {
         let Some((period, power)) = self.by_path else {
             return self.reported;
@@ -112,7 +111,6 @@ impl FingerEnd {
         Some(found)
     }
 
-    /// Returns the message that is due.
     pub fn due(&mut self, t_s: f64) -> Option<Message> {
         if self.sent_s.is_some_and(|sent_s| t_s - sent_s < REPEAT_S) {
             return None;

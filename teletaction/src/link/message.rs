@@ -33,13 +33,12 @@ impl Message {
     }
 }
 
-/// Counts of one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     pub received: u64,
     /// Missing numbers, including messages still on the way.
     pub lost: u64,
-    /// Messages after a later one, which are not used.
+    /// Messages that arrived after a later one, and are not used.
     pub late: u64,
     pub doubled: u64,
     pub damaged: u64,
@@ -167,8 +166,8 @@ mod tests {
             }
         );
         assert!(receiver.take(&good).is_some());
-        // The sender restarts; then a different one takes over, which sent to others before:
-        // nothing is lost.
+        // The sender restarts; then a sender takes over that has sent messages to others before.
+        // Neither is a loss.
         let lost = receiver.counts.lost;
         for (run, number) in [(8, 0), (9, 15_000)] {
             let message = Message {

@@ -27,7 +27,6 @@ impl Network {
         }
     }
 
-    /// Sends a message at time `t_s`, seconds.
     pub fn send(&mut self, t_s: f64, bytes: Vec<u8>) {
         self.sent += 1;
         let arrives_s = t_s + self.delay.at_s(t_s);

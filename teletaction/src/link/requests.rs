@@ -1,5 +1,5 @@
-//! Requests to a stylus' board, one at a time and each repeated until answered, until the board is
-//! in the wanted state.
+//! Sends requests to a stylus' board until it is in the wanted state, one at a time, each repeated
+//! until answered.
 
 use crate::stimulus::Texture;
 use crate::stylus::gate::State;
@@ -41,7 +41,7 @@ pub struct StylusRequests {
 }
 
 impl StylusRequests {
-    /// `first`: number of the first request. It must differ from the board's last request, whose
+    /// `first` is the number of the first request. It must differ from the board's last one, whose
     /// reply the board would repeat.
     pub fn new(parameters: Parameters, first: u16) -> Self {
         Self {
@@ -69,7 +69,6 @@ impl StylusRequests {
         self.done.is_at_rest
     }
 
-    /// Returns the request that is due.
     pub fn due(&mut self, t_s: f64) -> Option<(u16, Command)> {
         if let Some(sent) = &mut self.sent
             && !sent.is_answered
@@ -171,7 +170,7 @@ impl StylusRequests {
         }
     }
 
-    /// Takes the parameters in force, which differ from the wanted ones after a restart.
+    /// Takes the board's present parameters, which differ from the wanted ones after a restart.
     pub fn has(&mut self, parameters: &Parameters) {
         if self.done.is_configured && *parameters != self.parameters {
             self.forget();
@@ -313,7 +312,7 @@ mod tests {
         assert!(!bench.requests.is_done());
     }
 
-    /// A new texture arrives while the previous one waits for its reply.
+    /// Tests that a new texture replaces one whose request is still unanswered.
     #[test]
     fn the_latest_texture_counts() {
         let mut bench = Bench::ready();

@@ -15,16 +15,13 @@ use ridgetone_host::{output, stop};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// Time between steps.
 const STEP: Duration = Duration::from_millis(1);
 
-/// Time between reports, seconds.
 const REPORT_S: f64 = 1.0;
 
 /// Maximum time to wait for a stylus' board to rest at the end.
 const REST: Duration = Duration::from_millis(500);
 
-/// Locations of the ends.
 pub enum Ends {
     /// Both ends here, with the simulated network between them.
     Here,
@@ -46,7 +43,7 @@ pub struct Options {
     pub seed: u64,
     /// A number that no earlier run used in its messages.
     pub run: u32,
-    /// A robot moves the finger as the hand moves.
+    /// True if a robot moves the finger as the hand moves.
     pub follows: bool,
 }
 
@@ -58,7 +55,6 @@ pub struct Link {
     pub to_finger: Network,
     pub to_stylus: Network,
     ends: Ends,
-    /// Time of the latest step, seconds.
     t_s: f64,
 }
 
@@ -66,7 +62,6 @@ pub struct Link {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "link")]
 pub struct Report {
-    /// Seconds since the start.
     pub t_s: f64,
     /// Position messages sent here, and received here.
     pub positions_sent: u64,
@@ -94,7 +89,7 @@ pub struct Report {
 }
 
 impl Link {
-    /// `stylus` is the local one.
+    /// `stylus` is the local one, if any.
     pub fn new(options: &Options, ends: Ends, stylus: Option<BoardEnd>) -> Result<Self> {
         let [mean_s, sigma_s] = [options.delay_ms, options.jitter_ms].map(|ms| (ms / 1e3) as f32);
         let delay = |seed: u64| Delay::new(mean_s, sigma_s, seed as u32);
@@ -215,7 +210,6 @@ impl Link {
 }
 
 impl Report {
-    /// Formats the report as a line of text.
     pub fn text(&self) -> String {
         let way = |way: &str, sent: u64, counts: &Counts| {
             format!(
@@ -262,7 +256,7 @@ impl Report {
     }
 }
 
-/// Waits up to a step for the finger; returns true if the finger goes on.
+/// Waits up to one step for news of the finger. Returns true if its feed continues.
 fn take(finger: &mut Follower, end: &mut FingerEnd, begun: Instant) -> Result<bool> {
     match finger.next(STEP)? {
         Some(News::Texture(texture)) => end.found(Some(texture)),

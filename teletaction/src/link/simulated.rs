@@ -77,7 +77,6 @@ impl Platform for Called {
     }
 }
 
-/// The image's tasks.
 pub struct Tasks {
     pub sampler: Sampler,
     reports: Reports,
@@ -142,8 +141,8 @@ pub struct Simulated {
     /// Counts of the hand at the latest sample, and at the latest start.
     counts: i64,
     zero: i64,
-    /// Period of the stimulus, the position at which the period began, millimetres, and the phase
-    /// there, cycles.
+    /// Period of the stimulus, the position at which this period began (millimetres), and the phase
+    /// there (cycles).
     period_mm: f32,
     anchor: (f64, f64),
     sent: Vec<u8>,
@@ -180,14 +179,13 @@ impl Simulated {
         self.tasks.sampler.look().state
     }
 
-    /// Takes bytes of requests.
     pub fn hear(&mut self, bytes: &[u8]) {
         let packets = self.tasks.receive(bytes);
         self.send(packets);
         let stimulus = self.tasks.sampler.stimulus();
         if stimulus.period_mm() != self.period_mm {
-            // The phase is continuous: a hand cannot feel where a texture began. Half a count is
-            // measured in the new period.
+            // The phase is continuous, because a hand cannot feel where a texture began. Half a
+            // count is converted with the new period.
             self.period_mm = stimulus.period_mm();
             let half = 0.5 * self.count_mm / f64::from(self.period_mm);
             self.anchor = (
@@ -237,7 +235,7 @@ impl Simulated {
             return;
         };
         let bias_v = self.output.actuator.bias_v();
-        // With overtones the peak is limited to the actuator's.
+        // With overtones, the peak is limited to the actuator's amplitude.
         let overtones = found.overtones.iter().map(|overtone| overtone.amplitude);
         let wanted_v = bias_v * self.output.fraction(&found) / (1.0 + overtones.sum::<f32>());
         if look.amplitude_v < COMPARED_FROM * wanted_v || wanted_v <= 0.0 {

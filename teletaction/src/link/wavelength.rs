@@ -42,7 +42,7 @@ pub struct Length {
 }
 
 impl HandPath {
-    /// Adds a position, millimetres, with its arrival time, seconds. Times must not decrease.
+    /// Adds a position (millimetres) with its arrival time (seconds). Times must not decrease.
     pub fn push(&mut self, t_s: f64, mm: f64) {
         while self.0.len() >= KEPT || self.0.front().is_some_and(|(at_s, _)| t_s - at_s > KEPT_S) {
             self.0.pop_front();
@@ -124,7 +124,7 @@ impl Length {
 mod tests {
     use super::*;
 
-    /// Positions at 250 per second.
+    /// Creates a path with 250 positions per second.
     fn path(position_mm: impl Fn(f64) -> f64) -> HandPath {
         let mut path = HandPath::default();
         for n in 0..1000 {
@@ -136,8 +136,8 @@ mod tests {
 
     #[test]
     fn a_path_without_a_turn_has_a_length() {
-        // Steps of 0.16 mm at both ends at a constant speed; or a speed that increases by 40 mm/s,
-        // so that 10 ms make 0.4 mm.
+        // Uncertainties: steps of 0.16 mm at both ends at a constant speed; or a speed that
+        // increases by 40 mm/s, so that 10 ms make 0.4 mm.
         let steady = path(|t_s| -40.0 * t_s).length(1.001, 2.003);
         let faster = path(|t_s| 20.0 * t_s * t_s).length(1.0, 2.0);
         for (length, mm, sigma_mm, max) in [

@@ -53,7 +53,8 @@ impl Grid {
     }
 }
 
-/// Quantity that sensor and finger share.
+/// Mechanical quantity to match: measured under the sensor's skin, and reproduced in the finger by
+/// the pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Normal strain in the paper's thin slices (plane stress).
@@ -94,7 +95,7 @@ impl Layer {
 
     fn strain(&self, r_mm: f64, poisson: f64) -> f64 {
         let depth = self.depth_mm * self.depth_mm;
-        // The stress along z less Poisson's ratio times the sum of the radial and the
+        // The stress along z minus Poisson's ratio times the sum of the radial and the
         // circumferential stress; with r^2 = R^2 - z^2 the sum has two terms.
         let inverse = 1.0 / (r_mm * r_mm + depth);
         0.5 / PI

@@ -55,14 +55,13 @@ impl Limits {
         Ok(())
     }
 
-    /// Force of one level, newtons.
     pub fn level_n(&self) -> f32 {
         self.max_n() / f32::from(self.levels)
     }
 
     /// Maximum change of a force in an update, in whole levels.
     fn steps(&self) -> u16 {
-        // A millionth more, to allow a slew of exactly one level per update.
+        // Add a millionth, to allow a slew of exactly one level per update.
         ((self.slew_n_s / self.update_hz / self.level_n() * 1.000_001) as u16).min(self.levels)
     }
 }
@@ -132,7 +131,7 @@ impl Pins {
     fn is_due(&mut self, dt_s: f32) -> Result<bool, Error> {
         within("dt_s", dt_s, 0.0, 1e3)?;
         self.since_s += dt_s;
-        // A thousandth less, so that time steps that add up to an update make one.
+        // Subtract a thousandth, so that time steps that add up to an update's period make one.
         let is_due = self.since_s >= 0.999 / self.limits.update_hz;
         if is_due {
             self.since_s = 0.0;

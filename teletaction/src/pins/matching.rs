@@ -42,17 +42,17 @@ pub struct Matching {
 /// Forces for one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution<'a> {
-    /// Newtons, none below 0.
+    /// Forces, newtons, at least 0.
     pub forces: &'a [f64],
-    /// Systems solved.
+    /// Number of systems solved.
     pub pivots: u32,
     /// False if the pivots were used up: the forces are then feasible but not optimal.
     pub is_optimal: bool,
 }
 
 impl Matching {
-    /// `regularisation`: 1e-9 to 10, relative to the mean square of a pin's strains. It suppresses
-    /// noise: forces become smaller and more even.
+    /// `regularisation` (1e-9 to 10) is relative to the mean square of a pin's strains. It
+    /// suppresses noise by making forces smaller and more even.
     pub fn new(
         sensors: &Grid,
         pins: &Grid,

@@ -35,7 +35,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// 4 x 4 pins 2 mm apart under 2 mm of rubber.
+    /// 4 x 4 pins, 2 mm apart, under 2 mm of rubber.
     pub fn new() -> Result<Self, Error> {
         Ok(Self {
             pins: Grid::new(4, 4, 2.0)?,
@@ -58,13 +58,11 @@ impl Setup {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "pins")]
 pub struct Update {
-    /// Device time, seconds.
     pub t_s: f64,
     pub rows: usize,
     pub columns: usize,
     /// Forces row by row, newtons.
     pub forces_n: Vec<f32>,
-    /// Force of a level, newtons.
     pub level_n: f32,
     /// Number of pins whose target force exceeds the display's limits.
     pub limited: usize,
@@ -91,7 +89,6 @@ impl Update {
         (sum / self.felt_strain.len() as f64).sqrt()
     }
 
-    /// Formats the update as a line of text.
     pub fn text(&self, gain: f64) -> String {
         let max = |values: &[f32]| f64::from(values.iter().copied().fold(f32::MIN, f32::max));
         let limited = match self.limited {
@@ -119,7 +116,6 @@ fn number(value: f64) -> String {
     }
 }
 
-/// Converts packets to updates.
 pub struct Player {
     setup: Setup,
     matching: Matching,
@@ -133,7 +129,6 @@ pub struct Player {
 }
 
 impl Player {
-    /// Creates a player; fails if the setup is impossible.
     pub fn new(setup: Setup) -> Result<Self, Error> {
         let sensors = Grid::new(SIDE, SIDE, 0.5 * UNIT_PITCH_MM)?;
         let layer = Layer {
@@ -190,7 +185,7 @@ impl Player {
             self.updated_s = Some(frame.t_s);
             return Ok(None);
         }
-        // Frames between updates are averaged, as the display shows nothing faster. Updates are
+        // Average the frames between updates, because the display shows nothing faster. Updates are
         // whole frames apart, so their rate never exceeds the limit.
         if since_s < 0.999 / f64::from(self.setup.limits.update_hz) {
             return Ok(None);

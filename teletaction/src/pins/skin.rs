@@ -86,7 +86,6 @@ fn pressed_unit(&[first, second, third, fourth]: &[Option<f32>; 4]) -> [f32; 4] 
     [pair, second, pair, fourth]
 }
 
-/// Mean of the values; `None` if there are none.
 fn mean(values: impl Iterator<Item = f32>) -> Option<f32> {
     let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| {
         (sum + f64::from(value), count + 1)

@@ -1,11 +1,10 @@
-//! The player with frames of a known pressure.
+//! Tests the player with frames of a known pressure.
 
 use super::*;
 use ridgetone_host::static_image::PLACES;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Contact, Event, Packet, Raw};
 
-/// Time between frames, microseconds.
 const FRAME_US: u64 = 4147;
 
 fn packet(event: Event) -> Packet {
@@ -27,8 +26,8 @@ fn raw(number: u32, volts: [f64; TAXELS]) -> Packet {
     }))
 }
 
-/// One second without contact, then two with a strain of 2 % in the left half of the map, and
-/// shear.
+/// Plays one second without contact, then two with a strain of 2 % in the left half of the map, and
+/// with shear.
 fn touched(player: &mut Player) -> Vec<Update> {
     let mut updates = Vec::new();
     for number in 0..723u32 {

@@ -3,13 +3,12 @@
 use super::error::{Error, between, within};
 use serde::{Deserialize, Serialize};
 
-/// Limits of an actuator and its driver.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
     /// Maximum voltage, volts, 0.01 to 1000; the minimum is 0, and the bias is in the middle.
     pub voltage_v: f32,
-    /// Cut-off frequency, at which the actuator moves 3 dB less than at 0 Hz, hertz, 1 to 20,000.
-    /// Vibrations above it fade, and are gone at twice the cut-off.
+    /// Cut-off frequency (-3 dB), hertz, 1 to 20,000. Vibrations above it fade, and are gone at
+    /// twice the cut-off.
     pub cutoff_hz: f32,
     /// Maximum change of the voltage, volts per second, 1 to 1e9.
     pub slew_v_s: f32,
@@ -28,7 +27,6 @@ impl Actuator {
         fade_s: 0.02,
     };
 
-    /// Checks the ranges.
     pub(crate) fn check(&self) -> Result<(), Error> {
         within("voltage_v", self.voltage_v, 0.01, 1e3)?;
         within("cutoff_hz", self.cutoff_hz, 1.0, 2e4)?;

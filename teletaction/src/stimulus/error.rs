@@ -4,17 +4,13 @@
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{name} = {value}: choose a value from {min} to {max}")]
 pub struct Error {
-    /// The setting.
     pub name: &'static str,
-    /// The refused value.
     pub value: f32,
-    /// Smallest possible value.
     pub min: f32,
-    /// Largest possible value.
     pub max: f32,
 }
 
-/// Checks that a value lies between two bounds, both included.
+/// Checks that a value is from `min` to `max`.
 pub(crate) fn within(name: &'static str, value: f32, min: f32, max: f32) -> Result<(), Error> {
     if value >= min && value <= max {
         Ok(())

@@ -32,9 +32,9 @@ impl Encoder {
 
 /// Gains of the tracker, per sample. It follows a constant speed without lag. Under acceleration it
 /// lags by (1 - ALPHA) / BETA times the movement that the acceleration adds in a sample: 2 um at 5
-/// kHz for the paper's hand (197 mm/s at 1.07 Hz, section IV-A). It reduces the rounding to counts
-/// to 0.39, the root of (2 ALPHA^2 + BETA (2 - 3 ALPHA)) / (ALPHA (4 - 2 ALPHA - BETA)): 0.6 um RMS
-/// for counts of 5 um.
+/// kHz for the paper's hand (197 mm/s at 1.07 Hz, section IV-A). It multiplies the rounding error
+/// of counts by 0.39, the root of (2 ALPHA^2 + BETA (2 - 3 ALPHA)) / (ALPHA (4 - 2 ALPHA - BETA)):
+/// 0.6 um RMS remain for counts of 5 um.
 const ALPHA: f32 = 0.2;
 const BETA: f32 = 0.02;
 
@@ -53,7 +53,6 @@ pub(crate) struct Hand {
 }
 
 impl Hand {
-    /// Speed in counts per sample.
     pub fn speed(&self) -> f32 {
         self.speed
     }

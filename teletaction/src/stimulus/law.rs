@@ -24,7 +24,6 @@ impl AmplitudeLaw {
         power_max: 6000.0,
     };
 
-    /// Checks the ranges.
     pub fn check(&self) -> Result<(), Error> {
         for coefficient in self.coefficients {
             within("coefficient", coefficient, -1e12, 1e12)?;

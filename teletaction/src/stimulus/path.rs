@@ -29,7 +29,7 @@ impl<const N: usize> Default for Path<N> {
 }
 
 impl<const N: usize> Path<N> {
-    /// Adds a position, millimetres, at a time, seconds. Returns false if either is not finite, or
+    /// Adds a position (millimetres) at a time (seconds). Returns false if either is not finite, or
     /// if the time is not later than the last one.
     pub fn push(&mut self, t_s: f64, position_mm: f64) -> bool {
         let last = self.last();
@@ -48,7 +48,7 @@ impl<const N: usize> Path<N> {
         true
     }
 
-    /// Forgets all positions, as the hand is put down elsewhere.
+    /// Forgets all positions, because the hand is put down elsewhere.
     pub fn clear(&mut self) {
         self.count = 0;
     }
@@ -58,8 +58,8 @@ impl<const N: usize> Path<N> {
         self.count.checked_sub(1).map(|n| self.point(n))
     }
 
-    /// Position at `t_s`, millimetres: before all reports the first one, and after them the last
-    /// one. `None` without a report.
+    /// Position at `t_s`, millimetres: the first one before all reports, and the last one after
+    /// them. `None` without a report.
     pub fn position_mm(&self, t_s: f64) -> Option<f64> {
         let (mut below, mut above) = (0, self.count.checked_sub(1)?);
         let (first, last) = (self.point(below), self.point(above));

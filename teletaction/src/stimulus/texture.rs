@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 /// Maximum number of harmonics, including the fundamental.
 pub const HARMONICS_MAX: usize = 4;
 
-/// A harmonic of a texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Harmonic {
     /// Amplitude relative to the fundamental's, 0 to 1.
@@ -47,7 +46,6 @@ impl Texture {
         }
     }
 
-    /// Checks the ranges.
     pub fn check(&self) -> Result<(), Error> {
         within("period_mm", self.period_mm, 0.05, 100.0)?;
         within("period_sigma_mm", self.period_sigma_mm, 0.0, 100.0)?;

@@ -9,8 +9,8 @@ use super::path::Path;
 use super::texture::Texture;
 use super::voltage::{Stimulus, TURN, sine};
 
-/// Resolution of a position, millimetres, in which it is passed to the stimulus as encoder counts:
-/// a twentieth of the paper's encoder.
+/// Size of the encoder counts in which positions are passed to the stimulus, millimetres: a
+/// twentieth of the paper's encoder count.
 const COUNT_MM: f32 = 2.5e-4;
 
 /// Time without a change of position after which the hand rests and the carrier is silent, seconds.
@@ -25,7 +25,6 @@ struct Carrier {
     still: u32,
     /// Level of the fade: 1 for a moving hand, 0 for a resting one.
     level: f32,
-    /// The latest sample.
     output: f32,
 }
 
@@ -34,7 +33,6 @@ struct Carrier {
 #[derive(Clone, Copy, Debug)]
 pub struct Vibration<const N: usize> {
     stimulus: Stimulus,
-    /// Samples per second.
     rate_hz: f32,
     bias_v: f32,
     carrier: Option<Carrier>,
@@ -94,8 +92,8 @@ impl<const N: usize> Vibration<N> {
         Ok(())
     }
 
-    /// Puts the hand down at a position, millimetres, and a time, seconds, even if it was elsewhere
-    /// before.
+    /// Puts the hand down at a position (millimetres) and a time (seconds), even if it was
+    /// elsewhere before.
     pub fn down(&mut self, t_s: f64, position_mm: f64) {
         if !self.is_down {
             self.path.clear();

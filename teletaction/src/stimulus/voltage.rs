@@ -17,7 +17,7 @@ pub struct Prepared {
     step: u32,
     step_cycles: f32,
     wanted_v: f32,
-    /// Amplitude at which the peak is the actuator's, volts.
+    /// Amplitude at which the peak reaches the actuator's maximum, volts.
     max_v: f32,
     overtones: [(f32, u32); HARMONICS_MAX - 1],
 }
@@ -109,17 +109,17 @@ impl Stimulus {
                 .sum::<f32>();
         let fraction = self.law.fraction(texture.period_mm, texture.power);
         Ok(Prepared {
-            // A count of more than half a cycle would be an alias; the phase is right even so.
+            // A count longer than half a cycle would alias, but the phase would still be right.
             step: (cycles * f64::from(TURN)) as u64 as u32,
             step_cycles: cycles as f32,
-            // With overtones the peak is limited to the actuator's.
+            // With overtones, the peak is limited to the actuator's amplitude.
             wanted_v: self.actuator.bias_v() * fraction / peak,
             max_v: self.actuator.bias_v() / peak,
             overtones,
         })
     }
 
-    /// Sets a texture that [`Self::prepare`] has made, like [`Self::set_texture`], in some ten
+    /// Sets a texture made by [`Self::prepare`], like [`Self::set_texture`], in about ten
     /// instructions.
     pub fn take(&mut self, prepared: &Prepared) {
         let Prepared {
@@ -129,8 +129,8 @@ impl Stimulus {
             max_v,
             overtones,
         } = *prepared;
-        // The phase continues at the output, which is ahead of the count; the period changes there.
-        // A first texture starts at the count.
+        // The phase is continuous at the output, which is ahead of the count, and where the period
+        // changes. A first texture starts at the count.
         let ahead = if self.step_cycles > 0.0 {
             self.ahead
         } else {
@@ -218,7 +218,6 @@ impl Stimulus {
         self.hand.speed() * self.encoder.count_mm * self.encoder.rate_hz
     }
 
-    /// Limits of the output.
     pub const fn actuator(&self) -> &Actuator {
         &self.actuator
     }
@@ -229,7 +228,7 @@ impl Stimulus {
     }
 }
 
-/// Phase of a number of cycles, without the whole ones, which may be many if the hand is fast and
+/// Converts cycles to a phase. Drops the whole cycles, which may be many if the hand is fast and
 /// the latency long.
 fn turns(cycles: f32) -> u32 {
     let part = cycles - (cycles as i32) as f32;

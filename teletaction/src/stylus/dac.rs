@@ -23,10 +23,9 @@ pub struct Dac {
 }
 
 impl Dac {
-    /// Starts at code 0.
     pub fn new(actuator: &Actuator) -> Self {
         let codes_a_volt = f32::from(CODE_MAX) / actuator.voltage_v;
-        // At least one code, as a slower actuator would never move.
+        // At least one code, because a slower actuator would never move.
         let step = |v_s: f32| ((v_s / SAMPLE_HZ as f32 * codes_a_volt) as u16).clamp(1, CODE_MAX);
         // Reaches the middle of the actuator's range in the fade-in time of a vibration.
         let soft = step(actuator.slew_v_s.min(actuator.bias_v() / actuator.fade_s));
@@ -55,7 +54,7 @@ impl Dac {
         self.is_down = false;
     }
 
-    /// Returns the code of the next sample. `volts`: the wanted voltage, from 0 to the actuator's
+    /// Returns the code of the next sample. `volts` is the wanted voltage, from 0 to the actuator's
     /// maximum.
     pub fn next(&mut self, volts: f32) -> u16 {
         // A NaN would become 0, but the stimulus makes none.

@@ -19,17 +19,16 @@ pub enum State {
     NoTexture,
     /// Enabled, but idle: the hand has left or does not move.
     HandStill,
-    /// Vibrating.
     Vibrating,
 }
 
 /// Decides sample by sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Gate {
-    /// Samples without movement, and without a request, until it stops.
+    /// Samples without movement, and without a request, after which the stylus stops.
     still: u32,
     silence: u32,
-    /// Samples left until each of these.
+    /// Samples left until the stylus stops for either reason.
     still_left: u32,
     silence_left: u32,
     /// Counts at the last movement; `None` before the first sample.
@@ -40,8 +39,8 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// Starts disabled, without a texture. `still` and `silence`: samples without a movement and
-    /// without a request until it stops.
+    /// Starts disabled, without a texture. The stylus stops after `still` samples without movement,
+    /// or `silence` samples without a request.
     pub const fn new(still: u32, silence: u32) -> Self {
         Self {
             still,
@@ -60,12 +59,11 @@ impl Gate {
         self.silence_left = self.silence;
     }
 
-    /// Takes note of a texture.
     pub fn textured(&mut self) {
         self.has_texture = true;
     }
 
-    /// Enables or disables vibration. A request demands it, so the line is alive.
+    /// Enables or disables vibration on request, which also shows that the line is alive.
     pub fn enable(&mut self, is_enabled: bool) {
         (self.is_enabled, self.was_silenced) = (is_enabled, false);
         self.heard();
@@ -85,7 +83,6 @@ impl Gate {
         }
     }
 
-    /// Present state.
     pub const fn state(&self) -> State {
         match (self.is_enabled, self.was_silenced) {
             (false, true) => State::LineSilent,
@@ -101,8 +98,8 @@ impl Gate {
 mod tests {
     use super::*;
 
-    /// It opens only when all conditions are met; a still hand stops it, and a silent line stops it
-    /// until it is enabled again.
+    /// Tests that the gate opens only if all conditions are met, that a still hand closes it, and
+    /// that a silent line closes it until it is enabled again.
     #[test]
     fn it_vibrates_only_when_all_is_there() {
         // 100 samples without movement, 300 without a request.

@@ -41,7 +41,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Mark<T> {
     }
 }
 
-/// No event.
+/// Type of bulk events, of which a stylus has none.
 #[derive(Clone, Copy, Debug)]
 pub enum Nothing {}
 
@@ -51,7 +51,6 @@ impl From<Nothing> for Mark<Event> {
     }
 }
 
-/// A packet of a stylus.
 pub type Packet = telemetry::Packet<Mark<Event>>;
 
 /// Decodes bytes to packets.
@@ -97,7 +96,6 @@ impl Events for Mark<Event> {
     }
 }
 
-/// A command.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Command {
@@ -124,14 +122,12 @@ pub struct Request {
     pub command: Mark<Command>,
 }
 
-/// The reply to a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reply {
     pub number: u16,
     pub outcome: Outcome,
 }
 
-/// Result of a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Outcome {
     Done,
@@ -148,7 +144,6 @@ pub enum Outcome {
 pub enum Event {
     /// The stylus has started, or has new parameters.
     Hello(Hello),
-    /// The answer to a request.
     Reply(Reply),
     /// The stylus starts or stops vibrating.
     State(Change),
@@ -176,7 +171,6 @@ pub struct Change {
     pub state: State,
 }
 
-/// Position of the hand.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Position {
     /// Device time of the sample, microseconds.

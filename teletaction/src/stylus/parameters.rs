@@ -1,4 +1,4 @@
-//! Parameters of a stylus. None is kept over a reset: after a start the stylus is silent until a PC
+//! Parameters of a stylus. A reset discards them: after a start the stylus is silent until a PC
 //! sends a texture and enables it.
 
 use super::SAMPLE_HZ;
@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 /// and half of the holding time.
 const CONVERTER_SAMPLES: f32 = 1.5;
 
-/// All values that a user can set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
     /// Limits of the actuator. Its voltage is the amplifier's output at the converter's maximum
@@ -64,7 +63,7 @@ impl Parameters {
     fn check(&self) -> Result<(), Error> {
         within("still_s", self.still_s, 0.01, 60.0)?;
         within("silence_s", self.silence_s, 0.01, 60.0)?;
-        // Without the converter's latency, so the bounds are the field's.
+        // Check without the converter's latency, so that the bounds are the field's.
         within("latency_s", self.latency_s, 0.0, 0.0198)
     }
 }
@@ -85,7 +84,6 @@ pub(crate) fn refusal(error: Error) -> SettingsError {
     }
 }
 
-/// Number of samples in `s` seconds.
 pub(crate) fn samples(s: f32) -> u32 {
     (s * SAMPLE_HZ as f32) as u32
 }

@@ -18,10 +18,8 @@ use rtic_core::Mutex;
 const HEALTH_S: u32 = 1;
 const HELLO_S: u32 = 10;
 
-/// State owned by the task.
 #[derive(Debug)]
 pub struct Reports {
-    /// The parameters in force.
     parameters: Parameters,
     latest: Option<Reply>,
     boot: Boot,
@@ -35,7 +33,7 @@ pub struct Reports {
 }
 
 impl Reports {
-    /// Creates the task. `boot`: why this run began.
+    /// Creates the task. `boot` is the reason why this run began.
     pub const fn new(boot: Boot) -> Self {
         Self {
             parameters: Parameters::DEFAULT,
@@ -114,7 +112,7 @@ impl Reports {
         let Some(mut frame) = inbox.lock(|inbox| inbox.take()) else {
             return false;
         };
-        // `report` may take the next request.
+        // Let `report` receive the next request.
         P::pend(shared, Task::Report);
         let Some(Request {
             number,

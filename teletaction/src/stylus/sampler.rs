@@ -1,4 +1,4 @@
-//! The sample interrupt: the encoder's counter in, the converter's next code out.
+//! The sample interrupt: turns the encoder's counter into the converter's next code.
 //!
 //! A timer triggers the converter and requests the interrupt at the same time. The code of a run is
 //! output at the next trigger, exactly on time; it only has to be ready by then.
@@ -25,14 +25,14 @@ pub struct Look {
     pub latest_reading_us: u32,
 }
 
-/// State owned by the interrupt.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     stimulus: Stimulus,
     gate: Gate,
     dac: Dac,
     /// Latest reading of the encoder's 16-bit counter (RM0090, 18.3.12), and its extension to 32
-    /// bits: less than 32,768 counts between samples, a hand at 1.6 km/s with 5 um.
+    /// bits, which works below 32,768 counts between samples: a hand at 1.6 km/s with counts of 5
+    /// um.
     counter: u16,
     counts: i32,
     /// Device time of the latest reading, microseconds, and board time of the trigger before it;
@@ -74,8 +74,8 @@ impl Sampler {
         }
     }
 
-    /// Takes a reading of the encoder's counter. `now_us`: board time, which wraps; `late_us`: time
-    /// since the latest trigger. Returns the code for the next trigger.
+    /// Takes a reading of the encoder's counter. `now_us` is the board time, which wraps, and
+    /// `late_us` the time since the latest trigger. Returns the code for the next trigger.
     #[inline]
     pub fn next(&mut self, now_us: u32, late_us: u32, counter: u16) -> u16 {
         let trigger_us = now_us.wrapping_sub(late_us);
@@ -83,8 +83,9 @@ impl Sampler {
             self.trigger_us
                 .unwrap_or(trigger_us.wrapping_sub(SAMPLE_US)),
         );
-        // The two counters step at different moments, so the time is a multiple of the period to
-        // within 1 us. Usually there was one trigger since the last run; others had no run.
+        // The two counters step at different moments, so the time is a multiple of the period only
+        // to within 1 us. Usually there was one trigger since the last run; further ones were
+        // missed.
         let triggers = (passed_us.saturating_add(SAMPLE_US / 2) / SAMPLE_US).max(1);
         self.t_us = self
             .t_us
@@ -152,7 +153,6 @@ impl Sampler {
         self.gate.textured();
     }
 
-    /// Enables or disables vibration.
     pub fn enable(&mut self, is_enabled: bool) {
         self.gate.enable(is_enabled);
         // Rise only now, when a PC that knows the actuator has set its slew.

@@ -9,10 +9,9 @@ use ridgetone_proto::command::Command;
 use ridgetone_proto::telemetry::{Estimate, Event, Events, Starts};
 use std::time::{Duration, Instant};
 
-/// News from a finger.
 #[derive(Clone, Debug, PartialEq)]
 pub enum News {
-    /// A new texture is under the finger; a silence is over.
+    /// A new texture is under the finger, which also ends a silence.
     Texture(Texture),
     /// An estimate, and the time since its window ended.
     Window(Box<Estimate>, Duration),
@@ -20,13 +19,11 @@ pub enum News {
     Back,
     /// The finger has been silent for [`SILENT`].
     Silent,
-    /// The named board is disconnected, for the given reason, and is waited for.
+    /// The named board is disconnected, for the given reason; the follower waits for it.
     Disconnected(String, String),
-    /// The recording is over.
     Over,
 }
 
-/// Follows a finger's feed.
 pub struct Follower {
     listener: Listener,
     heard_at: Instant,
@@ -194,7 +191,7 @@ mod tests {
         FeedEvent::Data(wire[..used].to_vec())
     }
 
-    /// The commands in the bytes sent.
+    /// Decodes the commands in the bytes sent.
     fn commands(sent: &Mutex<Vec<u8>>) -> Vec<Command> {
         let sent = std::mem::take(&mut *sent.lock().expect("alone"));
         let frames = sent

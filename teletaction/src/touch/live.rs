@@ -15,14 +15,12 @@ use std::time::Duration;
 /// Maximum time between checks of [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Source of the textures.
 pub enum Textures {
     /// One texture, from the named file.
     Fixed(String, Texture),
     Finger(Box<Feed>),
 }
 
-/// Address and initial state of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     pub address: SocketAddr,

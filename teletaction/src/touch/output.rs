@@ -2,7 +2,6 @@
 
 use crate::stimulus::{Actuator, AmplitudeLaw, Encoder, Error, Stimulus, Texture};
 
-/// An actuator and a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output {
     pub actuator: Actuator,

@@ -59,7 +59,6 @@ pub const WASM: &[u8] = include_bytes!("../../assets/touch/stimulus.wasm");
 const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; object-src 'none'; base-uri 'none'; \
     form-action 'none'; frame-ancestors 'none'";
 
-/// State of the page.
 #[derive(Clone, Debug, Serialize)]
 pub struct Shown {
     pub source: String,
@@ -113,7 +112,7 @@ impl Page {
         Ok(())
     }
 
-    /// Sets a texture from a page. Errors are written for people.
+    /// Sets a texture from a page. Error messages are for people.
     fn set(&self, text: &str) -> Result<String> {
         let texture: Texture = serde_json::from_str(text).context("no texture")?;
         texture.check()?;

@@ -2,19 +2,19 @@
 
 use crate::converter::{Sample, Tag};
 
-/// The result of the reads. NEW is set in every conversion.
+/// Result of the reads. NEW is set in every conversion that it holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resolved {
-    /// A conversion, read twice alike.
+    /// A new conversion on which both reads agree.
     Found(Sample),
     /// A conversion on which two of three reads agree, or in which only NEW is wrong.
     Mended(Sample),
-    /// The conversion after the one whose edge is served: it ended between the first read and the
-    /// second.
+    /// The conversion after the one whose edge is served, because it ended between the first read
+    /// and the second.
     Later(Sample),
     /// No two reads agree.
     Garbled,
-    /// Nothing but ones or nothing but zeros.
+    /// All bits are ones, or all are zeros.
     Dead,
     /// The latest conversion again.
     Repeated,
@@ -22,11 +22,11 @@ pub enum Resolved {
     RepeatedGarbled,
 }
 
-/// Two reads of a conversion. None: the read failed.
+/// Two reads of a conversion; `None` if a read failed.
 pub type Reads = [Option<Sample>; 2];
 
-/// Resolves two reads that are not both the expected conversion, with a `third` if they differ.
-/// `latest` is the conversion before, `next` is NEW and the id of the expected one.
+/// Resolves two reads of which at least one is not the expected conversion, with a `third` if they
+/// differ. `latest` is the previous conversion, `next` the expected one's NEW and id.
 pub fn resolve(
     latest: Option<Sample>,
     next: u8,
@@ -39,7 +39,7 @@ pub fn resolve(
         let is_read_again = again.is_some_and(|again| !again.tag.is_new());
         return match first.tag.is_new() {
             _ if is_dead(first) => Resolved::Dead,
-            // Only the id is unexpected, or the new code happens to be the old one.
+            // Only the id is unexpected, or the new code happens to equal the old one.
             true if is_read_again => Resolved::Found(first),
             _ if latest.is_some_and(|latest| is_same(latest, first)) => Resolved::Repeated,
             // A bit error in NEW.
@@ -59,20 +59,20 @@ pub fn resolve(
     } else if !agreed.tag.is_new() && latest.is_some_and(|latest| is_same(latest, agreed)) {
         Resolved::RepeatedGarbled
     } else if !is_first && agreed.tag.is_new() && agreed.tag.0 & Tag::NEW_AND_ID != next {
-        // New at the second read, so the first read was of an earlier conversion.
+        // NEW is set in the second read, so the first read was of an earlier conversion.
         Resolved::Later(agreed)
     } else {
         Resolved::Mended(as_new(agreed))
     }
 }
 
-/// True if two reads have the same data, whatever NEW is.
+/// True if two reads have the same data, apart from NEW.
 fn is_same(one: Sample, other: Sample) -> bool {
     one.code == other.code && (one.tag.0 ^ other.tag.0) & !Tag::NEW == 0
 }
 
-/// True for nothing but ones or nothing but zeros, whatever NEW is: id 1Fh is unused, and 00h is
-/// not in the scan.
+/// True if all bits but NEW are ones, or all are zeros: id 1Fh is unused, and 00h is not in the
+/// scan.
 fn is_dead(read: Sample) -> bool {
     matches!((read.tag.0 & !Tag::NEW, read.code), (0x7f, -1) | (0, 0))
 }
@@ -96,8 +96,7 @@ mod tests {
         })
     }
 
-    /// Resolves a first, a second and, if needed, a third read; AIN1 (id 9) is expected after AIN0
-    /// (8).
+    /// Resolves up to three reads when AIN1 (id 9) is expected after AIN0 (id 8).
     fn resolved(reads: [(u8, i32); 3]) -> Resolved {
         let [first, again, third] = reads.map(|(status, code)| read(status, code));
         resolve(read(0x88, 7), 0x89, [first, again], || third)
@@ -111,7 +110,7 @@ mod tests {
         assert_eq!(resolved([(0x89, 5), (0x09, 4), (0x09, 5)]), Mended(good));
         assert_eq!(resolved([(0x89, 4), (0x09, 5), (0x09, 5)]), Mended(good));
         assert_eq!(resolved([(0x8b, 5), (0x09, 5), (0x09, 5)]), Mended(good));
-        // If the first read fails, NEW is set at the second.
+        // The first read fails, and NEW is set in the second.
         assert_eq!(resolved([(0x33, 5), (0x89, 5), (0x09, 5)]), Mended(good));
         assert_eq!(resolved([(0x89, 4), (0x09, 5), (0x09, 6)]), Garbled);
         assert_eq!(resolve(None, 0x88, [None, None], || None), Garbled);
@@ -126,7 +125,7 @@ mod tests {
         let good = read(0x89, 5).unwrap();
         assert_eq!(resolved([(0x09, 5), (0x09, 5), NONE]), Mended(good));
         assert_eq!(resolved([(0x89, 5), (0x89, 5), NONE]), Mended(good));
-        // Not the next id of the scan: it may be anything.
+        // Not the next id of the scan, so it could be anything.
         assert_eq!(resolved([(0x0a, 5), (0x0a, 5), NONE]), Garbled);
     }
 

@@ -1,4 +1,4 @@
-//! Against the simulated chip, and a bus that is in its way.
+//! Tests against the simulated chip, over a bus that can fail.
 
 use super::watch::PUT_OFF_MAX;
 use super::*;
@@ -19,7 +19,7 @@ use std::vec::Vec;
 const CONFIG1: u8 = 1;
 const MUXSG0: u8 = 4;
 
-/// A bus that may be dead, and on which time may pass before each transaction.
+/// A bus that may be stuck, and on which time may pass before each transaction.
 struct Wire {
     spi: ChipSpi,
     board: SimulatedBoard,
@@ -30,7 +30,6 @@ struct Wire {
 struct Trouble {
     /// Delays before the next transactions, nanoseconds.
     waits_ns: Vec<u64>,
-    /// Level at which DOUT is stuck.
     stuck: Option<u8>,
 }
 
@@ -61,13 +60,12 @@ struct Bench {
 }
 
 impl Bench {
-    /// A chip that was set up.
     fn new() -> Self {
         Self::with(Plan::PAPER)
     }
 
     fn with(plan: Plan) -> Self {
-        // With noise, so that all codes differ.
+        // Noise makes all codes differ.
         let board = SimulatedBoard::new(
             Constant {
                 end_s: f64::INFINITY,
@@ -99,7 +97,7 @@ impl Bench {
         (self.board.now_ns() / 1000) as u32
     }
 
-    /// Serves the interrupt of an edge, at the present time.
+    /// Serves the interrupt of an edge, now.
     fn serve(&mut self) -> Drdy {
         let t_us = self.now_us();
         self.acquisition
@@ -112,7 +110,7 @@ impl Bench {
         self.serve()
     }
 
-    /// Serves the next conversion, and what it requests, as `tasks::drdy` does.
+    /// Serves the next conversion and does what it requests, as `tasks::drdy` does.
     fn follow(&mut self) -> Drdy {
         let drdy = self.next();
         if drdy == Drdy::HealthRead {
@@ -149,7 +147,7 @@ impl Bench {
         self.acquisition.can_begin(now_us)
     }
 
-    /// True, after each of six conversions, if another scan can begin.
+    /// Serves six conversions. Returns true for each after which a different scan could begin.
     fn can_begin_six_times(&mut self) -> [bool; 6] {
         [(); 6].map(|()| {
             assert!(self.next().goes_on());
@@ -169,7 +167,6 @@ impl Bench {
         self.begin(Fault::RegisterFlip { address, mask });
     }
 
-    /// Registers of the chip.
     fn registers(&self) -> [u8; 9] {
         self.board
             .with_chip(|chip| *chip.registers().first_chunk().expect("ten registers"))
@@ -183,13 +180,13 @@ impl Bench {
         self.diagnostics.queue_overruns.get()
     }
 
-    /// Asserts that the scan begins at its top.
+    /// Asserts that the scan begins with its first channel.
     #[track_caller]
     fn assert_begins_anew(&mut self) {
         assert_eq!((self.next(), self.ids()), (Drdy::Midway, std::vec![8]));
     }
 
-    /// Serves conversions and ignores the outcome.
+    /// Serves conversions and ignores the results.
     fn pass(&mut self, conversions: u32) {
         for _ in 0..conversions {
             let _ = self.next();
@@ -202,7 +199,6 @@ impl Bench {
             .watch(now_us, &self.diagnostics, &mut self.board.delay())
     }
 
-    /// The ids queued so far.
     fn ids(&mut self) -> Vec<u8> {
         self.taken()
             .iter()
@@ -223,7 +219,7 @@ impl Bench {
         self.diagnostics.faults.counts().iter().sum()
     }
 
-    /// Counts of the simulated chip.
+    /// Numbers of conversions read and lost, by the simulated chip's count.
     fn read_and_lost(&self) -> (u64, u64) {
         self.board
             .with_chip(|chip| (chip.counters().read, chip.counters().lost))
@@ -248,7 +244,7 @@ fn every_conversion_is_read_twice_and_queued_once() {
         };
         assert_eq!(bench.next(), expected, "{n}");
     }
-    // Two scans and a bit (SBAS297G: ascending CHID; 19h is unused).
+    // Ids of a scan (SBAS297G: ascending CHID; 19h is unused); 50 are two scans and a bit.
     let scan = [
         8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 26, 27, 28, 29,
     ];
@@ -307,13 +303,14 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
         let mut bench = Bench::new();
         bench.pass(1);
         bench.board.wait_for_drdy();
-        // The board is late: the next edge is between the first read and the second, or (the last
-        // time) after both.
+        // Let the board be late: the next edge comes between the first read and the second or, the
+        // last time, after both.
         bench.trouble.borrow_mut().waits_ns = std::vec![late_ns, 2000];
         assert!(bench.serve().goes_on());
         let between = late_ns > period_ns - 2000;
         if between {
-            // Its interrupt is pending and finds nothing new, with DRDY low or high again.
+            // The interrupt of the second conversion is pending and finds nothing new, with DRDY
+            // low or high again.
             assert_eq!(bench.serve(), Drdy::Listen);
         }
         assert!((0..5).all(|_| bench.next().goes_on()));
@@ -356,7 +353,7 @@ fn a_storm_is_muted_until_the_next_watch() {
     bench.pass(1);
     assert_eq!(bench.storm(), Some(STORM_EDGES));
     assert!(bench.acquisition.is_quiet(bench.now_us()) && bench.count(Storm) == 1);
-    // For any time: no conversion could come, so the chip does not count as silent.
+    // A muted chip never counts as silent, because no conversion could come.
     bench.board.advance_ns(500_000_000);
     bench.watch();
     assert!(bench.next().goes_on() || bench.next().goes_on());
@@ -398,7 +395,7 @@ fn a_chip_that_resets_itself_is_noticed_by_its_ids_within_one_scan() {
     });
     bench.ids();
     let noticed = (1..40).find(|_| bench.next() == Drdy::Watch);
-    // The scan begins at AIN0, which does not follow the 30th conversion.
+    // The reset scan begins at AIN0, which does not follow the 30th conversion.
     assert_eq!(noticed, Some(1));
     bench.watch();
     bench.ids();
@@ -419,7 +416,8 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
             restarts_ms.push(half * 500);
         }
     }
-    // At once, then at the first of two checks a second after pauses of 125 ms, 250 ms, ... 4 s.
+    // The first restart is immediate; others come at the first half-second check after pauses of
+    // 125 ms, 250 ms, ... 4 s.
     assert_eq!(
         restarts_ms,
         [
@@ -428,7 +426,7 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
     );
     assert_eq!((bench.count(Silent), bench.faults()), (60, 60));
     bench.board.with_chip(|chip| chip.end_fault(Fault::Stall));
-    // The chip goes on by itself as soon as it can; after a while a fault is mended at once again.
+    // The chip continues by itself as soon as it can; a second later a new fault is mended at once.
     for _ in 0..5 * 5064 {
         bench.pass(1);
         bench.ids();
@@ -447,7 +445,7 @@ fn a_dead_bus_gives_no_conversion_and_is_tried_again_until_it_lives() {
         bench.trouble.borrow_mut().stuck = Some(stuck);
         assert_eq!(bench.next(), Drdy::Watch);
         bench.watch();
-        // A converter that cannot be set up is not started.
+        // A converter that cannot be set up must not be started.
         assert_eq!(
             bench.board.wait_for_drdy().and(bench.board.wait_for_drdy()),
             None
@@ -514,7 +512,7 @@ fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
         assert_eq!(bench.registers(), expected);
     }
     assert_eq!((bench.faults(), bench.overruns()), (0, 0));
-    // As long as the queue is full, the mark and its conversions wait.
+    // While the queue is full, the mark waits.
     bench.pass(70);
     bench.change(Plan::HAND);
     let _ = bench.follow();
@@ -532,7 +530,7 @@ fn a_fast_plan_reads_once_and_finds_wrong_ids() {
         let _ = bench.follow();
     }
     bench.taken();
-    // A bit error in the id, in NEW, in the code.
+    // Bit errors in the id, in NEW and in the code.
     for (byte, mask, is_seen) in [(1, 0x01, true), (1, 0x80, true), (3, 0x10, false)] {
         bench.flip_dout(byte, mask);
         let before = bench.count(Bus);
@@ -554,8 +552,8 @@ fn a_set_up_that_fails_once_is_tried_again_at_once() {
     let mut bench = Bench::new();
     bench.pass(5);
     bench.flip_register(CONFIG1, 0x02);
-    // Two reads of nine registers and one of CONFIG0, each after a command; the set-up writes nine,
-    // and a bit of the read-back is wrong.
+    // The watch reads nine registers twice and CONFIG0 once, each after a command byte; the set-up
+    // then writes nine. Flip a bit of their read-back.
     bench.flip_dout(10 + 10 + 2 + 10 + 5, 0x04);
     bench.watch();
     assert_eq!((bench.count(NoAnswer), bench.restarts()), (0, 1));
@@ -564,7 +562,7 @@ fn a_set_up_that_fails_once_is_tried_again_at_once() {
     bench.assert_begins_anew();
 }
 
-/// Serves conversions, and what each requests, until the scan of the inputs runs.
+/// Serves conversions and does what they request, until the scan of the inputs runs.
 fn inputs_of(plan: Plan) -> Bench {
     let mut bench = Bench::with(plan);
     for _ in 0..8 {
@@ -577,14 +575,14 @@ fn inputs_of(plan: Plan) -> Bench {
 fn another_scan_begins_only_where_it_is_known_when_the_latest_conversion_ended() {
     let mut bench = inputs_of(Plan::HAND);
     let period_ns = u64::from(Plan::HAND.conversion_ns());
-    // The next conversion is near, and then the chip is silent.
+    // The next conversion comes near, and later the chip is silent.
     for (fifths, expected) in [(0, true), (2, true), (3, false), (2500, true)] {
         let later_us = (fifths * period_ns / 5 / 1000) as u32;
         let then_us = bench.now_us() + later_us;
         let can_begin = bench.acquisition.can_begin(then_us);
         assert_eq!(can_begin, expected, "{fifths} fifths of a conversion later");
     }
-    // While an unexpected edge was served a conversion may have ended.
+    // A conversion may have ended while the unexpected edge was served.
     let _ = bench.nothing();
     let answers = bench.can_begin_six_times();
     assert_eq!(
@@ -594,8 +592,6 @@ fn another_scan_begins_only_where_it_is_known_when_the_latest_conversion_ended()
     );
 }
 
-/// With lasting edges, too few for a storm, health readings and another plan wait, but not for
-/// ever.
 #[test]
 fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
     let mut bench = inputs_of(Plan::HAND);
@@ -611,7 +607,7 @@ fn lasting_trouble_puts_another_scan_off_for_a_while_only() {
     assert_eq!(bench.count(Storm), 0);
 }
 
-/// The first conversion after a storm may be read at any of the storm's edges.
+/// Tests the restart after a storm: the first conversion may be read at any of the storm's edges.
 #[test]
 fn no_other_scan_begins_right_behind_a_storm() {
     let mut bench = inputs_of(Plan::SINGLE);
@@ -626,8 +622,8 @@ fn no_other_scan_begins_right_behind_a_storm() {
     );
 }
 
-/// The assembler also counts losses of the plan's own scan, and `health` reports the larger of the
-/// two counts; losses that only the ids of the health readings show are added.
+/// Tests that losses from the scan of the health readings are added. Of other losses, which the
+/// assembler counts too, `health` reports the larger of the two counts.
 #[test]
 fn a_conversion_of_the_health_readings_that_is_lost_comes_on_top() {
     let mut bench = inputs_of(Plan::SINGLE);
@@ -643,7 +639,8 @@ fn a_conversion_of_the_health_readings_that_is_lost_comes_on_top() {
     assert_eq!((bench.diagnostics.unseen.get(), bench.overruns()), (1, 0));
 }
 
-/// Gaps between frames count only conversions of the inputs.
+/// Tests that the watch counts health readings lost while DRDY was muted, which no gap between
+/// frames shows.
 #[test]
 fn conversions_of_health_readings_that_pass_while_drdy_is_muted_are_counted() {
     for (is_health, expected) in [(true, 11_669), (false, 0)] {

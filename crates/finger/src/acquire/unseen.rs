@@ -1,24 +1,24 @@
-//! Upper bound on the conversions that a chip made unseen.
+//! Upper bound on the number of conversions that the board missed.
 //!
-//! After a gap the chip's ids and the time show what was lost, if the registers are right. With
-//! other registers, as after a spontaneous reset, the chip may be faster, and its ids are those of
-//! another scan: then only an upper bound is known.
+//! After a gap, ids and time show how many conversions were lost, if the registers are right. With
+//! other registers, as after a spontaneous reset, the chip may be faster and its ids those of a
+//! different scan, so only an upper bound is known.
 
 use ridgetone_proto::division::divide;
 
 /// Maximum time from the start of a check that finds a changed register to the stop of the scan,
-/// microseconds: the ADS1258's 26 bytes at 5.25 MHz take 40, and each of the three transfers begins
-/// and ends.
+/// microseconds. The ADS1258's 26 bytes take 40 at 5.25 MHz; the rest is overhead of the three
+/// transfers.
 const CHECK_US: u32 = 100;
 
-/// Times without a conversion since the registers were known to be right.
+/// Total length of the gaps between conversions since the registers were known to be right.
 #[derive(Clone, Copy, Debug)]
 pub struct Unseen {
     gaps_us: u32,
-    /// Time in which a clock that is 2 % fast makes one more conversion of the scan, microseconds.
+    /// Time in which a clock that is 2 % fast adds one conversion to the scan, microseconds.
     clock_share_us: u32,
-    /// Time between two conversions above which there is a gap, microseconds: two conversions and a
-    /// late interrupt.
+    /// Time between two conversions above which there is a gap, microseconds: two conversions plus
+    /// the delay of a late interrupt.
     gap_us: u32,
 }
 
@@ -41,7 +41,7 @@ impl Unseen {
         }
     }
 
-    /// The registers are right, or were just written: ids and time will show what is lost.
+    /// Forgets the gaps, because the registers are right: ids and time will show losses.
     pub fn reset(&mut self) {
         self.gaps_us = 0;
     }
@@ -58,7 +58,8 @@ impl Unseen {
     }
 
     /// Maximum number of conversions by which a chip with the right registers and a fast clock
-    /// leads a nominal one in this time, microseconds, including those finished before the reset.
+    /// leads a nominal one after this time, microseconds, including those finished before the
+    /// reset.
     pub fn of_clock(&self, since_us: u32) -> u32 {
         since_us / self.clock_share_us.max(1) + 2
     }
@@ -74,11 +75,12 @@ mod tests {
         [197, 198, 400]
             .into_iter()
             .for_each(|passed_us| unseen.passed(passed_us));
-        // 23,739 conversions a second (SBAS297G, rate table, 16 MHz), in the 100 us of the check.
+        // 23,739 conversions a second (SBAS297G, rate table, 16 MHz), during the 100 us of the
+        // check.
         assert_eq!(unseen.at_most(0, 42), 3);
         unseen.passed(10_000);
         assert!((239..=244).contains(&unseen.at_most(0, 42)));
-        // 125,000 of a fixed channel, for another 10 ms.
+        // A fixed channel at 125,000 conversions a second, for another 10 ms.
         assert_eq!(unseen.at_most(10_000, 8), 2501 + 12);
         unseen.reset();
         assert_eq!(unseen.at_most(100, 42), 5);

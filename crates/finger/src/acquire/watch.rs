@@ -1,5 +1,4 @@
-//! The supervision of the chip: when its scan may be interrupted, and what happens when the chip
-//! does not work.
+//! Supervision of the chip: decides when its scan may be interrupted, and restarts it on a fault.
 
 use super::{Acquisition, edge_ns};
 use crate::converter::Converter;
@@ -8,40 +7,40 @@ use embedded_hal::delay::DelayNs;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::fault::FaultKind;
 
-/// Conversions after an unexpected edge until edge times are those of conversions again. Serving
-/// such an edge, with the check of the chip, takes one conversion at most.
+/// Number of conversions after an unexpected edge until an edge's time is again the end of a
+/// conversion. Serving such an edge, including the check of the chip, takes at most one conversion.
 const STEADY_CONVERSIONS: u32 = 4;
-/// Number of times that another scan waits for a safe moment; then it begins at any moment. With
-/// the plan `hand`, health readings last for a second at most, and another plan waits for 0.2 s at
-/// most.
+/// Number of times that a different scan waits for a safe moment before it begins at any moment.
+/// With the plan `hand`, the scan of the health readings lasts for at most a second, and a
+/// different plan waits for at most 0.2 s.
 pub const PUT_OFF_MAX: u16 = 4_000;
-/// Time without a conversion after which the chip is silent, microseconds: by default 500
-/// conversions.
+/// Time without a conversion after which the chip counts as silent, microseconds: 500 conversions
+/// by default.
 const SILENT_US: u32 = 100_000;
 /// Time without a conversion after which a check need not wait for the next one, microseconds.
 const QUIET_US: u32 = 10_000;
-/// Pause from the first restart to the next, if the fault stays, microseconds; then doubled each
-/// time.
+/// Pause between the first and the second restart if the fault persists, microseconds. It doubles
+/// each time.
 const PAUSE_MIN_US: u32 = 125_000;
-/// Longest pause, microseconds. A restart delays the other interrupts by 0.1 ms, so longer pauses
-/// would save nothing, and a chip that works again would be found later.
+/// Longest pause, microseconds. A restart delays the other interrupts by only 0.1 ms, so longer
+/// pauses would save nothing, and would delay the discovery that the chip works again.
 const PAUSE_MAX_US: u32 = 4_000_000;
-/// Time without a fault after a restart, and beyond the pause, after which the chip works,
-/// microseconds.
+/// Time without a fault since a restart after which the chip counts as working, microseconds,
+/// unless the pause is longer.
 const WELL_US: u32 = 1_000_000;
 
 impl<C: Converter> Acquisition<C> {
-    /// True if no conversion is likely soon, so that [`Self::watch`] need not wait for one. The
-    /// best time for it is right after a conversion: the next edge is furthest away.
+    /// True if no conversion is expected soon, so [`Self::watch`] can run now. Otherwise the best
+    /// moment is right after a conversion, when the next edge is furthest away.
     pub fn is_quiet(&self, now_us: u32) -> bool {
         self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
     }
 
-    /// True if another scan can begin now without losing a conversion: the next one is far off, or
-    /// none is likely soon. An edge is dated at a conversion's end, except soon after an unexpected
-    /// edge, during whose service a conversion may have ended. No scan begins while DRDY is muted:
-    /// the next conversion of this scan shows how many were lost. After 4,000 refusals in a row the
-    /// answer is yes.
+    /// True if a different scan can begin now without losing a conversion: the next one is far off,
+    /// or none is expected soon. An edge's time is the end of a conversion, except soon after an
+    /// unexpected edge, because a conversion may have ended while that edge was served. Refuses
+    /// while DRDY is muted, because the next conversion of the present scan shows how many were
+    /// lost. Agrees after 4,000 refusals in a row.
     pub fn can_begin(&mut self, now_us: u32) -> bool {
         let period_us = edge_ns(&self.plan) / 1000;
         let is_steady = now_us.wrapping_sub(self.unexpected_us) > STEADY_CONVERSIONS * period_us;
@@ -57,11 +56,11 @@ impl<C: Converter> Acquisition<C> {
         can
     }
 
-    /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second
-    /// at least, after `Drdy::Watch`, and before an estimate is reported. `now_us` is board time.
-    /// True if DRDY was muted or the chip was restarted: then the caller unmutes DRDY. Otherwise,
-    /// after an unexpected edge, a conversion may have ended meanwhile: the caller checks DRDY once
-    /// more.
+    /// Checks registers and silence, and restarts the chip on a fault. Must be called at least
+    /// twice a second, after `Drdy::Watch`, and before an estimate is reported. `now_us` is board
+    /// time. Returns true if DRDY was muted or the chip was restarted; the caller then unmutes
+    /// DRDY. Otherwise, after an unexpected edge, the caller checks DRDY once more, because a
+    /// conversion may have ended in the meantime.
     pub fn watch(
         &mut self,
         now_us: u32,
@@ -74,20 +73,20 @@ impl<C: Converter> Acquisition<C> {
             let muted_us = now_us.wrapping_sub(self.latest_us);
             self.unseen.passed(muted_us);
             if self.is_health {
-                // Gaps between frames count only conversions of the plan's own scan.
+                // Gaps between frames show only lost conversions of the plan's own scan.
                 diagnostics
                     .unseen
                     .add(divide(u64::from(muted_us) * 1000, self.plan.conversion_ns()).0 as u32);
             }
             (self.storm_count, self.latest_us) = (0, now_us);
-            // The next conversion may be read late: an edge of the storm may show it.
+            // The next conversion may be read late, at an edge of the storm.
             self.unexpected_us = now_us;
         }
         let fault = if !self.is_set_up {
             FaultKind::NoAnswer
         } else if !self.converter.is_as_set_up() && !self.converter.is_as_set_up() {
-            // Registers read while START is high may be wrong once (seen on real chips): hence a
-            // second look.
+            // Read twice, because registers read while START is high may be wrong once (seen on
+            // real chips).
             FaultKind::Registers
         } else if now_us.wrapping_sub(self.latest_us) > SILENT_US {
             FaultKind::Silent
@@ -110,7 +109,7 @@ impl<C: Converter> Acquisition<C> {
         let since_us = now_us.wrapping_sub(self.latest_us);
         (self.restarted_us, self.latest_us) = (now_us, now_us);
         match fault {
-            // The chip has not run since.
+            // The chip has not run since the failed set-up.
             FaultKind::NoAnswer => {}
             FaultKind::Registers => {
                 let period_us = self.converter.min_period_us();
@@ -121,10 +120,10 @@ impl<C: Converter> Acquisition<C> {
             _ => diagnostics.unseen.add(self.unseen.of_clock(since_us)),
         }
         self.unseen.reset();
-        // A touch may be under way: the health readings can wait.
+        // Skip the health readings, because a touch may be under way.
         self.is_health = false;
         let is_set_up = self.begin_scan(diagnostics, wait);
-        // Reported even if the chip answers now: nobody reported it before.
+        // Report the fault even if the chip answers now: nobody reported it before.
         diagnostics.fault(
             if is_set_up {
                 fault

@@ -1,4 +1,4 @@
-//! Scans with and without losses, flags and clipped codes.
+//! Tests scans with and without losses, flags and clipped codes.
 
 use super::*;
 use crate::converter::Ads1258Plan;
@@ -6,7 +6,7 @@ use ads1258::{Conversion, Status};
 extern crate std;
 use std::vec::Vec;
 
-/// The scan's channel ids as the datasheet orders them.
+/// Channel ids of the scan, in the datasheet's order.
 const IDS: [u8; 21] = [
     8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 26, 27, 28, 29,
 ];
@@ -60,13 +60,12 @@ fn whole_scans_become_frames_and_readings() {
     assert!((temperature_c - 1816.4).abs() < 1.0, "{temperature_c}");
 }
 
-/// No frame waits for a conversion of the next scan: the scan after a loss is whole again.
 #[test]
 fn a_loss_leaves_its_taxels_out_and_the_next_scan_is_whole() {
     for (gone, present, lost) in [
         (28..29, [0xffff, !(1 << 7), 0xffff, 0xffff, 0xffff], 1),
         (30..31, [0xffff, !(1 << 9), 0xffff, 0xffff, 0xffff], 1),
-        // Across the border of two scans.
+        // Across the boundary of two scans.
         (18..24, [0xffff, !0b111, 0xffff, 0xffff, 0xffff], 6),
     ] {
         let (assembler, frames) = run((0..105).filter(|count| !gone.contains(count)), 0);
@@ -97,8 +96,8 @@ fn whole_scans_lost_are_counted_by_time() {
     }
 }
 
-/// Whatever the board's clock says by then, device time begins with the first conversion, and
-/// nothing was lost before it.
+/// Tests that, whatever the board's clock, device time begins with the first conversion and nothing
+/// counts as lost before it.
 #[test]
 fn a_first_scan_with_a_flaw_loses_nothing() {
     for flaw in [0x80, 0xc0] {
@@ -159,8 +158,8 @@ fn the_ends_of_the_scale_are_not_good() {
     assert_eq!(good, !0b11);
 }
 
-/// Conversions lost, and number of the last frame, in a scan of one slot like that of `single`;
-/// `late` has the count of each conversion and its delay in conversions.
+/// Returns the number of lost conversions and the last frame's number, in a scan of one slot like
+/// that of `single`. `late` has the count of each conversion and its delay in conversions.
 fn of_one_slot(plan: &Plan, code: i32, late: &[(u32, f64)]) -> (u32, u32) {
     let conversion_us = plan.conversion_ns() as f64 / 1000.0;
     let mut assembler = Assembler::new(4.096, plan);
@@ -180,8 +179,8 @@ fn on_time(counts: core::ops::Range<u32>) -> impl Iterator<Item = (u32, f64)> {
     counts.map(|count| (count, 0.0))
 }
 
-/// In a storm, conversions are read late by a half and more, a little later each, until one is
-/// lost: no two are as far apart as two conversions. A case from the fault campaign.
+/// Tests a case from the fault campaign: in a storm, conversions are read late by half a conversion
+/// and more, each a little later, until one is lost, so no two are as far apart as two conversions.
 #[test]
 fn a_conversion_lost_while_service_comes_later_and_later_is_counted() {
     let creeping = [(50, 0.47), (51, 0.53), (52, 0.57), (53, 0.62), (55, 0.02)];
@@ -189,7 +188,7 @@ fn a_conversion_lost_while_service_comes_later_and_later_is_counted() {
     let lost_while_creeping = on_time(0..44).chain(late(44..50, 0.45)).chain(creeping);
     // The same delays without a loss.
     let creeping_alone = on_time(0..50).chain(creeping[..4].iter().copied());
-    // All conversions of 43 ms are read late by the same time, and one is lost.
+    // All conversions are read late by the same time for 43 ms, and one is lost.
     let late_for_long = on_time(0..44).chain(late(44..1044, 0.62));
     let times: [(Vec<_>, _); 3] = [
         (lost_while_creeping.chain(on_time(56..3000)).collect(), 1),
@@ -201,7 +200,7 @@ fn a_conversion_lost_while_service_comes_later_and_later_is_counted() {
     }
 }
 
-/// A conversion with a flaw does not take the fast path. Its delay must count only once.
+/// Tests that the delay of a conversion that leaves the fast path counts only once.
 #[test]
 fn flaws_do_not_make_conversions_later() {
     let times: Vec<_> = on_time(0..44)
@@ -213,7 +212,7 @@ fn flaws_do_not_make_conversions_later() {
 
 #[test]
 fn gaps_of_one_slot_are_counted_by_time_though_clocks_differ() {
-    // Also with the slowest scan of one slot.
+    // Include the slowest scan of one slot.
     let mut slowest = Ads1258Plan::of(&Plan::SINGLE);
     (slowest.data_rate, slowest.delay, slowest.chop) = (0, 7, true);
     for plan in [Plan::SINGLE, slowest.plan()] {
@@ -223,8 +222,8 @@ fn gaps_of_one_slot_are_counted_by_time_though_clocks_differ() {
                 .collect();
             assert_eq!(of_one_slot(&plan, 7, &times), (gap, 5999), "{gap}");
         }
-        // A clock that is off by a percent is a fault but no loss; neither is a late conversion in
-        // eight, with crystals that differ by 100 ppm.
+        // A clock error of a percent is a fault but no loss; nor is one late conversion in eight,
+        // even if the crystals differ by 100 ppm.
         for (rate, late) in [(0.99, 0.0), (1.01, 0.0), (0.9999, 0.6), (1.0001, 0.6)] {
             let late = |count: u32| {
                 f64::from(count) * (rate - 1.0)

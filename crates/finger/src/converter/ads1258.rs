@@ -12,19 +12,19 @@ use ridgetone_proto::plan::{Plan, PlanError};
 const CLOCK_MAX_HZ: u64 = 16_000_000;
 /// MUXMOD in CONFIG0: fixed channel.
 const MUXMOD: u8 = 0x20;
-/// Minimum clock periods of a conversion (SBAS297G, rate table): scanning, 128 (1 + 4.265625), and
-/// with a fixed channel.
+/// Minimum clock periods of a conversion (SBAS297G, rate table): when scanning, 128 (1 + 4.265625),
+/// and with a fixed channel.
 const SCANNING_TICKS: u64 = 674;
 const FIXED_TICKS: u64 = 128;
 
-/// Time that the chip takes to power up once its clock runs: 2^18 periods of the slowest clock that
-/// a plan allows (SBAS297G), microseconds.
+/// Power-up time of the chip once its clock runs, microseconds: 2^18 periods of the slowest clock
+/// that a plan allows (SBAS297G).
 const POWER_UP_US: u32 = 20_000;
 
 /// Clock that a board feeds into CLKIO.
 pub trait ChipClock {
-    /// Starts a clock of `hz`, or stops it if this clock cannot be made. True if the clock stood
-    /// still before.
+    /// Starts a clock of `hz`, or stops the clock if it cannot have that frequency. Returns true if
+    /// the clock was off and is now on.
     fn run(&mut self, hz: u32) -> bool;
 }
 
@@ -35,7 +35,7 @@ impl ChipClock for () {
     }
 }
 
-/// An ADS1258 with its pins START and RESET, and its clock if the board makes it.
+/// An ADS1258 with its pins START and RESET, and with its clock if the board supplies it.
 #[derive(Debug)]
 pub struct WiredAds1258<SPI, START, RESET, CLOCK = ()> {
     adc: Ads1258<SPI>,
@@ -55,7 +55,7 @@ impl<SPI, START, RESET> WiredAds1258<SPI, START, RESET> {
         }
     }
 
-    /// The chip with a clock that each set-up starts or stops, as the plan says.
+    /// Adds a clock that each set-up starts or stops, as the plan requires.
     pub fn clocked_by<CLOCK>(self, clock: CLOCK) -> WiredAds1258<SPI, START, RESET, CLOCK> {
         let Self {
             adc, start, reset, ..
@@ -123,7 +123,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, CLOCK: ChipClock> Conve
     }
 }
 
-/// Shortest conversion of the chip with this CONFIG0, microseconds. `None`, or all ones from a
+/// Minimum duration of a conversion with this CONFIG0, microseconds. `None`, or all ones as from a
 /// stuck bus, counts as scanning.
 fn period_us(config0: Option<u8>) -> u32 {
     let is_fixed = config0.is_some_and(|config0| config0 != 0xff && config0 & MUXMOD != 0);
@@ -132,7 +132,7 @@ fn period_us(config0: Option<u8>) -> u32 {
     } else {
         SCANNING_TICKS
     };
-    // Rounded down, so that conversions are not underestimated.
+    // Round down, so that the number of conversions is not underestimated.
     (ticks * 1_000_000 / CLOCK_MAX_HZ) as u32
 }
 
@@ -144,7 +144,7 @@ impl From<Conversion> for Sample {
     }
 }
 
-/// The conversion as the ADS1258 gave it.
+/// The conversion in the ADS1258's format.
 impl TimedConversion {
     /// Status byte and 24-bit code as read.
     #[inline(always)]
@@ -161,7 +161,7 @@ impl TimedConversion {
         Status(self.tag().0)
     }
 
-    /// The conversion with another status byte.
+    /// Returns the conversion with a different status byte.
     pub const fn with_status(self, status: Status) -> Self {
         self.with_tag(Tag(status.0))
     }

@@ -1,4 +1,4 @@
-//! The ADS1258's part of a [`Plan`]: the register fields that it stands for.
+//! The ADS1258's part of a [`Plan`]: register fields.
 
 use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, IdleMode, Mux, Sysred};
 use ridgetone_proto::plan::{
@@ -6,13 +6,13 @@ use ridgetone_proto::plan::{
 };
 use serde::{Deserialize, Serialize};
 
-/// Minimum clock of the chip, hertz: with a slower clock the 190 ns that the boards give CS to
-/// settle are less than 2.5 periods (SBAS297G, SPI timing), and half the clock is soon below SCLK.
+/// Minimum clock of the chip, hertz: with a slower clock, the 190 ns that the boards allow CS to
+/// settle are less than 2.5 periods (SBAS297G, SPI timing), and SCLK soon exceeds half the clock.
 const CLOCK_MIN_HZ: f32 = 13_200_000.0;
 /// Maximum clock of the chip, hertz (SBAS297G).
 const CLOCK_MAX_HZ: f32 = 16_000_000.0;
 
-/// Inputs that the chip converts, and how. The fields are those of the chip's registers (SBAS297G).
+/// Inputs that the chip converts, and its settings, which are fields of its registers (SBAS297G).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ads1258Plan {
@@ -22,12 +22,12 @@ pub struct Ads1258Plan {
     pub data_rate: u8,
     /// DLY, 0 to 7: settling time of an input before its conversion.
     pub delay: u8,
-    /// CHOP: each conversion is two with the inputs exchanged. It excludes health readings in every
-    /// scan.
+    /// CHOP: each conversion consists of two with the inputs exchanged. Excludes health readings in
+    /// every scan.
     pub chop: bool,
-    /// When the chip converts its own readings.
+    /// Schedule of the chip's health readings.
     pub health: HealthReadings,
-    /// The chip's clock, hertz: 15,728,640 of its crystal, or that of an oscillator on CLKIO.
+    /// Clock of the chip, hertz: its crystal's 15,728,640, or that of an oscillator on CLKIO.
     pub adc_clock_hz: u32,
 }
 
@@ -46,7 +46,8 @@ impl Ads1258Plan {
     /// All inputs at 1.46 kHz: [`Plan::HAND`].
     pub const HAND: Self = Self::of(&Plan::HAND);
 
-    /// Register fields of a plan; another converter's plan yields whatever its bits happen to name.
+    /// Decodes the register fields of a plan; the result for a different converter's plan is
+    /// meaningless.
     pub const fn of(plan: &Plan) -> Self {
         let bits = plan.own.bits;
         Self {
@@ -59,7 +60,7 @@ impl Ads1258Plan {
         }
     }
 
-    /// The complete plan, with all fields derived from the registers.
+    /// Returns the complete plan, with all other fields derived from the registers.
     pub const fn plan(&self) -> Plan {
         Plan {
             inputs: self.inputs,
@@ -77,7 +78,8 @@ impl Ads1258Plan {
         }
     }
 
-    /// Checks the registers and what follows from them. The error is the first rule that is broken.
+    /// Checks the registers and what follows from them. The error names the first rule that is
+    /// broken.
     pub fn validate(&self) -> Result<(), PlanError> {
         let is_chopped_with_health = self.chop && self.health == HealthReadings::EveryScan;
         let values = [
@@ -114,8 +116,8 @@ impl Ads1258Plan {
         })
     }
 
-    /// Configuration of the chip. Standby instead of sleep, so that the first conversion after
-    /// START comes at once.
+    /// Configuration of the chip. It uses standby instead of sleep, so that the first conversion
+    /// after START is not delayed.
     pub const fn config(&self) -> Config {
         let internal = match self.health {
             HealthReadings::EveryScan => Sysred::ALL,
@@ -124,7 +126,8 @@ impl Ads1258Plan {
         self.config_of(self.inputs, internal, self.chop)
     }
 
-    /// Configuration of the chip for its own readings alone. CHOP excludes them (SBAS297G).
+    /// Configuration of the chip for its health readings alone, without CHOP, which excludes them
+    /// (SBAS297G).
     pub const fn health_config(&self) -> Config {
         self.config_of(0, Sysred::ALL, false)
     }
@@ -155,8 +158,8 @@ impl Ads1258Plan {
             },
             chop,
             idle_mode: IdleMode::Standby,
-            // Nothing is connected to these pins: an open input would float and draw current, and
-            // the clock output would toggle for nothing.
+            // Nothing is connected to these pins: open inputs would float and draw current, and the
+            // clock output would toggle for nothing.
             gpio_inputs: 0,
             clock_output: false,
             ..Config::RESET
@@ -170,7 +173,7 @@ impl Default for Ads1258Plan {
     }
 }
 
-/// The table of plans has the crystal's clock.
+/// The table of plans assumes the crystal's clock.
 const _: () = assert!(Plan::PAPER.adc_clock_hz == CRYSTAL_CLOCK_HZ);
 
 #[cfg(test)]
@@ -227,8 +230,8 @@ mod tests {
                 Err(field)
             );
         }
-        // SBAS297G, section "Chop": 16 MHz, CHOP 1, DRATE 2, DLY 4 make 240.15 Hz of sixteen
-        // inputs; here by the crystal.
+        // SBAS297G, section "Chop": 16 MHz, CHOP 1, DRATE 2 and DLY 4 sample sixteen inputs at
+        // 240.15 Hz; this test uses the crystal's clock.
         let chopped = with(|own| {
             (own.chop, own.data_rate, own.delay) = (true, 2, 4);
             own.health = HealthReadings::BetweenTouches;

@@ -1,4 +1,4 @@
-//! Plans of the STM32's own converter: continuous scans, averaged into frames.
+//! Plans of the STM32's own converter: continuous scans that are averaged into frames.
 
 use super::oversampled::{Averaging, SAMPLE_TICKS, SCANS_MAX};
 use core::ops::RangeInclusive;
@@ -9,16 +9,16 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OnboardPlan {
-    /// Bit k: the scan has input k, which is taxel k.
+    /// Bit k: the scan includes input k, which is taxel k.
     pub inputs: u16,
     /// Scans per frame.
     pub scans: u8,
-    /// The converter's clock, megahertz: a quarter of APB2's.
+    /// Clock of the converter, megahertz: a quarter of APB2's.
     #[serde(default = "usual_clock_mhz")]
     pub clock_mhz: u8,
 }
 
-/// The clock of the STM32F405's and F446's converter at APB2's 84 MHz, megahertz.
+/// Clock of the STM32F405's and F446's converter with APB2 at 84 MHz, megahertz.
 const fn usual_clock_mhz() -> u8 {
     21
 }
@@ -27,7 +27,7 @@ impl OnboardPlan {
     /// Clock range of the STM32's ADC, MHz (DS8626, ADC characteristics, supply above 2.4 V).
     pub const CLOCKS_MHZ: RangeInclusive<u8> = 1..=36;
 
-    /// Decodes a plan; another converter's plan yields whatever its bits happen to say.
+    /// Decodes a plan; the result for a different converter's plan is meaningless.
     pub const fn of(plan: &Plan) -> Self {
         Self {
             inputs: plan.inputs,
@@ -36,7 +36,7 @@ impl OnboardPlan {
         }
     }
 
-    /// The complete plan, with all derived fields.
+    /// Returns the complete plan, with all derived fields.
     pub const fn plan(&self) -> Plan {
         Plan {
             inputs: self.inputs,
@@ -51,14 +51,14 @@ impl OnboardPlan {
         }
     }
 
-    /// Averaging of the scans into frames. `None` if no whole number of halves of the buffer is a
-    /// frame.
+    /// Averaging of the scans into frames; `None` if a frame is not a whole number of halves of the
+    /// buffer.
     pub const fn averaging(&self) -> Option<Averaging> {
         Averaging::new(self.inputs.count_ones(), self.scans as u32, self.clock_mhz)
     }
 
-    /// Checks that the scans make frames of a possible rate. The error names the next number of
-    /// scans that would.
+    /// Checks the plan, and that this many scans can make a frame. The error names the next number
+    /// that can.
     pub fn validate(&self) -> Result<(), PlanError> {
         self.plan().validate()?;
         if self.averaging().is_some() {
@@ -80,7 +80,7 @@ impl OnboardPlan {
     }
 
     /// Checks that a plan fits `pins` (bit k for input k from 0 on) and a converter with one of
-    /// these clocks, and has the rates that its number of scans gives.
+    /// these clocks, and that its rates follow from its number of scans.
     pub fn check(plan: &Plan, pins: u16, clocks_mhz: RangeInclusive<u8>) -> Result<(), PlanError> {
         let mut own = Self::of(plan);
         own.clock_mhz = own
@@ -122,7 +122,7 @@ impl OnboardPlan {
 mod tests {
     use super::*;
 
-    /// On a board with the usual clock.
+    /// Checks a plan on a board with the usual clock.
     fn check(plan: &Plan, pins: u16) -> Result<(), PlanError> {
         OnboardPlan::check(plan, pins, 21..=21)
     }
@@ -174,7 +174,7 @@ mod tests {
         wrong[0].frame_ticks = 100_000;
         wrong[1].health = HealthReadings::BetweenTouches;
         assert_eq!(refused(Plan::PAPER), ("plan.converter", (1.0, 1.0)));
-        // 91 is 7 x 13: no half of the buffer holds a divisor that lasts long enough.
+        // 91 is 7 x 13, so a half of the buffer would hold a single scan, which is too short.
         assert_eq!(refused(scans(91)), ("plan.scans", (92.0, 92.0)));
         assert_eq!(refused(scans(200)).0, "frame_rate_hz");
         let at_25_mhz = OnboardPlan {

@@ -1,37 +1,36 @@
 //! Averages the scans of a free-running 12-bit converter into frames: the arithmetic for a
 //! processor's own converter, without registers.
 //!
-//! The converter samples its inputs one after another, and fills a buffer of two halves over and
-//! over. Each half is added up while the other one fills; after some halves the sums make a frame.
+//! The converter samples its inputs one after another, and fills a buffer of two halves again and
+//! again. Each half is added up while the other one fills; the sums of several halves make a frame.
 
 use core::sync::atomic::Ordering::Relaxed;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32};
 
-/// Periods of the converter's clock for a sample: 56 to charge the capacitor, and 12 for the bits.
+/// Periods of the converter's clock per sample: 56 to charge the capacitor, and 12 for the bits.
 ///
-/// At 21 MHz the datasheets' equation 1 (DS8626 and DS10693, ADC characteristics, with 6 kilohm and 7 pF
-/// inside) allows a source of 33 kilohm for it: a potentiometer of 100, a bridge, any amplifier.
-/// With 144 periods it would be 94, beyond the 50 of the table, and a frame would hold 40 scans in
-/// place of 93, so that less of the noise cancels.
+/// At 21 MHz the datasheets' equation 1 (DS8626 and DS10693, ADC characteristics, with 6 kilohm and
+/// 7 pF inside) then allows a source of 33 kilohm: a potentiometer of 100, a bridge, any amplifier.
+/// With 144 periods it would be 94, beyond the 50 of the table, but a frame would hold only 40
+/// scans instead of 93, and less of the noise would average out.
 pub const SAMPLE_TICKS: u32 = 56 + 12;
 
 /// Maximum number of inputs: a 64-pin processor has no more next to a serial line.
 pub const INPUTS: usize = 14;
-/// Samples per half of the buffer: three scans of fourteen inputs. There is no RAM for more next to
-/// the ring.
+/// Samples per half of the buffer: three scans of fourteen inputs. The ring leaves no RAM for more.
 pub const HALF: usize = 42;
 /// The buffer that the converter fills.
 pub type Buffer = [AtomicU16; 2 * HALF];
-/// Maximum number of scans per frame: the number is the lowest byte of a plan's bits.
+/// Maximum number of scans per frame, because the number is the lowest byte of a plan's bits.
 pub const SCANS_MAX: u8 = u8::MAX;
-/// Minimum duration of a half, microseconds: a half is added up while the other one fills, and
-/// interrupts of the same or a higher priority take up to 60 us.
+/// Minimum duration of a half, microseconds: a half must be added up before the other one is full,
+/// and interrupts of the same or a higher priority take up to 60 us.
 const HALF_MIN_US: u32 = 90;
-/// Code of a step of the converter: 780000h is `vref_v`, which has 4096 steps.
+/// Code of one step of the converter: 780000h is `vref_v`, which is 4096 steps.
 const STEP: u32 = 0x78_0000 / 4096;
-/// Bits by which a step is scaled up in 32 bits, before it is divided by the samples of a frame.
+/// Bits by which a step is scaled up to fill 32 bits, before it is divided by the samples of a
+/// frame.
 const SHIFT: u32 = STEP.leading_zeros();
-/// Maximum reading.
 const READING_MAX: u32 = 4095;
 
 /// Averaging of scans into frames.
@@ -39,16 +38,14 @@ const READING_MAX: u32 = 4095;
 pub struct Averaging {
     /// Inputs per scan.
     channels: u8,
-    /// Scans per frame.
     scans: u8,
     /// Scans per half of the buffer; a frame is a whole number of halves.
     half_scans: u8,
-    /// The converter's clock, megahertz.
     clock_mhz: u8,
 }
 
 impl Averaging {
-    /// Averages so many scans per frame. `None` if no half of the buffer fits.
+    /// Creates the averaging of this many scans per frame. `None` if no half of the buffer fits.
     pub const fn new(channels: u32, scans: u32, clock_mhz: u8) -> Option<Self> {
         if clock_mhz == 0
             || channels == 0
@@ -58,7 +55,7 @@ impl Averaging {
         {
             return None;
         }
-        // The longest half: the fewest interrupts.
+        // The longest half causes the fewest interrupts.
         let mut half_scans = HALF as u32 / channels;
         while half_scans > 1 && !scans.is_multiple_of(half_scans) {
             half_scans -= 1;
@@ -74,24 +71,24 @@ impl Averaging {
         })
     }
 
-    /// Samples of half a buffer.
+    /// Samples per half of the buffer.
     pub const fn half(&self) -> usize {
         self.channels as usize * self.half_scans as usize
     }
 
-    /// Periods of the converter's clock from one frame to the next.
+    /// Periods of the converter's clock per frame.
     pub const fn frame_ticks(&self) -> u32 {
         self.channels as u32 * self.scans as u32 * SAMPLE_TICKS
     }
 
-    /// Time from the middle of the first input's samples to the end of a frame's last sample,
+    /// Time from the middle of the first input's samples to the end of the frame's last sample,
     /// microseconds.
     pub const fn middle_us(&self) -> u32 {
         let scan_ticks = self.channels as u32 * SAMPLE_TICKS;
         self.us(self.frame_ticks() + scan_ticks - 2 * SAMPLE_TICKS) / 2
     }
 
-    /// Fraction of a frame's time for one input, microseconds, rounded down, at least 1.
+    /// Time of a frame divided by its inputs, microseconds, rounded down, at least 1.
     pub const fn share_us(&self) -> u32 {
         let share_us = self.us(self.scans as u32 * SAMPLE_TICKS);
         if share_us > 1 { share_us } else { 1 }
@@ -113,34 +110,33 @@ pub enum Filled {
     First,
     /// The second.
     Second,
-    /// Both: service was late, and the converter overwrites samples that were not added.
+    /// Both: service was late, and the converter is overwriting samples that were not added.
     Overwritten,
 }
 
-/// Sums of the frame under way, and of the latest frame until the next begins. The interrupt that
-/// adds and the task that reads have one priority, so neither interrupts the other; the atomics are
-/// plain loads and stores.
+/// Sums of the frame under way, or of the latest frame until the next begins. The interrupt that
+/// adds and the task that reads have the same priority, so neither interrupts the other, and the
+/// atomics are plain loads and stores.
 #[derive(Debug)]
 pub struct Oversampler {
     /// Inputs per scan, scans per half of the buffer, scans per frame.
     channels: AtomicU8,
     half_scans: AtomicU8,
     scans: AtomicU8,
-    /// The converter's clock, megahertz.
     clock_mhz: AtomicU8,
-    /// Scans so far in the frame under way.
+    /// Number of scans taken in the frame under way.
     taken: AtomicU8,
-    /// Sum of each input over a frame; the code, once the frame is over.
+    /// Sum of each input over the frame; its code, once the frame is complete.
     sums: [AtomicU32; INPUTS],
     /// Last sample of each input in the previous frame.
     before: [AtomicU16; INPUTS],
-    /// True if the previous frame came right before, and is in `before`.
+    /// True if the previous frame came right before, so that `before` is valid.
     follows: AtomicBool,
     /// True if part of the frame under way is missing.
     is_torn: AtomicBool,
     /// Bit k: the code of the k-th input is at an end of the scale.
     overloaded: AtomicU16,
-    /// Time when the latest half was full, microseconds.
+    /// Time at which the latest half was full, microseconds.
     half_us: AtomicU32,
 }
 
@@ -151,7 +147,7 @@ impl Default for Oversampler {
 }
 
 impl Oversampler {
-    /// No frame yet; [`Self::begin`] sets the averaging.
+    /// Creates an oversampler; [`Self::begin`] sets the averaging.
     pub const fn new() -> Self {
         Self {
             channels: AtomicU8::new(1),
@@ -168,7 +164,7 @@ impl Oversampler {
         }
     }
 
-    /// Begins with the next half, which will be the first of a frame.
+    /// Starts with the next half as the first of a frame.
     pub fn begin(&self, averaging: &Averaging) {
         let Averaging {
             channels,
@@ -194,8 +190,8 @@ impl Oversampler {
         }
     }
 
-    /// Adds the half that was filled at `now_us`. True if a frame is over: its codes stay until the
-    /// next call.
+    /// Adds the half that was filled at `now_us`. Returns true if a frame is complete; its codes
+    /// stay valid until the next call.
     pub fn take(&self, buffer: &Buffer, filled: Filled, now_us: u32) -> bool {
         let averaging = self.averaging();
         let since_us = now_us.wrapping_sub(self.half_us.swap(now_us, Relaxed));
@@ -232,8 +228,8 @@ impl Oversampler {
         }
     }
 
-    /// Skips the halves that were not served, counted by the time, so that later frames are where
-    /// they would have been.
+    /// Skips the halves that were not served, counted by time, so that later frames stay on their
+    /// grid.
     fn skip(&self, averaging: &Averaging, since_us: u32) {
         let half_ticks = (averaging.half() as u32 * SAMPLE_TICKS).max(1);
         let ticks = since_us
@@ -249,9 +245,9 @@ impl Oversampler {
 
     /// Computes the codes of a frame that ends with this half of the buffer.
     ///
-    /// Each scan samples input k by k samples later than input 0. The value at the time of input 0
-    /// is interpolated linearly between two scans. In the sum over a frame the differences
-    /// telescope to the last sample less the one before the first.
+    /// Each scan samples input k by k samples later than input 0, so its value at the time of input
+    /// 0 is interpolated linearly between two scans. In the sum over a frame the differences
+    /// telescope to the last sample less the last one of the previous frame.
     fn finish(&self, averaging: &Averaging, half: &[AtomicU16], is_whole: bool) {
         let channels = usize::from(averaging.channels);
         let scans = u32::from(averaging.scans);
@@ -260,7 +256,7 @@ impl Oversampler {
             .unwrap_or(&[]);
         let factor = (STEP << SHIFT) / (u32::from(averaging.channels) * scans).max(1);
         let follows = self.follows.swap(is_whole, Relaxed);
-        // Half a step on average from either end of the scale.
+        // Limits half a step, on average, from either end of the scale.
         let (low, high) = (scans / 2, scans * READING_MAX - scans / 2);
         let mut overloaded = 0;
         let rows = self.sums.iter().zip(&self.before).zip(last);
@@ -272,7 +268,7 @@ impl Oversampler {
             } else {
                 0
             };
-            // Not negative: the sum holds the last sample.
+            // Not negative, because the sum includes the last sample.
             let aligned = (channels as u32 * sum).wrapping_add_signed(-(channel as i32) * moved);
             let scaled = u64::from(aligned) * u64::from(factor) + (1 << (SHIFT - 1));
             place.store((scaled >> SHIFT) as u32, Relaxed);

@@ -1,4 +1,4 @@
-//! Path of a frame: into the ring, through touch detection, to events and due windows.
+//! Passes each frame into the ring and through touch detection, to events and due windows.
 
 use crate::event_builder::EventBuilder;
 use crate::frame::{Frame, FrameClock};
@@ -17,20 +17,19 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
 use ridgetone_tone::Values;
 
-/// Takes frames to events and windows.
 #[derive(Clone, Debug)]
 pub struct Tracker {
     pub contact: ContactDetector,
     pub clock: FrameClock,
     pub scheduler: WindowScheduler,
     pub events: EventBuilder,
-    /// Frames that are still to be reported raw.
+    /// Number of frames that are still to be reported raw.
     pub raw_frames: u32,
     /// True if only raw frames are reported.
     is_stopped: bool,
     /// True if there has been a complete frame.
     has_begun: bool,
-    /// The latest values of good conversions.
+    /// Latest good value of each taxel.
     values: Values,
     plan: Plan,
     averager: Averager,
@@ -53,7 +52,7 @@ impl Tracker {
     }
 
     /// Begins again with the next complete frame, or stops.
-    // Not inlined: the new detector would be on the stack under all callers.
+    // Not inlined: the new detector would add to the stack of all callers.
     #[inline(never)]
     pub fn restart(&mut self, is_going: bool, settings: &Settings) {
         self.is_stopped = !is_going;
@@ -62,7 +61,7 @@ impl Tracker {
         self.contact = contact(settings);
     }
 
-    /// Begins again with frames of another plan, that of `settings`.
+    /// Begins again with frames of a different plan, that of `settings`.
     pub fn begin(&mut self, settings: &Settings) {
         let Settings { plan, .. } = settings;
         (self.plan, self.values) = (*plan, [0.0; TAXELS]);
@@ -85,7 +84,7 @@ impl Tracker {
         );
     }
 
-    /// While a slide lasts: its first frame, and the frame up to which it is known to have lasted.
+    /// First frame of the slide under way, and the frame up to which it is known to have lasted.
     fn sliding(&self) -> Option<(u32, u32)> {
         let grid = self.averager.grid();
         self.contact
@@ -147,12 +146,13 @@ impl Tracker {
             averager.restart(frame.number);
         }
         fill_gap(frame, ring);
-        // For touch detection, a bad value stays what it was.
+        // Touch detection uses a taxel's previous value in place of a bad one.
         frame.put(&scheduler.reference, &mut self.values);
         if is_complete && frame.good != inputs {
             contact.note_good(frame.good);
         }
-        // An incomplete frame has no valid value: the fit needs one time for all channels.
+        // No value of an incomplete frame is valid, because the fit needs one time for all
+        // channels.
         let valid = if is_complete { frame.good } else { 0 };
         ring.push(&self.values, valid, frame.t_us as u32);
         let Some(number) = averager.push(frame.number, &self.values, inputs, valid != 0) else {
@@ -185,7 +185,7 @@ impl Tracker {
         }
     }
 
-    /// Ends the signal, and with it a slide that still lasts.
+    /// Ends the signal, and a slide under way.
     pub fn finish(
         &mut self,
         ring: &Ring,
@@ -210,7 +210,6 @@ impl Tracker {
     }
 }
 
-/// An idle detector.
 const fn contact(settings: &Settings) -> ContactDetector {
     let mut contact = ContactDetector::new(settings.slide, &settings.plan);
     contact.set_mains(settings.interferer_hz);

@@ -1,4 +1,4 @@
-//! Counters of the tasks, each written from its own priority, that `health` reports.
+//! Counters that the tasks write, each from its own priority, and that `health` reports.
 
 use crate::faults::found::Found;
 use crate::faults::log::{Counter, FaultLog};
@@ -6,15 +6,16 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
 
-/// Time within which an input that stays at a rail is seen there again, microseconds: 2.2 scans.
+/// Maximum time between two sightings of an input that stays at a rail, microseconds: 2.2 scans.
 const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
 
 /// Counters of the tasks. Every task may write without a lock.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
-    /// Conversions lost before the queue or at it, except whole scans that were never read.
+    /// Conversions lost before the queue or because it was full, except whole scans that were never
+    /// read.
     pub queue_overruns: Counter,
-    /// Maximum number of further conversions that the chip may have made while it ran with other
+    /// Maximum number of further conversions that the chip may have made while it ran with wrong
     /// registers.
     pub unseen: Counter,
     /// Windows not fitted because the fit was busy.
@@ -23,7 +24,7 @@ pub struct Diagnostics {
     pub messages_dropped: Counter,
     /// Raw frames for which the line had no room.
     pub frames_thinned: Counter,
-    /// Times the ADC was set up again.
+    /// Number of times that the ADC was set up again.
     pub chip_restarts: Counter,
     /// Requests that were damaged, or arrived before the previous one was taken.
     pub requests_damaged: Counter,
@@ -35,16 +36,16 @@ pub struct Diagnostics {
     pub(crate) load_bits: AtomicU32,
     /// Maximum stack use since start-up, and the stack's size, bytes.
     pub(crate) stack: [AtomicU32; 2],
-    /// Board time since which the same number of inputs has been at a rail, microseconds, and that
+    /// Board time (microseconds) since which the same number of inputs has been at a rail, and that
     /// number.
     railed_us: AtomicU32,
     railed: AtomicU32,
-    /// The faults.
+    /// Counts and times of faults.
     pub faults: FaultLog,
 }
 
 impl Diagnostics {
-    /// Everything at zero.
+    /// Creates counters at zero.
     pub const fn new() -> Self {
         Self {
             queue_overruns: Counter::new(),
@@ -64,13 +65,12 @@ impl Diagnostics {
         }
     }
 
-    /// Fraction of time that the processor was busy, 0 to 1; zero where nothing measures it.
+    /// Fraction of time that the processor was busy, 0 to 1; zero if not measured.
     pub fn load(&self) -> f32 {
         f32::from_bits(self.load_bits.load(Relaxed))
     }
 
-    /// Maximum stack use since start-up, and the stack's size, bytes; zero where nothing measures
-    /// it.
+    /// Maximum stack use since start-up, and the stack's size, bytes; zero if not measured.
     pub fn stack_bytes(&self) -> [u32; 2] {
         self.stack.each_ref().map(|bytes| bytes.load(Relaxed))
     }
@@ -80,8 +80,8 @@ impl Diagnostics {
         self.faults.add(kind, 1, board_us);
     }
 
-    /// Notes that `inputs` inputs were at a rail in the scan before this board time, microseconds.
-    /// Zero changes nothing.
+    /// Records that `inputs` inputs were at a rail in the scan before this board time,
+    /// microseconds. Zero has no effect.
     pub fn overload(&self, inputs: u32, board_us: u32) {
         if inputs == 0 {
             return;
@@ -106,7 +106,6 @@ impl Diagnostics {
 mod tests {
     use super::*;
 
-    /// Counters near their limit, and another second of unseen conversions of the fastest chip.
     #[test]
     fn counters_stop_at_their_largest_value() {
         let diagnostics = Diagnostics::new();

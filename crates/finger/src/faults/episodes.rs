@@ -1,4 +1,4 @@
-//! Fault episodes: a fault is reported when it begins and when it is over.
+//! Fault episodes: a fault is reported when it begins and when it ends.
 
 use crate::assembler::{Assembler, Flaws};
 use crate::faults::diagnostics::Diagnostics;
@@ -11,54 +11,54 @@ use ridgetone_proto::fault::{Fault, FaultKind, FaultSet, KINDS};
 
 /// Time without the fault after which an episode is over, microseconds.
 const OVER_US: u32 = 1_000_000;
-/// Maximum number of messages in [`MESSAGES_US`], microseconds. The next interval reports what
-/// exceeds that. If all kinds begin and end every [`OVER_US`], as often as they can, they make 26
-/// messages a second.
+/// Maximum number of messages per [`MESSAGES_US`], microseconds; the next interval reports the
+/// rest. If all kinds begin and end as often as possible, every [`OVER_US`], there are 26 messages
+/// a second.
 const MESSAGES_MAX: u8 = 4;
 const MESSAGES_US: u32 = 125_000;
-/// While an episode lasts, its end is looked for in every sixteenth frame.
+/// Number of frames between checks for the end of an episode.
 const CHECK_FRAMES: u32 = 16;
 
-/// Time without a conversion in which a slide may have ended unseen, nanoseconds: that of the
-/// blocks that motion detection compares, 4 frames at 241 Hz.
+/// Time without a conversion in which a slide may have ended unseen, nanoseconds: a block of motion
+/// detection, 4 frames at 241 Hz.
 const SILENT_NS: u32 = BLOCK_FRAMES * FRAME_NS as u32;
 
-/// A clock may be off by 2 % unseen, which is one conversion in 50.
+/// Inverse of the clock error that may go unnoticed: 2 %, or one conversion in 50.
 const CLOCK_DIVISOR: u32 = 50;
-/// Range of gap lengths, conversions, in which the number of whole scans is uncertain.
+/// Range of gap lengths (in conversions) in which the number of whole scans is uncertain.
 const UNSURE_CONVERSIONS: u32 = 10_000;
 
-/// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to
-/// 5.25 V).
+/// Allowed codes of the analogue supply (SBAS297G, recommended operating conditions: 4.75 to 5.25
+/// V).
 const SUPPLY: RangeInclusive<i32> = codes(4.75, 5.25);
 /// Maximum relative deviation of the reference from the setting.
 const REFERENCE_TOLERANCE: f32 = 0.02;
 
-/// Range of volts in the codes of the chip's supply and reference readings.
+/// Converts a range of volts to codes of the chip's supply and reference readings.
 const fn codes(min_v: f32, max_v: f32) -> RangeInclusive<i32> {
     (min_v * CODES_PER_SUPPLY_VOLT as f32) as i32..=(max_v * CODES_PER_SUPPLY_VOLT as f32) as i32
 }
 
-/// Fault episodes.
 #[derive(Clone, Debug)]
 pub struct FaultEpisodes {
     reference: RangeInclusive<i32>,
     /// Kinds of faults with an ongoing episode.
     lasting: FaultSet,
-    /// Faults whose beginning was reported.
+    /// Faults whose beginning has been reported.
     reported: FaultSet,
     /// Device time at which each kind's episode began, microseconds.
     from_us: [u64; KINDS],
-    /// Device time since which messages are counted, low 32 bits, and their number.
+    /// Device time (low 32 bits) since which messages are counted, and their number.
     since_us: u32,
     messages: u8,
-    /// True if an episode lasts, whose end is to be looked for at frame `check_at`; at first too.
+    /// True if an episode is under way, whose end is looked for at frame `check_at`; true at first
+    /// too.
     is_active: bool,
     check_at: u32,
 }
 
 impl FaultEpisodes {
-    /// No faults yet. `vref_v` is the reference voltage in the settings.
+    /// Starts without faults. `vref_v` is the reference voltage in the settings.
     pub const fn new(vref_v: f32) -> Self {
         Self {
             reference: reference_codes(vref_v),
@@ -89,7 +89,7 @@ impl FaultEpisodes {
         }
     }
 
-    /// Calls [`Self::report`] if, at the frame `latest`, there may be something to report.
+    /// Calls [`Self::report`] if there may be something to report at the frame `latest`.
     #[inline(always)]
     pub fn check(
         &mut self,
@@ -105,8 +105,7 @@ impl FaultEpisodes {
         }
     }
 
-    /// Reports episodes that begin or are over. Both times are now, in device time and in board
-    /// time.
+    /// Reports episodes that begin or end. Both times are now, in device time and in board time.
     pub fn report(
         &mut self,
         device_us: u64,
@@ -122,8 +121,8 @@ impl FaultEpisodes {
         let kinds = fresh.and(self.lasting);
         self.is_active = !kinds.is_none();
         for kind in kinds.iter() {
-            // A fault from a task of a higher priority may be later than now, and one from before
-            // the first conversion earlier than zero: now and zero are near enough.
+            // Clamp to now and to zero: a fault from a higher-priority task may be later than now,
+            // and one from before the first conversion earlier than zero.
             let age_us = |seen_us: u32| (board_us.wrapping_sub(seen_us) as i32).max(0) as u32;
             let device_us = |seen_us| device_us.saturating_sub(age_us(seen_us) as u64);
             let seen_us = faults.seen_us(kind);
@@ -157,7 +156,7 @@ impl FaultEpisodes {
     }
 }
 
-/// Range of the reference about the setting, codes.
+/// Range of codes around the reference in the settings.
 const fn reference_codes(vref_v: f32) -> RangeInclusive<i32> {
     codes(
         vref_v * (1.0 - REFERENCE_TOLERANCE),
@@ -183,8 +182,8 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
         ..
     } = *assembler.scan();
     // In a gap of this many conversions the clock's error is half a scan or more, so the number of
-    // whole scans in it is uncertain. The most that can be lost is reported. A longer gap is
-    // counted by the time alone: the chip was set up again, or the board was off.
+    // whole scans in it is uncertain: report the maximum loss. Longer gaps are counted by time
+    // alone, because the chip was set up again, or the board was off.
     let unsure = CLOCK_DIVISOR * slots.max(2) / 2;
     if (unsure..=unsure + UNSURE_CONVERSIONS).contains(&lost) {
         diagnostics.unseen.add(lost / CLOCK_DIVISOR + slots / 2 + 1);
@@ -205,7 +204,6 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
     diagnostics.overload(overload, board_us);
 }
 
-/// Sets the board time at which device time is zero.
 fn set_zero(assembler: &Assembler, diagnostics: &Diagnostics) {
     diagnostics
         .faults

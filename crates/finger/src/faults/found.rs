@@ -4,7 +4,7 @@ use crate::converter::REGISTERS;
 use crate::faults::log::Counter;
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 
-/// Result that `drdy` has found, for `detect` to report.
+/// Result that `drdy` has found and `detect` reports.
 #[derive(Debug)]
 pub struct Found {
     answers: AtomicBool,
@@ -19,7 +19,6 @@ impl Default for Found {
 }
 
 impl Found {
-    /// Nothing yet.
     pub const fn new() -> Self {
         Self {
             answers: AtomicBool::new(false),
@@ -43,12 +42,12 @@ impl Found {
         self.answers.load(Relaxed)
     }
 
-    /// The registers as they were read; zeros before.
+    /// Registers as read; zeros before the first set-up.
     pub fn registers(&self) -> [u8; REGISTERS] {
         self.registers.each_ref().map(|byte| byte.load(Relaxed))
     }
 
-    /// Number of changes of the result.
+    /// Number of times that the result has changed.
     pub fn changes(&self) -> u32 {
         self.changes.get()
     }

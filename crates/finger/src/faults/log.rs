@@ -7,25 +7,25 @@ use ridgetone_proto::fault::{FaultKind, FaultSet, KINDS};
 /// much shorter than half the counter's range, beyond which an old fault would look new.
 const OLD_US: u32 = 60_000_000;
 
-/// A counter that stops at its largest value: after a wrap `health` would report less than was
-/// lost.
+/// A counter that stops at its maximum, because after a wrap `health` would report too small a
+/// number.
 #[derive(Debug, Default)]
 pub struct Counter(AtomicU32);
 
 impl Counter {
-    /// Zero.
+    /// Creates a counter at zero.
     pub const fn new() -> Self {
         Self(AtomicU32::new(0))
     }
 
-    /// Adds, up to the largest value.
+    /// Adds to the count, up to its maximum.
     pub fn add(&self, by: u32) {
         let _ = self
             .0
             .fetch_update(Relaxed, Relaxed, |count| Some(count.saturating_add(by)));
     }
 
-    /// The count.
+    /// Present count.
     pub fn get(&self) -> u32 {
         self.0.load(Relaxed)
     }
@@ -56,7 +56,7 @@ pub struct FaultLog {
 }
 
 impl FaultLog {
-    /// Nothing seen.
+    /// Starts without faults.
     pub const fn new() -> Self {
         let kinds = [const {
             Seen {
@@ -75,8 +75,8 @@ impl FaultLog {
         }
     }
 
-    /// Adds a fault that was seen `times` times, the last time at `board_us`. Zero times change
-    /// nothing.
+    /// Adds a fault that was seen `times` times, the last time at `board_us`. Has no effect if
+    /// `times` is zero.
     pub fn add(&self, kind: FaultKind, times: u32, board_us: u32) {
         let Some(seen) = self.kinds.get(kind as usize).filter(|_| times > 0) else {
             return;
@@ -86,23 +86,23 @@ impl FaultLog {
             seen.first_us.store(board_us, Relaxed);
         }
         seen.last_us.store(board_us, Relaxed);
-        // After the time: a reader that sees the bit finds the right time.
+        // Set the bits after the time, so that a reader that sees a bit also sees the time.
         self.recent.fetch_or(1 << kind as u32, Relaxed);
         self.fresh.fetch_or(1 << kind as u32, Relaxed);
     }
 
-    /// Adds a fault that lasts until the board restarts: every window has it.
+    /// Adds a fault that lasts until the board restarts, and so affects every window.
     pub fn stand(&self, kind: FaultKind, board_us: u32) {
         self.standing.fetch_or(1 << kind as u32, Relaxed);
         self.add(kind, 1, board_us);
     }
 
-    /// The kinds that last until the board restarts.
+    /// Kinds of faults that last until the board restarts.
     pub fn standing(&self) -> FaultSet {
         FaultSet::of_bits(self.standing.load(Relaxed))
     }
 
-    /// Number of times that each kind was seen, by [`FaultKind::ALL`].
+    /// Number of times that each kind was seen, in the order of [`FaultKind::ALL`].
     pub fn counts(&self) -> [u32; KINDS] {
         self.kinds.each_ref().map(|seen| seen.count.get())
     }
@@ -114,15 +114,15 @@ impl FaultLog {
             .map_or(0, |seen| seen.count.get())
     }
 
-    /// Board time at which a kind was seen last; any value if it was not.
+    /// Board time at which a kind was last seen; any value if it was not.
     pub fn seen_us(&self, kind: FaultKind) -> u32 {
         self.kinds
             .get(kind as usize)
             .map_or(0, |seen| seen.last_us.load(Relaxed))
     }
 
-    /// Board time at which a kind was first seen before the latest [`Self::take_fresh`]; any value
-    /// if it was not.
+    /// Board time at which a kind was first seen in the period that the latest [`Self::take_fresh`]
+    /// ended; any value if it was not.
     pub fn first_us(&self, kind: FaultKind) -> u32 {
         self.kinds
             .get(kind as usize)
@@ -135,7 +135,7 @@ impl FaultLog {
         self.fresh.load(Relaxed) != 0
     }
 
-    /// The kinds seen since the latest call.
+    /// Takes the kinds seen since the latest call.
     pub fn take_fresh(&self) -> FaultSet {
         FaultSet::of_bits(self.fresh.swap(0, Relaxed))
     }
@@ -145,8 +145,8 @@ impl FaultLog {
         self.zero_us.store(board_us, Relaxed);
     }
 
-    /// Kinds of fault seen since a device time (low 32 bits of its microseconds), and standing faults.
-    /// `since_us` is less than half an hour ago.
+    /// Kinds of faults seen since a device time (low 32 bits, microseconds), and standing faults.
+    /// `since_us` must be less than half an hour ago.
     pub fn since(&self, since_us: u32) -> FaultSet {
         let since_us = self.zero_us.load(Relaxed).wrapping_add(since_us);
         let recent = self.recent.load(Relaxed);
@@ -156,14 +156,14 @@ impl FaultLog {
         seen.fold(self.standing(), FaultSet::with)
     }
 
-    /// True if a board time is before a device time, its low 32 bits, microseconds; they are less
+    /// True if a board time is before a device time (low 32 bits, microseconds). They must be less
     /// than half an hour apart.
     pub fn is_before(&self, board_us: u32, device_us: u32) -> bool {
         let since_us = self.zero_us.load(Relaxed).wrapping_add(device_us);
         (board_us.wrapping_sub(since_us) as i32) < 0
     }
 
-    /// Forgets old faults; `board_us` is now. To be called every few minutes at least.
+    /// Forgets old faults; `board_us` is now. Must be called at least every few minutes.
     pub fn forget(&self, board_us: u32) {
         let recent = FaultSet::of_bits(self.recent.load(Relaxed));
         if recent.is_none() {

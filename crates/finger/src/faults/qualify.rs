@@ -1,4 +1,4 @@
-//! Makes estimates doubtful if a fault in their window may have changed them.
+//! Marks estimates as doubtful if a fault may have changed them.
 
 use crate::faults::diagnostics::Diagnostics;
 use crate::touch::block::BLOCK_FRAMES;
@@ -7,7 +7,7 @@ use crate::window::Window;
 use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::telemetry::{Estimate, Status, Track, Travel};
 
-/// Maximum relative deviation of the window's frame rate: no crystal is that far off.
+/// Maximum relative deviation of the window's frame rate; no crystal deviates that much.
 const RATE_TOLERANCE: f32 = 0.005;
 
 /// Margin before the window, frames.
@@ -22,12 +22,12 @@ impl Diagnostics {
     /// have changed the frequency, a good or unsteady estimate becomes doubtful, without period,
     /// speed and direction.
     ///
-    /// Two kinds count outside the window too. If levels may have moved shortly before it, the
-    /// slide may not have begun yet. If an input reached or left a rail shortly before the window's
-    /// end, that may have looked like motion.
+    /// Two kinds also count outside the window: a shift of the levels shortly before it, because
+    /// the slide may not have begun yet, and an input that reached or left a rail shortly before
+    /// its end, because that may have looked like motion.
     ///
-    /// To be called after the first check of the chip's registers that follows the window's end: no
-    /// earlier check can find a change within the window.
+    /// Must be called after the first check of the chip's registers that follows the window's end,
+    /// because no earlier check can find a change within the window.
     pub fn qualify(&self, estimate: &mut Estimate, window: &Window) {
         let (faults, is_doubtful) = faults_of(window, estimate.window_s, self);
         estimate.faults = faults;
@@ -36,8 +36,7 @@ impl Diagnostics {
         }
     }
 
-    /// Makes a track doubtful where [`Self::qualify`] would make an estimate of the window
-    /// doubtful.
+    /// Makes a track doubtful if [`Self::qualify`] would make an estimate of the window doubtful.
     pub fn qualify_track(&self, track: &mut Track, window: &Window) {
         let window_s = window.frames as f32 / window.frame_rate_hz;
         if faults_of(window, window_s, self).1 {
@@ -55,7 +54,7 @@ pub fn doubt(estimate: &mut Estimate) {
 }
 
 /// Kinds of faults since the latest `window_s` seconds of a window began; and true if they may have
-/// changed the frequency, or the window's end is uncertain.
+/// changed the frequency, or if the window's end is uncertain.
 fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (FaultSet, bool) {
     let nominal_hz = window.plan.frame_rate_hz();
     let in_us = |frames: f32| (frames * 1e6 / nominal_hz) as u32;
@@ -71,7 +70,7 @@ fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (Faul
         .filter(|kind| kind.moves_levels());
     let mut faults = before.fold(diagnostics.faults.since(begin_us), FaultSet::with);
     let off_hz = window.frame_rate_hz - nominal_hz;
-    // A NaN is off too.
+    // A NaN deviates too.
     if !(off_hz.abs() <= RATE_TOLERANCE * nominal_hz) {
         faults = faults.with(FaultKind::Clock);
     }
@@ -94,8 +93,8 @@ mod tests {
 
     const END_US: u64 = 10_000_000;
 
-    /// A good estimate of a window of a second, after a fault some frames before the window's
-    /// start.
+    /// Qualifies a good estimate of a window of one second, with a fault some frames before the
+    /// window's start.
     fn after_fault(kind: FaultKind, frames_before: f32) -> Estimate {
         let plan = Plan::PAPER;
         let frame_rate_hz = plan.frame_rate_hz();
@@ -126,8 +125,8 @@ mod tests {
         estimate
     }
 
-    /// A conversion of the first frame began before its time stamp, and the fault is seen when it
-    /// has ended: two frames before the window still count, three do not.
+    /// Tests that faults count up to two frames before the window, but not three: a conversion of
+    /// the first frame began before its time stamp, and its fault is seen when it has ended.
     #[test]
     fn faults_count_from_two_frames_before_the_window_on() {
         for kind in FaultKind::ALL {

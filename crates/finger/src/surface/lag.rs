@@ -1,33 +1,33 @@
 //! Lag of the tone between the two columns of units.
 //!
-//! The units stand in two columns, one pitch apart along the motion. Piezoresistors that respond
-//! alike (the same one of every unit) see the same wave in both columns, earlier or later: the
-//! difference of their phases is due to the wave. The phases of unlike ones differ by themselves.
-//! So phases are averaged over the alike ones of each column, each weighted by the inverse of its
-//! variance; then the columns' differences are averaged too. With Gaussian noise this is the
-//! maximum of the likelihood. A dead or noisy channel has almost no weight.
+//! The units stand in two columns, one pitch apart along the motion. Corresponding piezoresistors
+//! of all units respond alike, so the difference of their phases between the columns is due to the
+//! wave; other piezoresistors differ in phase by themselves. So phases are averaged over the
+//! corresponding ones of each column, weighted by their inverse variances; then the columns'
+//! differences are averaged over all of these groups. With Gaussian noise this is the
+//! maximum-likelihood estimate. A dead or noisy channel has almost no weight.
 
 use crate::fit::Fitted;
 use core::f32::consts::PI;
 use ridgetone_proto::settings::{Array, TAXELS};
 use ridgetone_tone::phase::{cos_sin, from_turns};
 
-/// Scatter, in standard deviations of its chi-squared, above which the channels disagree by more
+/// Excess of chi-squared, in its standard deviations, above which the channels disagree by more
 /// than noise.
 const DISAGREE: f32 = 4.0;
 
 /// A lag and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lag {
-    /// Lag of the front column behind the other, turns, -0.5 to 0.5. It is positive if a wave that
-    /// is longer than two pitches reaches the front column later.
+    /// Lag of the front column behind the rear one (turns, -0.5 to 0.5). It is positive if a wave
+    /// that is longer than two pitches reaches the front column later.
     pub turns: f32,
     /// Standard deviation, turns.
     pub sigma: f32,
 }
 
-/// A weighted sum of phases as a vector. Its angle is their mean. `weight` less its length is half
-/// of their chi-squared about the mean.
+/// Weighted sum of unit vectors in the directions of phases. Its angle is their mean; `weight`
+/// minus its length is half of their chi-squared about the mean.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     cos: f32,
@@ -47,12 +47,11 @@ impl Sum {
     }
 }
 
-/// The phases of some taxels.
 fn column(fitted: &Fitted, taxels: u16) -> Sum {
     let mut sum = Sum::default();
     for taxel in 0..TAXELS {
         let weight = 1.0 / fitted.fit.channels[taxel].phase_variance;
-        // Neither zero nor infinite, nor NaN.
+        // This excludes zero, infinity and NaN.
         if taxels & 1 << taxel != 0 && weight > 0.0 && weight < f32::INFINITY {
             let (cos, sin) = cos_sin(from_turns(fitted.turns(taxel)));
             sum.add(cos, sin, weight);
@@ -61,9 +60,9 @@ fn column(fitted: &Fitted, taxels: u16) -> Sum {
     sum
 }
 
-/// The lag between the columns of `array`, corrected for the slots of the scan ([`Fitted::turns`]).
-/// If the channels disagree by more than their noise, the uncertainty is that of their scatter.
-/// None if no piezoresistors that respond alike have the tone in both columns.
+/// Lag between the columns of `array`, corrected for the slots of the scan ([`Fitted::turns`]). If
+/// the channels disagree by more than their noise, their scatter determines the uncertainty. `None`
+/// if no corresponding piezoresistors have the tone in both columns.
 pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
     let (mut total, mut short, mut freedom) = (Sum::default(), 0.0, -1.0);
     for alike in array.alike.iter().map(|alike| alike & fitted.fit.usable) {
@@ -88,7 +87,7 @@ pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
     }
     let scatter = 2.0 * (short + total.weight - total.length());
     let mut variance = 1.0 / total.weight;
-    // One pair has nothing to disagree with.
+    // A single pair leaves no degree of freedom.
     if freedom > 0.0 && scatter > freedom + DISAGREE * ridgetone_tone::sqrt(2.0 * freedom) {
         variance *= scatter / freedom;
     }

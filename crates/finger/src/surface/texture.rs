@@ -1,11 +1,11 @@
-//! Texture under the finger, from its estimates: reported once a touch, and again when it has
+//! Texture under the finger, from its estimates: reported once per touch, and again when it has
 //! changed.
 
 use crate::window::Window;
 use ridgetone_proto::telemetry::{Estimate, Image, Overtones, Status, Texture, TravelStatus};
 
-/// Standard deviations of the difference above which a texture has changed: by one, noise alone
-/// would differ in every third window; by three, in one of 370.
+/// Change, in standard deviations of the difference, above which a texture is reported again. Noise
+/// alone exceeds one in every third window, and three in one of 370.
 const CHANGED: f32 = 3.0;
 
 /// A value with its standard deviation.
@@ -15,17 +15,17 @@ struct Measured {
     sigma: f32,
 }
 
-/// The latest texture that was reported.
+/// Latest texture that was reported.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TextureReporter {
-    /// First frame of the texture's touch; `None` if the next texture is reported anyway.
+    /// First frame of the texture's touch; `None` if the next texture is reported in any case.
     touch_first: Option<u32>,
     /// Period and power, each with its standard deviation.
     latest: [Measured; 2],
 }
 
 impl TextureReporter {
-    /// Nothing reported.
+    /// Starts without a reported texture.
     pub const fn new() -> Self {
         Self {
             touch_first: None,
@@ -36,14 +36,15 @@ impl TextureReporter {
         }
     }
 
-    /// The next texture is reported, even if it has not changed: a PC may not have the latest one.
+    /// Makes the next texture be reported even if it has not changed: a PC may not have the latest
+    /// one.
     pub fn forget(&mut self) {
         self.touch_first = None;
     }
 
-    /// Texture found by a window's estimate, if it is to be reported: the first one since a touch
-    /// began, or one that differs from the latest reported one by more than three standard
-    /// deviations of the difference, in period or power. Another plan begins another touch.
+    /// Returns the texture found by a window's estimate, if it is to be reported: the first one of
+    /// a touch, or one that differs from the latest reported one by more than three standard
+    /// deviations of the difference, in period or power. A different plan counts as a new touch.
     pub fn take(
         &mut self,
         estimate: &Estimate,
@@ -69,8 +70,8 @@ impl TextureReporter {
     }
 }
 
-/// The texture that an estimate has found: a tone that can be trusted, and a period that the phases
-/// do not contradict. Without a speed, known or found by the array, there is no period.
+/// Texture that an estimate has found, if its tone can be trusted and the phases do not contradict
+/// its period. Without a speed, known or found by the array, there is no period.
 #[inline(always)]
 fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Option<Texture> {
     let travel = &estimate.travel;
@@ -89,7 +90,7 @@ fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Optio
         squares += square;
         products += square * (channel.residual_v * channel.residual_v);
     }
-    // An amplitude that is fitted to N frames has 2 / N of the noise's variance.
+    // The variance of an amplitude that is fitted to N frames is 2 / N of the noise's.
     let frames = estimate.window_s * window.frame_rate_hz - f32::from(estimate.frames_missing);
     let per_channel = 1.0 / estimate.channels.len() as f32;
     let texture = Texture {
@@ -102,7 +103,7 @@ fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Optio
         overtones: *overtones,
         level_v: Some(window.level_v).filter(|level_v| level_v.is_finite()),
     };
-    // Neither infinite nor NaN.
+    // This excludes infinity and NaN.
     let is_known =
         texture.period_mm + texture.period_sigma_mm + texture.power_v2 + texture.power_sigma_v2
             < f32::INFINITY;
@@ -139,7 +140,7 @@ mod tests {
         ..Window::new(Plan::PAPER, 241)
     };
 
-    /// 3.6 mm by the phases alone, with a standard deviation of 1 um.
+    /// Estimate of 3.6 mm by the phases alone, with a standard deviation of 1 um.
     fn found() -> Estimate {
         let Event::Estimate(mut estimate) = longest_packet().event else {
             panic!("an estimate")
@@ -181,7 +182,7 @@ mod tests {
         assert!(reporter.take(&found(), &OVERTONES, &next_touch).is_some());
     }
 
-    /// A PC that greets may have come in the middle of a touch.
+    /// Tests that a greeting repeats the texture, because the PC may have connected during a touch.
     #[test]
     fn a_greeting_brings_it_again() {
         let settings = Settings::DEFAULT;
@@ -203,8 +204,8 @@ mod tests {
         );
     }
 
-    /// 16 channels of 1 mV in noise of 5 uV, 241 frames: an amplitude is known to 0.46 uV, the mean
-    /// of the powers to 1.14e-10 V^2.
+    /// Tests 16 channels of 1 mV in noise of 5 uV, 241 frames: an amplitude is known to 0.46 uV,
+    /// the mean of the powers to 1.14e-10 V^2.
     #[test]
     fn its_power_counts_too_with_its_own_sigma() {
         let near = |found: f32, expected: f64| (f64::from(found) / expected - 1.0).abs();

@@ -1,40 +1,40 @@
-//! From the lag between the columns to the spatial period, and with the frequency to speed and
+//! Derives the spatial period from the lag between the columns and, with the frequency, speed and
 //! direction.
 //!
-//! A wave of spatial period T along +x reaches the column in front `pitch_mm` / T turns late, less
+//! A wave of spatial period T along +x reaches the front column `pitch_mm` / T turns late, minus
 //! the phase that the contact's ends cause ([`Array::edge_phase_rad`]). The phases give only the
-//! fraction of a turn: n turns more or less look the same, and so does a wave in the other
+//! fraction of a turn: whole turns more or less look the same, and so does a wave in the opposite
 //! direction that is late by the rest of a turn. So the periods from [`Array::period_min_mm`] to
 //! [`Array::period_max_mm`] are searched in every possible direction, and an answer is reported
-//! only if it is the only one. Each period between one pitch and two has a single answer, and so
-//! has a longer one if the direction is known. A shorter one aliases: it has another answer among
-//! the longer ones.
+//! only if it is the only one. A period between one and two pitches has a single answer, and so has
+//! a longer one if the direction is known. A shorter one aliases to a longer one.
 //!
-//! Three other sources do not help. The overtones are late by whole multiples of the same turns.
-//! Friction shifts the levels of facing piezoresistors by its direction. Under gratings as coarse
-//! as the paper's, the ridges shift them more. Under finer ones the number of turns stays open. The
-//! order in which the units feel the touch shows the stimulus's tilt, not its motion.
+//! Three other sources do not help. Overtones are late by multiples of the same turns. Friction
+//! shifts the levels of facing piezoresistors according to its direction, but under gratings as
+//! coarse as the paper's, the ridges shift them more, and under finer ones the number of turns
+//! stays unknown. The order in which the units feel the touch shows the tilt of the surface, not
+//! its motion.
 
 use crate::surface::lag::Lag;
 use core::f32::consts::PI;
 use ridgetone_proto::settings::Array;
 use ridgetone_proto::telemetry::{Direction, Travel, TravelStatus};
 
-/// Standard deviations on either side within which an answer is possible.
+/// Deviation within which an answer is possible, standard deviations.
 const POSSIBLE: f32 = 3.0;
-/// The phases agree with the period by the host's speed if they differ by less than this and their
-/// own uncertainty, turns: a speed that is off by 5 % changes a period of one pitch by so much.
+/// Maximum difference (turns) between the phases and the period from the host's speed, beyond the
+/// phases' uncertainty: the effect of a speed error of 5 % on a period of one pitch.
 const AGREE: f32 = 0.05;
 
 /// A value and its standard deviation.
 pub type Measured = (f32, f32);
 
-/// Turns by which a wave of this period along +x is late at the column in front.
+/// Turns by which a wave of this period along +x is late at the front column.
 fn turns(array: &Array, period_mm: f32) -> f32 {
     array.pitch_mm / period_mm - array.edge_phase_rad / (2.0 * PI)
 }
 
-/// The lag, with the calibration's uncertainty added to its own.
+/// Adds the calibration's uncertainty to that of a lag.
 fn calibrated(lag: Lag, array: &Array) -> Lag {
     let edge_sigma = array.edge_phase_sigma_rad / (2.0 * PI);
     Lag {
@@ -43,7 +43,7 @@ fn calibrated(lag: Lag, array: &Array) -> Lag {
     }
 }
 
-/// The answers that a lag has.
+/// Numbers of possible answers for a lag.
 #[derive(Default)]
 struct Answers {
     forward: u32,
@@ -53,7 +53,7 @@ struct Answers {
 }
 
 impl Answers {
-    /// Answers within the possible periods, and `margin` turns beyond.
+    /// Finds the answers within the possible periods, extended by `margin` turns.
     fn new(array: &Array, lag_turns: f32, margin: f32) -> Self {
         let min = turns(array, array.period_max_mm) - margin;
         let max = turns(array, array.period_min_mm) + margin;
@@ -62,7 +62,7 @@ impl Answers {
             (lag_turns, array.may_go_forward, &mut answers.forward),
             (-lag_turns, array.may_go_backward, &mut answers.backward),
         ] {
-            // The first whole number of turns that leads into the range.
+            // Add the lowest whole number of turns that leads into the range.
             let first = late + libm::roundf(min - late + 0.5);
             if possible && first <= max {
                 *count = 1 + u32::from(first + 1.0 <= max);
@@ -85,12 +85,12 @@ impl Answers {
     }
 }
 
-/// Travel by the phases alone, for a slide of unknown speed.
+/// Derives travel from the phases alone, for a slide of unknown speed.
 pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel {
     let Some(lag) = lag else { return Travel::NONE };
     let sigma = calibrated(lag, array).sigma;
-    // Within the uncertainty of an array that was never calibrated nearly every lag has several
-    // answers: the default constants choose one.
+    // With the uncertainty of an uncalibrated array nearly every lag has several answers, so the
+    // default constants choose one.
     let (status, margin) = if array.is_calibrated() {
         (TravelStatus::Unique, POSSIBLE * sigma)
     } else {
@@ -111,7 +111,7 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
             let period_sigma_mm = period_mm * period_mm / array.pitch_mm * sigma;
             let (frequency_hz, sigma_hz) = frequency_hz;
             let speed_mm_s = frequency_hz * period_mm;
-            // Frequency and phases at the window's centre do not depend on each other.
+            // Frequency and phases at the window's centre are independent.
             let (of_frequency, of_period) = (sigma_hz * period_mm, period_sigma_mm * frequency_hz);
             Travel {
                 status,
@@ -131,7 +131,8 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
     }
 }
 
-/// Travel by the host's speed and the frequency. The phases check it and give the direction.
+/// Derives travel from the host's speed and the frequency. The phases verify it and give the
+/// direction.
 pub fn by_speed(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f32) -> Travel {
     let travel = Travel {
         status: TravelStatus::Given,
@@ -178,7 +179,7 @@ mod tests {
     };
     const TONE_HZ: Measured = (8.0, 0.008);
 
-    /// The lag of a wave, by the definition.
+    /// Lag of a wave, from the definition.
     fn lag_of(period_mm: f64, direction: Direction) -> Lag {
         let way = if direction == Direction::Forward {
             1.0
@@ -192,7 +193,7 @@ mod tests {
         }
     }
 
-    /// Expected status and direction, and the period's relative tolerance.
+    /// Asserts that a travel is unique and has this direction and period.
     #[track_caller]
     fn assert_unique(travel: &Travel, direction: Direction, period_mm: f64) {
         assert_eq!(
@@ -217,8 +218,8 @@ mod tests {
                 let travel = by_phases(Some(lag_of(period_mm, direction)), &ARRAY, TONE_HZ);
                 assert_unique(&travel, direction, period_mm);
                 assert_near(travel.speed_mm_s, 8.0 * period_mm, 3e-6);
-                // d period = period^2 / pitch d turns; and in the speed the frequency's 0.1 %,
-                // independently.
+                // d period = period^2 / pitch d turns. The speed also has the independent 0.1 % of
+                // the frequency.
                 let fraction = period_mm / 2.3 * 1e-3;
                 assert_near(travel.spatial_period_sigma_mm, period_mm * fraction, 1e-3);
                 assert_near(
@@ -245,8 +246,8 @@ mod tests {
         assert_near(travel.spatial_period_sigma_mm, sigma_mm, 1e-3);
     }
 
-    /// Plane waves along units whose true pitch is 2.3 mm. With the default constants they are 4 to
-    /// 8 % off, which the uncertainty covers.
+    /// Tests plane waves along units with a true pitch of 2.3 mm. With the default constants the
+    /// results are 4 to 8 % off, which the uncertainty covers.
     #[test]
     fn an_array_that_was_never_calibrated_says_so() {
         let array = Array::DEFAULT;
@@ -282,10 +283,10 @@ mod tests {
         use Direction::{Backward, Forward};
         use TravelStatus::{Ambiguous, Unique};
         for (min, max, period_mm, direction, expected) in [
-            // A period shorter than the pitch aliases: one of 1.3 mm to the phase of one of 3.1 mm.
+            // A period shorter than the pitch aliases: 1.3 mm has the same phase as 3.1 mm.
             (1.2, 4.2, 1.3, Forward, Ambiguous),
             (1.2, 4.2, 3.1, Forward, Ambiguous),
-            // Two pitches and more: a lag one way is a lead the other way.
+            // Beyond two pitches, a lag one way is a lead the other way.
             (2.3, 9.0, 3.1, Backward, Ambiguous),
             (2.3, 9.0, 6.0, Forward, Ambiguous),
             // Short periods are unique if no others are possible.
@@ -303,7 +304,7 @@ mod tests {
                 "{period_mm} mm of {min} to {max} mm"
             );
         }
-        // An unknown lag.
+        // The lag is too uncertain.
         let lag = Lag {
             turns: 0.3,
             sigma: 0.4,
@@ -341,7 +342,7 @@ mod tests {
         let verdict = |period_mm| {
             by_phases(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ).status
         };
-        // Three standard deviations are 0.35 % of the period and more.
+        // Three standard deviations are at least 0.35 % of the period.
         for (period_mm, expected) in [
             (2.57, TravelStatus::OutOfRange),
             (2.597, TravelStatus::Ambiguous),
@@ -368,7 +369,7 @@ mod tests {
         for (lag, status, direction) in [
             (Some(lag_of(3.1, Forward)), Given, Forward),
             (Some(lag_of(3.1, Backward)), Given, Backward),
-            // The phases of 3.6 mm are 0.10 turns away; those of 3.2 mm are 0.02.
+            // The phases of 3.6 mm are 0.10 turns off, those of 3.2 mm 0.02.
             (Some(lag_of(3.6, Forward)), Contradicted, Unknown),
             (Some(lag_of(3.2, Forward)), Given, Forward),
             (None, Given, Unknown),

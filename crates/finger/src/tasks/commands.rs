@@ -1,4 +1,4 @@
-//! Commands of a PC: each is decided first, and takes effect between two windows.
+//! Commands of a PC: each is first decided, and then takes effect between two windows.
 
 use crate::converter::Facts;
 use crate::detector::Detector;
@@ -12,9 +12,8 @@ use ridgetone_proto::telemetry::Event;
 /// State that a decision depends on.
 #[derive(Clone, Copy, Debug)]
 pub struct At {
-    /// True if the finger is on something.
+    /// True if the finger touches something.
     pub is_touched: bool,
-    /// The board's converter.
     pub converter: &'static Facts,
 }
 
@@ -26,7 +25,7 @@ impl At {
     }
 }
 
-/// Decides commands and carries them out. It keeps the latest reply.
+/// Decides and carries out commands. Keeps the latest reply.
 #[derive(Debug, Default)]
 pub struct CommandExecutor {
     latest: Option<Reply>,
@@ -35,7 +34,6 @@ pub struct CommandExecutor {
 }
 
 impl CommandExecutor {
-    /// An executor before the first command.
     pub const fn new() -> Self {
         Self {
             latest: None,
@@ -43,9 +41,9 @@ impl CommandExecutor {
         }
     }
 
-    /// Decides a command, and stores settings that are to be kept. Returns the reply, and the
-    /// command for [`Self::carry_out`] unless it is refused. No page is erased while the finger is
-    /// touched: that stops the processor for a second.
+    /// Decides a command, and stores settings that are to be kept. Returns the reply and, unless
+    /// the command is refused, the command for [`Self::carry_out`]. Erases no page while the finger
+    /// is touched, because that stops the processor for a second.
     pub fn decide(
         &mut self,
         request: Request,
@@ -87,7 +85,7 @@ impl CommandExecutor {
         (Some(command).filter(|_| is_in_force), reply)
     }
 
-    /// Carries out a command. The windows that were due before it must have been fitted.
+    /// Carries out a command. The windows due before it must have been fitted.
     pub fn carry_out(
         &mut self,
         command: &Command,
@@ -97,14 +95,14 @@ impl CommandExecutor {
     ) {
         let mut change = |detector: &mut Detector, settings: &Settings, source| {
             estimator.change(settings);
-            // With another plan the greeting precedes its first frame.
+            // If the plan changes, the greeting comes later, before the plan's first frame.
             if detector.change(settings, source) {
                 emit(detector.hello());
             }
         };
         match command {
             Command::Greet => {
-                // A PC that greets knows nothing yet.
+                // A PC that greets may not know the latest texture.
                 estimator.textures.forget();
                 emit(detector.hello());
                 detector.tell_converter();
@@ -122,7 +120,6 @@ impl CommandExecutor {
     }
 }
 
-/// The outcome of storing settings.
 fn stored(saved: Result<Saved, NotStored>) -> Outcome {
     match saved {
         Ok(Saved::AtOnce) => Outcome::Done,
@@ -143,7 +140,7 @@ mod tests {
     use std::boxed::Box;
     use std::vec;
 
-    /// Keeps settings in memory. When full, it refuses during a touch.
+    /// Store in memory. When full, refuses to save during a touch.
     #[derive(Default)]
     struct Kept {
         settings: Option<Settings>,
@@ -232,7 +229,7 @@ mod tests {
         Command::Set { settings, keep }
     }
 
-    /// A plan of another converter, and a rate that the registers do not give.
+    /// Tests a plan of a different converter, and a rate that does not follow from the registers.
     #[test]
     fn a_plan_that_the_converter_cannot_run_is_refused_with_what_it_can() {
         let mut board = Board::new();
@@ -291,8 +288,8 @@ mod tests {
         };
         let (number, command) = (u16::MAX, set(settings, true));
         let request = Request { number, command };
-        // By hand: number 3, kind 1, settings 91, keep 1; then 4 of checksum, 1 of stuffing and
-        // the zero.
+        // Counted by hand: number 3, kind 1, settings 91, keep 1; then 4 of checksum, 1 of stuffing
+        // and the zero.
         let mut wire = [0; REQUEST_WIRE_MAX];
         assert_eq!(wire::encode(&request, &mut wire), Ok(102));
     }
@@ -305,7 +302,7 @@ mod tests {
             (board.store.settings, board.greeted[0].settings),
             (None, OTHERS)
         );
-        // A repeated number: nothing happens twice.
+        // A repeated request is not carried out again.
         for _ in 0..2 {
             assert_eq!(board.execute(2, set(OTHERS, true), false), Outcome::Done);
             assert_eq!(board.store.settings, Some(OTHERS));

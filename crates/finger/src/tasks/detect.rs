@@ -1,4 +1,4 @@
-//! `detect`: conversions in; events, and windows that are due, out.
+//! `detect`: turns conversions into events and due windows.
 
 use super::outbox::Outbox;
 use super::shared::{Platform, Shared, Task};
@@ -18,7 +18,7 @@ pub struct Detect<'a> {
 }
 
 impl<'a> Detect<'a> {
-    /// `samples`: from `drdy`; `windows`: to `fit`.
+    /// `samples` come from `drdy`; `windows` go to `fit`.
     pub const fn new(
         samples: Consumer<'a, TimedConversion>,
         windows: Producer<'a, Window>,
@@ -30,12 +30,13 @@ impl<'a> Detect<'a> {
         }
     }
 
-    /// The next conversion in the queue.
+    /// Next conversion in the queue.
     pub fn next(&self) -> Option<&TimedConversion> {
         self.samples.peek()
     }
 
-    /// Runs after each scan, after what interrupts one, and twice a second without any.
+    /// Runs after each scan, after an event that interrupts a scan, and twice a second without
+    /// scans.
     pub fn run<P: Platform>(
         &mut self,
         detector: &mut Detector,
@@ -95,17 +96,16 @@ impl<'a> Detect<'a> {
     }
 }
 
-/// Next entry of the queue.
 #[derive(Clone, Copy, PartialEq)]
 enum Next {
     /// A scan's worth of conversions, in the detector's buffer.
     Scan,
-    /// A mark: conversions of another plan follow.
+    /// A mark: conversions of a different plan follow.
     Mark(u32),
     Nothing,
 }
 
-/// Moves conversions into the detector's buffer. A separate loop: it runs for each conversion.
+/// Moves conversions into the detector's buffer, in a separate loop that runs for each conversion.
 #[inline(never)]
 fn fill(samples: &mut Consumer<TimedConversion>, detector: &mut Detector) -> Next {
     while let Some(conversion) = samples.dequeue() {
@@ -119,9 +119,9 @@ fn fill(samples: &mut Consumer<TimedConversion>, detector: &mut Detector) -> Nex
     Next::Nothing
 }
 
-/// Hands a due window to the fit through `put`, which is false if there is no space, or counts the
-/// window as skipped. A stride is handed over only if it would be fitted before the next stride; a
-/// whole slide always is.
+/// Passes a due window to the fit through `put`, which returns false if there is no space. A stride
+/// is passed only if the fit keeps up, a whole slide always. A window that is not passed is counted
+/// as skipped.
 pub fn admit<P: Platform>(
     window: Window,
     keeps_up: bool,
@@ -133,7 +133,8 @@ pub fn admit<P: Platform>(
     } else {
         shared.diagnostics.overruns.add(1);
     }
-    // An estimate is reported only if the chip is known to have been well until the window's end.
+    // Have the chip checked, because an estimate is qualified only after a check that follows the
+    // window's end.
     shared.check.store(true, Relaxed);
     P::pend(shared, Task::Fit);
 }

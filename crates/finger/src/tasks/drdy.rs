@@ -1,4 +1,4 @@
-//! `drdy`: reads a conversion, queues it, and checks the chip where that costs no conversion.
+//! `drdy`: reads and queues a conversion, and checks the chip when that costs no conversion.
 
 use super::shared::{Platform, Shared, Task};
 use crate::acquire::{self, Acquisition};
@@ -10,12 +10,12 @@ use heapless::spsc::Producer;
 
 /// DRDY's pin and its interrupt.
 pub trait DrdyPin {
-    /// Clears the interrupt. `None` if DRDY has not fallen since the latest call, else true if it
-    /// is low: there is data to read.
+    /// Clears the interrupt. Returns `None` if DRDY has not fallen since the last call, else true
+    /// if DRDY is low, so that there is data to read.
     fn acknowledge(&mut self) -> Option<bool>;
 
-    /// Board time of the edge whose data was read after [`Self::acknowledge`], microseconds,
-    /// wrapping.
+    /// Board time (microseconds, wrapping) of the edge whose data was read after
+    /// [`Self::acknowledge`].
     fn edge_us(&self) -> u32;
 
     /// Disables interrupts until [`Self::unmute`].
@@ -27,18 +27,18 @@ pub trait DrdyPin {
 
 /// State that only this task uses.
 pub struct Drdy<'a, C, PIN> {
-    /// The chip.
+    /// The chip and its state.
     pub acquisition: Acquisition<C>,
-    /// DRDY.
+    /// DRDY's pin.
     pub pin: PIN,
     /// Queue to `detect`.
     pub samples: Producer<'a, TimedConversion>,
-    /// Number of the request for the plan in force.
+    /// Number of the latest request for a plan that was carried out.
     request: u32,
 }
 
 impl<'a, C: Converter, PIN> Drdy<'a, C, PIN> {
-    /// The chip, DRDY, and the queue to `detect`.
+    /// Creates the state from the chip, DRDY, and the queue to `detect`.
     pub const fn new(
         acquisition: Acquisition<C>,
         pin: PIN,
@@ -82,10 +82,10 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             match next {
                 acquire::Drdy::Listen | acquire::Drdy::Midway => {}
                 acquire::Drdy::Watch => check.store(true, Relaxed),
-                // No safe moment: the health readings are scanned once more.
+                // The moment is not safe, so the health readings are scanned once more.
                 acquire::Drdy::HealthRead if !acquisition.can_begin(platform.now_us()) => {}
                 acquire::Drdy::HealthRead => {
-                    // The set-up would hide a changed register.
+                    // Check first: the set-up would hide a changed register.
                     let _ = acquisition.watch(platform.now_us(), diagnostics, wait);
                     acquisition.read_inputs(diagnostics, wait);
                     pin.unmute();
@@ -109,19 +109,20 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                 }
                 let begins_anew = acquisition.watch(platform.now_us(), diagnostics, wait);
                 if begins_anew || edge == Some(true) {
-                    // Right after a conversion the next one does not end during the check. On the
-                    // register model an edge that is kept would show the same conversion again.
+                    // Drop edges that came during the check: right after a conversion they cannot
+                    // be the next one. On the register model an edge that is kept would show the
+                    // same conversion again.
                     pin.unmute();
                     break;
                 }
-                // After an unexpected edge, or for an estimate that waits, a conversion may have ended
-                // during the check: it is read before the next one takes its place. A storm's edges
-                // during the check are cleared.
+                // If the check followed an unexpected edge, or an estimate was waiting for it, a
+                // conversion may have ended in the meantime: read it before the next one replaces
+                // it. A storm's edges during the check are cleared.
                 let was_silent = edge.is_none();
                 edge = pin.acknowledge();
                 if edge != Some(true) {
                     if was_silent {
-                        // The line may have been muted by a storm: listen to it again.
+                        // A storm may have muted DRDY: listen to it again.
                         pin.unmute();
                     }
                     break;
@@ -140,13 +141,13 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             }
         }
         shared.liveness.acquired.bump();
-        // A frame is complete only when its scan is over: before that `detect` would start in vain.
+        // `detect` has nothing to do before the scan is over.
         if !is_midway {
             P::pend(shared, Task::Detect);
         }
     }
 
-    /// Begins the scan of another plan, or that of the health readings.
+    /// Begins the scan of a different plan, or that of the health readings.
     fn begin_scan<P: Platform>(&mut self, shared: &Shared<P>, wait: &mut impl DelayNs) {
         let Self {
             acquisition,
@@ -170,7 +171,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             acquisition.change(next, shared.platform.now_us(), diagnostics, wait);
             pin.unmute();
         } else if is_health_due {
-            // The set-up would hide a changed register.
+            // Check first: the set-up would hide a changed register.
             let _ = acquisition.watch(shared.platform.now_us(), diagnostics, wait);
             let _ = acquisition.read_health(diagnostics, wait);
             pin.unmute();

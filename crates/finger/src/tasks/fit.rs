@@ -1,5 +1,5 @@
-//! `fit`: windows in, estimates out; then requests, which change nothing before the windows that
-//! are due are fitted.
+//! `fit`: fits the due windows, then carries out requests, so that a request does not affect
+//! windows that were due before it.
 
 use super::line::RequestInbox;
 use super::outbox::{Mail, Outbox};
@@ -17,8 +17,8 @@ use ridgetone_proto::telemetry::{Estimate, Event, Span, Track};
 use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
-/// Maximum number of frames read under one lock of the ring. `detect` waits for the work on them, in which
-/// its queue fills up at the chip's highest rate.
+/// Maximum number of frames read under one lock of the ring. `detect` waits while they are
+/// processed, and its queue fills up at the chip's highest rate.
 const LOCKED_FRAMES: usize = 8;
 
 /// State that only this task uses.
@@ -27,9 +27,9 @@ pub struct Fit<'a, S> {
     pub estimator: Estimator,
     /// Memory of a fit.
     pub fitter: &'a mut Fitter,
-    /// From `detect`.
+    /// Due windows from `detect`.
     pub windows: Consumer<'a, Window>,
-    /// From `line`.
+    /// Requests from `line`.
     pub requests: Requests<S>,
 }
 
@@ -50,9 +50,9 @@ impl<S: Store> Fit<'_, S> {
             requests,
         } = self;
         loop {
-            // Passed by reference, as the estimate is: a copy would need stack, too.
+            // Use references to window and estimate, because copies would need more stack.
             while let Some(window) = &windows.dequeue() {
-                // A later window is due, which this one would only delay.
+                // Skip this window: it would only delay the later one that is due.
                 if window.span == Span::Window
                     && windows.peek().is_some_and(|next| next.span == Span::Window)
                 {
@@ -70,7 +70,7 @@ impl<S: Store> Fit<'_, S> {
                     &fit(window, estimator, fitter, source, shared)
                 {
                     report(outbox, estimate, window, estimator, shared);
-                    // If frames are overwritten meanwhile, the next window is searched.
+                    // If frames were overwritten in the meantime, the next window is searched.
                     let _ = estimator.search(fitter, window, source);
                 }
             }
@@ -86,7 +86,7 @@ impl<S: Store> Fit<'_, S> {
     }
 }
 
-// Inlined, its 830 bytes of stack would lie under a fit, which reaches deepest.
+// Not inlined: its 830 bytes of stack would add to those of a fit, the deepest use of the stack.
 #[inline(never)]
 fn report<P: Platform>(
     outbox: &mut impl Mutex<T = Outbox>,
@@ -100,9 +100,9 @@ fn report<P: Platform>(
     });
 }
 
-/// Follows the tone of the latest fit to the end of a window; the track is qualified like an
-/// estimate. `None` if the window has to be fitted.
-// Inlined, its stack would lie under a fit, which reaches deepest.
+/// Follows the tone of the latest fit to the end of a window, and qualifies the track like an
+/// estimate. Returns `None` if the window has to be fitted.
+// Not inlined: its stack would add to that of a fit, the deepest use of the stack.
 #[inline(never)]
 pub fn follow<P: Platform>(
     window: &Window,
@@ -118,7 +118,7 @@ pub fn follow<P: Platform>(
     Some(track)
 }
 
-/// Has the chip checked, unless that was done since the latest window's end.
+/// Has the chip checked at once, unless that was done since the latest window's end.
 fn check_chip<P: Platform>(shared: &Shared<P>) {
     if shared.check.load(Relaxed) {
         shared.urgent.store(true, Relaxed);
@@ -135,7 +135,7 @@ pub fn fit<P: Platform>(
     source: &mut dyn FrameSource,
     shared: &Shared<P>,
 ) -> Result<WindowFit, Overwritten> {
-    // Qualified in place: a copy would need stack, too.
+    // Qualify it in place, because a copy would need more stack.
     let mut outcome = estimator.run(fitter, window, source);
     shared.liveness.fits_done.bump();
     match &mut outcome {
@@ -149,8 +149,8 @@ pub fn fit<P: Platform>(
     outcome
 }
 
-/// The ring behind its lock: `detect` waits no longer than one read takes. A whole slide that is
-/// due ends the fit of a window, or the slide's frames would be gone.
+/// The ring behind its lock, which is held for one read at a time. A whole slide that is due aborts
+/// the fit of a window, or the slide's frames would be overwritten.
 struct Locked<'w, 'q, M> {
     ring: M,
     span: Span,

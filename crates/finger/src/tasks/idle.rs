@@ -1,4 +1,4 @@
-//! `idle`: measures the load and the stack, and knows when the run is over.
+//! `idle`: measures the load and the stack, and detects the end of the run.
 
 use super::outbox::Outbox;
 use super::shared::Shared;
@@ -6,13 +6,13 @@ use core::sync::atomic::Ordering::Relaxed;
 use ridgetone_proto::telemetry::Events;
 use rtic_core::Mutex;
 
-/// Time between readings, microseconds: once a second, as `health` is sent.
+/// Period of the load measurement, microseconds: one second, as for `health`.
 const PERIOD_US: u32 = 1_000_000;
 /// Pattern that start-up writes into every word of the stack (cortex-m-rt's `paint-stack`). The
-/// lowest word that has lost it is the greatest depth.
+/// lowest word without it marks the greatest depth.
 pub const PAINT: u32 = 0xcccc_cccc;
-/// Words in one step, about 40 instructions. With one step for each conversion, 32 KiB take a fifth
-/// of a second.
+/// Number of words searched per step, in about 40 instructions. At one step per conversion, 32 KiB
+/// take a fifth of a second.
 const STEP_WORDS: usize = 8;
 
 /// Next action of the board.
@@ -21,9 +21,9 @@ const STEP_WORDS: usize = 8;
 pub enum Next {
     /// Sleep until the next interrupt.
     Sleep,
-    /// Reset, as a request demands. The last two bytes are still on the line.
+    /// Reset because of a request. The last two bytes are still being sent.
     Restart,
-    /// The signal is over, and all its events have left.
+    /// The signal is over, and all its events have been sent.
     Leave,
 }
 
@@ -36,11 +36,11 @@ pub struct Slept {
     pub until_us: u32,
 }
 
-/// The stack as the meter reads it.
+/// Size and content of the stack, for the meter.
 pub struct Stack<F> {
     /// Size, in words.
     pub words: usize,
-    /// Reads a word by its number from the far end.
+    /// Reads a word by its number, counted from the far end.
     pub word: F,
 }
 
@@ -52,7 +52,7 @@ pub struct Idle {
 }
 
 impl Idle {
-    /// Nothing measured.
+    /// Starts without measurements.
     pub const fn new() -> Self {
         Self {
             load: LoadMeter {
@@ -63,7 +63,7 @@ impl Idle {
         }
     }
 
-    /// Runs after each sleep.
+    /// Runs after each sleep. Returns the board's next action.
     pub fn run<P, E: Events>(
         &mut self,
         slept: Slept,
@@ -98,8 +98,8 @@ struct LoadMeter {
 }
 
 impl LoadMeter {
-    /// Takes one sleep, from `from_us` to `to_us` on the wrapping microsecond counter. When a
-    /// period is over, returns its load, 0 to 1.
+    /// Adds a sleep from `from_us` to `to_us` on the wrapping microsecond counter. If a period is
+    /// over, returns its load, 0 to 1.
     fn slept(&mut self, from_us: u32, to_us: u32) -> Option<f32> {
         self.asleep_us += to_us.wrapping_sub(from_us);
         let elapsed_us = to_us.wrapping_sub(self.began_us);
@@ -115,17 +115,17 @@ impl LoadMeter {
     }
 }
 
-/// Searches a painted stack, some words at a time.
+/// Searches a painted stack, a few words at a time.
 #[derive(Debug, Default)]
 pub struct DepthMeter {
     /// Next word, from the stack's far end.
     next: usize,
-    /// Words at the far end that were never used, by the last complete search.
+    /// Number of words never used, from the last complete search.
     free: Option<usize>,
 }
 
 impl DepthMeter {
-    /// Nothing searched.
+    /// Starts at the far end.
     pub const fn new() -> Self {
         Self {
             next: 0,
@@ -133,9 +133,9 @@ impl DepthMeter {
         }
     }
 
-    /// Searches the next few of `words` words, which `word` reads by their number from the far end.
-    /// Returns the maximum number of bytes in use since start-up, by the last complete search; zero
-    /// before that.
+    /// Searches the next few of `words` words, which `word` reads by number from the far end.
+    /// Returns the maximum number of bytes in use since start-up, from the last complete search;
+    /// zero before that.
     pub fn step(&mut self, words: usize, word: impl Fn(usize) -> u32) -> u32 {
         // A used word stays used, so it is not searched again.
         let free = self.free.unwrap_or(words);
@@ -173,7 +173,7 @@ mod tests {
         assert_eq!(meter.slept(500_000, 500_000), Some(0.5));
     }
 
-    /// Bytes in use after a complete search.
+    /// Returns the bytes in use after a complete search.
     fn search(meter: &mut DepthMeter, stack: &[u32]) -> u32 {
         let mut used_bytes = 0;
         for _ in 0..2 * stack.len() / STEP_WORDS + 2 {

@@ -1,4 +1,4 @@
-//! `line`: one byte of telemetry out; requests in.
+//! `line`: sends telemetry byte by byte, and receives requests.
 
 use super::shared::{LOW_WATER, Platform, Shared, Task};
 use core::sync::atomic::Ordering::Relaxed;
@@ -7,10 +7,11 @@ use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing::{Inbox, Pushed};
 use rtic_core::Mutex;
 
-/// Requests that arrive for `fit`.
+/// Inbox for requests to `fit`.
 pub type RequestInbox = Inbox<REQUEST_WIRE_MAX>;
 
-/// Takes what has arrived. A whole request starts `fit`; a damaged one and lost bytes are counted.
+/// Takes one received item. A complete request starts `fit`; damaged ones and lost bytes are
+/// counted.
 pub fn receive<P: Platform>(inbox: &mut RequestInbox, received: Received, shared: &Shared<P>) {
     let byte = match received {
         Received::Byte(byte) => byte,
@@ -26,9 +27,9 @@ pub fn receive<P: Platform>(inbox: &mut RequestInbox, received: Received, shared
     }
 }
 
-/// Takes what has arrived, up to the end of a request: later bytes stay in the receiver until `fit`
+/// Takes received bytes up to the end of a request; later bytes stay in the receiver until `fit`
 /// has taken the request. Runs in the task `report`, which neither a fit nor a write to the flash
-/// delays. The receiver is served even if nothing is taken: its interrupt would come again at once.
+/// delays. Serves the receiver even if nothing is taken, or its interrupt would come again at once.
 pub fn receive_all<P: Platform>(
     receiver: &mut impl Receiver,
     inbox: &mut impl Mutex<T = RequestInbox>,
@@ -42,39 +43,38 @@ pub fn receive_all<P: Platform>(
     }
 }
 
-/// Next item from the line, in the order of arrival.
+/// Next received item, in order of arrival.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
     /// A byte. Noise on the line may have damaged it, which the request's checksum shows.
     Byte(u8),
-    /// At least this many bytes were lost: they arrived before the ones before them were read.
+    /// At least this many bytes were lost, because earlier ones had not been read.
     Lost(u32),
 }
 
-/// The receiving side of the line's hardware. It starts the task `report` when half its buffer is full.
+/// The line's receiving hardware. It starts the task `report` when half its buffer is full.
 pub trait Receiver {
     /// Counts what has arrived, and acknowledges the interrupt.
     fn look(&mut self);
 
-    /// Bytes that have arrived, if any.
+    /// Next byte or loss, if any.
     fn receive(&mut self) -> Option<Received>;
 }
 
-/// The sending side of the line's hardware, with an interrupt for each byte, and one after the last
-/// byte that has arrived.
+/// The line's sending hardware, with an interrupt for each byte sent, and one when reception
+/// pauses.
 pub trait SerialPort {
-    /// True if the receiver has become idle since the last call: bytes have arrived, and now none
-    /// does.
+    /// True if reception has paused since the last call: bytes arrived, and the line is now idle.
     fn has_paused(&mut self) -> bool;
 
-    /// True if [`Self::send`] can take a byte. False while the interrupt of the byte before it is
-    /// still to come.
+    /// True if [`Self::send`] can take a byte. False while the interrupt of the previous byte is
+    /// outstanding.
     fn is_ready(&self) -> bool;
 
     /// Sends a byte. Its interrupt comes when the next byte can be taken.
     fn send(&mut self, byte: u8);
 
-    /// Disables interrupts of the transmitter until the next byte: there is nothing to send.
+    /// Disables the transmitter's interrupts until the next byte, because there is nothing to send.
     fn stop_transmitting(&mut self);
 }
 
@@ -82,12 +82,13 @@ pub trait SerialPort {
 pub struct SerialLine<'a, PORT> {
     /// The hardware.
     pub port: PORT,
-    /// From `report`.
+    /// Bytes from `report`.
     pub bytes: Consumer<'a, u8>,
 }
 
 impl<PORT: SerialPort> SerialLine<'_, PORT> {
-    /// Runs when no more bytes arrive, when the next can be sent, and when `report` has queued some.
+    /// Runs when reception pauses, when the next byte can be sent, and when `report` has queued
+    /// bytes.
     pub fn run<P: Platform>(&mut self, shared: &Shared<P>) {
         let Self { port, bytes } = self;
         if port.has_paused() {
@@ -118,7 +119,7 @@ mod tests {
     use std::vec::Vec;
     extern crate std;
 
-    /// Counts how often the fit was pended.
+    /// Counts how often `fit` is pended.
     #[derive(Default)]
     struct Pended(Cell<u32>);
 
@@ -133,7 +134,7 @@ mod tests {
         }
     }
 
-    /// Returns its items in order.
+    /// Returns the given items in order.
     struct Held(std::vec::IntoIter<Received>);
 
     impl Receiver for Held {
@@ -168,11 +169,11 @@ mod tests {
         let request = &wire[..used];
         let shared = Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER);
         let mut inbox = RequestInbox::new();
-        // Bytes, and number of bytes lost after them; expected: a whole request, fits pended, bytes
-        // overrun.
+        // Bytes, and number of bytes lost after them; expected: complete request, `fit` pended,
+        // bytes lost.
         for (bytes, lost, expected) in [
             (request, None, (true, 1, 0)),
-            // The first byte of the next request is lost, and the request after that is whole.
+            // The first byte of the next request is lost; the request after that is complete.
             (request, Some(1), (true, 2, 1)),
             (&request[1..], None, (false, 2, 1)),
             (request, None, (true, 3, 1)),
@@ -186,7 +187,7 @@ mod tests {
             let mut held = Held(held.into_iter());
             receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let is_whole = inbox.take().is_some();
-            // Bytes that waited after the request.
+            // Take the bytes that waited behind the request.
             receive_all(&mut held, &mut Exclusive(&mut inbox), &shared);
             let overrun = shared.diagnostics.bytes_overrun.get();
             assert_eq!((is_whole, shared.platform.0.get(), overrun), expected);

@@ -3,24 +3,24 @@
 //! The watchdog is fed twice a second if each of these has made progress since the last feeding:
 //!
 //! - **Acquisition**: `drdy` ran to its end, for a conversion or for a check of the chip. The check
-//!   comes twice a second without conversions too: a silent chip is reported as a fault, and a
-//!   reset of the board would not mend it.
+//!   also comes twice a second without conversions, because a reset of the board would not mend a
+//!   silent chip, which is reported as a fault.
 //! - **Detection**: `detect`, which each `drdy` starts, emptied its queue.
 //! - **The fit**: it has nothing to do, or finished a window. A fit that is slower than the stride
 //!   skips strides; only a fit that takes longer than the watchdog's period counts as hung.
 //!
 //! `watch` interrupts the fit, so a busy fit does not delay the feeding. If a task of the same or a
-//! higher priority hangs, the watchdog is not fed. The line does not count: a blocked line costs
-//! telemetry, and a reset would not free it.
+//! higher priority hangs, the watchdog is not fed. The line does not count: a blocked line only
+//! costs telemetry, and a reset would not free it.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// Period of the watchdog, seconds: to erase a sector of flash stops the processor for up to 2 s at
-/// 3.3 V (DS8626, flash programming, x32), and the watchdog's oscillator is up to 47 / 32 faster
-/// than nominal (DS8626, LSI), which leaves 5.4 s.
+/// Period of the watchdog, seconds. Its oscillator may be 47 / 32 faster than nominal (DS8626,
+/// LSI), which leaves 5.4 s; erasing a sector of flash stops the processor for up to 2 s at 3.3 V
+/// (DS8626, flash programming, x32).
 pub const WATCHDOG_S: u32 = 8;
 
-/// Counts the progress of one task. Only one priority writes it, so a load and a store are enough.
+/// Counts the progress of one task. Only one priority writes to it, so a load and a store suffice.
 #[derive(Debug, Default)]
 pub struct Progress(AtomicU32);
 
@@ -53,7 +53,7 @@ pub struct Liveness {
 }
 
 impl Liveness {
-    /// Nothing done yet.
+    /// Starts without progress.
     pub const fn new() -> Self {
         let [acquired, detected, fits_due, fits_done] = [const { Progress::new() }; 4];
         Self {
@@ -74,7 +74,7 @@ pub struct WatchdogPolicy {
 }
 
 impl WatchdogPolicy {
-    /// The watchdog was just fed; nothing done since.
+    /// Creates the policy for a watchdog that was just fed.
     pub const fn new() -> Self {
         Self {
             acquired: 0,
@@ -105,7 +105,7 @@ impl WatchdogPolicy {
 mod tests {
     use super::*;
 
-    /// The stage that stands still in a test.
+    /// Stage that makes no progress in a test.
     #[derive(Clone, Copy, PartialEq)]
     enum Still {
         None,
@@ -114,7 +114,7 @@ mod tests {
         Fit,
     }
 
-    /// Half a second of progress, with a window due.
+    /// Simulates half a second of progress, with a window due.
     fn live(liveness: &Liveness, still: Still) {
         for _ in 0..2532 {
             if still != Still::Acquisition {
@@ -163,7 +163,7 @@ mod tests {
     fn a_silent_chip_and_an_idle_fit_are_no_reason_for_a_reset() {
         let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
         for _ in 0..100 {
-            // The check of the chip, and the detection that it starts.
+            // Only the check of the chip runs, and the detection that it starts.
             liveness.acquired.bump();
             liveness.detected.bump();
             assert!(watchdog_policy.feeds(&liveness));
@@ -174,7 +174,7 @@ mod tests {
     fn a_fit_that_takes_its_time_is_no_reason_for_a_reset() {
         let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
         let mut fed = 0;
-        // Every window takes five checks: strides are skipped, one always waits.
+        // Every window takes as long as five checks; strides are skipped, and one always waits.
         liveness.fits_due.bump();
         for look in 1..=100 {
             liveness.acquired.bump();

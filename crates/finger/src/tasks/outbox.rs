@@ -1,5 +1,5 @@
-//! Events that wait for the line, and frames that wait behind them. A line too slow for both thins
-//! the frames; on a line too slow for events the oldest are dropped, never the newest.
+//! Queues of events that wait for the line, and of frames that wait behind them. If the line is too
+//! slow for both, frames are thinned; if it is too slow for events, the oldest are dropped.
 
 use super::shared::{FRAMES, PACKETS, Platform, Shared, Task};
 use heapless::Deque;
@@ -25,9 +25,9 @@ pub enum Posted {
     Thinned,
 }
 
-/// At most [`PACKETS`] events and [`FRAMES`] frames. Packets are numbered as they leave. An event
-/// that is dropped takes a number with it, so that a reader sees the loss; a frame that is thinned
-/// has its own number and is counted.
+/// Holds up to [`PACKETS`] events and [`FRAMES`] frames. Packets are numbered as they leave. A
+/// dropped event uses up a number, so that a reader sees the loss; a thinned frame leaves a gap in
+/// the frames' own numbers, and is counted.
 #[derive(Debug)]
 pub struct Outbox<E: Events = Event> {
     events: Deque<E, PACKETS>,
@@ -42,7 +42,7 @@ impl<E: Events> Default for Outbox<E> {
 }
 
 impl<E: Events> Outbox<E> {
-    /// An empty outbox; `const`, so that it can live in a static.
+    /// Creates an empty outbox; `const`, so that it can live in a static.
     pub const fn new() -> Self {
         Self {
             events: Deque::new(),
@@ -70,7 +70,7 @@ impl<E: Events> Outbox<E> {
         }
     }
 
-    /// The oldest event, or the oldest frame if no event waits.
+    /// Takes the oldest event, or the oldest frame if no event waits.
     pub fn take(&mut self) -> Option<Packet<E>> {
         let event = self
             .events
@@ -81,8 +81,8 @@ impl<E: Events> Outbox<E> {
         Some(Packet { sequence, event })
     }
 
-    /// Encodes and removes what [`Self::take`] would return. An event is encoded in place: a copy
-    /// would be on the stack.
+    /// Encodes and removes the packet that [`Self::take`] would return. Encodes an event in place,
+    /// because a copy would need more stack.
     pub fn encode_next(&mut self, wire: &mut [u8; WIRE_MAX]) -> Option<Result<usize, TooLong>> {
         let sequence = self.sequence;
         let encoded = match self.events.front() {
@@ -96,17 +96,17 @@ impl<E: Events> Outbox<E> {
         Some(encoded)
     }
 
-    /// Log entry of the event that goes out next, if it has one.
+    /// Log entry of the event that is sent next, if it has one.
     pub fn headline(&self) -> Option<Headline> {
         self.events.front()?.headline()
     }
 
-    /// True if nothing waits.
+    /// True if nothing waits to be sent.
     pub fn is_empty(&self) -> bool {
         self.events.is_empty() && self.frames.is_empty()
     }
 
-    /// Hands an event to `report`. What is dropped or thinned is counted.
+    /// Passes an event to `report`. Counts dropped events and thinned frames.
     pub fn send<P: Platform>(&mut self, event: E, shared: &Shared<P>) {
         match self.post(event) {
             Posted::Queued => {}
@@ -117,7 +117,8 @@ impl<E: Events> Outbox<E> {
     }
 }
 
-// Not inlined: its stack holds an event, which would lie under the encoding of all others.
+// Not inlined: it builds an event on the stack, and inlining would add that to the stack depth of
+// encoding every other event.
 #[inline(never)]
 fn encode_frame<E: Events>(
     frame: E::Bulk,

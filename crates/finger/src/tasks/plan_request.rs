@@ -6,8 +6,8 @@ use ridgetone_proto::plan::{HealthReadings, Own, Plan, Sampling};
 /// Number while a request is being written.
 const MIDWAY: u32 = 0;
 
-/// The plan that the converter is to have. One task writes it, and a task of a higher priority reads
-/// it. The reader may interrupt the writer; the number then says that the words are incomplete.
+/// Plan requested for the converter. One task writes it, and a higher-priority task reads it. If
+/// the reader interrupts the writer, the number shows that the words are incomplete.
 #[derive(Debug)]
 pub struct PlanRequest {
     /// Number of the request.
@@ -16,7 +16,7 @@ pub struct PlanRequest {
 }
 
 impl PlanRequest {
-    /// The first request: the plan that the converter is set up with.
+    /// Creates the first request, for the plan with which the converter is set up.
     pub const fn new(plan: &Plan) -> Self {
         let [a, b, c, d, e] = words(plan);
         Self {
@@ -38,7 +38,7 @@ impl PlanRequest {
         (number != MIDWAY).then_some(number)
     }
 
-    /// The latest request. Not to be called while [`Self::number`] has none.
+    /// Plan of the latest request. Must not be called while [`Self::number`] returns `None`.
     pub fn plan(&self) -> Plan {
         let [packed, adc_clock_hz, frame_ticks, converter, bits] = self
             .words
@@ -64,12 +64,12 @@ impl PlanRequest {
         }
     }
 
-    /// Requests another plan.
+    /// Requests a different plan.
     pub fn request(&self, plan: &Plan) {
         let next = self.number.load(Ordering::Relaxed).wrapping_add(1);
         self.number.store(MIDWAY, Ordering::Relaxed);
         for (place, word) in self.words.iter().zip(words(plan)) {
-            // Release: the number is cleared first.
+            // Release ordering: the number must be cleared first.
             place.store(word, Ordering::Release);
         }
         let next = if next == MIDWAY { next + 1 } else { next };

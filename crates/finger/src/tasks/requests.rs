@@ -1,5 +1,5 @@
-//! Requests take turns with windows: a request changes nothing before the windows that were due
-//! before it are fitted.
+//! Carries out requests between windows: the windows that were due before a request are fitted
+//! first.
 
 use super::commands::{At, CommandExecutor};
 use super::line::RequestInbox;
@@ -14,11 +14,11 @@ use ridgetone_proto::store::Store;
 use ridgetone_proto::telemetry::Event;
 use rtic_core::Mutex;
 
-/// State that a request may change.
+/// Objects that a request may change.
 pub struct Targets<'a, D> {
-    /// Takes new settings of the fit.
+    /// Takes the new settings of the fit.
     pub estimator: &'a mut Estimator,
-    /// Takes new settings of frames and touch.
+    /// Takes the new settings of frames and touch.
     pub detector: &'a mut D,
 }
 
@@ -27,12 +27,12 @@ pub struct Targets<'a, D> {
 pub struct Requests<S> {
     executor: CommandExecutor,
     store: S,
-    /// Decided, but not in effect yet.
+    /// Command and reply that are decided, but not carried out yet.
     decided: Option<(Option<Command>, Reply)>,
 }
 
 impl<S: Store> Requests<S> {
-    /// No request yet. `store` keeps settings.
+    /// Starts without a request. `store` keeps the settings.
     pub const fn new(store: S) -> Self {
         Self {
             executor: CommandExecutor::new(),
@@ -46,9 +46,9 @@ impl<S: Store> Requests<S> {
         self.store
     }
 
-    /// Carries out a request, if there is one and `is_window_due` returns false. False if there is
-    /// no request. While a window is due nothing is carried out: fit it, then call this again.
-    // Not inlined: its stack frame of 3700 bytes must not be under a fit, the deepest use of the
+    /// Carries out a request, if there is one and `is_window_due` returns false. Returns false if
+    /// there is no request. If a window is due, fit it and call this again.
+    // Not inlined: its stack frame of 3700 bytes would add to that of a fit, the deepest use of the
     // stack.
     #[inline(never)]
     pub fn step<P: Platform>(
@@ -103,7 +103,7 @@ impl<S: Store> Requests<S> {
     }
 }
 
-/// The request in the inbox, if undamaged. `report` may take the next one.
+/// Takes the request from the inbox, if undamaged, and lets `report` receive the next one.
 fn take<P: Platform>(
     inbox: &mut impl Mutex<T = RequestInbox>,
     shared: &Shared<P>,

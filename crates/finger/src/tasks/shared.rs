@@ -11,8 +11,8 @@ use ridgetone_proto::telemetry::{Headline, WIRE_MAX};
 /// 23,336; the longest step of `detect` takes 0.14 ms. A queue holds one entry less than its size.
 pub const SAMPLES: usize = 40;
 
-/// Size of the queue of windows from `detect` to `fit`: one stride may wait, the other places are
-/// for whole slides.
+/// Size of the queue of windows from `detect` to `fit`: one stride may wait, and the rest is for
+/// whole slides.
 pub const WINDOWS: usize = 4;
 
 /// Size of the queue of bytes from `report` to `line`: the next packet is encoded while the last 63
@@ -22,10 +22,10 @@ pub const BYTES: usize = 576;
 /// Maximum number of queued bytes with which the longest packet still fits.
 pub(super) const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
 
-/// Events from `detect` and `fit` to `report`.
+/// Maximum number of events from `detect` and `fit` that wait for `report`.
 pub const PACKETS: usize = 7;
 
-/// Raw frames that wait for the line, behind all events.
+/// Maximum number of raw frames that wait for the line, behind all events.
 pub const FRAMES: usize = 4;
 
 /// A task that another task starts, named after its module.
@@ -47,12 +47,12 @@ pub trait Platform: Sized {
     /// Board time, microseconds, wrapping.
     fn now_us(&self) -> u32;
 
-    /// True if the signal is over. The signal of a real board never is.
+    /// True if the signal is over; on a real board it never is.
     fn has_ended(&self) -> bool {
         false
     }
 
-    /// Logs an event that goes out, in one line.
+    /// Logs an event that is being sent, in one line.
     fn log(&self, _: Headline) {}
 }
 
@@ -67,13 +67,13 @@ pub struct Shared<P> {
     pub liveness: Liveness,
     /// True if `drdy` is to check the chip's registers after the next conversion.
     pub(super) check: AtomicBool,
-    /// True if `drdy` is not to wait for a conversion before this check.
+    /// True if `drdy` is to make this check without waiting for a conversion.
     pub(super) urgent: AtomicBool,
-    /// True if half a second is over: `detect` reports what changed without a conversion.
+    /// Set every half second: `detect` reports changes even if no conversions arrive.
     pub(super) look: AtomicBool,
     /// Plan requested for the chip.
     pub(super) plan: PlanRequest,
-    /// True if `drdy` is to read the chip's own readings, if the plan's scan has none.
+    /// True if `drdy` is to read the chip's own readings, in case the plan's scan has none.
     pub(super) health: AtomicBool,
     /// True if the finger touches something.
     pub(super) touched: AtomicBool,
@@ -86,7 +86,7 @@ pub struct Shared<P> {
 }
 
 impl<P> Shared<P> {
-    /// Nothing counted, nothing to do. The chip has the plan that it is set up with.
+    /// Starts without counts or requests. `plan` is the plan with which the chip is set up.
     pub const fn new(platform: P, plan: Plan) -> Self {
         let [
             check,
@@ -116,7 +116,7 @@ impl<P> Shared<P> {
         }
     }
 
-    /// Requests another plan for the chip.
+    /// Requests a different plan for the chip.
     pub(super) fn request_plan(&self, plan: &Plan)
     where
         P: Platform,
@@ -131,7 +131,7 @@ impl<P> Shared<P> {
         self.restarting.store(true, Relaxed);
     }
 
-    /// True if a request has made the board reset as soon as the line is silent.
+    /// True if a reset of the board is requested as soon as the line is silent.
     pub fn is_restarting(&self) -> bool {
         self.restarting.load(Relaxed)
     }

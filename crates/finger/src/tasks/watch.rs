@@ -6,7 +6,7 @@ use core::sync::atomic::Ordering::Relaxed;
 
 impl WatchdogPolicy {
     /// Runs twice a second, above `fit`, so that a busy fit does not delay it. Requests a check of
-    /// the chip, with the next conversion, or at once if none is likely soon. Returns true if the
+    /// the chip, at the next conversion, or at once if none is expected soon. Returns true if the
     /// watchdog is to be fed.
     #[must_use]
     pub fn run<P: Platform>(&mut self, shared: &Shared<P>) -> bool {

@@ -1,5 +1,3 @@
-//! The serial line's receiver and its DMA.
-
 use super::{AHB1ENR, Bench, USART3};
 
 pub(super) const STREAM: u32 = 0x4002_6000 + 0x10 + 0x18;
@@ -71,11 +69,13 @@ fn bytes_come_into_memory_while_the_processor_stands_still() {
     bench.keeps_all();
 }
 
-/// The flag comes once, a byte after the last one, and a byte that has begun postpones it.
+/// Tests that the idle flag is set once, one byte after the last one ended, and later if a byte has
+/// begun.
 #[test]
 fn the_line_becomes_idle_after_the_last_byte() {
     let mut bench = receiving();
-    // The third byte begins just in time, the fourth right at its end.
+    // The second byte begins before the line is idle, the third after, the fourth as the third
+    // ends.
     arrive(
         &mut bench,
         [BYTE, 2 * BYTE + 1000, 4 * BYTE + 2000, 5 * BYTE + 2000],
@@ -84,7 +84,7 @@ fn the_line_becomes_idle_after_the_last_byte() {
         wait(&mut bench, cycles);
         assert_eq!(bench.get(SR) & IDLE != 0, is_idle);
     }
-    // Reading SR, then DR, clears it.
+    // Reading SR, then DR, clears the flag.
     assert_eq!(bench.get(SR) & IDLE, IDLE);
     bench.get(DR);
     assert_eq!(bench.get(SR) & IDLE, 0);

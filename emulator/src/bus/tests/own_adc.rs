@@ -1,5 +1,3 @@
-//! The processor's own ADC and its DMA.
-
 use super::{AHB1ENR, APB2ENR, Bench, GPIOA, MODER};
 use crate::board::Board;
 use hal_mock::{Amplifier, Constant, Stm32Adc};
@@ -41,7 +39,7 @@ pub(super) fn bench() -> Bench {
     bench
 }
 
-/// Sets up the same inputs on any board and leaves the processor's clocks.
+/// Sets up the same inputs on any board. Does not change the processor's clocks.
 pub(super) fn configure(bench: &mut Bench) {
     let mut volts = [0.0; 16];
     (volts[0], volts[1]) = (2.5 + 1.0 - 1.65, 2.5 + 2.0 - 1.65);

@@ -1,5 +1,3 @@
-//! The parts without the rules.
-
 use super::{
     AFRH, APB2ENR, BSRR, Bench, FLASH_ACR, FLASH_CR, FREE, GPIOB, GPIOC, MODER, OSPEEDR, RCC_CFGR,
     RCC_CR, RCC_PLLCFGR, SPI1, TIM2, TIM10, USART3,
@@ -37,7 +35,7 @@ fn an_adc_without_another_clock_follows_the_boards() {
     bench.set(TIM10, 1);
     assert_eq!(bench.0.adc.clock_hz(), 15_272_727);
     assert!(bench.0.drdy_falls.is_some());
-    // A different alternate function of the pin, or none.
+    // The pin has a different alternate function, or none.
     for moder in [0b10, 0] {
         let mut off = clock(1, 11, 5);
         off.set(GPIOB + AFRH, 0x774)
@@ -83,7 +81,7 @@ fn the_flash_keeps_what_is_written_by_its_rules_alone() {
     assert_eq!(bench.get(FREE), 0x1234);
     bench.set(FLASH_CR, 2 | 11 << 3 | 2 << 8 | 1 << 16);
     assert_eq!((bench.get(FREE), bench.0.flash.erased), (u32::MAX, 1));
-    // LOCK set by the write that selects the sector: the next write, with STRT, is lost.
+    // The write that selects the sector also sets LOCK, so the next write, with STRT, is lost.
     let mut locks_itself = Bench::ready();
     locks_itself
         .unlock()
@@ -148,7 +146,7 @@ fn pins_are_seen_and_set_from_outside() {
     for name in ["PD1", "PA16", "A5", "P", ""] {
         assert_eq!(Pin::named(name), None, "{name}");
     }
-    // EXTI4 is set to port B, falling edges.
+    // Set EXTI4 to falling edges on port B.
     bench
         .set(0x4001_380C, 1)
         .set(0x4001_3C00, 1 << 4)
@@ -179,9 +177,9 @@ fn an_interrupt_whose_cause_is_gone() {
         scs.write(0xE000_E200, 4, 1 << 10).expect("ISPR");
     };
     assert_eq!(take(by_software), (vec![], 0));
-    // If the cause rises while the handler, or one of the same priority, runs, this run serves it.
+    // A cause that rises while the handler or one of the same priority runs is served by that run.
     assert_eq!(take(flickers), (vec![], 1));
-    // Other code removes the cause between two runs.
+    // Other code removes the cause between two runs, so the second run is spurious.
     let between = |scs: &mut crate::scs::Scs| {
         scs.end(26);
         scs.set_line(10, true);

@@ -1,4 +1,4 @@
-//! The table of rules: an action that breaks each of them, and others that keep all of them.
+//! Tests each rule with an action that breaks it, and with others that keep all rules.
 
 use super::line;
 use super::own_adc::{
@@ -18,7 +18,6 @@ use crate::image::Image;
 use crate::processor_fault::ProcessorFault;
 use hal_mock::Constant;
 
-/// Action of a case.
 type Act = fn(&mut Bench);
 
 /// A case: its name, the rules that it must break, and the rules that it broke.
@@ -38,7 +37,7 @@ impl Table {
         self.0.push((what.to_owned(), vec![], bench.broken()));
     }
 
-    /// Adds a case that must break `rule` if `is_broken`, and no other.
+    /// Adds a case that must break `rule`, if `is_broken`, and no other rule.
     fn row(&mut self, rule: Rule, is_broken: bool, what: &str, bench: Bench) {
         let expected = if is_broken { vec![rule] } else { vec![] };
         self.0.push((what.to_owned(), expected, bench.broken()));
@@ -104,7 +103,7 @@ fn clocks(table: &mut Table) {
             .wait_us(1000)
             .set(RCC_CFGR, 1);
     });
-    // The STM32F411's regulator allows 84 MHz as after a reset.
+    // The reset value of VOS allows the STM32F411 only 84 MHz.
     for (vos, is_broken) in [(2, true), (3, false)] {
         let mut bench = Bench::of(Board::BlackpillF411);
         bench
@@ -235,7 +234,8 @@ fn serial_line(table: &mut Table) {
         bench.wait_us(us);
         table.row(UsartOverrun, is_broken, "two bytes unread", bench);
     }
-    // A byte takes 10.85 us, a word of flash 16 us: the processor takes a byte after each word.
+    // A byte takes 10.85 us and a word of flash 16 us, so the processor must take a byte after each
+    // word.
     for (back_to_back, is_broken) in [(false, false), (true, true)] {
         let mut bench = Bench::ready();
         bench.unlock().set(FLASH_CR, 1 | 2 << 8);

@@ -1,4 +1,4 @@
-//! The encoder's counter, and the DAC triggered by TIM6.
+//! Tests of the encoder's counter, and of the DAC triggered by TIM6.
 
 use super::{AFRL, APB1ENR, Bench, GPIOA, GPIOC, MODER};
 use crate::board::Board;
@@ -19,7 +19,7 @@ const ARR: u32 = 0x2C;
 const DHR12R1: u32 = 0x08;
 const DOR1: u32 = 0x2C;
 
-/// Switches the clocks on; PC6 and PC7 belong to TIM3, PA4 is analogue.
+/// Creates a stylus with clocks on, PC6 and PC7 assigned to TIM3, PA4 analogue.
 fn bench() -> Bench {
     let mut bench = Bench::of(Board::StylusF405);
     bench
@@ -35,7 +35,7 @@ fn bench() -> Bench {
 #[test]
 fn the_counter_follows_the_hand_to_both_sides() {
     let mut bench = bench();
-    // One count per microsecond for a millisecond, then back.
+    // The hand moves one count per microsecond for a millisecond, then back.
     bench.0.encoder.hand = Box::new(|ns| 1_000 - (ns as i64 / 1000 - 4_000).abs());
     bench
         .set(TIM3 + CCMR1, 0x8181)
@@ -49,7 +49,7 @@ fn the_counter_follows_the_hand_to_both_sides() {
     let counter = bench.get(TIM3 + CNT);
     assert!(counter > 0xF000, "below 0 it goes on at the top: {counter}");
     bench.keeps_all();
-    // Nothing counts in the wrong mode, or with one channel.
+    // The counter does not count in the wrong mode, or with one channel.
     bench.set(TIM3 + CCMR1, 0x0001);
     let before = bench.get(TIM3 + CNT);
     assert_eq!(bench.wait_us(100).get(TIM3 + CNT), before);
@@ -84,7 +84,7 @@ fn the_timer_triggers_the_converter() {
     let triggered = &bench.0.dac.outputs[2..];
     let codes: Vec<_> = triggered.iter().map(|output| output.code).collect();
     assert_eq!(codes, [Some(0x7FF), Some(0x800)]);
-    // Three cycles of 42 MHz after the trigger, and exactly one period apart.
+    // Outputs follow their triggers by three cycles of 42 MHz, exactly one period apart.
     let at_ns = triggered[0].at_ns - begun_ns;
     assert!((100_000..100_100).contains(&at_ns), "{at_ns}");
     assert!((triggered[1].at_ns - triggered[0].at_ns).abs_diff(100_000) <= 1);

@@ -9,8 +9,8 @@ fn averaging(channels: u32, scans: u32) -> Option<Averaging> {
     Averaging::new(channels, scans, CLOCK_MHZ)
 }
 
-/// Runs a signal, given as readings by input and time in seconds, through halves. Returns the time
-/// and the codes of each frame.
+/// Feeds a signal, a function of input and time in seconds, through the buffer's halves. Returns
+/// the time and the codes of each frame.
 fn frames(
     averaging: &Averaging,
     count: u32,
@@ -48,7 +48,7 @@ fn frames(
 
 #[test]
 fn frames_have_the_rates_of_the_plans() {
-    // Inputs, scans, megahertz, frames a second, scans of half a buffer.
+    // Inputs, scans, megahertz, frames a second, scans per half of the buffer.
     for (channels, scans, clock_mhz, rate_hz, half_scans) in [
         (14, 93, 21, 237.2, 3),
         (14, 15, 21, 1470.6, 3),
@@ -81,7 +81,7 @@ fn a_code_of_780000h_is_the_reference() {
     assert!((found[1].1[13] - 4095 * 1920).abs() <= 1, "{found:?}");
 }
 
-/// A ramp on all inputs reads the same on all of them, at the time of the frame.
+/// Tests that a ramp reads the same on all inputs, at the time of the frame.
 #[test]
 fn inputs_that_are_sampled_in_turn_are_as_if_at_once() {
     for (channels, scans) in [(14, 15), (14, 93), (8, 28)] {
@@ -98,7 +98,7 @@ fn inputs_that_are_sampled_in_turn_are_as_if_at_once() {
                 );
             }
         }
-        // Only after a previous frame: without one the last input is late.
+        // Without a previous frame, the last input still reads later.
         assert!(found[0].1[channels as usize - 1] > found[0].1[0] + 960);
     }
 }
@@ -108,11 +108,11 @@ fn halves_that_nobody_took_leave_a_whole_frame_out() {
     let averaging = averaging(14, 15).unwrap();
     let (oversampler, buffer) = (Oversampler::new(), [const { AtomicU16::new(9) }; 2 * HALF]);
     oversampler.begin(&averaging);
-    // Halves of 136 us, five per frame.
+    // A half takes 136 us; a frame is five halves.
     let at_us = |half: u32| half * 136;
     let mut ends = Vec::new();
     for half in 1..=30 {
-        // Halves 7 and 8 were served late, and halves 16 to 20.
+        // Service is late for halves 7 and 8, and for halves 16 to 20.
         if [7, 16, 17, 18, 19].contains(&half) {
             continue;
         }

@@ -1,5 +1,3 @@
-//! Against the simulated chip.
-
 use super::*;
 use crate::converter::WiredAds1258;
 use ads1258::Ads1258;
@@ -8,7 +6,7 @@ use heapless::spsc::Queue;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 
-/// DRDY, and the board time of the next edge that was not acknowledged, nanoseconds.
+/// DRDY's pin, and the board time of the next edge that is not acknowledged yet, nanoseconds.
 struct Pin {
     board: SimulatedBoard,
     ahead_ns: Option<u64>,
@@ -45,8 +43,8 @@ impl Platform for Clock {
     }
 }
 
-/// A conversion ends while the chip is checked, after an edge of noise shortly before, or because
-/// an estimate waits for the check.
+/// Tests conversions that end while the chip is checked: because noise caused an edge shortly
+/// before, or because an estimate waits for the check.
 #[test]
 fn a_conversion_that_ends_during_a_check_is_read() {
     for is_urgent in [false, true] {
@@ -97,12 +95,12 @@ fn check_before_edges(is_urgent: bool) {
         drdy.run(&shared, &mut wait);
         while taken.dequeue().is_some() {}
         match run {
-            // The health readings are over by then.
+            // The health readings are over by this run.
             100 => before = lost(),
             _ if run > 100 && run % 10 == 0 && is_urgent => {
                 drdy.pin.unmute();
                 let ahead_ns = drdy.pin.ahead_ns.expect("the chip scans");
-                // A conversion lasts for 42.9 us, a check for 15.
+                // A conversion takes 42.9 us, a check 15.
                 board.advance_ns(ahead_ns.saturating_sub(board.now_ns() + 8_000));
                 shared.check.store(true, Relaxed);
                 shared.urgent.store(true, Relaxed);
@@ -111,7 +109,7 @@ fn check_before_edges(is_urgent: bool) {
                 while taken.dequeue().is_some() {}
             }
             _ if run > 100 && run % 10 == 0 => {
-                // A conversion lasts for 42.9 us, a check for 15.
+                // A conversion takes 42.9 us, a check 15.
                 board.with_chip(|chip| chip.begin_fault(Fault::EdgeRepeated { after_ns: 25_000 }));
                 edges += 1;
             }
