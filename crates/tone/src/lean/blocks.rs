@@ -352,7 +352,11 @@ impl Run {
 
 /// Adds the products of frames with the waves of a line.
 #[inline(never)]
-fn add_line(values: &[Values], waves: &[Wave; READ_FRAMES], [cosines, sines]: &mut [Values; 2]) {
+pub fn add_line(
+    values: &[Values],
+    waves: &[Wave; READ_FRAMES],
+    [cosines, sines]: &mut [Values; 2],
+) {
     for half in 0..2 {
         let [mut cos, mut sin] = [[0.0; 8]; 2];
         for (values, [c, s]) in values.iter().zip(waves) {

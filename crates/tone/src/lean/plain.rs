@@ -7,12 +7,12 @@
 //! a trend along the window. A false alarm costs instructions but no accuracy: the window is then
 //! fitted with all that the scene may contain.
 
-use super::blocks::LINES;
+use super::blocks::{LINES, add_line};
 use super::declaration::{PARTS, Tested};
 use super::reference::Reference;
 use super::solve::Solution;
 use crate::fit::Movement;
-use crate::frame_span::FrameSpan;
+use crate::frame_span::{FrameSpan, READ_FRAMES};
 use crate::legendre::legendre;
 use crate::limits::CHANNELS_MAX;
 use crate::phase::{Wave, cos_sin, from_turns, times};
@@ -77,7 +77,8 @@ fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Reads the frames and tests the residuals of a fit, in memory for two rows of each of [`PARTS`].
+/// Reads the frames and tests the residuals of a fit, in memory for [`READ_FRAMES`] rows and
+/// two rows for each of [`PARTS`].
 #[inline(never)]
 pub fn test(
     span: &mut FrameSpan,
@@ -121,13 +122,18 @@ struct Sums<'m> {
     parts: [u32; PARTS.len()],
     part_count: usize,
     of_parts: &'m mut [[Values; 2]],
+    /// Residuals of consecutive frames that are not in these products yet, and their number.
+    waiting: &'m mut [Values],
+    waiting_count: usize,
 }
 
 impl<'m> Sums<'m> {
     #[inline(always)]
     fn new(count: u32, fitted: &Fitted, memory: &'m mut [Values]) -> Self {
-        let of_parts = memory.as_chunks_mut().0;
-        of_parts.fill([[0.0; CHANNELS_MAX]; 2]);
+        let (waiting, rows) = memory.split_at_mut(READ_FRAMES.min(memory.len()));
+        let of_parts = rows.as_chunks_mut().0;
+        let places = of_parts.iter_mut().take(PARTS.len());
+        places.for_each(|place| *place = [[0.0; CHANNELS_MAX]; 2]);
         let frames = count as f32;
         let cycles = fitted.cycles;
         let mut sums = Self {
@@ -149,6 +155,8 @@ impl<'m> Sums<'m> {
             parts: [0; PARTS.len()],
             part_count: 0,
             of_parts,
+            waiting,
+            waiting_count: 0,
         };
         let Tested {
             solution,
@@ -224,6 +232,8 @@ impl<'m> Sums<'m> {
         if number == self.next {
             self.adjacent += adjacent;
             self.pairs += 1.0;
+        } else {
+            self.add_parts();
         }
         (self.next, self.latest, self.square_max) = (number + 1, rest, square_max);
         let polynomials = legendre::<{ DEGREE + 1 }>(u);
@@ -236,17 +246,36 @@ impl<'m> Sums<'m> {
         self.information_squares += information * information;
         self.power += power;
         self.frames += 1.0;
-        let steps = self.parts.iter().take(self.part_count);
-        for (step, [cosines, sines]) in steps.zip(&mut *self.of_parts) {
-            let (c, s) = cos_sin(step.wrapping_mul(number));
-            for k in 0..CHANNELS_MAX {
-                cosines[k] += c * rest[k];
-                sines[k] += s * rest[k];
-            }
+        if let Some(place) = self.waiting.get_mut(self.waiting_count) {
+            *place = rest;
+            self.waiting_count += 1;
+        }
+        if self.waiting_count == READ_FRAMES {
+            self.add_parts();
         }
     }
 
-    fn outcome(&self, fitted: &Fitted) -> Plain {
+    /// Adds the waiting residuals to the products with the lines of lower fundamentals.
+    #[inline(never)]
+    fn add_parts(&mut self) {
+        let waiting = self.waiting.get(..self.waiting_count).unwrap_or_default();
+        let first = self.next.wrapping_sub(self.waiting_count as u32);
+        let steps = self.parts.iter().take(self.part_count);
+        for (step, rows) in steps.zip(&mut *self.of_parts) {
+            let (turn_cos, turn_sin) = cos_sin(*step);
+            let (c, s) = cos_sin(step.wrapping_mul(first));
+            let (mut wave, mut waves) = ([c, s], [[0.0; 2]; READ_FRAMES]);
+            for place in &mut waves {
+                *place = wave;
+                wave = times(wave, [turn_cos, turn_sin]);
+            }
+            add_line(waiting, &waves, rows);
+        }
+        self.waiting_count = 0;
+    }
+
+    fn outcome(&mut self, fitted: &Fitted) -> Plain {
+        self.add_parts();
         let solution = fitted.tested.solution;
         let width = fitted.reference.width as f32;
         let freedom = width * solution.freedom;
