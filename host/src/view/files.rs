@@ -26,6 +26,9 @@ pub const ICON: File = (
     include_str!("../../assets/view/icon.svg"),
 );
 
+/// Numbers as all pages show them.
+pub const FORMAT: File = js!("format.js");
+
 /// The files of the page of `view`.
 pub const FILES: &[File] = &[
     (
@@ -62,6 +65,6 @@ pub const FILES: &[File] = &[
     js!("ports.js"),
     js!("overview.js"),
     js!("settings.js"),
-    js!("format.js"),
+    FORMAT,
     js!("save.js"),
 ];
