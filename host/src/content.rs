@@ -188,7 +188,8 @@ fn is_can_log(start: &str) -> bool {
         .lines()
         .filter(|line| !line.trim().is_empty())
         .collect();
-    lines.len() > 2 && lines.iter().filter(has_frame).count() * 2 > lines.len()
+    start.starts_with(";$FILEVERSION")
+        || lines.len() > 2 && lines.iter().filter(has_frame).count() * 2 > lines.len()
 }
 
 /// Returns the beginning of an input, and a reader of the whole input.

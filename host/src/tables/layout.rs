@@ -3,7 +3,7 @@
 use super::cells::{Kind, Numbers, kind};
 use super::head_line::{HeadLine, LineEnds, lines};
 use super::header::{COMMENT, names, unit_row};
-use super::look::{Look, is_counter, likely_time};
+use super::look::{Look, growing, is_counter};
 use super::preamble::{Stated, stated};
 use super::refused::Refused;
 use super::stamps::Unit;
@@ -338,7 +338,8 @@ impl Layout {
     /// If no column is named as a time, uses one that runs at the stated rate, or notes the most
     /// likely one.
     fn look_for_likely(&mut self, looks: &[Look]) {
-        let Some(at) = likely_time(looks) else {
+        let mut growing = growing(looks);
+        let Some(at) = growing.next() else {
             return;
         };
         let look = &looks[at];
@@ -350,6 +351,9 @@ impl Layout {
         } else if look.counts_rows() {
             self.row_counter = Some(at);
             self.columns[at].is_left_out = self.columns.len() > 1;
+            // A time may follow the number of the row.
+            let time = growing.find(|at| !looks[*at].counts_rows());
+            self.likely_time = time.map(|at| (at, plausible_units(&looks[at])));
         } else {
             self.likely_time = Some((at, plausible_units(look)));
         }
@@ -490,14 +494,17 @@ fn unit_at_rate(look: &Look, hz: f64) -> Option<f64> {
 /// Returns units that give a column a plausible rate, best first. Seconds have decimals.
 fn plausible_units(look: &Look) -> Vec<&'static str> {
     let is_plausible = |per_second: f64| PLAUSIBLE_HZ.contains(&(per_second / look.step));
-    let units = TIME_UNITS
-        .iter()
-        .filter(|(_, per_second)| is_plausible(*per_second));
-    let mut units: Vec<&str> = units.map(|(unit, _)| *unit).collect();
-    if !look.is_whole {
-        units.sort_by_key(|unit| *unit != "s");
-    }
-    units
+    let units = TIME_UNITS.iter();
+    let mut units: Vec<_> = units
+        .filter(|(_, per_second)| is_plausible(*per_second))
+        .collect();
+    // Nearest to the middle of the plausible rates, in tenths of a decade.
+    units.sort_by_key(|(unit, per_second)| {
+        let middle = 0.5 * (PLAUSIBLE_HZ.start() * PLAUSIBLE_HZ.end()).log10();
+        let off = 10.0 * ((per_second / look.step).log10() - middle).abs();
+        (look.is_whole || *unit != "s", off.round() as i64)
+    });
+    units.into_iter().map(|(unit, _)| *unit).collect()
 }
 
 /// Returns advice on what to type if the unit of a time column is unknown.

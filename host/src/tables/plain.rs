@@ -72,25 +72,23 @@ impl Form {
         };
         let alike = lines.iter().filter(is_like).count();
         let is_enough = alike >= LINES_MIN && alike as f64 >= LIKE_MIN * (lines.len() - 1) as f64;
-        let above = lines.iter().position(|line| is_like(&line));
-        let above = above.and_then(|first| lines.get(first.checked_sub(1)?));
-        let named = above.map_or_else(|| form.clone(), |above| form.clone().under(above));
-        (is_enough && (form.has_stamp || !needs_stamp)).then_some(named)
+        let first = lines.iter().position(|line| is_like(&line)).unwrap_or(0);
+        let headers = lines[..first].iter().rev();
+        let header = headers.filter_map(|line| form.header_in(line)).next();
+        let named = Self { header, ..form };
+        (is_enough && (named.has_stamp || !needs_stamp)).then_some(named)
     }
 
-    /// Takes the names from a header, but keeps the units found in the cells.
-    fn under(mut self, header: &str) -> Self {
+    /// Returns the names in a line above the rows, and the line.
+    fn header_in(&self, line: &str) -> Option<(Vec<String>, String)> {
         let separators: &[char] = &[',', ';', '\t'];
-        let cells: Vec<&str> = header
+        let cells = line
             .split(separators)
-            .map(|cell| cell.trim_matches([' ', '"']))
-            .collect();
-        let is_header = cells.len() == self.count && cells.iter().all(|cell| !cell.is_empty());
-        if is_header && Line::of(header, self.decimals).is_none() {
-            let names = cells.into_iter().map(str::to_owned).collect();
-            self.header = Some((names, header.trim().to_owned()));
-        }
-        self
+            .map(|cell| cell.trim_matches([' ', '"']).to_owned());
+        let names: Vec<String> = cells.collect();
+        let is_header = names.len() == self.count && names.iter().all(|name| !name.is_empty());
+        let has_number = Line::of(line, self.decimals).is_some();
+        (is_header && !has_number).then(|| (names, line.trim().to_owned()))
     }
 
     fn of_line(line: &Line, decimals: u8) -> Self {
@@ -186,25 +184,20 @@ impl Form {
             .join("; ")
     }
 
-    /// Converts a line to a plain row; a line in a different form is left unchanged. Fails if a
-    /// number has another unit than in the other lines.
-    fn plain(&self, text: &str) -> io::Result<String> {
-        // The header line is part of the table already.
-        let header = self.header.as_ref().map(|(_, line)| line.as_str());
-        if header == Some(text.trim()) {
-            return Ok(String::new());
-        }
+    /// Converts a line to a plain row; `None` if the line has a different form. Fails if a number
+    /// has another unit than in the other lines.
+    fn row(&self, text: &str) -> io::Result<Option<String>> {
         let Some(line) = Line::of(text, self.decimals) else {
-            return Ok(text.to_owned());
+            return Ok(None);
         };
         match self.difference(&line) {
             None => {
                 let numbers = line.numbers.iter().map(|number| number.replace(',', "."));
                 let stamp = line.stamp.map(|stamp| format!("\"{stamp}\""));
                 let cells: Vec<String> = stamp.into_iter().chain(numbers).collect();
-                Ok(cells.join(","))
+                Ok(Some(cells.join(",")))
             }
-            Some("") => Ok(text.to_owned()),
+            Some("") => Ok(None),
             Some(unit) => Err(io::Error::new(
                 io::ErrorKind::InvalidData,
                 format!(
@@ -215,15 +208,13 @@ impl Form {
         }
     }
 
-    /// Reads the lines of an input as plain rows under a header.
+    /// Reads the lines of an input as plain rows, the first one under a header.
     pub fn read<'a>(self, input: Box<dyn Read + Send + 'a>) -> impl Read + Send + 'a {
-        let header = self
-            .plain_header()
-            .map_or(String::new(), |header| header + "\n");
         PlainLines {
             input: BufReader::new(input),
+            header: self.plain_header(),
             form: self,
-            made: header.into_bytes(),
+            made: Vec::new(),
             given: 0,
         }
     }
@@ -238,9 +229,14 @@ impl<'a> Line<'a> {
                 texts.push(rest);
                 break;
             };
-            texts.push(&rest[..from]);
-            numbers.push(&rest[from..to]);
+            let (text, number) = (&rest[..from], &rest[from..to]);
             rest = &rest[to..];
+            // The uncertainty of the number before.
+            if !numbers.is_empty() && matches!(text.trim(), "\u{b1}" | "+-" | "+/-") {
+                continue;
+            }
+            texts.push(text);
+            numbers.push(number);
             if numbers.len() > NUMBERS_MAX {
                 return None;
             }
@@ -485,6 +481,8 @@ fn number_length(text: &[u8], decimal_mark: u8) -> Option<usize> {
 struct PlainLines<R> {
     input: BufReader<R>,
     form: Form,
+    /// Names of the columns, until they have been returned.
+    header: Option<String>,
     made: Vec<u8>,
     /// Number of bytes of `made` that have been returned.
     given: usize,
@@ -505,7 +503,22 @@ impl<R: Read> Read for PlainLines<R> {
             }
             let text = String::from_utf8_lossy(&line);
             let text = uncoloured(text.trim_end_matches(['\r', '\n']));
-            self.made = (self.form.plain(&text)? + "\n").into_bytes();
+            let named = self.form.header.as_ref().map(|(_, line)| line.as_str());
+            let line = match self.form.row(&text)? {
+                Some(row) => match self.header.take() {
+                    Some(header) => format!("{header}\n{row}"),
+                    None => row,
+                },
+                // The names in this line are part of the header.
+                None if named == Some(text.trim()) => String::new(),
+                // Other lines are no rows, whatever commas they have. Without labels, one may be a
+                // header.
+                None if text.contains(',') && self.form.plain_header().is_some() => {
+                    format!("\"{}\"", text.replace('"', "'"))
+                }
+                None => text.into_owned(),
+            };
+            self.made = (line + "\n").into_bytes();
             self.given = 0;
         }
         let count = buffer.len().min(self.made.len() - self.given);
@@ -541,6 +554,10 @@ mod tests {
             (
                 "0.10 s,1.2 N",
                 "\"column_1 (s)\",\"column_2 (N)\"\n0.10,1.2\n",
+            ),
+            (
+                "0.5 \u{b1} 0.1 V,2 +- 0.3 N",
+                "\"column_1 (V)\",\"column_2 (N)\"\n0.5,2\n",
             ),
             (
                 "0.10s 52.3%",
@@ -582,7 +599,7 @@ mod tests {
             .read_to_string(&mut read)
             .expect("text");
         assert!(
-            read.starts_with("\"time (ms)\",\"force (N)\"\n\n10,1\n20,2\n"),
+            read.starts_with("\n\"time (ms)\",\"force (N)\"\n10,1\n20,2\n"),
             "{read}"
         );
         assert_eq!(plain("no numbers at all"), None);

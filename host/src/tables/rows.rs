@@ -459,17 +459,18 @@ impl RowReader for Rows<'_> {
                 } else {
                     ""
                 };
-                let guess = match (&self.layout.row_counter, &self.layout.likely_time) {
-                    (Some(at), _) => format!("; {} counts the rows", name(*at)),
-                    (None, Some((at, units))) if !units.is_empty() => {
+                let counts = |at: usize| format!("; {} counts the rows", name(at));
+                let counted = self.layout.row_counter.map_or(String::new(), counts);
+                let guess = match &self.layout.likely_time {
+                    Some((at, units)) if !units.is_empty() => {
                         let option = quoted(&format!("{}:{}", name(*at), units[0]));
                         format!(
-                            "; {} grows steadily: if it is the time, --time-column {option}{}",
+                            "{counted}; {} grows steadily: if it is the time, --time-column {option}{}",
                             name(*at),
                             others(units)
                         )
                     }
-                    _ => String::new(),
+                    _ => counted,
                 };
                 Timing::Absent(format!(
                     "{header}no column {TIME_COLUMN} or of another name that says time; there are: {}{guess}; give the rate of the rows with --rate HZ",
@@ -542,7 +543,7 @@ impl RowReader for Rows<'_> {
         if self.numbers.has_decimal_commas() {
             guessed.push("decimals follow a comma".into());
         }
-        if self.layout.has_preamble {
+        if self.layout.has_preamble && self.plain.is_none() {
             guessed.push(format!(
                 "the header is on line {}",
                 self.layout.header_line.unwrap_or(self.layout.line)

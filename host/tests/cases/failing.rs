@@ -165,7 +165,7 @@ const FILES: [Case; 57] = [
 ];
 
 /// Generated files of the same kinds, with a tone of 12.34 Hz.
-const TWINS: [Case; 61] = [
+const TWINS: [Case; 65] = [
     ("long_fast.csv", &[], Noted(160.0, &["around 160.00 Hz"])),
     ("two_phases.csv", &[], Hz(65.0)),
     ("time_min.csv", &[], Noted(12.34, &["in minutes"])),
@@ -222,6 +222,16 @@ const TWINS: [Case; 61] = [
         Refused(&["--time-column column_1:us"]),
     ),
     (
+        "numbered_micros.csv",
+        &[],
+        Refused(&["column_1 counts the rows", "--time-column column_2:us"]),
+    ),
+    (
+        "numbered_micros.csv",
+        &["--time-column", "column_2:us"],
+        TONE,
+    ),
+    (
         "row_numbers.csv",
         &[],
         Refused(&["n counts the rows", "--rate HZ"]),
@@ -266,6 +276,12 @@ const TWINS: [Case; 61] = [
         &[],
         Noted(12.34, &["decimals follow a comma", "Kraft (N)"]),
     ),
+    (
+        "units_missing.csv",
+        &[],
+        Noted(12.34, &["Kraft (N)", "lines are skipped"]),
+    ),
+    ("teleplot_started.txt", &[], Noted(12.34, &["force (N)"])),
     ("units_change.csv", &[], Refused(&["\"mV\"", "one unit"])),
     ("thousands_points.csv", &[], TONE),
     ("fortran.txt", &["--time-column", "column_1:s"], TONE),

@@ -313,6 +313,9 @@ fn failing(name: &str) -> Vec<u8> {
         "micros_no_header.csv" => {
             numbered("", &|row| (4000 * row).to_string()).replacen(",ax,ay,az\n", "", 1)
         }
+        "numbered_micros.csv" => table("", &evenly(), &|row, t_s, values| {
+            format!("{},{:.0},{}", row + 1, 1e6 * t_s, values.join(","))
+        }),
         "row_numbers.csv" => numbered("n", &|row| (row + 1).to_string()),
         "stated_rate.csv" => format!(
             "device: glove\nsampling rate: 250 Hz\n{}",
@@ -342,6 +345,17 @@ fn failing(name: &str) -> Vec<u8> {
             table("Zeit;Kraft;Weg\n", &evenly(), &|_, t_s, [x, y, _]| {
                 commas(&format!("{t_s:.3} s;{x} N;{y} mm"))
             })
+        }
+        "units_missing.csv" => table("Zeit;Kraft\n", &evenly(), &|row, t_s, [x, ..]| {
+            let force = match row % 50 {
+                0 => "-".to_owned(),
+                _ => format!("{x} N"),
+            };
+            format!("{t_s:.3} s;{force}").replace('.', ",")
+        }),
+        "teleplot_started.txt" => {
+            let started = String::from_utf8(failing("teleplot.txt")).expect("text");
+            format!("start, 3 ok\n\n{started}")
         }
         "units_change.csv" => table("time_s,u\n", &evenly(), &|row, t_s, [x, ..]| {
             let unit = if row < 150 { "mV" } else { "V" };
