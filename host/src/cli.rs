@@ -34,7 +34,7 @@ use std::ffi::OsString;
 ///
 /// Results go to standard output, everything else to standard error. Times of events are device
 /// time: seconds since the first conversion. Exit status: 0 done, 1 an error (one line says which),
-/// 2 usage error.
+/// 2 usage error, 3 a recording without an answer.
 #[derive(Debug, Parser)]
 #[command(
     name = "ridgetone",

@@ -10,6 +10,9 @@ use std::io::{Cursor, Read};
 /// Number of bytes read to identify the kind of a file.
 const LOOK_BYTES: u64 = 4096;
 
+/// Length from which the line of a JSON object has arrays of samples, bytes.
+const ROW_MAX: usize = 2048;
+
 /// A reader that can be sent to another thread.
 pub type Input = Box<dyn Read + Send>;
 
@@ -23,8 +26,23 @@ pub enum Content {
 const JSON_ARRAY: &str =
     "a JSON array: in Python, ridgetone.fit(pandas.read_json(FILE), rate_hz=...)";
 
+const CAN_LOG: &str = "a log of CAN frames, whose bytes only a database can tell: in Python, db = cantools.database.load_file(DBC); ridgetone.fit(pandas.DataFrame([{'time_s': m.timestamp, **db.decode_message(ID, m.data)} for m in can.LogReader(FILE) if m.arbitration_id == ID]))";
+
+/// Text that is no table, by its first characters in lower case, with advice on how to read it.
+const MARKUP: [(&str, &str); 4] = [
+    (
+        "<?xml",
+        "XML: in Python, ridgetone.fit(pandas.read_xml(FILE), rate_hz=...)",
+    ),
+    ("<!doctype html", HTML),
+    ("<html", HTML),
+    ("<table", HTML),
+];
+
+const HTML: &str = "HTML: in Python, ridgetone.fit(pandas.read_html(FILE)[0], rate_hz=...)";
+
 /// File types that are not recordings, by their first bytes, with advice on how to read them.
-const OTHERS: [(&[u8], &str); 14] = [
+const OTHERS: [(&[u8], &str); 16] = [
     (
         b"\x93NUMPY",
         "a NumPy array: in Python, ridgetone.fit(numpy.load(FILE), rate_hz=...)",
@@ -65,6 +83,11 @@ const OTHERS: [(&[u8], &str); 14] = [
     (b"\xFD7zXZ", "compressed with xz: unpack it with unxz FILE"),
     (b"[[", JSON_ARRAY),
     (b"[{", JSON_ARRAY),
+    (b"LOGG", CAN_LOG),
+    (
+        b"MDF     ",
+        "an MDF file: in Python, ridgetone.fit(asammdf.MDF(FILE).to_dataframe(), rate_hz=...)",
+    ),
     (b"%PDF", "a PDF document: it holds no numbers to fit"),
 ];
 
@@ -86,6 +109,21 @@ impl Content {
         if is_universal(&start) {
             bail!(
                 "this is a universal file (UFF 58): in Python, ridgetone.fit(pyuff.UFF(FILE).read_sets()['data'], rate_hz=...)"
+            );
+        }
+        let text = String::from_utf8_lossy(&start);
+        if is_can_log(&text) {
+            bail!("this is {CAN_LOG}");
+        }
+        let begin = text.trim_start().to_lowercase();
+        if let Some((_, what)) = MARKUP.iter().find(|(mark, _)| begin.starts_with(mark)) {
+            bail!("this is {what}");
+        }
+        // An object a line is read as a table.
+        let line = begin.lines().next().unwrap_or_default().trim_end();
+        if begin.starts_with('{') && (line == "{" || line.len() > ROW_MAX) {
+            bail!(
+                "this is a JSON object of more than a line: in Python, ridgetone.fit(pandas.read_json(FILE), rate_hz=...)"
             );
         }
         let encoding = utf_16(&start);
@@ -112,6 +150,44 @@ fn is_universal(start: &[u8]) -> bool {
         && lines
             .next()
             .is_some_and(|set| matches!(set, "58" | "58b" | "151" | "55" | "15" | "82" | "164"))
+}
+
+/// True if most lines have a CAN frame, as `candump` and Vector's tools write them:
+/// `(1436509052.25) can0 123#DEADBEEF`, `can0 123 [4] DE AD BE EF`,
+/// `0.25 1 123x Rx d 4 DE AD BE EF`.
+fn is_can_log(start: &str) -> bool {
+    let is_hex = |word: &str| !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let is_id = |word: &str| is_hex(word.trim_end_matches('x')) && word.len() < 10;
+    let has_frame = |line: &&&str| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let is_data = |words: &[&str], count: &str| {
+            let count = count
+                .parse::<usize>()
+                .is_ok_and(|count| words.len() >= count && count > 0);
+            count && is_hex(words[0]) && words[0].len() == 2
+        };
+        words.windows(2).enumerate().any(|(at, pair)| {
+            let [before, word] = pair else { return false };
+            let count = word
+                .strip_prefix('[')
+                .and_then(|count| count.strip_suffix(']'));
+            match word.split_once('#') {
+                Some((id, data)) => is_id(id) && is_hex(data.trim_start_matches('#')),
+                None if matches!(*before, "Rx" | "Tx") && *word == "d" => words
+                    .get(at + 2)
+                    .is_some_and(|count| is_data(&words[at + 3..], count)),
+                None => {
+                    is_id(before) && count.is_some_and(|count| is_data(&words[at + 2..], count))
+                }
+            }
+        })
+    };
+    let lines: Vec<&str> = start
+        .lines()
+        .filter(|line| !line.trim().is_empty())
+        .collect();
+    start.starts_with(";$FILEVERSION")
+        || lines.len() > 2 && lines.iter().filter(has_frame).count() * 2 > lines.len()
 }
 
 /// Returns the beginning of an input, and a reader of the whole input.

@@ -110,10 +110,14 @@ pub fn text(fit: &TableFit) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(out, "{name:<width$} {value}");
     }
+    let named = |channel: &ChannelResult| match &channel.unit {
+        Some(unit) if !channel.name.contains(unit) => format!("{} ({unit})", channel.name),
+        _ => channel.name.clone(),
+    };
     let width = fit
         .channels
         .iter()
-        .map(|channel| channel.name.chars().count())
+        .map(|channel| named(channel).chars().count())
         .max()
         .unwrap_or(0)
         .max(7);
@@ -122,16 +126,17 @@ pub fn text(fit: &TableFit) -> String {
         "\n{:<width$} {:>12} {:>12} {:>10} {:>12}",
         "channel", "offset", "amplitude", "phase_rad", "residual"
     );
-    for ChannelResult {
-        name,
-        usable,
-        clipped,
-        offset,
-        amplitude,
-        phase_rad,
-        residual,
-    } in &fit.channels
-    {
+    for channel in &fit.channels {
+        let ChannelResult {
+            usable,
+            clipped,
+            offset,
+            amplitude,
+            phase_rad,
+            residual,
+            ..
+        } = channel;
+        let name = named(channel);
         let phase_rad = phase_rad.map_or("-".into(), |phase_rad| format!("{phase_rad:.4}"));
         let [offset, amplitude, residual] = [(offset, 6), (amplitude, 4), (residual, 3)]
             .map(|(value, digits)| digits_of(*value, digits));

@@ -156,16 +156,11 @@ impl Listener {
                 let name = self.unnamed.take()?;
                 return Some(format!("{name}: {what}"));
             }
-            let is_silent = self.feed.bytes() == 0 && self.feed.elapsed() > SILENT;
-            if let Some(name) = self
-                .unnamed
-                .clone()
-                .filter(|_| is_silent && !self.was_silent)
-            {
+            let nothing = self.feed.unanswered();
+            let is_new = self.feed.elapsed() > SILENT && !self.was_silent;
+            if let (true, Some(nothing), Some(name)) = (is_new, nothing, &self.unnamed) {
                 self.was_silent = true;
-                return Some(format!(
-                    "{name}: nothing arrives: is the board powered, and its TX on this port?"
-                ));
+                return Some(format!("{name}: {nothing}"));
             }
         }
         if (counts.missing, counts.damaged) == self.reported {

@@ -3,7 +3,7 @@
 
 use crate::alignment::Alignment;
 use crate::speed::Column;
-use crate::tables::{PROGRESS_ROWS, RowReader, Timing, ValueAt, bracketed, check_order};
+use crate::tables::{PROGRESS_ROWS, RowReader, Timing, ValueAt, bracketed, check_order, listed};
 use crate::usage::UsageError;
 use anyhow::{Result, bail, ensure};
 use clap::ValueEnum;
@@ -304,7 +304,7 @@ pub fn named_in(file: &str, names: &[String], name: &str) -> Result<usize> {
         all = without_unit();
     }
     match all[..] {
-        [] => bail!("{file}: no column {name}; there are: {}", names.join(", ")),
+        [] => bail!("{file}: no column {name}; there are: {}", listed(names)),
         [at] => Ok(at),
         _ => bail!("{file}: more than one column is called {name}: give them other names"),
     }
@@ -365,7 +365,7 @@ fn numbered(rows: &dyn RowReader, text: &str, range: RangeInclusive<usize>) -> R
         bail!(
             "{}: no columns {text}; there are: {}",
             rows.file(),
-            shown.join(", ")
+            listed(&shown)
         );
     }
     Ok(found)

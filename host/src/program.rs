@@ -5,6 +5,7 @@ use crate::note;
 use crate::usage::{NoEstimate, UsageError};
 use anyhow::Result;
 use clap::Parser;
+use clap::error::ErrorKind as ClapError;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
@@ -13,10 +14,15 @@ pub fn run<C: Parser>(run: impl FnOnce(C) -> Result<()>) -> ExitCode {
     let command = match C::try_parse() {
         Ok(command) => command,
         Err(error) if error.use_stderr() => {
-            note!(
-                "{}; see --help",
-                first_paragraph(&error.render().to_string())
-            );
+            match error.kind() {
+                ClapError::DisplayHelpOnMissingArgumentOrSubcommand => {
+                    note!("no command: --help lists them");
+                }
+                _ => note!(
+                    "{}; see --help",
+                    first_paragraph(&error.render().to_string())
+                ),
+            }
             return ExitCode::from(2);
         }
         // Help or the version.

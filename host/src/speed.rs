@@ -1,6 +1,6 @@
 //! A column of speeds or positions next to the channels of a recording.
 
-use crate::tables::bracketed;
+use crate::tables::{bracketed, listed};
 
 /// Units of length, in millimetres.
 const LENGTHS: [(&str, f64); 22] = [
@@ -168,7 +168,7 @@ impl Column {
             Err(all) => Err(format!(
                 "{} columns are called position or speed; there are: {}: choose one with --position-column or --speed-column",
                 if all.is_empty() { "no" } else { "several" },
-                names.join(", ")
+                listed(names)
             )),
         }
     }

@@ -34,6 +34,9 @@ const RATES_DIFFER: f64 = 0.01;
 pub struct ChannelResult {
     /// Name of the column.
     pub name: String,
+    /// Unit of offset, amplitude and residual, if the table has one.
+    #[serde(skip)]
+    pub unit: Option<String>,
     /// False for a constant column or a ramp, which the fit leaves out.
     pub usable: bool,
     /// True if its readings end at a limit: the tone is then larger than the amplitude.
@@ -165,6 +168,7 @@ pub fn fit(
 pub struct TableHead {
     file: String,
     names: Vec<String>,
+    units: Vec<Option<String>>,
     guessed: Option<String>,
     is_dated: bool,
 }
@@ -175,6 +179,7 @@ impl TableHead {
         Self {
             file: rows.file().to_owned(),
             names: rows.names().to_vec(),
+            units: rows.units(),
             guessed: rows.guessed(),
             is_dated: rows.is_dated(),
         }
@@ -337,6 +342,7 @@ fn fit_on(
         }
         ChannelResult {
             name: name.clone(),
+            unit: table.units.get(*column).cloned().flatten(),
             usable,
             clipped: usable && is_clipped(&values),
             offset: usable.then(|| zero + f64::from(channel.offset) * unit),

@@ -38,7 +38,6 @@ use ridgetone_proto::settings::Settings;
 use run::How;
 use runs::Runs;
 use server::Server;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -46,11 +45,8 @@ use std::time::{Duration, Instant};
 /// Maximum time between two checks of [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Addresses of the page: the usual port or, if that is taken, any free one.
-const ADDRESSES: [SocketAddr; 2] = [
-    SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8321),
-    SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0),
-];
+/// The page's port, unless it is taken.
+const PORT: u16 = 8321;
 
 /// Options of the page.
 #[derive(Clone, Debug)]
@@ -108,7 +104,7 @@ fn serve(following: &mut Following, options: &Options) -> Result<()> {
     let (hub, runs) = (Hub::new(following.live()), Runs::new(folder.path()));
     let (hub, runs) = (Arc::new(hub), Arc::new(runs));
     let server = Server::start(
-        &ADDRESSES,
+        PORT,
         server::routes(App {
             hub: Arc::clone(&hub),
             runs: Arc::clone(&runs),

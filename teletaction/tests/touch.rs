@@ -23,7 +23,7 @@ fn impossible_textures_and_options_are_refused() {
         ("speed = 3\n", &["bad.toml", "period_mm"]),
     ] {
         let bad = file(folder.path(), "bad.toml", content);
-        let refused = run(&["touch", text(&bad), "--listen", "127.0.0.1:0"]);
+        let refused = run(&["touch", text(&bad)]);
         let printed = stderr(&refused);
         assert!(
             refused.status.code() == Some(1) && words.iter().all(|word| printed.contains(word)),

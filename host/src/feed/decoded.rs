@@ -186,6 +186,13 @@ impl Feed {
             .flatten()
     }
 
+    /// Describes what arrives from a board that does not answer; `None` if packets do.
+    pub fn unanswered(&self) -> Option<String> {
+        let nothing = || "nothing arrives: is the board powered, and its TX on this port?".into();
+        let is_silent = self.bytes == 0 && self.has_board();
+        self.strangers().or_else(|| is_silent.then(nothing))
+    }
+
     pub fn name(&self) -> String {
         self.source.name()
     }

@@ -4,7 +4,7 @@
 use super::decoded::Feed;
 use super::source::FeedEvent;
 use crate::requests::{PATIENCE, Requests};
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Packet, Starts};
@@ -45,9 +45,14 @@ pub fn request(
 ) -> Result<Outcome> {
     requests.push(command);
     loop {
-        let bytes = requests.due(feed.elapsed())?;
+        let bytes = requests
+            .due(feed.elapsed())
+            .map_err(|error| unanswered(feed, error))?;
         if !bytes.is_empty() {
             feed.send(&bytes)?;
+        }
+        if feed.strangers().is_some() {
+            return Err(unanswered(feed, anyhow!("no answer")));
         }
         if let Some(FeedEvent::Data(packet)) = feed.next(PATIENCE / 10)? {
             sink(&packet);
@@ -55,6 +60,14 @@ pub fn request(
                 return Ok(outcome);
             }
         }
+    }
+}
+
+/// Returns the reason why a board does not answer: something else is on the line, or nothing.
+fn unanswered(feed: &Feed, error: anyhow::Error) -> anyhow::Error {
+    match feed.unanswered() {
+        Some(what) => anyhow!("{}: {what}", feed.name()),
+        None => error,
     }
 }
 
@@ -120,6 +133,7 @@ impl Requester {
         let sent = self
             .requests
             .due(feed.elapsed())
+            .map_err(|error| unanswered(feed, error))
             .and_then(|bytes| match bytes.as_slice() {
                 [] => Ok(()),
                 bytes => feed.send(bytes),

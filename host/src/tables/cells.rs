@@ -61,11 +61,19 @@ impl Numbers {
         if let Some(plain) = plain(cell) {
             return self.number(&plain);
         }
-        if let Some(value) = hexadecimal(cell) {
+        if let Some(value) = hexadecimal(cell).or_else(|| fortran(cell)) {
             return Some(value);
         }
         if !cell.contains(',') {
             return None;
+        }
+        if let Some((whole, decimals)) = cell.split_once(',')
+            && whole.contains('.')
+            && is_grouped(whole, '.')
+            && !self.is_comma_separator
+        {
+            let value = format!("{}.{decimals}", whole.replace('.', "")).parse();
+            return value.ok().filter(|_| self.note(b',').is_some());
         }
         let has_point = cell.contains('.');
         if let Some(value) = without_thousands(cell)
@@ -88,6 +96,13 @@ impl Numbers {
     pub fn has_decimal_commas(&self) -> bool {
         self.decimals.get() == Some(b',')
     }
+}
+
+/// Parses a number of Fortran, such as `1.5D+02`.
+fn fortran(cell: &str) -> Option<f64> {
+    let at = cell.find(['D', 'd'])?;
+    let value: f64 = cell.replacen(['D', 'd'], "e", 1).parse().ok()?;
+    cell[..at].contains('.').then_some(value)
 }
 
 /// Parses a number such as `0x0A3F`.
@@ -158,6 +173,10 @@ mod tests {
             (others(), "-1'234'567.5", Some(-1_234_567.5)),
             (others(), "\u{2212}10\u{A0}273", Some(-10_273.0)),
             (others(), "10 27", None),
+            (others(), "-1.234.567,5", Some(-1_234_567.5)),
+            (commas(), "-1.5D+02", Some(-150.0)),
+            (commas(), "5D", None),
+            (commas(), "12d3", None),
             (commas(), "\u{2212}\u{2212}1", None),
             (commas(), "1,2,3", None),
             (commas(), "two", None),

@@ -28,7 +28,10 @@ impl ClockTime {
         if let Ok(stamp) = text.parse::<Timestamp>() {
             return Some(Self::Absolute(seconds(stamp)));
         }
-        let text = text.replace(',', ".").replace("::", ":");
+        // In `00:00:01.005,250` of Zephyr the comma separates microseconds.
+        let last = text.rsplit(':').next().unwrap_or_default();
+        let point = if last.contains('.') { "" } else { "." };
+        let text = text.replace(',', point).replace("::", ":");
         if let Some((days, time)) = text.split_once(" day") {
             let time = time.trim_start_matches(['s', '.', ' ', '+']);
             let days: f64 = days.parse().ok()?;
@@ -177,6 +180,7 @@ mod tests {
             ("2000-02-29 00:00:00", ClockTime::Local(951_782_400.0)),
             ("00:01:01.5", ClockTime::OfDay(61.5)),
             ("00:01:01:500", ClockTime::OfDay(61.5)),
+            ("00:01:01.500,000", ClockTime::OfDay(61.5)),
             ("01:01.5", ClockTime::OfDay(61.5)),
             ("61:01,5", ClockTime::OfDay(3661.5)),
             ("01:01", ClockTime::OfDay(3660.0)),

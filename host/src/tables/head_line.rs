@@ -38,6 +38,12 @@ pub fn is_comment(cell: &str) -> bool {
     cell.starts_with(['#', '%'])
 }
 
+/// True for a line that only separates rows, such as `|:---|---:|`, `+----+----+` or `==== ====`.
+pub fn is_rule<'a>(mut cells: impl Iterator<Item = &'a str> + Clone) -> bool {
+    let is_line = |cell: &str| cell.len() > 2 && cell.contains(['-', '=']);
+    cells.clone().any(is_line) && cells.all(|cell| cell.chars().all(|c| "-=+:|".contains(c)))
+}
+
 pub fn records<R: std::io::Read>(input: R, separator: u8) -> csv::Reader<R> {
     csv::ReaderBuilder::new()
         .has_headers(false)
@@ -46,10 +52,15 @@ pub fn records<R: std::io::Read>(input: R, separator: u8) -> csv::Reader<R> {
         .from_reader(input)
 }
 
-/// Returns the cells of a record. With spaces as separators, empty cells are dropped.
+/// Returns the cells of a record. With spaces as separators, empty cells are dropped; lines around
+/// the row are no cells.
 pub fn cells(record: &StringRecord, separator: u8) -> impl Iterator<Item = &str> {
+    let is_framed = separator == b'|' && record.get(0).is_some_and(|cell| cell.trim().is_empty());
+    let edge = usize::from(is_framed);
     record
         .iter()
+        .take(record.len().saturating_sub(edge))
+        .skip(edge)
         .map(str::trim_ascii)
         .filter(move |cell| separator != b' ' || !cell.is_empty())
 }
@@ -105,7 +116,7 @@ pub fn lines(text: &[u8], separator: u8, is_whole: bool) -> Vec<HeadLine> {
         let byte = record.position().map_or(0, csv::Position::byte) as usize;
         let read = as_text(core::mem::take(&mut record));
         let cells: Vec<String> = cells(&read, separator).map(Into::into).collect();
-        if cells.iter().all(String::is_empty) {
+        if cells.iter().all(String::is_empty) || is_rule(cells.iter().map(String::as_str)) {
             continue;
         }
         lines.push(HeadLine {

@@ -2,6 +2,7 @@
 
 use super::cells::Kind;
 use super::head_line::HeadLine;
+use super::look::is_counter;
 use super::refused::Refused;
 use super::time_column::named;
 use super::units::{is_unit, per_second};
@@ -32,6 +33,18 @@ pub fn names(
             && (is_units(&lines[above]) || is_described(next, &lines[above]))
         {
             continue;
+        }
+        let rows: Vec<&HeadLine> = lines[first..]
+            .iter()
+            .filter(|line| line.is_data() && line.cells.len() == width)
+            .collect();
+        // pandas and R print row numbers without a name.
+        if lines[above].cells.len() + 1 == width
+            && is_counter("", &rows, 0)
+            && !is_counter(&names[0], &rows, 0)
+            && rows.iter().any(|row| row.kinds[width - 1] == Kind::Number)
+        {
+            names.rotate_right(1);
         }
         let at = name_by_group(&mut names, &lines[..above], above);
         return Ok((Some(names), Some(at)));

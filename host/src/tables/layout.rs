@@ -1,21 +1,21 @@
 //! Finds the layout of a table from its first lines: separator, preamble, header, units, columns.
 
-use super::cells::{Kind, Numbers};
+use super::cells::{Kind, Numbers, kind};
 use super::head_line::{HeadLine, LineEnds, lines};
 use super::header::{COMMENT, names, unit_row};
-use super::look::{Look, is_counter, likely_time};
+use super::look::{Look, growing, is_counter};
 use super::preamble::{Stated, stated};
 use super::refused::Refused;
 use super::stamps::Unit;
 use super::time_column::{
-    Candidate, Likeness, Named, TIME_COLUMN, TimeColumn, UNITS, choose, named, quoted,
+    Candidate, Likeness, Named, TIME_COLUMN, TimeColumn, UNITS, choose, listed, named, quoted,
 };
-use super::units::{Declared, bracketed, declared_time, is_count, of_channel, per_second};
+use super::units::{Declared, bracketed, declared_time, is_count, is_unit, of_channel, per_second};
 use super::wrapped::is_wrapped;
 use crate::digits::significant;
 
 /// Separators in the order of preference. A space stands for any white space.
-const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b' '];
+const SEPARATORS: [u8; 5] = [b',', b';', b'\t', b' ', b'|'];
 
 /// Columns of estimates that `export` writes; they are not samples.
 const ESTIMATE_COLUMNS: [&str; 2] = ["frequency_hz", "sigma_hz"];
@@ -134,6 +134,14 @@ impl Layout {
             let why = "these are estimates, not samples: give the recording that they come from";
             return Err(Refused::new(None, why));
         }
+        if let Some(at) = (0..width).find(|at| names_values(&rows, *at)) {
+            let name = &columns[at].name;
+            let example = &rows[0].cells[at];
+            let why = format!(
+                "rows of several sources follow one another, named in column {name}: choose one; in Python, d = pandas.read_csv(FILE); ridgetone.fit(d[d[{name:?}] == {example:?}])"
+            );
+            return Err(Refused::new(header.map(|at| lines[at].number), why));
+        }
         let header_at = header.unwrap_or(first);
         Ok(Self {
             separator,
@@ -180,7 +188,7 @@ impl Layout {
             Some(TimeColumn::Nothing) => return Ok(()),
             Some(TimeColumn::Named(name, unit)) => {
                 let Some(at) = find_named(&names, name) else {
-                    return refuse(format!("no column {name}; there are: {}", names.join(", ")));
+                    return refuse(format!("no column {name}; there are: {}", listed(&names)));
                 };
                 let declared = unit.map_or_else(|| declared_time(names[at]), Declared::PerSecond);
                 (at, declared)
@@ -328,7 +336,8 @@ impl Layout {
     /// If no column is named as a time, uses one that runs at the stated rate, or notes the most
     /// likely one.
     fn look_for_likely(&mut self, looks: &[Look]) {
-        let Some(at) = likely_time(looks) else {
+        let mut growing = growing(looks);
+        let Some(at) = growing.next() else {
             return;
         };
         let look = &looks[at];
@@ -340,6 +349,9 @@ impl Layout {
         } else if look.counts_rows() {
             self.row_counter = Some(at);
             self.columns[at].is_left_out = self.columns.len() > 1;
+            // A time may follow the number of the row.
+            let time = growing.find(|at| !looks[*at].counts_rows());
+            self.likely_time = time.map(|at| (at, plausible_units(&looks[at])));
         } else {
             self.likely_time = Some((at, plausible_units(look)));
         }
@@ -411,11 +423,33 @@ fn candidates(
     looks.iter().enumerate().filter_map(candidate).collect()
 }
 
-/// True if the rows have words that contain numbers.
+/// True if a column of words names the source of each row, and different sources take turns.
+fn names_values(rows: &[&HeadLine], at: usize) -> bool {
+    /// Maximum number of sources, and minimum number of rows of each.
+    const SOURCES_MAX: usize = 64;
+    const ROWS_MIN: usize = 4;
+    if rows.iter().any(|row| row.kinds[at] != Kind::Text) {
+        return false;
+    }
+    let mut counts = std::collections::BTreeMap::new();
+    for row in rows {
+        *counts.entry(row.cells[at].as_str()).or_insert(0) += 1;
+    }
+    let changes = rows
+        .windows(2)
+        .filter(|pair| pair[0].cells[at] != pair[1].cells[at]);
+    (2..=SOURCES_MAX).contains(&counts.len())
+        && counts.values().all(|rows| *rows >= ROWS_MIN)
+        && changes.count() * 2 > rows.len()
+}
+
+/// True if the rows have words that contain numbers, or numbers with a unit.
 fn has_marked_words(rows: &[&HeadLine]) -> bool {
     let is_marked = |cell: &str| {
         let is_mark = |c: char| "[](){}=:|\"".contains(c);
-        cell.contains(is_mark) && cell.contains(|c: char| c.is_ascii_digit())
+        let number = cell.trim_end_matches(|c: char| !c.is_ascii_digit());
+        let has_unit = kind(number, false) == Kind::Number && is_unit(&cell[number.len()..]);
+        has_unit || cell.contains(is_mark) && cell.contains(|c: char| c.is_ascii_digit())
     };
     let marked = rows.iter().filter(|row| {
         let mut cells = row.cells.iter().zip(&row.kinds);
@@ -458,14 +492,17 @@ fn unit_at_rate(look: &Look, hz: f64) -> Option<f64> {
 /// Returns units that give a column a plausible rate, best first. Seconds have decimals.
 fn plausible_units(look: &Look) -> Vec<&'static str> {
     let is_plausible = |per_second: f64| PLAUSIBLE_HZ.contains(&(per_second / look.step));
-    let units = TIME_UNITS
-        .iter()
-        .filter(|(_, per_second)| is_plausible(*per_second));
-    let mut units: Vec<&str> = units.map(|(unit, _)| *unit).collect();
-    if !look.is_whole {
-        units.sort_by_key(|unit| *unit != "s");
-    }
-    units
+    let units = TIME_UNITS.iter();
+    let mut units: Vec<_> = units
+        .filter(|(_, per_second)| is_plausible(*per_second))
+        .collect();
+    // Nearest to the middle of the plausible rates, in tenths of a decade.
+    units.sort_by_key(|(unit, per_second)| {
+        let middle = 0.5 * (PLAUSIBLE_HZ.start() * PLAUSIBLE_HZ.end()).log10();
+        let off = 10.0 * ((per_second / look.step).log10() - middle).abs();
+        (look.is_whole || *unit != "s", off.round() as i64)
+    });
+    units.into_iter().map(|(unit, _)| *unit).collect()
 }
 
 /// Returns advice on what to type if the unit of a time column is unknown.
@@ -568,9 +605,21 @@ fn rows(lines: &[HeadLine], first: usize) -> impl Iterator<Item = &HeadLine> {
 
 fn no_rows(lines: &[HeadLine]) -> Refused {
     let line = lines.last().map(|line| line.number);
+    let is_value = |line: &&HeadLine| {
+        let mut parts = line.cells[0].split(':');
+        parts
+            .next()
+            .is_some_and(|name| name.len() > 1 && name.starts_with('>'))
+            && parts.next().is_some()
+    };
     let why = match lines {
         [one] if one.count(Kind::Text) > 0 => "no data after the header",
-        _ => "no line with more numbers than words: this is no table of samples",
+        _ if lines.iter().filter(is_value).count() * 2 > lines.len() => {
+            "a value a line, as Teleplot has it: a row must have them all; in Python, d = pandas.read_csv(FILE, sep='[>:]', engine='python', names=['_', 'name', 'time_ms', 'value']); ridgetone.fit(d[d['name'] == NAME][['time_ms', 'value']])"
+        }
+        _ => {
+            "no line with more numbers than words: this is no table of samples; other forms go through Python: ridgetone.fit(pandas.DataFrame({'time_s': ..., 'a': ...}))"
+        }
     };
     Refused::new(line, why)
 }

@@ -125,9 +125,10 @@ pub fn is_counter(name: &str, rows: &[&HeadLine], at: usize) -> bool {
     is_named && rows.len() > 1 && counted as f64 >= 0.95 * (rows.len() - 1) as f64
 }
 
-/// Finds the first column that grows steadily and is not a row number.
-pub fn likely_time(looks: &[Look]) -> Option<usize> {
-    looks
-        .iter()
-        .position(|look| look.is_steady && look.grows > 0.98 && look.rows > 4)
+/// Finds the columns that grow steadily.
+pub fn growing(looks: &[Look]) -> impl Iterator<Item = usize> {
+    (0..looks.len()).filter(|at| {
+        let look = &looks[*at];
+        look.is_steady && look.grows > 0.98 && look.rows > 4
+    })
 }

@@ -6,6 +6,7 @@
 
 use super::clock_time::ClockTime;
 use super::units::bracketed;
+use std::borrow::Cow;
 use std::io::{self, BufRead, BufReader, Read};
 
 /// Minimum fraction of the first lines that must have the same form.
@@ -20,6 +21,9 @@ const LINE_MAX: u64 = 1 << 16;
 /// Maximum number of numbers in a line.
 const NUMBERS_MAX: usize = 512;
 
+/// Number of lines in which decimal commas are looked for.
+const LINES_LOOKED_AT: usize = 200;
+
 /// Words for a missing reading.
 const MISSING: [&str; 5] = ["nan", "null", "none", "inf", "ovf"];
 
@@ -27,11 +31,20 @@ const MISSING: [&str; 5] = ["nan", "null", "none", "inf", "ovf"];
 #[derive(Clone, Debug, PartialEq)]
 pub struct Form {
     has_stamp: bool,
-    /// Names of the numbers, with their units in brackets; `None` if no text names them.
-    names: Option<Vec<String>>,
+    /// Decimal separator of the numbers.
+    decimals: u8,
+    /// Text around the numbers of each line; `None` if it names none of them.
+    labels: Option<Vec<Label>>,
     count: usize,
-    /// The line above the first one in this form, if it names the columns.
-    header: Option<String>,
+    /// Names in the line above the first one in this form, and that line.
+    header: Option<(Vec<String>, String)>,
+}
+
+/// Text around a number.
+#[derive(Clone, Debug, PartialEq)]
+struct Label {
+    name: String,
+    unit: String,
 }
 
 /// A line: its stamp, its numbers, and the text before each number and after the last.
@@ -45,67 +58,89 @@ impl Form {
     /// Returns the form of nearly all lines. With `needs_stamp`, there is none unless the lines
     /// have stamps.
     pub fn of(text: &str, needs_stamp: bool) -> Option<Self> {
+        let text = uncoloured(text);
         let lines: Vec<&str> = text
             .lines()
             .filter(|line| !line.trim().is_empty())
             .collect();
+        let decimals = decimals(&lines);
         // The last line may be cut off, and the first lines may have a different form.
-        let example = Line::of(lines.get(lines.len().saturating_sub(2))?)?;
-        let (form, names) = (Self::of_line(&example), example.names());
+        let example = Line::of(lines.get(lines.len().saturating_sub(2))?, decimals)?;
+        let form = Self::of_line(&example, decimals);
         let is_like = |line: &&&str| {
-            Line::of(line).is_some_and(|line| Self::of_line(&line) == form && line.names() == names)
+            Line::of(line, decimals).is_some_and(|line| form.difference(&line) != Some(""))
         };
         let alike = lines.iter().filter(is_like).count();
         let is_enough = alike >= LINES_MIN && alike as f64 >= LIKE_MIN * (lines.len() - 1) as f64;
-        let above = lines.iter().position(|line| is_like(&line));
-        let above = above.and_then(|first| lines.get(first.checked_sub(1)?));
-        let named = above.map_or_else(|| form.clone(), |above| form.clone().under(above));
-        (is_enough && (form.has_stamp || !needs_stamp)).then_some(named)
+        let first = lines.iter().position(|line| is_like(&line)).unwrap_or(0);
+        let headers = lines[..first].iter().rev();
+        let header = headers.filter_map(|line| form.header_in(line)).next();
+        let named = Self { header, ..form };
+        (is_enough && (named.has_stamp || !needs_stamp)).then_some(named)
     }
 
-    /// Takes the names from a header, but keeps the units found in the cells.
-    fn under(mut self, header: &str) -> Self {
+    /// Returns the names in a line above the rows, and the line.
+    fn header_in(&self, line: &str) -> Option<(Vec<String>, String)> {
         let separators: &[char] = &[',', ';', '\t'];
-        let cells: Vec<&str> = header
+        let cells = line
             .split(separators)
-            .map(|cell| cell.trim_matches([' ', '"']))
-            .collect();
-        let is_header = cells.len() == self.count && cells.iter().all(|cell| !cell.is_empty());
-        if is_header && Line::of(header).is_none() {
-            let units = self.names.take().unwrap_or_default();
-            let unit_at = |at: usize| {
-                units
-                    .get(at)
-                    .and_then(|name| bracketed(name))
-                    .map(|(_, unit)| unit)
-            };
-            let names = cells
-                .iter()
-                .enumerate()
-                .map(|(at, name)| match unit_at(at) {
-                    Some(unit) if bracketed(name).is_none() => format!("{name} ({unit})"),
-                    _ => (*name).to_owned(),
-                });
-            self.names = Some(names.collect());
-            self.header = Some(header.trim().to_owned());
-        }
-        self
+            .map(|cell| cell.trim_matches([' ', '"']).to_owned());
+        let names: Vec<String> = cells.collect();
+        let is_header = names.len() == self.count && names.iter().all(|name| !name.is_empty());
+        let has_number = Line::of(line, self.decimals).is_some();
+        (is_header && !has_number).then(|| (names, line.trim().to_owned()))
     }
 
-    fn of_line(line: &Line) -> Self {
+    fn of_line(line: &Line, decimals: u8) -> Self {
         Self {
             has_stamp: line.stamp.is_some(),
-            names: line.names(),
+            decimals,
+            labels: line.labels(),
             count: line.numbers.len(),
             header: None,
         }
     }
 
+    /// Returns the unit in which a line differs from the form; empty if the line has another form.
+    fn difference<'a>(&self, line: &'a Line) -> Option<&'a str> {
+        if line.numbers.len() != self.count || line.stamp.is_some() != self.has_stamp {
+            return Some("");
+        }
+        let labels = line.labels();
+        let own = self.labels.iter().flatten();
+        let pairs = own.zip(labels.iter().flatten());
+        let is_named_so = pairs.clone().all(|(own, label)| own.name == label.name);
+        if labels.is_some() != self.labels.is_some() || !is_named_so {
+            return Some("");
+        }
+        let other = pairs
+            .enumerate()
+            .find(|(_, (own, label))| own.unit != label.unit);
+        other.map(|(at, _)| line.unit(at))
+    }
+
+    /// Returns the names of the numbers, with their units in brackets; `None` if no text names
+    /// them.
+    fn names(&self) -> Option<Vec<String>> {
+        let labels = self.labels.as_ref();
+        let label = |at: usize| labels.and_then(|labels| labels.get(at));
+        let name = |at: usize| match &self.header {
+            Some((names, _)) => names[at].as_str(),
+            None => label(at).map_or("", |label| label.name.as_str()),
+        };
+        let named = |at: usize| match label(at).map_or("", |label| label.unit.as_str()) {
+            unit if unit.is_empty() || bracketed(name(at)).is_some() => name(at).to_owned(),
+            unit => format!("{} ({unit})", name(at)),
+        };
+        let has_names = labels.is_some() || self.header.is_some();
+        has_names.then(|| (0..self.count).map(named).collect())
+    }
+
     fn plain_header(&self) -> Option<String> {
-        let names: Vec<String> = match (&self.names, self.has_stamp) {
+        let names: Vec<String> = match (self.names(), self.has_stamp) {
             (None, false) => return None,
             (None, true) => (1..=self.count).map(|at| format!("column_{at}")).collect(),
-            (Some(names), _) => names.clone(),
+            (Some(names), _) => names,
         };
         let quoted = names
             .iter()
@@ -130,7 +165,7 @@ impl Form {
         } else {
             ""
         };
-        let labels = match &self.names {
+        let labels = match self.names() {
             Some(names) => format!(
                 "text around the numbers names the columns: {}",
                 names.join(", ")
@@ -138,61 +173,70 @@ impl Form {
             None if self.has_stamp => String::new(),
             None => "brackets around the rows are left out".into(),
         };
-        [stamp.to_owned(), labels]
+        let decimals = match self.decimals {
+            b',' => "decimals follow a comma",
+            _ => "",
+        };
+        [stamp.to_owned(), labels, decimals.to_owned()]
             .into_iter()
             .filter(|part| !part.is_empty())
             .collect::<Vec<_>>()
             .join("; ")
     }
 
-    /// Converts a line to a plain row; a line in a different form is left unchanged.
-    fn plain(&self, text: &str) -> String {
-        // The header line is already part of the table.
-        if self.header.as_deref() == Some(text.trim()) {
-            return String::new();
-        }
-        match Line::of(text) {
-            Some(line)
-                if line.numbers.len() == self.count && line.stamp.is_some() == self.has_stamp =>
-            {
-                let numbers = line.numbers.iter().map(|number| number.to_string());
+    /// Converts a line to a plain row; `None` if the line has a different form. Fails if a number
+    /// has another unit than in the other lines.
+    fn row(&self, text: &str) -> io::Result<Option<String>> {
+        let Some(line) = Line::of(text, self.decimals) else {
+            return Ok(None);
+        };
+        match self.difference(&line) {
+            None => {
+                let numbers = line.numbers.iter().map(|number| number.replace(',', "."));
                 let stamp = line.stamp.map(|stamp| format!("\"{stamp}\""));
-                stamp
-                    .into_iter()
-                    .chain(numbers)
-                    .collect::<Vec<_>>()
-                    .join(",")
+                let cells: Vec<String> = stamp.into_iter().chain(numbers).collect();
+                Ok(Some(cells.join(",")))
             }
-            _ => text.to_owned(),
+            Some("") => Ok(None),
+            Some(unit) => Err(io::Error::new(
+                io::ErrorKind::InvalidData,
+                format!(
+                    "the line {:?} has the unit {unit:?}, which others do not: write each column in one unit",
+                    text.trim()
+                ),
+            )),
         }
     }
 
-    /// Reads the lines of an input as plain rows under a header.
+    /// Reads the lines of an input as plain rows, the first one under a header.
     pub fn read<'a>(self, input: Box<dyn Read + Send + 'a>) -> impl Read + Send + 'a {
-        let header = self
-            .plain_header()
-            .map_or(String::new(), |header| header + "\n");
         PlainLines {
             input: BufReader::new(input),
+            header: self.plain_header(),
             form: self,
-            made: header.into_bytes(),
+            made: Vec::new(),
             given: 0,
         }
     }
 }
 
 impl<'a> Line<'a> {
-    fn of(text: &'a str) -> Option<Self> {
+    fn of(text: &'a str, decimals: u8) -> Option<Self> {
         let (stamp, mut rest) = stamped(text.trim());
         let (mut numbers, mut texts) = (Vec::new(), Vec::new());
         loop {
-            let Some((from, to)) = number(rest, numbers.is_empty()) else {
+            let Some((from, to)) = number(rest, numbers.is_empty(), decimals) else {
                 texts.push(rest);
                 break;
             };
-            texts.push(&rest[..from]);
-            numbers.push(&rest[from..to]);
+            let (text, number) = (&rest[..from], &rest[from..to]);
             rest = &rest[to..];
+            // The uncertainty of the number before.
+            if !numbers.is_empty() && matches!(text.trim(), "\u{b1}" | "+-" | "+/-") {
+                continue;
+            }
+            texts.push(text);
+            numbers.push(number);
             if numbers.len() > NUMBERS_MAX {
                 return None;
             }
@@ -204,37 +248,52 @@ impl<'a> Line<'a> {
         })
     }
 
-    /// Returns names of the numbers from the text around them, with units in brackets.
-    fn names(&self) -> Option<Vec<String>> {
-        const EDGES: &[char] = &[
-            ' ', '\t', ',', ';', ':', '=', '|', '"', '\'', '(', ')', '[', ']', '{', '}', '<', '>',
-        ];
+    /// Splits the text in front of a number into the unit of the number before and a label.
+    fn split(&self, at: usize) -> (&'a str, &'a str) {
+        let text = self.texts[at];
+        let is_labelled = !self.texts[0].trim_matches(EDGES).is_empty();
+        let end = match text.find([',', ';', '|', '\t']) {
+            _ if at == 0 => 0,
+            Some(end) => end,
+            None if is_labelled && at < self.numbers.len() => 0,
+            None => text.len(),
+        };
+        let (unit, label) = text.split_at(end);
+        (unit.trim_matches(EDGES), label.trim_matches(EDGES))
+    }
+
+    fn unit(&self, at: usize) -> &'a str {
+        self.split(at + 1).0
+    }
+
+    /// Returns the names and units of the numbers from the text around them.
+    fn labels(&self) -> Option<Vec<Label>> {
         let count = self.numbers.len();
-        let (mut names, mut units) = (vec![String::new(); count], vec![String::new(); count]);
-        let first = self.texts[0].trim_matches(EDGES);
-        let is_labelled = !first.is_empty();
-        for (at, text) in self.texts.iter().enumerate() {
-            let (unit, label) = match text.find([',', ';', '|', '\t']) {
-                _ if at == 0 => ("", *text),
-                Some(split) => (&text[..split], &text[split..]),
-                None if is_labelled && at < count => ("", *text),
-                None => (*text, ""),
+        let first = self.split(0).1;
+        // `>force:1627551892437:1.2` with milliseconds, as Teleplot has it
+        if let Some(name) = self.texts[0].trim_start().strip_prefix('>')
+            && self.texts[1] == ":"
+            && count == 2
+        {
+            let label = |name: &str, unit: &str| Label {
+                name: name.to_owned(),
+                unit: unit.to_owned(),
             };
-            if at > 0 {
-                units[at - 1] = unit.trim_matches(EDGES).to_owned();
-            }
-            if at < count {
-                let label = label.trim_matches(EDGES);
-                // `"acc": {"x": 0.1`
-                let parts = label
-                    .split(['"', '{', '[', ':', ' '])
-                    .filter(|part| !part.is_empty());
-                names[at] = match label.contains('"') {
-                    true => parts.collect::<Vec<_>>().join("."),
-                    false => label.to_owned(),
-                };
-            }
+            let name = name.trim_end_matches(':');
+            return Some(vec![label("time", "ms"), label(name, self.unit(1))]);
         }
+        let named = |at: usize| {
+            let label = self.split(at).1;
+            // `"acc": {"x": 0.1`
+            let parts = label
+                .split(['"', '{', '[', ':', ' '])
+                .filter(|part| !part.is_empty());
+            match label.contains('"') {
+                true => parts.collect::<Vec<_>>().join("."),
+                false => label.to_owned(),
+            }
+        };
+        let mut names: Vec<String> = (0..count).map(named).collect();
         // One label may name several numbers: `X,Y,Z= 1,2,3`.
         let shared: Vec<&str> = first
             .split([',', '/', ' '])
@@ -243,38 +302,98 @@ impl<'a> Line<'a> {
         if shared.len() == count && count > 1 && names[1..].iter().all(String::is_empty) {
             names = shared.into_iter().map(str::to_owned).collect();
         }
-        if names.iter().chain(&units).all(String::is_empty) {
+        let has_unit = (0..count).any(|at| !self.unit(at).is_empty());
+        if names.iter().all(String::is_empty) && !has_unit {
             return None;
         }
         let mut before = (String::new(), 1);
-        let named = names
-            .into_iter()
-            .zip(units)
-            .enumerate()
-            .map(|(at, (name, unit))| {
-                let name = match name.as_str() {
-                    "" if before.0.is_empty() => format!("column_{}", at + 1),
-                    "" => {
-                        before.1 += 1;
-                        format!("{}_{}", before.0, before.1)
-                    }
-                    name => {
-                        before = (name.to_owned(), 1);
-                        name.to_owned()
-                    }
-                };
-                match unit.as_str() {
-                    "" => name,
-                    unit => format!("{name} ({unit})"),
+        let labelled = names.into_iter().enumerate().map(|(at, name)| Label {
+            name: match name.as_str() {
+                "" if before.0.is_empty() => format!("column_{}", at + 1),
+                "" => {
+                    before.1 += 1;
+                    format!("{}_{}", before.0, before.1)
                 }
-            });
-        Some(named.collect())
+                name => {
+                    before = (name.to_owned(), 1);
+                    name.to_owned()
+                }
+            },
+            unit: self.unit(at).to_owned(),
+        });
+        Some(labelled.collect())
+    }
+}
+
+/// Characters around labels and units that belong to neither.
+const EDGES: &[char] = &[
+    ' ', '\t', ',', ';', ':', '=', '|', '"', '\'', '(', ')', '[', ']', '{', '}', '<', '>', '\u{a7}',
+];
+
+/// Removes the colours of a terminal.
+fn uncoloured(text: &str) -> Cow<'_, str> {
+    if !text.contains("\x1b[") {
+        return text.into();
+    }
+    let mut parts = text.split("\x1b[");
+    let mut plain = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        plain += part
+            .trim_start_matches(|c: char| c.is_ascii_digit() || c == ';')
+            .get(1..)
+            .unwrap_or_default();
+    }
+    plain.into()
+}
+
+/// Returns the decimal separator of the numbers in lines. Decimals follow a comma if no number has
+/// a point, if something else separates the numbers, and if the digits behind the commas are not whole
+/// numbers: some begin with a zero, or there are as many in each line.
+fn decimals(lines: &[&str]) -> u8 {
+    let lines = || lines.iter().take(LINES_LOOKED_AT);
+    let read = |decimals: u8| lines().filter_map(move |line| Line::of(line, decimals));
+    let has = |mut lines: Box<dyn Iterator<Item = Line>>, mark: char| {
+        lines.any(|line| line.numbers.iter().any(|number| number.contains(mark)))
+    };
+    if has(Box::new(read(b'.')), '.') || !has(Box::new(read(b',')), ',') {
+        return b'.';
+    }
+    let is_separated = |line: Line| {
+        let between = &line.texts[1..line.numbers.len()];
+        between
+            .iter()
+            .all(|text| !text.trim().is_empty() && text.trim() != ",")
+    };
+    let places = |line: &Line| -> Vec<usize> {
+        let decimals = line.numbers.iter().map(|number| number.split_once(','));
+        decimals
+            .map(|parts| parts.map_or(0, |(_, decimals)| decimals.len()))
+            .collect()
+    };
+    let example = read(b',')
+        .next_back()
+        .map_or(Vec::new(), |line| places(&line));
+    let is_fixed = example.len() > 1 && read(b',').all(|line| places(&line) == example);
+    let begins_with_zero = |number: &&str| {
+        let decimals = number.split_once(',').map_or("", |(_, decimals)| decimals);
+        decimals.len() > 1 && decimals.starts_with('0')
+    };
+    let has_zero = read(b',').any(|line| line.numbers.iter().any(begins_with_zero));
+    if read(b',').all(is_separated) && (is_fixed || has_zero) {
+        b','
+    } else {
+        b'.'
     }
 }
 
 /// Splits off a stamp that a terminal puts in front of a line, such as `14:14:15.657 -> ` or
 /// `[14:14:15.657] `.
 fn stamped(line: &str) -> (Option<&str>, &str) {
+    // A sentence of NMEA 0183 ends with its checksum: `$PXDR,0.5*4A`.
+    let line = match line.rsplit_once('*') {
+        Some((sentence, checksum)) if line.starts_with('$') && checksum.len() == 2 => sentence,
+        _ => line,
+    };
     let split = match line.strip_prefix('[') {
         Some(inside) => inside.split_once(']'),
         None => line.split_once("->"),
@@ -293,7 +412,7 @@ fn stamped(line: &str) -> (Option<&str>, &str) {
 
 /// Finds the first number of a text that does not directly follow a letter. A word for a missing
 /// reading counts as a number, but not in front of the line's first number.
-fn number(text: &str, is_first: bool) -> Option<(usize, usize)> {
+fn number(text: &str, is_first: bool, decimals: u8) -> Option<(usize, usize)> {
     let bytes = text.as_bytes();
     let is_word = |at: usize| {
         at < bytes.len()
@@ -305,7 +424,7 @@ fn number(text: &str, is_first: bool) -> Option<(usize, usize)> {
             at += 1;
             continue;
         }
-        if let Some(length) = number_length(&bytes[at..]) {
+        if let Some(length) = number_length(&bytes[at..], decimals) {
             return Some((at, at + length));
         }
         if !is_first {
@@ -324,7 +443,7 @@ fn number(text: &str, is_first: bool) -> Option<(usize, usize)> {
 }
 
 /// Returns the length of the number that a text begins with, bytes.
-fn number_length(text: &[u8]) -> Option<usize> {
+fn number_length(text: &[u8], decimal_mark: u8) -> Option<usize> {
     let sign = usize::from(text.first().is_some_and(|byte| matches!(byte, b'+' | b'-')));
     let digits = |from: usize, is: &dyn Fn(&u8) -> bool| {
         text[from.min(text.len())..]
@@ -339,15 +458,15 @@ fn number_length(text: &[u8]) -> Option<usize> {
     }
     let whole = digits(sign, &is_digit);
     let mut end = sign + whole;
-    let mut decimals = 0;
-    if text.get(end) == Some(&b'.') {
-        decimals = digits(end + 1, &is_digit);
-        if whole + decimals > 0 {
-            end += 1 + decimals;
-        }
-    }
-    if whole + decimals == 0 {
+    let decimals = match text.get(end) {
+        Some(mark) if *mark == decimal_mark => digits(end + 1, &is_digit),
+        _ => 0,
+    };
+    if whole + decimals == 0 || decimal_mark == b',' && whole == 0 {
         return None;
+    }
+    if decimals > 0 || decimal_mark == b'.' && text.get(end) == Some(&b'.') {
+        end += 1 + decimals;
     }
     if matches!(text.get(end), Some(b'e' | b'E')) {
         let sign = usize::from(matches!(text.get(end + 1), Some(b'+' | b'-')));
@@ -362,6 +481,8 @@ fn number_length(text: &[u8]) -> Option<usize> {
 struct PlainLines<R> {
     input: BufReader<R>,
     form: Form,
+    /// Names of the columns, until they have been returned.
+    header: Option<String>,
     made: Vec<u8>,
     /// Number of bytes of `made` that have been returned.
     given: usize,
@@ -381,7 +502,23 @@ impl<R: Read> Read for PlainLines<R> {
                 return Ok(0);
             }
             let text = String::from_utf8_lossy(&line);
-            self.made = (self.form.plain(text.trim_end_matches(['\r', '\n'])) + "\n").into_bytes();
+            let text = uncoloured(text.trim_end_matches(['\r', '\n']));
+            let named = self.form.header.as_ref().map(|(_, line)| line.as_str());
+            let line = match self.form.row(&text)? {
+                Some(row) => match self.header.take() {
+                    Some(header) => format!("{header}\n{row}"),
+                    None => row,
+                },
+                // The names in this line are part of the header.
+                None if named == Some(text.trim()) => String::new(),
+                // Other lines are no rows, whatever commas they have. Without labels, one may be a
+                // header.
+                None if text.contains(',') && self.form.plain_header().is_some() => {
+                    format!("\"{}\"", text.replace('"', "'"))
+                }
+                None => text.into_owned(),
+            };
+            self.made = (line + "\n").into_bytes();
             self.given = 0;
         }
         let count = buffer.len().min(self.made.len() - self.given);
@@ -417,6 +554,10 @@ mod tests {
             (
                 "0.10 s,1.2 N",
                 "\"column_1 (s)\",\"column_2 (N)\"\n0.10,1.2\n",
+            ),
+            (
+                "0.5 \u{b1} 0.1 V,2 +- 0.3 N",
+                "\"column_1 (V)\",\"column_2 (N)\"\n0.5,2\n",
             ),
             (
                 "0.10s 52.3%",
@@ -458,7 +599,7 @@ mod tests {
             .read_to_string(&mut read)
             .expect("text");
         assert!(
-            read.starts_with("\"time (ms)\",\"force (N)\"\n\n10,1\n20,2\n"),
+            read.starts_with("\n\"time (ms)\",\"force (N)\"\n10,1\n20,2\n"),
             "{read}"
         );
         assert_eq!(plain("no numbers at all"), None);

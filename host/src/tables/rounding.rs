@@ -34,8 +34,8 @@ pub fn spacing(clock: &RowClock, time_s: &[f64], places: &[usize]) -> Spacing {
     // Stamps on an even grid, such as 0.01, 0.02, 0.03, are assumed to be exact.
     if range_s(spacing_s) < 1e-3 * step_s {
         return Spacing {
+            sigma_s: 0.0,
             is_even: true,
-            ..scattered(0.0)
         };
     }
     let is_possible = |spacing_s: f64| range_s(spacing_s) <= step_s * (1.0 + 1e-3);

@@ -1,13 +1,13 @@
 //! Reads a table of samples row by row; only the rows of one stamp are in memory.
 
 use super::cells::Numbers;
-use super::head_line::{as_text, cells, is_comment, records};
+use super::head_line::{as_text, cells, is_comment, is_rule, records};
 use super::layout::{Column, Layout};
 use super::plain::Form;
 use super::refused::Refused;
 use super::row_reader::{RowReader, Timing};
 use super::stamps::{Stamps, Unit};
-use super::time_column::{TIME_COLUMN, TimeColumn, UNITS, quoted};
+use super::time_column::{TIME_COLUMN, TimeColumn, UNITS, listed, quoted};
 use super::units::unit_name;
 use crate::digits::significant;
 use core::cell::RefCell;
@@ -258,7 +258,10 @@ impl<'a> Rows<'a> {
         let wanted = self.layout.columns.len();
         let first = row.record.get(0).unwrap_or_default();
         let is_blank = || cells(&row.record, separator).all(str::is_empty);
-        if is_comment(first.trim_ascii()) || is_blank() {
+        // Most rows begin with a digit: look no further.
+        let may_be_rule = |c: char| "-=+:| ".contains(c);
+        let is_rule = || first.starts_with(may_be_rule) && is_rule(row.record.iter());
+        if is_comment(first.trim_ascii()) || is_blank() || is_rule() {
             return Some(String::new());
         }
         let found = cells(&row.record, separator).count();
@@ -411,13 +414,9 @@ impl<'a> Rows<'a> {
     }
 
     fn column_names(&self) -> String {
-        let names: Vec<&str> = self
-            .layout
-            .columns
-            .iter()
-            .map(|column| column.name.as_str())
-            .collect();
-        names.join(", ")
+        let columns = self.layout.columns.iter();
+        let names: Vec<&str> = columns.map(|column| column.name.as_str()).collect();
+        listed(&names)
     }
 }
 
@@ -461,17 +460,18 @@ impl RowReader for Rows<'_> {
                 } else {
                     ""
                 };
-                let guess = match (&self.layout.row_counter, &self.layout.likely_time) {
-                    (Some(at), _) => format!("; {} counts the rows", name(*at)),
-                    (None, Some((at, units))) if !units.is_empty() => {
+                let counts = |at: usize| format!("; {} counts the rows", name(at));
+                let counted = self.layout.row_counter.map_or(String::new(), counts);
+                let guess = match &self.layout.likely_time {
+                    Some((at, units)) if !units.is_empty() => {
                         let option = quoted(&format!("{}:{}", name(*at), units[0]));
                         format!(
-                            "; {} grows steadily: if it is the time, --time-column {option}{}",
+                            "{counted}; {} grows steadily: if it is the time, --time-column {option}{}",
                             name(*at),
                             others(units)
                         )
                     }
-                    _ => String::new(),
+                    _ => counted,
                 };
                 Timing::Absent(format!(
                     "{header}no column {TIME_COLUMN} or of another name that says time; there are: {}{guess}; give the rate of the rows with --rate HZ",
@@ -537,13 +537,14 @@ impl RowReader for Rows<'_> {
             b';' => Some("semicolons"),
             b'\t' => Some("tabs"),
             b' ' => Some("white space"),
+            b'|' => Some("vertical bars"),
             _ => None,
         };
         guessed.extend(separated.map(|by| format!("columns are separated by {by}")));
         if self.numbers.has_decimal_commas() {
             guessed.push("decimals follow a comma".into());
         }
-        if self.layout.has_preamble {
+        if self.layout.has_preamble && self.plain.is_none() {
             guessed.push(format!(
                 "the header is on line {}",
                 self.layout.header_line.unwrap_or(self.layout.line)
@@ -666,8 +667,9 @@ fn wrapped(layout: &Layout) -> String {
 fn plain_form(head: &[u8], found: &Result<Layout, Refused>) -> Option<Form> {
     let text = String::from_utf8_lossy(head);
     let begins = |mark: &str| text.trim_start().starts_with(mark);
-    if (text.contains("->") || begins("["))
-        && let Some(form) = Form::of(&text, true)
+    let has_colours = text.contains("\x1b[");
+    if (text.contains("->") || begins("[") || has_colours)
+        && let Some(form) = Form::of(&text, !has_colours)
     {
         return Some(form);
     }

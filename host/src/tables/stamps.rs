@@ -6,6 +6,10 @@ use super::clock_time::{ClockTime, DAY_S};
 /// Values at which microcontrollers' counters wrap: 16 and 32 bits.
 const WRAPS: [f64; 2] = [65_536.0, 4_294_967_296.0];
 
+/// Seconds from 1904, from which LabVIEW counts, to 1970; and its counts for the years 2000 to 2035.
+const FROM_1904_S: f64 = 2_082_844_800.0;
+const SINCE_1904_S: core::ops::Range<f64> = 3_029_529_600.0..4_165_689_600.0;
+
 /// Steps of daylight saving time, seconds.
 const SAVING_S: f64 = 3600.0;
 
@@ -30,6 +34,7 @@ pub struct Stamps {
     before: Option<f64>,
     /// Latest positive step between two stamps.
     step_s: Option<f64>,
+    is_since_1904: bool,
     has_wrapped: bool,
     has_passed_midnight: bool,
     has_saved: bool,
@@ -42,6 +47,7 @@ impl Stamps {
             offset: 0.0,
             before: None,
             step_s: None,
+            is_since_1904: false,
             has_wrapped: false,
             has_passed_midnight: false,
             has_saved: false,
@@ -53,6 +59,10 @@ impl Stamps {
         let (read, per_second) = match self.unit {
             Unit::PerSecond(per_second) => {
                 let read = numbers.number(cell).filter(|read| !read.is_nan())?;
+                if self.before.is_none() && SINCE_1904_S.contains(&(read / per_second)) {
+                    self.offset = -FROM_1904_S * per_second;
+                    self.is_since_1904 = true;
+                }
                 self.follow_counter(read);
                 (read, per_second)
             }
@@ -102,6 +112,7 @@ impl Stamps {
     /// Returns the assumptions made about the rows so far.
     pub fn guessed(&self) -> impl Iterator<Item = &'static str> + use<> {
         let notes = [
+            (self.is_since_1904, "it counts from 1904, as LabVIEW does"),
             (self.has_wrapped, "its counter wraps and was unrolled"),
             (self.has_passed_midnight, "it passes midnight"),
             (
@@ -137,6 +148,18 @@ mod tests {
         assert_eq!(read, [65.532, 65.535, 65.538, 131.070, 131.073]);
         // A small step backwards is not a wrap.
         assert_eq!(seconds(Unit::PerSecond(1.0), &["10", "9"]).0, [10.0, 9.0]);
+    }
+
+    #[test]
+    fn labview_counts_from_1904() {
+        // `date -u -d 2026-03-05T12:00:00 +%s` is 1772712000.
+        let (read, notes) = seconds(Unit::PerSecond(1.0), &["3855556800.0", "3855556800.5"]);
+        assert_eq!(
+            (read, notes.len()),
+            (vec![1_772_712_000.0, 1_772_712_000.5], 1)
+        );
+        let (read, notes) = seconds(Unit::PerSecond(1e6), &["3855556800", "3855556900"]);
+        assert_eq!((read[0], notes.len()), (3855.5568, 0));
     }
 
     #[test]

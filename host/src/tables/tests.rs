@@ -48,7 +48,7 @@ fn errors_name_file_and_line() {
         ),
         (
             b"these are\nno numbers\n",
-            "t.csv: line 2: no line with more numbers than words: this is no table of samples",
+            "t.csv: line 2: no line with more numbers than words: this is no table of samples; other forms go through Python: ridgetone.fit(pandas.DataFrame({'time_s': ..., 'a': ...}))",
         ),
         (
             b"t_s,frequency_hz,sigma_hz\n1,2,3\n",

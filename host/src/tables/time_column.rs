@@ -189,6 +189,17 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
+/// Lists names for a message; of many, the first ones.
+pub fn listed(names: &[impl AsRef<str>]) -> String {
+    const SHOWN: usize = 24;
+    let shown: Vec<&str> = names.iter().take(SHOWN).map(AsRef::as_ref).collect();
+    let shown = shown.join(", ");
+    match names.len().saturating_sub(SHOWN) {
+        0 => shown,
+        others => format!("{shown} and {others} others"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

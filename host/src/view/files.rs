@@ -26,6 +26,10 @@ pub const ICON: File = (
     include_str!("../../assets/view/icon.svg"),
 );
 
+/// Numbers as all pages show them.
+pub const FORMAT: File = js!("format.js");
+
+/// The files of the page of `view`.
 pub const FILES: &[File] = &[
     (
         "/",
@@ -61,6 +65,6 @@ pub const FILES: &[File] = &[
     js!("ports.js"),
     js!("overview.js"),
     js!("settings.js"),
-    js!("format.js"),
+    FORMAT,
     js!("save.js"),
 ];

@@ -33,24 +33,6 @@ const HEADERS: [(HeaderName, &str); 6] = [
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 const FETCH_MODE: HeaderName = HeaderName::from_static("sec-fetch-mode");
 
-/// Parses a loopback address to listen on, such as `127.0.0.1:8321`, `[::1]:8321` or
-/// `localhost:8321`; port 0 means any free port.
-pub fn address(text: &str) -> Result<SocketAddr, String> {
-    let numeric = text
-        .strip_prefix("localhost:")
-        .map(|port| format!("127.0.0.1:{port}"));
-    let parsed: Result<SocketAddr, _> = numeric.as_deref().unwrap_or(text).parse();
-    match parsed {
-        Ok(address) if address.ip().is_loopback() => Ok(address),
-        Ok(address) => Err(format!(
-            "{} is not a loopback address: write 127.0.0.1:{port}, and on another computer `ssh -L {port}:localhost:{port} THIS_COMPUTER`",
-            address.ip(),
-            port = address.port()
-        )),
-        Err(_) => Err("write an address and a port, such as 127.0.0.1:8321".to_owned()),
-    }
-}
-
 /// Refuses requests that come neither from the user of this computer nor from the server's own
 /// page, and adds headers to every answer.
 pub async fn guard(State(address): State<SocketAddr>, request: Request, next: Next) -> Response {
@@ -131,38 +113,6 @@ fn is_ours(host: &str, address: SocketAddr) -> bool {
 mod tests {
     use super::*;
     use axum::body::Body;
-
-    #[test]
-    fn an_address_is_a_loopback_one_or_is_refused_with_what_to_type() {
-        for own in [
-            "127.0.0.1:8321",
-            "127.0.0.1:0",
-            "[::1]:8321",
-            "localhost:80",
-        ] {
-            assert!(address(own).is_ok(), "{own}");
-        }
-        for other in ["0.0.0.0:8321", "[::]:8321", "192.168.1.7:8321"] {
-            let why = address(other).unwrap_err();
-            assert!(
-                why.contains("127.0.0.1:8321") && why.contains("ssh -L 8321:localhost:8321"),
-                "{other}: {why}"
-            );
-        }
-        for bad in [
-            "",
-            "8321",
-            "127.0.0.1",
-            "example.org:80",
-            "localhost",
-            "127.0.0.1:99999",
-        ] {
-            assert!(
-                address(bad).is_err_and(|why| why.contains("127.0.0.1:8321")),
-                "{bad}"
-            );
-        }
-    }
 
     #[test]
     fn a_host_that_is_not_this_one_is_known() {

@@ -35,7 +35,7 @@ use serde::Deserialize;
 use serde_json::json;
 use std::convert::Infallible;
 use std::future::IntoFuture;
-use std::net::{SocketAddr, TcpListener};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast::Receiver;
@@ -58,10 +58,12 @@ pub struct Server {
 }
 
 impl Server {
-    /// Serves these paths behind the guard, at the first of these loopback addresses that is free.
-    pub fn start(addresses: &[SocketAddr], routes: Router) -> Result<Self> {
-        let listener = TcpListener::bind(addresses)
-            .with_context(|| format!("a page cannot be served at {}", listed(addresses)))?;
+    /// Serves these paths behind the guard, on this computer only: at this port or, if it is
+    /// taken, at any free one.
+    pub fn start(port: u16, routes: Router) -> Result<Self> {
+        let addresses = [port, 0].map(|port| SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
+        let listener = TcpListener::bind(&addresses[..])
+            .with_context(|| format!("a page cannot be served at {}", addresses[0]))?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread()
@@ -85,11 +87,6 @@ impl Server {
             _running: running,
         })
     }
-}
-
-fn listed(addresses: &[SocketAddr]) -> String {
-    let all: Vec<_> = addresses.iter().map(SocketAddr::to_string).collect();
-    all.join(" or ")
 }
 
 /// Returns the routes of `view`: the page, the hub's messages and the runs.

@@ -165,7 +165,7 @@ const FILES: [Case; 57] = [
 ];
 
 /// Generated files of the same kinds, with a tone of 12.34 Hz.
-const TWINS: [Case; 45] = [
+const TWINS: [Case; 65] = [
     ("long_fast.csv", &[], Noted(160.0, &["around 160.00 Hz"])),
     ("two_phases.csv", &[], Hz(65.0)),
     ("time_min.csv", &[], Noted(12.34, &["in minutes"])),
@@ -222,6 +222,16 @@ const TWINS: [Case; 45] = [
         Refused(&["--time-column column_1:us"]),
     ),
     (
+        "numbered_micros.csv",
+        &[],
+        Refused(&["column_1 counts the rows", "--time-column column_2:us"]),
+    ),
+    (
+        "numbered_micros.csv",
+        &["--time-column", "column_2:us"],
+        TONE,
+    ),
+    (
         "row_numbers.csv",
         &[],
         Refused(&["n counts the rows", "--rate HZ"]),
@@ -261,6 +271,44 @@ const TWINS: [Case; 45] = [
         &[],
         Noted(12.34, &["in milliseconds"]),
     ),
+    (
+        "units_decimal_commas.csv",
+        &[],
+        Noted(12.34, &["decimals follow a comma", "Kraft (N)"]),
+    ),
+    (
+        "units_missing.csv",
+        &[],
+        Noted(12.34, &["Kraft (N)", "lines are skipped"]),
+    ),
+    ("teleplot_started.txt", &[], Noted(12.34, &["force (N)"])),
+    ("units_change.csv", &[], Refused(&["\"mV\"", "one unit"])),
+    ("thousands_points.csv", &[], TONE),
+    ("fortran.txt", &["--time-column", "column_1:s"], TONE),
+    ("markdown.md", &[], Noted(12.34, &["vertical bars"])),
+    ("query.txt", &[], TONE),
+    ("printed_rows.txt", &[], Noted(12.34, &["column t is"])),
+    (
+        "colours.txt",
+        &["--time-column", "I:ms"],
+        Noted(12.34, &["ADC: a, b"]),
+    ),
+    ("zephyr.txt", &[], TONE),
+    ("teleplot.txt", &[], Noted(12.34, &["force (N)"])),
+    (
+        "teleplot_two.txt",
+        &[],
+        Refused(&["Teleplot", "d['name'] == NAME"]),
+    ),
+    (
+        "long.csv",
+        &[],
+        Refused(&["in column channel", "d[\"channel\"] == \"a\""]),
+    ),
+    ("candump.log", &[], Refused(&["CAN frames", "cantools"])),
+    ("candump.txt", &[], Refused(&["CAN frames", "cantools"])),
+    ("vector.asc", &[], Refused(&["CAN frames", "cantools"])),
+    ("arrays.json", &[], Refused(&["pandas.read_json"])),
     ("json_lines.txt", &[], TONE),
     ("tuples.txt", &["--rate", "250"], TONE),
     ("hexadecimal.csv", &[], TONE),

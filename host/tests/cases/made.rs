@@ -310,6 +310,9 @@ fn failing(name: &str) -> Vec<u8> {
         "micros_no_header.csv" => {
             numbered("", &|row| (4000 * row).to_string()).replacen(",ax,ay,az\n", "", 1)
         }
+        "numbered_micros.csv" => table("", &evenly(), &|row, t_s, values| {
+            format!("{},{:.0},{}", row + 1, 1e6 * t_s, values.join(","))
+        }),
         "row_numbers.csv" => numbered("n", &|row| (row + 1).to_string()),
         "stated_rate.csv" => format!(
             "device: glove\nsampling rate: 250 Hz\n{}",
@@ -333,6 +336,75 @@ fn failing(name: &str) -> Vec<u8> {
         }),
         "json_lines.txt" => {
             rows(&|_, t_s, [x, y, z]| format!("{{\"t\": {t_s:.3}, \"acc\": [{x}, {y}, {z}]}}"))
+        }
+        "units_decimal_commas.csv" => {
+            let commas = |text: &str| text.replace('.', ",");
+            table("Zeit;Kraft;Weg\n", &evenly(), &|_, t_s, [x, y, _]| {
+                commas(&format!("{t_s:.3} s;{x} N;{y} mm"))
+            })
+        }
+        "units_missing.csv" => table("Zeit;Kraft\n", &evenly(), &|row, t_s, [x, ..]| {
+            let force = match row % 50 {
+                0 => "-".to_owned(),
+                _ => format!("{x} N"),
+            };
+            format!("{t_s:.3} s;{force}").replace('.', ",")
+        }),
+        "teleplot_started.txt" => {
+            let started = String::from_utf8(failing("teleplot.txt")).expect("text");
+            format!("start, 3 ok\n\n{started}")
+        }
+        "units_change.csv" => table("time_s,u\n", &evenly(), &|row, t_s, [x, ..]| {
+            let unit = if row < 150 { "mV" } else { "V" };
+            format!("{t_s:.3},{x} {unit}")
+        }),
+        "thousands_points.csv" => table("t;u\n", &evenly(), &|row, t_s, _| {
+            let tenths = (2e5 + 1e4 * channels(row, t_s)[1]) as u32;
+            let (whole, tenth) = (tenths / 10, tenths % 10);
+            let u = format!("{}.{:03},{tenth}", whole / 1000, whole % 1000);
+            format!("{};{u}", format!("{t_s:.3}").replace('.', ","))
+        }),
+        "fortran.txt" => rows(&|_, t_s, values| {
+            let values = values.map(|value| format!("{value}D+00"));
+            format!("{t_s:.3} {}", values.join(" "))
+        }),
+        "markdown.md" => table(
+            "# Run 3\n\n| t [s] | ax | ay |\n|:---|---:|---:|\n",
+            &evenly(),
+            &|_, t_s, [x, y, _]| format!("| {t_s:.3} | {x} | {y} |"),
+        ),
+        "query.txt" => {
+            table(
+                " time_s |  ax  |  ay\n--------+------+------\n",
+                &evenly(),
+                &|_, t_s, [x, y, _]| format!(" {t_s:.3} | {x} | {y}"),
+            ) + "(1000 rows)\n"
+        }
+        "printed_rows.txt" => table("    t   ax   ay\n", &evenly(), &|row, t_s, [x, y, _]| {
+            format!("{row}  {t_s:.3}  {x}  {y}")
+        }),
+        "colours.txt" => rows(&|_, t_s, [x, y, _]| {
+            format!("\x1b[0;32mI ({:.0}) ADC: a={x} b={y}\x1b[0m", 1e3 * t_s)
+        }),
+        "zephyr.txt" => rows(&|_, t_s, [x, y, _]| {
+            format!("[00:00:{:06.3},000] <inf> adc: a {x} b {y}", 10.0 + t_s)
+        }),
+        "teleplot.txt" => rows(&|_, t_s, [x, ..]| {
+            format!(">force:{:.0}:{x}\u{a7}N|g", 1_627_551_892_437.0 + 1e3 * t_s)
+        }),
+        "teleplot_two.txt" => rows(&|_, t_s, [x, y, _]| {
+            let ms = 1e3 * t_s;
+            format!(">a:{ms:.0}:{x}\n>b:{ms:.0}:{y}")
+        }),
+        "long.csv" => table("time,channel,value\n", &evenly(), &|_, t_s, [x, y, _]| {
+            format!("{t_s:.3},a,{x}\n{t_s:.3},b,{y}")
+        }),
+        "candump.log" => rows(&|row, t_s, _| format!("({t_s:.6}) can0 123#{:08X}", 977 * row)),
+        "candump.txt" => rows(&|row, _, _| format!("  can0  1F334455   [2]  {:02X} 00", row % 256)),
+        "vector.asc" => rows(&|row, t_s, _| format!(" {t_s:.6} 1  123  Rx  d 1 {:02X}", row % 256)),
+        "arrays.json" => {
+            let times: Vec<String> = evenly().iter().map(|t_s| format!("{t_s:.3}")).collect();
+            format!("{{\"t\": [{0}], \"a\": [{0}]}}", times.join(", "))
         }
         "tuples.txt" => rows(&|_, _, [x, y, z]| format!("({x}, {y}, {z})")),
         "hexadecimal.csv" => table("time_s,adc\n", &evenly(), &|row, t_s, _| {

@@ -1,4 +1,5 @@
 // The page of `ridgetone touch`: pointer in, sound out.
+import { withSigma } from "./format.js";
 import { MM_PER_PX, draw } from "./surface.js";
 
 const $ = (id) => document.getElementById(id);
@@ -234,10 +235,9 @@ function show() {
   if (state === null) return;
   put("source", state.source);
   const { texture } = state;
-  put("period", texture ? `${texture.period_mm.toPrecision(5)} mm` : "none");
-  // 0 means: not known.
-  const sigma = texture?.period_sigma_mm ? `± ${texture.period_sigma_mm.toPrecision(2)} mm · ` : "";
-  put("period-small", texture ? `${sigma}${(100 * state.fraction).toFixed(0)} % of the amplitude` : "");
+  // A sigma of 0 means: not known.
+  put("period", texture ? withSigma(texture.period_mm, texture.period_sigma_mm, "mm") : "none");
+  put("period-small", texture ? `${(100 * state.fraction).toFixed(0)} % of the amplitude` : "");
   put("speed", `${speed.toFixed(0)} mm/s`);
   put("frequency", texture ? `${(speed / texture.period_mm).toFixed(0)} Hz` : "-");
   // From the position to the sound: the wait, the added delay, and what the browser says of its output.

@@ -12,8 +12,6 @@ use ridgetone_host::cli::parse::positive;
 use ridgetone_host::feed::{Feed, Pace};
 use ridgetone_host::recording::{Recorded, is_telemetry};
 use ridgetone_host::stop;
-use ridgetone_host::view::guard::address;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -45,9 +43,6 @@ pub struct TouchArgs {
     /// can play the texture [default: no tone, the texture itself].
     #[arg(long, value_name = "HZ", value_parser = carrier)]
     carrier_hz: Option<f64>,
-    /// Address of the page. Browsers play its sound only from an address of this computer.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8322", value_parser = address)]
-    listen: SocketAddr,
     /// Open the page in the browser.
     #[arg(long)]
     open: bool,
@@ -81,7 +76,6 @@ impl TouchArgs {
             jitter_ms,
         } = self.delay;
         let options = Options {
-            address: self.listen,
             open: self.open,
             delay_ms: (delay_ms, jitter_ms),
             carrier_hz,

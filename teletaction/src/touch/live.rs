@@ -9,21 +9,24 @@ use ridgetone_host::feed::Feed;
 use ridgetone_host::stop;
 use ridgetone_host::view::announce;
 use ridgetone_host::view::server::Server;
-use std::net::SocketAddr;
 use std::time::Duration;
 
 /// Maximum time between checks of [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
+/// The page's port, unless it is taken.
+const PORT: u16 = 8322;
+
+/// Source of the textures.
 pub enum Textures {
     /// One texture, from the named file.
     Fixed(String, Texture),
     Finger(Box<Feed>),
 }
 
+/// Initial state of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    pub address: SocketAddr,
     pub open: bool,
     pub delay_ms: (f64, f64),
     pub carrier_hz: Option<f32>,
@@ -62,7 +65,7 @@ fn with_page(
     finger: &mut Option<Follower>,
 ) -> Result<()> {
     let page = Page::new(output, shown)?;
-    let server = Server::start(&[options.address], page.routes())?;
+    let server = Server::start(PORT, page.routes())?;
     announce::announce(&server, options.open)?;
     while !stop::is_requested() {
         match finger {

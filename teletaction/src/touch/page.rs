@@ -17,7 +17,7 @@ use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{get, post};
 use futures_util::stream::unfold;
 use ridgetone_host::view::answer::answer;
-use ridgetone_host::view::files::{File, ICON, STYLE};
+use ridgetone_host::view::files::{FORMAT, File, ICON, STYLE};
 use ridgetone_host::view::server::with_files;
 use serde::Serialize;
 use std::convert::Infallible;
@@ -42,6 +42,7 @@ macro_rules! js {
 const FILES: &[File] = &[
     STYLE,
     ICON,
+    FORMAT,
     (
         "/touch.css",
         "text/css; charset=utf-8",
