@@ -3,7 +3,7 @@ import { post } from "./settings.js";
 import { charted, seconds, tone, withSigma, words } from "./format.js";
 
 const $ = (id) => document.getElementById(id);
-// Time after an estimate's own time by which it has arrived, seconds.
+// Delay after an estimate's time stamp within which the estimate arrives, seconds.
 const BEHIND_S = 0.005;
 
 let runs = [];
