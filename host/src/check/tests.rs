@@ -177,7 +177,7 @@ fn each_check_finds_its_fault_and_no_other_one_does() {
         happens(&mut seen);
         let checks = judge(&seen);
         let mut others = wrong(&checks);
-        // A line of 50 Hz also counts as noise.
+        // A line of 50 Hz also raises the noise.
         others.retain(|other| other.0 != name && (name, other.0) != ("mains", "noise"));
         let check = find(&checks, name);
         let is_found = check.verdict == verdict && check.finding.contains(words);
