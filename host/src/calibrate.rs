@@ -59,7 +59,7 @@ pub struct Point {
     pub windows: usize,
 }
 
-/// The fitted line, in the form of [`Array`].
+/// The fitted line, as constants of an [`Array`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
     pub pitch_mm: f64,
@@ -68,7 +68,7 @@ pub struct Calibration {
     pub gratings: Vec<Point>,
 }
 
-/// Method by which gratings are measured.
+/// Options for measuring the gratings.
 #[derive(Clone, Copy, Debug)]
 pub struct Measuring {
     /// Nominal pitch of the units.
@@ -217,8 +217,8 @@ fn measure(
 }
 
 /// Fits the height of a line to one or two lags, with the nominal pitch as its slope. The
-/// uncertainty includes that of the pitch, at the end of the default periods that is farther from
-/// the gratings.
+/// uncertainty includes that of the pitch, evaluated at the end of the default range of periods
+/// that is farther from the gratings.
 fn height(mut points: Vec<Point>, pitch_mm: f64) -> Calibration {
     let count = points.len() as f64;
     let edge = |point: &Point| TAU * pitch_mm / point.period_mm - point.lag_rad;

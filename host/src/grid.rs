@@ -240,7 +240,7 @@ fn scatter(time_s: &[f64], places: &[usize], spacing_s: f64) -> f64 {
     (off.map(|off| off * off).sum::<f64>() / count).sqrt()
 }
 
-/// True if these row numbers show steady sampling with a few rows lost.
+/// True if rows at these positions are evenly sampled, with only a few missing.
 fn is_steady(places: &[usize]) -> bool {
     let slots = places.last().map_or(0, |last| last + 1);
     (slots - places.len()) as f64 <= MISSING_MAX * slots as f64

@@ -29,8 +29,8 @@ impl Default for Input {
     }
 }
 
-/// Returns the scene for a first look: a physical fingertip, for which the period comes out right.
-/// In the plain scene for tests, [`Sliding::default`], each channel has its own phase.
+/// Returns the scene for a first look: a physical fingertip, for which the estimated period is
+/// right. In the plain scene for tests, [`Sliding::default`], each channel has its own phase.
 pub fn first_scene() -> Result<Sliding> {
     built_in(
         "hal-mock/scenes/c1.toml",

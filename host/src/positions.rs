@@ -100,7 +100,7 @@ struct Knot {
     mm_s: f64,
 }
 
-/// A robot's positions against its own clock.
+/// A robot's positions over the time of its own clock.
 #[derive(Debug)]
 struct Track {
     file: String,

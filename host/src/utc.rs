@@ -37,7 +37,7 @@ const NO_CRYSTAL: f64 = 1e-3;
 /// Time from the first to the last conversion of a frame, seconds.
 const FRAME_S: f64 = (FRAME_NS - CONVERSION_NS) as f64 * 1e-9;
 
-/// Board time for which a slope is reused, seconds.
+/// Length of the intervals of board time in which a slope is reused, seconds.
 const SLOPE_S: f64 = 10.0;
 
 /// Time at which bytes were received.

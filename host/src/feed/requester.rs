@@ -135,7 +135,7 @@ impl Requester {
         if self.starts.take(&packet.event)
             && let Some(renew) = &mut self.renew
         {
-            // The board no longer sends raw frames.
+            // The board has restarted, so it no longer sends raw frames.
             *renew = Instant::now();
         }
         self.requests.answered(&packet.event)

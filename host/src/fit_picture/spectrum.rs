@@ -14,10 +14,10 @@ use std::f64::consts::TAU;
 /// Number of frequencies drawn.
 const FREQUENCIES: usize = 880;
 
-/// Number of frequencies per cycle per window.
+/// Number of frequencies drawn per bin; a bin is one cycle per window wide.
 const PER_CYCLE: f64 = 2.0;
 
-/// Minimum multiple of the tone at which the picture ends, if half the rate is higher.
+/// Multiple of the tone up to which the picture extends at least, limited to half the rate.
 const HARMONICS_SHOWN: f64 = 8.0;
 
 /// Lowest power that is drawn, decibels.

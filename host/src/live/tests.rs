@@ -62,7 +62,7 @@ fn a_touch_goes_through_its_phases_and_leaves_tone_period_and_images() {
     let (before, after) = (live.image_before().unwrap(), live.image_after().unwrap());
     assert!(before.end_us <= after.start_us);
     let image = live.image().unwrap();
-    // Row 1 begins with taxel 3.
+    // The map's row 1 begins with taxel 3.
     let level_v = after
         .taxels
         .iter()

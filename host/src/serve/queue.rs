@@ -277,7 +277,8 @@ mod tests {
         take(queue, usize::MAX)
     }
 
-    /// Frames, events and unconfirmed frames in a report of losses at the sink `test`.
+    /// Returns the numbers of frames, events and unconfirmed frames in a report of losses at the
+    /// sink `test`.
     fn reported(queued: &Queued) -> (u64, u64, u64) {
         let json: serde_json::Value = serde_json::from_str(&queued.message.json).unwrap();
         assert_eq!(

@@ -94,11 +94,11 @@ fn tone(found: &TableFit) -> (f64, f64) {
     (frequency.value, frequency.sigma)
 }
 
-/// Fractions of files.
+/// Results over many files.
 struct Shares {
-    /// Good estimates.
+    /// Fraction of files with a good estimate.
     good: f64,
-    /// Good estimates whose 1.96 sigma interval covers the truth.
+    /// Fraction of good estimates whose 1.96 sigma interval covers the truth.
     held: f64,
 }
 
