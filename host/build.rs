@@ -1,5 +1,6 @@
-//! Embeds the firmware images of two boards from the folder RIDGETONE_IMAGES, for a command that is
-//! given away alone. The folder is one that `cargo xtask firmware` makes: target/firmware.
+//! Embeds the firmware images of two boards, so that the command can be distributed without the
+//! repository. The folder RIDGETONE_IMAGES has the images; `cargo xtask firmware` makes it as
+//! target/firmware.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};

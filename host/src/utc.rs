@@ -240,7 +240,8 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     heights_s.sort_by(f64::total_cmp);
     let scatter_s = (heights_s[count / 2] / std::f64::consts::LN_2).max(LEAST_S);
     let span_s = points[count - 1].0 - points[0].0;
-    // A short edge is uncertain, so its length and the number of points matter.
+    // The slope of a short edge is uncertain. Its length counts as at least the span over the root
+    // of the number of points.
     let sigma = scatter_s / (edge[1].0 - edge[0].0).max(span_s / (count as f64).sqrt());
     let is_enough = count >= BLOCKS_MIN || slope.abs() > NO_CRYSTAL && count > 2;
     let counts = is_enough && slope.abs() * span_s > SIGNIFICANT * scatter_s;

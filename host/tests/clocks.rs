@@ -1,5 +1,5 @@
-//! Tests that the messages of two boards with different clocks, after recording on one computer and
-//! export, agree in UTC.
+//! Tests that two boards with different clocks, whose messages are recorded on one computer and
+//! exported, agree in UTC.
 #![cfg(unix)]
 
 mod common;
@@ -334,7 +334,7 @@ fn two_emulated_boards_of_skewed_clocks_agree_within_a_millisecond() {
             end_s: length_s,
             ..Opened::untouched()
         };
-        // 11.7 s apart.
+        // The two boards start 11.7 s apart.
         let (zero_s, seed) = if pace > 1.0 {
             (1_795_413_622.625, 1)
         } else {

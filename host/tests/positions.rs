@@ -34,7 +34,7 @@ const BYTE_S: f64 = 10.0 / 921_600.0;
 enum Motion {
     /// Back and forth.
     Hand(Hand),
-    /// One way, for two swings of the speed: 60 % about its mean, every 1.5 s.
+    /// In one direction, for two periods of 1.5 s in which the speed varies by 60 % about its mean.
     Varying { mean_mm_s: f64 },
 }
 
@@ -359,7 +359,7 @@ fn channels_have_positions_of_their_own() {
         }
         let mut rows = samples.open().expect("rows");
         let fit = table_fit::fit(&mut *rows, &selection, &mut |_| {}).expect("a fit");
-        // The channels at both ends of the scan.
+        // Mean relative residual of the first and last two channels of the scan.
         let of = |channel: usize| {
             let found = &fit.channels[channel];
             found.residual.expect("a residual") / found.amplitude.expect("an amplitude")

@@ -353,8 +353,8 @@ fn a_recording_keeps_its_rate_and_its_channels_and_nothing_is_invented() {
     );
 }
 
-/// Replayed raw frames must have the same estimates to the last digit with the board's own
-/// settings; with other settings, the estimates of a board that has those.
+/// Replayed raw frames must yield the same estimates to the last digit with the board's own
+/// settings; with other settings, those of a board that has these settings.
 #[test]
 fn a_recording_of_raw_frames_is_run_again_bit_for_bit() {
     let folder = common::directory();

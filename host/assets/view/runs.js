@@ -14,7 +14,7 @@ export function say(text, isWrong = false) {
   $("runs-message").classList.toggle("alarm", isWrong);
 }
 
-// Does work that the server may refuse, and shows the refusal.
+// Runs `work`. If the server refuses it, shows the reason and returns null.
 export async function trying(work) {
   try {
     return await work();

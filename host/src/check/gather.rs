@@ -117,8 +117,7 @@ impl Talk<'_> {
     fn run(&mut self, plan: Plan, found: &mut Observations) -> Result<()> {
         self.progress.show(format_args!("greeting the board"));
         let greeted = self.request(Command::Greet);
-        // A board that does not answer may still send telemetry, unless it was silent for all
-        // tries.
+        // Even if the board does not answer, it may send telemetry that describes it.
         let is_heard = greeted.is_ok() || self.feed.counts().received > 0;
         let is_known =
             |seen: &Seen| seen.hello.is_some() && seen.health.is_some() && seen.converter.is_some();

@@ -98,7 +98,7 @@ pub struct Check {
     pub verdict: Verdict,
     pub finding: String,
     pub values: Value,
-    /// The section of the guide that helps.
+    /// Section of the guide that explains what to do.
     pub page: &'static str,
 }
 

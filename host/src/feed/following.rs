@@ -17,7 +17,7 @@ use std::time::Duration;
 /// State of the raw frames, from which strips are drawn.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum RawFrames {
-    /// No board can send raw frames.
+    /// There is no board that could send raw frames.
     #[default]
     Unavailable,
     /// Raw frames were not requested.

@@ -36,7 +36,7 @@ pub trait Source {
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 
     /// Pauses the source while nobody watches, or resumes it: an emulated board waits, a real one
-    /// goes on. Returns whether it was paused until now, so that its clock stood still.
+    /// goes on. Returns true if it was paused until now; its clock then stood still.
     fn idle(&mut self, _idle: bool) -> bool {
         false
     }

@@ -195,7 +195,7 @@ impl Source for Running {
 impl Drop for Running {
     fn drop(&mut self) {
         self.requests = None;
-        // The thread ends with an error, since nobody reads.
+        // The thread ends with an error, because nobody reads its bytes any more.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }

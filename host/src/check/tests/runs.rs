@@ -248,7 +248,7 @@ struct Touch(Box<dyn Scene>, f64);
 
 impl Scene for Touch {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        // Without this, the finger's own noise before the touch would be judged too.
+        // Outside the touch, return 0 V: the finger's own noise would be judged too.
         if (0.5..self.1).contains(&t_s) {
             self.0.volts(input, t_s)
         } else {
