@@ -21,7 +21,7 @@ const ON_GRID: f64 = 0.2;
 /// sampled at their stamped times instead of on an even grid.
 const SCATTER_MAX: f64 = 0.02;
 
-/// Maximum number of grid positions at a supplied rate for each row of a file.
+/// Maximum number of grid positions per row of a file, if the rate is supplied.
 const SLOTS_MAX: usize = 16;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -229,7 +229,7 @@ fn numbered(clock: &mut RowClock, time_s: &[f64]) -> Vec<usize> {
     time_s.iter().map(|t_s| clock.push(*t_s) as usize).collect()
 }
 
-/// Returns the RMS deviation of the rows' spacings from a whole number of sampling intervals, as a
+/// Returns the RMS deviation of the rows' spacings from whole numbers of sampling intervals, as a
 /// fraction of an interval.
 fn scatter(time_s: &[f64], places: &[usize], spacing_s: f64) -> f64 {
     let pairs = time_s.windows(2).zip(places.windows(2));

@@ -127,7 +127,7 @@ impl Input {
     }
 }
 
-/// Longest scene that is played, in seconds; a longer one is due to a wrong speed.
+/// Longest scene that is played, in seconds; a longer one most likely has a wrong speed.
 const SCENE_MAX_S: f64 = 3600.0;
 
 /// Highest tone that is not aliased, as a fraction of the frame rate, with a margin.

@@ -374,7 +374,7 @@ struct Joined {
 }
 
 impl Joined {
-    /// Converts a frame's time to the track's time.
+    /// Converts a frame's time to the time of the track's clock.
     fn time_s(&self, t_s: f64) -> f64 {
         self.clock.time_s(t_s + self.after_s)
     }

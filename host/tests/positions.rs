@@ -168,8 +168,8 @@ impl Recorded {
     }
 }
 
-/// Records the raw frames of a scene. The times of receipt have an exponential delay of 0.3 ms.
-/// Returns the scene time at device time zero.
+/// Records the raw frames of a scene. The times of receipt have an exponential delay with a mean of
+/// 0.3 ms. Returns the scene time at device time zero.
 fn record(scene: impl Scene + 'static, plan: Plan, path: &Path, seed: u64) -> f64 {
     let options = Options {
         clock_hz: plan.adc_clock_hz,
@@ -345,7 +345,7 @@ fn channels_have_positions_of_their_own() {
         time: None,
     };
     let samples = Samples::file(&recorded.path).expect("samples");
-    // From one turn of the hand to the next.
+    // Fit the rows from one turn of the hand to the next.
     let begin_s = recorded.start_s - recorded.zero_s + 0.625;
     let selection = Selection {
         from_s: Some(begin_s),

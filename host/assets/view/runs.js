@@ -64,7 +64,7 @@ export const of = (id) => runs.find((run) => run.id === id);
 export const compared = () => beside;
 export const first = () => runs[0] ?? null;
 
-// `look` shows a run, and `changed` redraws.
+// `look` shows a run, `changed` redraws the page, and `shown` returns the run that is shown.
 export function begin({ look, changed, shown }) {
   const update = (found) => {
     runs = runs.some(({ id }) => id === found.id) ? runs.map((run) => (run.id === found.id ? found : run)) : [...runs, found];

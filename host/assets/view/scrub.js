@@ -8,7 +8,7 @@ const $ = (id) => document.getElementById(id);
 const STEP_S = 0.05;
 
 export class Scrub {
-  // `changed` redraws.
+  // `changed` is called when the page must be redrawn.
   constructor(changed) {
     Object.assign(this, { changed, run: null, model: null, wanted: null, isBusy: false, playing: null });
     $("time").addEventListener("input", () => this.go(Number($("time").value)));

@@ -66,7 +66,7 @@ function schedule() {
   isDue = true;
   requestAnimationFrame(() => {
     isDue = false;
-    // Leave the plots unchanged while the page is paused, as when zoomed, and while a run is shown.
+    // Do not redraw the plots while a run is shown, or while the page is paused, as after zooming.
     draw(paused === null && scrub.run === null);
   });
 }

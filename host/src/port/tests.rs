@@ -266,7 +266,7 @@ fn the_ports_of_this_computer_are_listed_or_an_error_names_the_directory() {
     }
 }
 
-/// Asserts that the error names the program that uses a port, and that a file is not called a port.
+/// Asserts that the error names the program that uses a port, and does not call a file a port.
 #[test]
 fn a_port_that_cannot_be_opened_is_refused_in_plain_words() {
     let board = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");

@@ -83,7 +83,7 @@ impl fmt::Display for Counts {
 struct State {
     frames: VecDeque<Queued>,
     events: VecDeque<Queued>,
-    /// Number of the next message.
+    /// Number of the next message to be queued.
     order: u64,
     /// Losses by finger in total, and as last reported.
     lost: Vec<Lost>,
@@ -113,7 +113,7 @@ impl Queue {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds a message. It never waits.
+    /// Adds a message without waiting.
     pub fn push(&self, message: Arc<Message>) {
         let mut state = self.state();
         let queued = Queued {

@@ -28,7 +28,7 @@ pub struct Estimated {
 }
 
 impl Estimated {
-    /// Result of a fit of unprocessed rows.
+    /// Creates the result of fitting unprocessed rows.
     pub fn of(found: Fit, note: Option<String>) -> Self {
         Self {
             found,
@@ -48,7 +48,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// No positions, for a fit in time.
+    /// Returns no positions, for a fit in time.
     pub fn still() -> Self {
         Self {
             positions: Vec::new(),

@@ -22,7 +22,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// Advice on a run without a slide.
+/// Advice on a run in which no slide was found.
 const BY_HAND: &str = "select a part of the recording";
 
 /// Maximum size in memory of a run that a page opens, in bytes: 3.5 hours of raw frames.
@@ -96,7 +96,7 @@ pub struct Summary {
     pub touches: usize,
     /// Time of the first contact, seconds.
     pub contact_s: Option<f64>,
-    /// Estimate of the latest whole slide, or else the latest estimate with a tone.
+    /// Estimate of the latest whole slide; without one, the latest estimate with a tone.
     pub estimate: Option<crate::events::view::Estimate>,
     /// Reason why no window has an estimate.
     pub why_none: Option<String>,
