@@ -55,7 +55,7 @@ pub struct Options<'a> {
 }
 
 impl<'a> Options<'a> {
-    /// Default options: keeps nothing, and does not change the firmware's settings.
+    /// Returns the default options: keeps nothing, and does not change the firmware's settings.
     pub fn new(firmware: &'a Firmware) -> Self {
         Self {
             firmware,

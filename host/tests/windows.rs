@@ -173,7 +173,7 @@ fn more_rows_than_the_estimator_takes_are_fitted_through_a_filter() {
 #[test]
 fn bounds_choose_a_tone_or_say_what_lies_outside() {
     let folder = directory();
-    // Two tones that together form a comb of 10 Hz.
+    // Two tones that together look like a harmonic comb of 10 Hz.
     let csv = table(2000, 250.0, |t_s| {
         (TAU * 20.0 * t_s).cos() + 0.4 * (TAU * 30.0 * t_s).cos()
     });

@@ -100,7 +100,7 @@ pub struct Kept {
 const MARGIN_US: u64 = 300_000;
 
 impl Watched {
-    /// Length by the board's clock, seconds.
+    /// Returns the length of the period by the board's clock, seconds.
     pub fn length_s(&self) -> f64 {
         self.after.t_us.saturating_sub(self.before.t_us) as f64 * 1e-6
     }

@@ -17,7 +17,7 @@ pub enum FeedEvent<T> {
 }
 
 pub trait Source {
-    /// Name of a port or of a file, for people.
+    /// Returns the name of the port or of the file, for people.
     fn name(&self) -> String;
 
     /// Waits for the next event, at most for `most`. Not called after [`FeedEvent::Over`].

@@ -61,7 +61,7 @@ pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
         .collect();
     levels.sort_by(f64::total_cmp);
     let top = readings.iter().map(|(_, db)| *db).fold(-3.0, f64::max) + 6.0;
-    // Ignore the deepest gaps between lines.
+    // Ignore the lowest 5 % of the levels, which are deep gaps between lines.
     let bottom = levels[levels.len() / 20] - 6.0;
     let mut curves = vec![curve("readings", Look::Data, readings)];
     if let (Some(residual), Some(tone)) = (residual, tone) {

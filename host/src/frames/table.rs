@@ -383,7 +383,7 @@ impl Survey {
         }
     }
 
-    /// Starts the clock from the first rows, and numbers these.
+    /// Starts the clock from the first rows, and numbers these rows.
     fn start_clock(&mut self) {
         if self.clock.is_some() || self.head.is_empty() {
             return;

@@ -145,7 +145,7 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     second.send(&frame(20)[9..]);
     (21..30).for_each(|number| second.send(&frame(number)));
     assert_eq!(numbers(&mut link, 9), (21..30).collect::<Vec<_>>());
-    // Two damaged half frames, and 11 missing frames in between.
+    // There were two damaged half frames, and 11 missing frames in between.
     assert_eq!((link.counts().damaged, link.counts().missing), (2, 11));
 
     link.send(b"to the board").unwrap();

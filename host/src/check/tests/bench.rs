@@ -137,7 +137,7 @@ impl Surroundings for BoardEnd {
         let mut bytes = Vec::new();
         for mut packet in sent.iter().filter_map(|byte| self.decoder.push(*byte)) {
             if let Event::Health(health) = &mut packet.event {
-                // A simulated board does not measure these.
+                // A simulated board does not measure load and stack, so set plausible values.
                 (health.load, health.stack_used_bytes, health.stack_bytes) = (0.1, 7000, 32_768);
             }
             (self.bench.altered)(&mut packet);

@@ -243,7 +243,7 @@ fn a_board_that_hears_nothing_fails_the_commands_and_is_judged_by_what_it_sends(
     assert!(seen.ended.is_some_and(|why| why.contains("RX")), "{report}");
 }
 
-/// A scene of one touch with silence before and after.
+/// A scene of one touch, with 0 V before and after it.
 struct Touch(Box<dyn Scene>, f64);
 
 impl Scene for Touch {
