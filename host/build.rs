@@ -1,6 +1,5 @@
-//! Embeds the firmware images of two boards, so that the command can be distributed without the
-//! repository. The folder RIDGETONE_IMAGES has the images; `cargo xtask firmware` makes it as
-//! target/firmware.
+//! Embeds the firmware images of two boards, for a command distributed without the repository.
+//! `cargo xtask firmware` makes the folder of images, target/firmware; RIDGETONE_IMAGES names it.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};

@@ -259,7 +259,7 @@ impl Live {
         }
     }
 
-    /// Forgets earlier data, because the board's clock starts at zero again.
+    /// Forgets earlier data: the board's clock starts at zero again.
     fn restarted(&mut self) {
         self.now.restarts += 1;
         self.clear();

@@ -118,8 +118,7 @@ export class Overview extends Plot {
     document.addEventListener("pointerup", () => document.removeEventListener("pointermove", move), { once: true });
   }
 
-  // Fetches and draws the rows of a range. If another range is requested meanwhile, drops the
-  // answer and fetches that range.
+  // Fetches and draws the rows of a range; if another range is requested meanwhile, only that one.
   async fetch(range) {
     this.wanted = range;
     if (this.isBusy) return;

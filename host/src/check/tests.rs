@@ -142,7 +142,6 @@ fn late_us(watched: &mut Watched, late_us: fn(f64) -> f64) {
     }
 }
 
-/// Adds a line of `uv_rms` microvolts to an input.
 fn add_line(watched: &mut Watched, input: usize, uv_rms: f64, hz: f64) {
     let amplitude = 2f64.sqrt() * uv_rms * 7_864_320.0 / 4.096e6;
     for frame in &mut watched.frames {

@@ -131,7 +131,6 @@ fn around(spectrum: &Points, frequency: f64, reach: f64) -> Option<f64> {
 
 /// Windows of one length over the rows, overlapping by half, with a Hann taper.
 struct Windows {
-    /// Start of each window.
     starts: Vec<f64>,
     length: f64,
     /// Spacing of the frequencies.

@@ -35,7 +35,6 @@ pub trait Sink: Send {
 }
 
 pub struct Queue {
-    /// Name of the sink.
     pub sink: &'static str,
     state: Mutex<State>,
     changed: Notify,
@@ -179,7 +178,6 @@ impl Queue {
         self.state().has_failed
     }
 
-    /// Returns the losses of each finger.
     #[cfg(any(feature = "mqtt", test))]
     pub fn losses(&self) -> Vec<Lost> {
         self.state().lost.clone()

@@ -35,7 +35,6 @@ pub struct How {
     pub settings: Option<Settings>,
     /// Rows per second of a table that does not state its times.
     pub rate_hz: Option<f64>,
-    /// How to read a table.
     pub form: TableForm,
     /// True if the run was recorded here; its file is removed when the command ends.
     pub is_recorded: bool,
