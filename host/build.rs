@@ -1,5 +1,5 @@
-//! Embeds the firmware images of two boards from the folder RIDGETONE_IMAGES, for a command that is
-//! given away alone. The folder is one that `cargo xtask firmware` makes: target/firmware.
+//! Embeds the firmware images of two boards, for a command distributed without the repository.
+//! `cargo xtask firmware` makes the folder of images, target/firmware; RIDGETONE_IMAGES names it.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};

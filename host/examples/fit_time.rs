@@ -1,6 +1,7 @@
 //! Prints the shortest time of a fit in milliseconds, without starting a process and without
-//! Python: once with reading a file, once for the same rows in memory. Both include formatting the
-//! result as JSON. `host/python/benchmark.py` prints these times next to the package's.
+//! Python: once including reading a file, once with the same rows in memory. Both include
+//! formatting the result as JSON. `host/python/benchmark.py` prints these times next to the
+//! package's.
 
 use anyhow::{Context, Result};
 use ridgetone_host::fit_report::json;

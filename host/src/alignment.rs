@@ -1,5 +1,5 @@
-//! Relates the clock of the positions to that of the frames: the skew of the channels, the delay of
-//! the low-pass, and the uncertain delay.
+//! Relates positions to frames: the skew of the channels, the delay of the low-pass, and the
+//! standard deviation of an unknown common delay.
 
 use ridgetone_proto::settings::TAXELS;
 

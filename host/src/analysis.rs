@@ -22,7 +22,7 @@ pub const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 /// Minimum number of points in a spectrum, so that its lines look smooth.
 const POINTS_MIN: usize = 64;
 
-/// Steps between two bins in the search for the strongest line.
+/// Number of frequencies per bin that are tried in the search for the strongest line.
 const BETWEEN_BINS: usize = 16;
 
 /// Periodogram over all channels, after subtracting a straight line from each.
@@ -115,7 +115,8 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
     })
 }
 
-/// Returns a tone's harmonics below half the frame rate, with the power of the higher adjacent bin.
+/// Returns a tone's harmonics below half the frame rate, each with the power of its stronger
+/// adjacent bin.
 fn lines(tone: &Estimate, bin_hz: f64, power_db: &[f32]) -> Vec<HarmonicLine> {
     let line = |k: u8| {
         let frequency_hz = f64::from(k) * f64::from(tone.frequency);
@@ -419,7 +420,7 @@ mod tests {
         assert_eq!([0, 1, 2].map(|taxel| slot_s(&plan, taxel)), [0.0; 3]);
     }
 
-    /// Takes the expected order of a scan from the driver.
+    /// Asserts that a taxel's delay is that of its slot in the scan, as the driver orders it.
     #[test]
     fn a_taxel_is_as_late_as_its_conversion() {
         for plan in [

@@ -22,8 +22,9 @@ use std::fmt;
 /// is.
 const GRATINGS_FOR_A_PITCH: usize = 3;
 
-/// Relative standard deviation of a pitch measured from phases, which was 0.98 to 1.03 of the
-/// units' pitch for contacts of 7 to 30 mm on the simulated finger (`host/tests/calibrate.rs`).
+/// Relative standard deviation of a pitch measured from phases. On the simulated finger, with
+/// contacts of 7 to 30 mm, that pitch was 0.98 to 1.03 of the units' pitch
+/// (`host/tests/calibrate.rs`).
 const PITCH_SIGMA: f64 = 0.03;
 
 /// Maximum relative difference between the supplied speed and that of the tone: a grating of a
@@ -59,7 +60,7 @@ pub struct Point {
     pub windows: usize,
 }
 
-/// The fitted line, in the form of [`Array`].
+/// The fitted line, as constants of an [`Array`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
     pub pitch_mm: f64,
@@ -68,7 +69,7 @@ pub struct Calibration {
     pub gratings: Vec<Point>,
 }
 
-/// Method by which gratings are measured.
+/// Options for measuring the gratings.
 #[derive(Clone, Copy, Debug)]
 pub struct Measuring {
     /// Nominal pitch of the units.
@@ -98,7 +99,7 @@ pub fn run(gratings: Vec<Grating>, how: Measuring) -> Result<Calibration> {
     }
 }
 
-/// Refuses a plan that converts no pair of piezoresistors that respond alike, one in each column.
+/// Refuses a plan unless it converts, in both columns, piezoresistors that respond alike.
 fn refuse_without_pairs(plan: &Plan) -> Result<()> {
     let Array { front, alike, .. } = Array::DEFAULT;
     let has_pair = |mask: &u16| plan.inputs & mask & front != 0 && plan.inputs & mask & !front != 0;
@@ -217,8 +218,8 @@ fn measure(
 }
 
 /// Fits the height of a line to one or two lags, with the nominal pitch as its slope. The
-/// uncertainty includes that of the pitch, at the end of the default periods that is farther from
-/// the gratings.
+/// uncertainty includes that of the pitch, evaluated at the end of the default range of periods
+/// that is farther from the gratings.
 fn height(mut points: Vec<Point>, pitch_mm: f64) -> Calibration {
     let count = points.len() as f64;
     let edge = |point: &Point| TAU * pitch_mm / point.period_mm - point.lag_rad;
@@ -342,7 +343,8 @@ mod tests {
     }
 
     /// Calculated by hand: edge phases of 0.3 and 0.4 rad average 0.35 rad. The pitch's uncertainty
-    /// of 3 % acts from the mean wave number of 2.5 and 4 mm to that of 2.3 mm.
+    /// of 3 % is multiplied by the difference between the mean wave number of the gratings and that
+    /// of 2.3 mm.
     #[test]
     fn one_or_two_gratings_give_the_height() {
         let lag = |period_mm: f64, edge_rad| (period_mm, TAU * 2.3 / period_mm - edge_rad);

@@ -15,8 +15,8 @@ struct Svg {
 }
 
 impl Svg {
-    /// Starts a picture of this height on a white card, legible on a light and on a dark page.
-    /// `title` is for screen readers.
+    /// Starts a picture of this height on a white card, legible on light and dark pages. `title` is
+    /// for screen readers.
     fn new(height: f64, title: &str) -> Self {
         let width = CHART_WIDTH;
         let mut body = format!(
@@ -87,8 +87,8 @@ fn escape(text: &str) -> String {
         .replace('>', "&gt;")
 }
 
-/// Style of all pictures: legible on light and on dark. The colours are those of Okabe and Ito,
-/// lighter on dark; dashes and markers distinguish the curves without colour.
+/// Style of all pictures: legible on light and dark pages. The colours are those of Okabe and Ito,
+/// lighter on dark pages; dashes and markers distinguish the curves without colour.
 const STYLE: &str = "svg text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
 svg .title{font-size:16px;font-weight:600}svg .small{font-size:11px;fill:#555}svg .head{font-size:11px;font-weight:600}\
 svg path{fill:none}svg path.shade{fill:#5b6470}svg path.dots{stroke-width:5;stroke-linecap:round}svg .card{fill:#fff;stroke:#bbb}svg .odd{fill:#f4f5f7}svg .axis{stroke:#555}svg .grid{stroke:#ddd}\

@@ -67,7 +67,7 @@ pub fn wraps_at(values: &[f64]) -> Option<f64> {
     let known = || values.iter().copied().filter(|value| !value.is_nan());
     let span = known().fold(f64::NEG_INFINITY, f64::max) - known().fold(f64::INFINITY, f64::min);
     let steps = || known().zip(known().skip(1)).map(|(a, b)| (b - a).abs());
-    // Angles in radians have decimals.
+    // Whole numbers are not angles in radians.
     let are_whole = known().all(|value| value.fract() == 0.0);
     PERIODS
         .into_iter()

@@ -19,7 +19,8 @@ use std::fmt;
 pub struct Demo {
     pub speed_mm_s: f64,
     pub period_mm: f64,
-    /// Tone over noise, dB; `None` if finger and converter are the only noise.
+    /// Power of the tone over that of the noise, dB; `None` if finger and converter are the only
+    /// noise.
     pub snr_db: Option<f64>,
     pub truth: Truth,
     pub board: Board,
@@ -50,7 +51,7 @@ pub fn run(
         &mut sink,
         progress,
     )?;
-    // Draw only the scene, not the time until the last message.
+    // Draw only the scene, and not the time from its end to the last message.
     let first_us = outcome.conversions.first().map_or(0, |first| first.t_us);
     let end_us = ((truth.end_s - outcome.zero_s()) * 1e6) as u32;
     let is_in = |one: &TimedConversion| one.t_us.wrapping_sub(first_us) < end_us;

@@ -32,16 +32,16 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Returns the number of decimals that shows an uncertainty with two significant digits; `None` if
-/// `sigma` is not an uncertainty.
+/// Returns the number of decimals needed to show an uncertainty with two significant digits; `None`
+/// if `sigma` is not an uncertainty.
 pub fn decimals(sigma: f64) -> Option<usize> {
     // Use the exponent after rounding, since 0.0996 becomes 0.10.
     let power: i32 = format!("{sigma:.1e}").split_once('e')?.1.parse().ok()?;
     (sigma > 0.0 && sigma.is_finite()).then(|| (1 - power).max(0) as usize)
 }
 
-/// Formats a value and its uncertainty with as many decimals as the uncertainty needs for two
-/// significant digits.
+/// Formats a value and its uncertainty with the number of decimals that shows two significant
+/// digits of the uncertainty.
 pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
     match decimals(sigma) {
         Some(decimals) => (format!("{value:.decimals$}"), format!("{sigma:.decimals$}")),

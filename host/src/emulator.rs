@@ -55,7 +55,7 @@ pub struct Options<'a> {
 }
 
 impl<'a> Options<'a> {
-    /// Default options: keeps nothing, and does not change the firmware's settings.
+    /// Returns the default options: keeps nothing, and does not change the firmware's settings.
     pub fn new(firmware: &'a Firmware) -> Self {
         Self {
             firmware,
@@ -172,9 +172,9 @@ pub fn is_over(emulator: &mut Emulator, end_s: f64) -> bool {
 }
 
 /// Runs the firmware on `input` until the input is over or this process is asked to stop (Ctrl-C).
-/// Passes packets to `sink` as they arrive; `progress` takes the seconds of input done and in all.
-/// Fails if the firmware does something that is not modelled, does not start or refuses its
-/// settings, or if `sink` fails.
+/// Passes packets to `sink` as they arrive; `progress` takes the seconds of input done so far, and
+/// the total. Fails if the firmware does something that is not modelled, does not start or refuses
+/// its settings, or if `sink` fails.
 pub fn run(
     input: Opened,
     options: Options<'_>,

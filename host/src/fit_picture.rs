@@ -22,7 +22,7 @@ use channels::Fitted;
 use ridgetone_proto::telemetry::Status;
 use std::path::Path;
 
-/// Draws a fit of these samples with this selection. Reads the samples once more.
+/// Draws a fit of these samples with this selection. Reads the samples again.
 pub fn draw(samples: &Samples, selection: &Selection, fit: &TableFit) -> Result<String> {
     let fitted = Fitted::read(samples, selection, fit)?;
     let panel = spectrum::panel(&fitted, fit);

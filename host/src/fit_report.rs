@@ -170,7 +170,7 @@ const FEW_CYCLES: f64 = 8.0;
 fn meaning(fit: &TableFit) -> &'static str {
     let cycles = fit.tone.frequency().map_or(0.0, |tone| match fit.domain {
         Domain::Time => tone.value * fit.window_s,
-        // The length of a window by position is not known here.
+        // The length of the window in millimetres is not known here.
         Domain::Position => 0.0,
     });
     match fit.status {

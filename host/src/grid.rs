@@ -21,7 +21,7 @@ const ON_GRID: f64 = 0.2;
 /// sampled at their stamped times instead of on an even grid.
 const SCATTER_MAX: f64 = 0.02;
 
-/// Maximum number of grid positions at a supplied rate for each row of a file.
+/// Maximum number of grid positions per row of a file, if the rate is supplied.
 const SLOTS_MAX: usize = 16;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -229,7 +229,7 @@ fn numbered(clock: &mut RowClock, time_s: &[f64]) -> Vec<usize> {
     time_s.iter().map(|t_s| clock.push(*t_s) as usize).collect()
 }
 
-/// Returns the RMS deviation of the rows' spacings from a whole number of sampling intervals, as a
+/// Returns the RMS deviation of the rows' spacings from whole numbers of sampling intervals, as a
 /// fraction of an interval.
 fn scatter(time_s: &[f64], places: &[usize], spacing_s: f64) -> f64 {
     let pairs = time_s.windows(2).zip(places.windows(2));
@@ -240,7 +240,7 @@ fn scatter(time_s: &[f64], places: &[usize], spacing_s: f64) -> f64 {
     (off.map(|off| off * off).sum::<f64>() / count).sqrt()
 }
 
-/// True if these row numbers show steady sampling with a few rows lost.
+/// True if rows at these positions are evenly sampled, with only a few missing.
 fn is_steady(places: &[usize]) -> bool {
     let slots = places.last().map_or(0, |last| last + 1);
     (slots - places.len()) as f64 <= MISSING_MAX * slots as f64

@@ -29,8 +29,8 @@ impl Default for Input {
     }
 }
 
-/// Returns the scene for a first look: a physical fingertip, for which the period comes out right.
-/// In the plain scene for tests, [`Sliding::default`], each channel has its own phase.
+/// Returns the scene for a first look: a physical fingertip, for which the estimated period is
+/// right. In the plain scene for tests, [`Sliding::default`], each channel has its own phase.
 pub fn first_scene() -> Result<Sliding> {
     built_in(
         "hal-mock/scenes/c1.toml",
@@ -127,7 +127,7 @@ impl Input {
     }
 }
 
-/// Longest scene that is played, in seconds; a longer one is due to a wrong speed.
+/// Longest scene that is played, in seconds; a longer one most likely has a wrong speed.
 const SCENE_MAX_S: f64 = 3600.0;
 
 /// Highest tone that is not aliased, as a fraction of the frame rate, with a margin.

@@ -35,7 +35,7 @@ pub struct Listener {
     is_connected: bool,
     /// The request for the greeting.
     greeting: Requests,
-    /// Time at which the request was sent, until the greeting arrives.
+    /// Time at which the greeting was requested; `None` if it is not awaited.
     joining: Option<Instant>,
     held: VecDeque<Heard>,
     /// Numbers of lost and damaged packets already reported.
@@ -147,8 +147,8 @@ impl Listener {
         Ok(heard)
     }
 
-    /// Returns a sentence on newly lost or damaged packets or, before the first packet, on other
-    /// bytes on the line.
+    /// Describes packets that were newly lost or damaged or, before the first packet, other bytes
+    /// on the line; `None` if there is nothing to report.
     pub fn losses(&mut self) -> Option<String> {
         let counts = self.feed.counts();
         if counts.received == 0 && self.feed.has_board() {

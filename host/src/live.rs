@@ -34,10 +34,10 @@ pub enum Phase {
     Unknown,
     /// Nothing touches the finger.
     Idle,
-    /// The finger is touched, and nothing has slid yet.
+    /// The finger is touched, but nothing has slid yet.
     Held,
     Sliding,
-    /// The slide is over, the finger is still touched.
+    /// The slide is over, but the finger is still touched.
     HeldAfter,
 }
 
@@ -96,7 +96,7 @@ impl Serialize for Kept {
     }
 }
 
-/// The latest packets of some kinds.
+/// The latest packet of each kind that a screen shows.
 #[derive(Clone, Debug, Default, Serialize)]
 struct Latest {
     hello: Option<Kept>,
@@ -108,7 +108,7 @@ struct Latest {
     texture: Option<Kept>,
 }
 
-/// The small part of the state, which the web page receives as a whole.
+/// The part of the state that is small enough for the web page to receive it as a whole.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Now {
     /// Name of the source: a port, a recording, the emulated board.
@@ -259,7 +259,7 @@ impl Live {
         }
     }
 
-    /// Forgets earlier data, because the board's clock starts at zero again.
+    /// Forgets earlier data: the board's clock starts at zero again.
     fn restarted(&mut self) {
         self.now.restarts += 1;
         self.clear();

@@ -13,7 +13,6 @@ pub enum McapError {
     Compressed { compression: String },
 }
 
-/// Messages of a file.
 #[derive(Debug, Default, PartialEq)]
 pub struct JsonMessages {
     /// Topics and texts, in the file's order.

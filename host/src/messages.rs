@@ -142,7 +142,7 @@ impl Message {
 
 pub type Messages = Box<dyn Iterator<Item = Result<Message>> + Send>;
 
-/// Reads all messages of a file of the given form.
+/// Reads all messages from a file in the given format.
 pub fn messages(path: &Path, form: Form) -> Result<Messages> {
     let named = || path.display().to_string();
     match form {

@@ -1,4 +1,4 @@
-//! Names of enum variants in text: the same as in JSON.
+//! Names of enum variants as text, the same as in JSON.
 
 use serde::Serialize;
 

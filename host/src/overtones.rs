@@ -8,9 +8,9 @@ use std::f64::consts::TAU;
 pub fn overtones(reported: &Overtones) -> [Overtone; 3] {
     let mut turn = 1;
     reported.map(|[re, im]| {
-        // Relative to the fundamental as a sine, each further order turns the phase by a quarter
-        // turn: a factor of -i. Subtract from zero instead of negating, because minus zero would
-        // have a phase.
+        // Phases are relative to the fundamental as a sine, so each further order turns the phase
+        // by a quarter turn: a factor of -i. Subtract from zero instead of negating, because minus
+        // zero would have a phase.
         let (sine_re, sine_im) = match turn % 4 {
             1 => (im, 0.0 - re),
             2 => (0.0 - re, 0.0 - im),

@@ -118,7 +118,7 @@ impl Recorded {
         (self.times_s[0], self.times_s[self.times_s.len() - 1])
     }
 
-    /// Mean rate of the rows, hertz.
+    /// Returns the mean rate of the rows, hertz.
     pub fn rate_hz(&self) -> f64 {
         let (from_s, until_s) = self.ends_s();
         (self.times_s.len() - 1) as f64 / (until_s - from_s)

@@ -100,7 +100,7 @@ struct Knot {
     mm_s: f64,
 }
 
-/// A robot's positions against its own clock.
+/// A robot's positions over the time of its own clock.
 #[derive(Debug)]
 struct Track {
     file: String,
@@ -374,7 +374,7 @@ struct Joined {
 }
 
 impl Joined {
-    /// Converts a frame's time to the track's time.
+    /// Converts a frame's time to the time of the track's clock.
     fn time_s(&self, t_s: f64) -> f64 {
         self.clock.time_s(t_s + self.after_s)
     }

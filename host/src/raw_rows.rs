@@ -26,8 +26,8 @@ pub fn names() -> Vec<String> {
 }
 
 impl RawRows {
-    /// Reads the frames of `messages`. `again` must have the same messages, for a first pass that
-    /// finds the taxels that are alive. Fails if there is no frame.
+    /// Reads the frames of `messages`. `again` must have the same messages; a first pass over it
+    /// finds the taxels that are alive. Fails if there is no valid value.
     pub fn new(file: &str, messages: Messages, again: Messages) -> Result<Self> {
         let (mut alive, mut vref_v) = (0, VREF_V);
         for message in again {

@@ -65,7 +65,7 @@ impl Sink for Lines {
     }
 }
 
-/// Foxglove's WebSocket at an address of this computer.
+/// Creates a sink for Foxglove's WebSocket at an address of this computer.
 pub fn foxglove(address: SocketAddr) -> Result<Box<dyn Sink>> {
     #[cfg(feature = "foxglove")]
     return Ok(Box::new(foxglove::Foxglove { address }));
@@ -73,7 +73,7 @@ pub fn foxglove(address: SocketAddr) -> Result<Box<dyn Sink>> {
     Err(not_built(&format!("Foxglove ({address})"), "foxglove"))
 }
 
-/// A broker of MQTT 5 at `mqtt://[USER:PASSWORD@]HOST[:PORT]`.
+/// Creates a sink for an MQTT 5 broker at `mqtt://[USER:PASSWORD@]HOST[:PORT]`.
 pub fn mqtt(url: &str) -> Result<Box<dyn Sink>> {
     #[cfg(feature = "mqtt")]
     return Ok(Box::new(mqtt::Mqtt::new(url)?));

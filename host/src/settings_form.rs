@@ -182,7 +182,8 @@ pub fn with_json(settings: &Settings, given: &str) -> Result<Settings> {
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
     let mut settings = *settings;
     let mut given = read::leaves(given).map_err(|why| anyhow!(why))?;
-    // The plan comes first in the table: it sets window and stride, which others may replace.
+    // The plan comes first in the table: it sets window and stride, which later settings may
+    // replace.
     for setting in TABLE {
         let Some(value) = given.remove(setting.name) else {
             continue;

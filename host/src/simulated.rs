@@ -96,7 +96,8 @@ pub fn run<F: NorFlash>(
     Ok(board)
 }
 
-/// Runs until the input ends or the board must restart; in the latter case returns the store.
+/// Runs until the input ends or the board must restart. Returns the store if the board must
+/// restart.
 fn run_until_restart<F: NorFlash>(
     board: &SimulatedBoard,
     start: Start<F>,

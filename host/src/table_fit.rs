@@ -24,7 +24,8 @@ use ridgetone_tone::{FRAMES_MAX, HARMONICS_MAX};
 use scaled::Channels;
 use serde::Serialize;
 
-/// Relative difference between the given rate and the time stamps above which a warning is shown.
+/// Relative difference between the supplied rate and that of the stamps above which a warning is
+/// shown.
 const RATES_DIFFER: f64 = 0.01;
 
 /// One channel's part of the result, in the file's unit, with the fundamental where there is a

@@ -18,7 +18,7 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// Unit of a frequency.
+    /// Returns the unit of a frequency.
     pub const fn unit(self) -> &'static str {
         match self {
             Self::Time => "Hz",

@@ -79,8 +79,8 @@ fn longest_slide(samples: &Samples, selection: &Selection) -> Option<SlideTimes>
         .max_by(|a, b| length_s(a).total_cmp(&length_s(b)))
 }
 
-/// Returns the touches in a recording, in its own time: as reported in telemetry, or as detected in
-/// samples in volts.
+/// Returns the touches in a recording, in the recording's time: as reported in telemetry, or as
+/// detected in samples in volts.
 pub fn touches(samples: &Samples, selection: &Selection) -> Result<Touches> {
     Ok(found(samples, selection)?.0)
 }

@@ -29,7 +29,7 @@ struct JsonEvent {
 }
 
 impl Touches {
-    /// Adds an event of a touch; other events are ignored.
+    /// Adds a touch event; ignores other events.
     pub fn take(&mut self, event: &Event) {
         match event {
             Event::Contact(contact) => self.contacts_s.push(seconds(contact.t_us)),
@@ -42,7 +42,7 @@ impl Touches {
         }
     }
 
-    /// Adds an event of a touch from a JSON object; other events are ignored.
+    /// Adds a touch event from a JSON object; ignores other events.
     pub fn take_json(&mut self, text: &str) -> serde_json::Result<()> {
         let is_touch = ["contact", "slide", "release"]
             .iter()

@@ -108,7 +108,8 @@ mod tests {
     use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{Event, Span, TravelStatus};
 
-    /// Returns times of contacts and releases, and the period of each whole slide, within 30 s.
+    /// Returns the times of contacts and releases, and the period of each whole slide, in the first
+    /// 30 s.
     fn felt(mut input: Opened) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         input.end_s = 30.0;
         input.scene = Box::new(Again {

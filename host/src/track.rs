@@ -63,8 +63,8 @@ pub struct Track {
 }
 
 impl Track {
-    /// Creates a track. The spectrogram extends above the highest good frequency, or to half the
-    /// rate of the rows.
+    /// Creates a track. The spectrogram extends to `HEADROOM` times the highest frequency of a good
+    /// window, but at most to half the row rate; to half the row rate if no window is good.
     pub fn new(points: Vec<Point>, recorded: &Recorded, window_s: f64) -> Self {
         let good = points.iter().filter(|point| point.status == Status::Good);
         let highest = good

@@ -1,4 +1,5 @@
-//! Wrong usage, as opposed to a failure: the process exits with status 2 instead of 1.
+//! Errors with an exit status of their own: wrong usage (2), and a recording without an estimate
+//! (3). All other failures exit with status 1.
 
 /// Error for a command line that requests something impossible; the text says why.
 #[derive(Debug, thiserror::Error)]

@@ -27,9 +27,10 @@ const REACH_S: f64 = 600.0;
 /// Board time around a moment whose delays determine the height of the line, seconds.
 const NEAR_S: f64 = 15.0;
 
-/// A slope is significant if it changes the delay over its span by five times the scatter of the
-/// minimum delays. At least ten minimum delays are needed, or fewer for a slope steeper than any
-/// crystal's. The scatter is the standard deviation of exponential delays with the same median.
+/// A slope is significant if it changes the delay over the span of all points by five times the
+/// scatter of the minimum delays. At least ten minimum delays are needed, or fewer for a slope
+/// steeper than any crystal's. The scatter is the standard deviation of exponential delays with the
+/// same median.
 const SIGNIFICANT: f64 = 5.0;
 const BLOCKS_MIN: usize = 10;
 const NO_CRYSTAL: f64 = 1e-3;
@@ -37,7 +38,7 @@ const NO_CRYSTAL: f64 = 1e-3;
 /// Time from the first to the last conversion of a frame, seconds.
 const FRAME_S: f64 = (FRAME_NS - CONVERSION_NS) as f64 * 1e-9;
 
-/// Board time for which a slope is reused, seconds.
+/// Length of the intervals of board time in which a slope is reused, seconds.
 const SLOPE_S: f64 = 10.0;
 
 /// Time at which bytes were received.
@@ -60,7 +61,7 @@ impl Receipt {
         }
     }
 
-    /// Seconds since 1970, to a quarter of a microsecond.
+    /// Returns the time in seconds since 1970, to a quarter of a microsecond.
     pub fn utc_s(&self) -> f64 {
         self.utc_ns as f64 * 1e-9
     }
@@ -78,7 +79,7 @@ pub struct Utc {
 }
 
 impl Utc {
-    /// Seconds since 1970, to a quarter of a microsecond.
+    /// Returns the time in seconds since 1970, to a quarter of a microsecond.
     pub fn utc_s(&self) -> f64 {
         self.utc_ns as f64 * 1e-9
     }
@@ -106,7 +107,8 @@ pub struct UtcClock {
     zero_ns: Option<i64>,
     /// Board time and delay of the packet with the minimum delay in each block, seconds.
     least: VecDeque<(f64, f64)>,
-    /// Latest slope: index of its board time, number of blocks, slope and standard deviation.
+    /// Latest slope: index of its interval of `SLOPE_S`, number of blocks, slope and standard
+    /// deviation.
     slope: Cell<Option<(i64, usize, f64, f64)>>,
     /// Time from a frame's first to its last conversion with the plan of the latest greeting,
     /// seconds.
@@ -193,7 +195,7 @@ impl UtcClock {
         let scatter_s = (squares / (near.len() - 1).max(1) as f64)
             .sqrt()
             .max(LEAST_S);
-        // The minimum delay may belong to any of the nearby points.
+        // The minimum delay may belong to any of the nearby points, so use the largest distance.
         let far_s = near
             .iter()
             .map(|(at_s, _)| (at_s - t_s).abs())
@@ -240,7 +242,8 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     heights_s.sort_by(f64::total_cmp);
     let scatter_s = (heights_s[count / 2] / std::f64::consts::LN_2).max(LEAST_S);
     let span_s = points[count - 1].0 - points[0].0;
-    // A short edge is uncertain, so its length and the number of points matter.
+    // The slope of a short edge is uncertain. Its length counts as at least the span over the root
+    // of the number of points.
     let sigma = scatter_s / (edge[1].0 - edge[0].0).max(span_s / (count as f64).sqrt());
     let is_enough = count >= BLOCKS_MIN || slope.abs() > NO_CRYSTAL && count > 2;
     let counts = is_enough && slope.abs() * span_s > SIGNIFICANT * scatter_s;

@@ -64,7 +64,6 @@ pub struct RunFile {
     pub settings: Option<Settings>,
     /// Rows per second of a table, in place of its stamps.
     pub rate_hz: Option<f64>,
-    /// How to read a table.
     pub form: TableForm,
     /// True if only this file is shown: if it cannot be opened, the command ends.
     pub is_alone: bool,

@@ -237,7 +237,7 @@ fn run_all(long: bool) {
         "robot.csv",
         &format!("time_s,position_mm\n{rows}"),
     );
-    // Surfaces with a tone of 100 Hz, and people's ratings of them.
+    // Surfaces with a tone of 100 Hz, and how people rated them.
     let mut scores = String::from("file,soft,m\n");
     for (number, name) in ["smooth.csv", "vibration.csv", "third.csv", "fourth.csv"]
         .into_iter()

@@ -57,7 +57,7 @@ fn start(arguments: &[&str]) -> (Child, String, std::fs::File) {
     (child, name, line)
 }
 
-/// The board uses a different protocol.
+/// The board uses a different protocol, so the check must fail.
 #[test]
 fn a_check_that_fails_is_reported_and_is_the_exit_status() {
     let folder = directory();

@@ -1,5 +1,5 @@
-//! Tests that the messages of two boards with different clocks, after recording on one computer and
-//! export, agree in UTC.
+//! Tests that two boards with different clocks, whose messages are recorded on one computer and
+//! exported, agree in UTC.
 #![cfg(unix)]
 
 mod common;
@@ -78,7 +78,7 @@ impl Source for Board {
 
 struct Stamp {
     kind: String,
-    /// Time by the board's clock.
+    /// Time by the board's clock, seconds.
     t_s: f64,
     /// Error of the time in the file, seconds.
     off_s: f64,
@@ -175,7 +175,7 @@ fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [V
         1e3 * least_s,
         1e3 * most_s
     );
-    // Smallest and largest difference between any two messages of the two boards.
+    // No two messages of the boards may disagree by more than a millisecond.
     assert!(most_s - least_s < 1e-3, "{least_s} and {most_s} s");
     boards
 }
@@ -306,12 +306,12 @@ impl Source for Firmware {
     }
 
     fn byte_s(&self) -> f64 {
-        // Same value as in the product's source for an emulated board.
+        // Same value as in the crate's own source for an emulated board.
         BYTE_S
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        // Sending fails if the board has ended, which the product's source ignores too.
+        // Sending fails if the board has ended; the crate's own source ignores this too.
         let _ = self.requests.send(bytes.to_vec());
         Ok(())
     }
@@ -334,7 +334,7 @@ fn two_emulated_boards_of_skewed_clocks_agree_within_a_millisecond() {
             end_s: length_s,
             ..Opened::untouched()
         };
-        // 11.7 s apart.
+        // The two boards start 11.7 s apart.
         let (zero_s, seed) = if pace > 1.0 {
             (1_795_413_622.625, 1)
         } else {

@@ -225,8 +225,8 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
                 unclear.fetch_add(1, Ordering::Relaxed);
                 continue;
             }
-            // The finger is not calibrated here. In `tests/travel.rs` it is, so its direction is
-            // known.
+            // The finger is not calibrated here. It is in `tests/travel.rs`, where the direction is
+            // therefore known.
             assert_eq!(travel.status, TravelStatus::Uncalibrated, "{what}");
             assert!(
                 [towards, Direction::Unknown].contains(&travel.direction),

@@ -34,7 +34,7 @@ const BYTE_S: f64 = 10.0 / 921_600.0;
 enum Motion {
     /// Back and forth.
     Hand(Hand),
-    /// One way, for two swings of the speed: 60 % about its mean, every 1.5 s.
+    /// In one direction, for two periods of 1.5 s in which the speed varies by 60 % about its mean.
     Varying { mean_mm_s: f64 },
 }
 
@@ -168,8 +168,8 @@ impl Recorded {
     }
 }
 
-/// Records the raw frames of a scene. The times of receipt have an exponential delay of 0.3 ms.
-/// Returns the scene time at device time zero.
+/// Records the raw frames of a scene. The times of receipt have an exponential delay with a mean of
+/// 0.3 ms. Returns the scene time at device time zero.
 fn record(scene: impl Scene + 'static, plan: Plan, path: &Path, seed: u64) -> f64 {
     let options = Options {
         clock_hz: plan.adc_clock_hz,
@@ -345,7 +345,7 @@ fn channels_have_positions_of_their_own() {
         time: None,
     };
     let samples = Samples::file(&recorded.path).expect("samples");
-    // From one turn of the hand to the next.
+    // Fit the rows from one turn of the hand to the next.
     let begin_s = recorded.start_s - recorded.zero_s + 0.625;
     let selection = Selection {
         from_s: Some(begin_s),
@@ -359,7 +359,7 @@ fn channels_have_positions_of_their_own() {
         }
         let mut rows = samples.open().expect("rows");
         let fit = table_fit::fit(&mut *rows, &selection, &mut |_| {}).expect("a fit");
-        // The channels at both ends of the scan.
+        // Mean relative residual of the first and last two channels of the scan.
         let of = |channel: usize| {
             let found = &fit.channels[channel];
             found.residual.expect("a residual") / found.amplitude.expect("an amplitude")

@@ -138,7 +138,7 @@ fn a_scene_written_down_and_replayed() {
         "{found}"
     );
 
-    // The same recording in millivolts, with the matching scale.
+    // Write the same recording in millivolts, to be read with the matching scale.
     let mut millivolts = String::new();
     for (row, line) in table.lines().enumerate() {
         let fields =
@@ -353,8 +353,8 @@ fn a_recording_keeps_its_rate_and_its_channels_and_nothing_is_invented() {
     );
 }
 
-/// Replayed raw frames must have the same estimates to the last digit with the board's own
-/// settings; with other settings, the estimates of a board that has those.
+/// Replayed raw frames must yield the same estimates to the last digit with the board's own
+/// settings; with other settings, those of a board that has these settings.
 #[test]
 fn a_recording_of_raw_frames_is_run_again_bit_for_bit() {
     let folder = common::directory();
@@ -391,7 +391,7 @@ fn a_recording_without_an_estimate_is_explained() {
     let folder = common::directory();
     let mut csv = "time_s,a,b\n".to_owned();
     for row in 0..1000 {
-        // Pressed after two seconds, then held.
+        // The finger presses after two seconds, then holds.
         let level = if row < 482 { 0.0 } else { 0.2 };
         let noise = 1e-4 * f64::from(row * 7919 % 13 - 6);
         csv += &format!(

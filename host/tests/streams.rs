@@ -205,8 +205,8 @@ fn a_broker_that_hangs_holds_up_no_board() {
     broker.hang();
     sleep(Duration::from_secs(8));
     board.stop();
-    // A board blocked by the hanging broker would be 8 s late. A busy processor may also cause a
-    // delay.
+    // A board blocked by the hanging broker would be 8 s late. Allow for shorter delays by a busy
+    // processor.
     assert!(
         board.late_s() < 4.0 && board.frames() > 12_000,
         "{} s late, {} frames",

@@ -104,8 +104,8 @@ fn what_is_possible_is_the_users_to_say() {
     );
 }
 
-/// By default the array is not calibrated. The uncertainty covers any finger, and is too large to
-/// decide between 3.6 mm in one direction and 4.3 mm in the other.
+/// By default the array is not calibrated. The uncertainty then covers any finger, and is too large
+/// to decide between 3.6 mm in one direction and 4.3 mm in the other.
 #[test]
 fn an_array_that_nobody_calibrated_says_so() {
     for estimate in replayed(&[]) {

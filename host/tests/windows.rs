@@ -61,7 +61,7 @@ fn each_window_is_the_fit_of_its_rows() {
     let alone = json_lines(&alone)[0].clone();
     let found: f64 = column(&csv, "frequency_hz")[6].parse().expect("a number");
     assert_eq!(Some(found), alone["frequency_hz"].as_f64());
-    // The estimator's tests have a false alarm in one of a few hundred windows.
+    // One window may not be good: the estimator has a false alarm in one of a few hundred.
     let status = column(&csv, "status");
     let good = status.iter().filter(|status| *status == "good").count();
     assert!(good >= 17, "{status:?}");
@@ -173,7 +173,7 @@ fn more_rows_than_the_estimator_takes_are_fitted_through_a_filter() {
 #[test]
 fn bounds_choose_a_tone_or_say_what_lies_outside() {
     let folder = directory();
-    // Two tones that together form a comb of 10 Hz.
+    // Two tones that together look like a harmonic comb of 10 Hz.
     let csv = table(2000, 250.0, |t_s| {
         (TAU * 20.0 * t_s).cos() + 0.4 * (TAU * 30.0 * t_s).cos()
     });

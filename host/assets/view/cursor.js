@@ -1,7 +1,7 @@
 // Shows the value under a plot's cursor, and the difference between two marked points.
 import { withSigma } from "./format.js";
 
-// Step of the up and down keys, as a fraction of the height.
+// Distance that the up and down keys move the cursor, as a fraction of the height.
 const STEP = 0.05;
 
 const signed = (text) => text.replace("-", "−");

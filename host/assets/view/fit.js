@@ -2,7 +2,7 @@
 import { Plot, colour, dots, line, robust } from "./plot.js";
 import { round125 } from "./format.js";
 
-// Fraction of the height for the residual, which is at the bottom.
+// Fraction of the plot's height for the residual, at the bottom.
 const RESIDUAL = 0.28;
 
 export class Fit extends Plot {
@@ -36,7 +36,7 @@ export class Fit extends Plot {
     this.show([curves.t_s, read, fit, tone, rest], `taxel ${taxel}, residual within ${this.axis.residual_mv} mV`);
   }
 
-  // Returns the amplitudes in words; empty without a fit of this taxel.
+  // Formats the amplitudes as text; empty if this taxel was not fitted.
   static words({ curves }, taxel) {
     const harmonics = curves?.harmonics[taxel];
     if (!harmonics) return "";

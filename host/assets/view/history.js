@@ -5,7 +5,8 @@ import { Plot, Steady, colour, dots, line, withoutWild } from "./plot.js";
 const ESTIMATES_S = 0.05;
 // Windows more than this many strides apart are separated by a pause.
 const GAP = 2.5;
-// Minimum height, as a fraction of the frequency: at a higher magnification, changes of a millionth would look like noise.
+// Minimum height of the axis, as a fraction of the frequency: at a higher magnification, changes of
+// a millionth would look like noise.
 const LEAST_SHARE = 1e-4;
 // Fraction of the estimates at each end that may lie beyond the axis.
 const WILD = 0.08;

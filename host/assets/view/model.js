@@ -25,14 +25,14 @@ export class Model {
     this.missed = 0;
   }
 
-  // Takes the whole state.
+  // Replaces the state by a whole new one.
   begin(message) {
     message.live.history = message.live.history.map(charted);
     this.state = message;
     this.missed = message.missed;
   }
 
-  // Adds an update.
+  // Applies an update to the state.
   add(message) {
     const { state } = this;
     if (state === null) return;

@@ -1,7 +1,7 @@
 // All channels of a recording over its whole length, each to its own scale, with the touches. Dragging selects a part.
 import { Plot, colour, line, robust } from "./plot.js";
 
-// Steps of rows to request per pixel.
+// Number of steps to request per pixel; the command thins the rows to these steps.
 const STEPS = 1;
 // A turn of the wheel by this many pixels zooms by a factor of e.
 const WHEEL = 400;
@@ -118,7 +118,7 @@ export class Overview extends Plot {
     document.addEventListener("pointerup", () => document.removeEventListener("pointermove", move), { once: true });
   }
 
-  // Fetches the rows of a range. Of several requests, only the latest counts.
+  // Fetches and draws the rows of a range; if another range is requested meanwhile, only that one.
   async fetch(range) {
     this.wanted = range;
     if (this.isBusy) return;

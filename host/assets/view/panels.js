@@ -22,7 +22,7 @@ export function tiles({ live, remarks }, why = "no estimate yet") {
   const { estimate, whole_slide: whole, health } = live.latest;
   put("frequency", (estimate && tone(estimate)) ?? "none");
   const parts = [];
-  // An estimate stays until the next one, even during a new touch.
+  // Show an estimate until the next one arrives, even during a new touch.
   const isPast = Boolean(estimate) && live.contact_s !== null && estimate.t_s < live.contact_s;
   for (const id of ["frequency", "period", "speed"]) $(id).classList.toggle("past", isPast);
   if (estimate) {

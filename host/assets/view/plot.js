@@ -12,7 +12,7 @@ const NEAR = 30;
 const APART = 64;
 // Distance from the median beyond which a value is wild, in median deviations.
 const FAR = 8;
-// Steps of moving and of zooming, as fractions of the shown range.
+// Steps of moving and zooming, as fractions of the shown range.
 const STEP = 0.2;
 const ZOOM = 0.6;
 
@@ -54,7 +54,8 @@ export const dots = (stroke, size, more = {}) => ({
   stroke, width: 0, paths: () => null, points: { show: true, size, stroke, fill: stroke, width: 1 }, ...more,
 });
 
-// `series`: all but x, each with a `name` if its points can be read. The `draw` of each plot makes the data from a state.
+// `series`: all series except x; those whose points the cursor can read have a `name`. Each kind of
+// plot has a `draw` that makes the data from a state.
 export class Plot {
   constructor(card, onZoom, options) {
     this.box = card.querySelector(".plot");
@@ -122,7 +123,7 @@ export class Plot {
     this.onZoom();
   }
 
-  // Makes the next data show in full.
+  // Resets the zoom, so that the next data is shown in full.
   reset() {
     this.isZoomed = { x: false, y: false };
   }
@@ -206,7 +207,7 @@ export class Plot {
     this.box.removeAttribute("aria-description");
   }
 
-  // Returns whether the x axis, as zoomed, shows this position.
+  // True if this position is within the shown range of the x axis.
   shows(x) {
     const { min, max } = this.plot.scales.x;
     return !(x < min || x > max);

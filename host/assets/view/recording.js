@@ -35,7 +35,7 @@ export class Recording {
     return runs.json(`/runs/${this.run.id}/${what}.json?${new URLSearchParams(query)}`);
   }
 
-  // Shows a run, or none if null.
+  // Shows a run, or hides the recording if `run` is null.
   async look(run) {
     this.run = run;
     $("recording").hidden = run === null;
@@ -88,7 +88,7 @@ export class Recording {
     }
   }
 
-  // Fits a part, or if null the part that `fit` chooses.
+  // Fits a part, or shows the fit of the part that `fit` chooses if `part` is null.
   async select(part) {
     const number = ++this.answer;
     this.part = part;
@@ -100,7 +100,7 @@ export class Recording {
     this.say("Fitting.");
     const [from_s, until_s] = part;
     const found = await this.get("fit", { from_s, until_s }).catch((error) => error);
-    // Of several parts, only the latest counts.
+    // Drop this answer if another part has been selected meanwhile.
     if (number !== this.answer) return;
     if (found instanceof Error) this.show(null, found.message);
     else this.show(found, null);
@@ -156,8 +156,8 @@ export class Recording {
   }
 }
 
-// Returns window and stride: a window of eight cycles, if these are known, of at least a fortieth of the recording and 48 rows;
-// and half of it as the stride.
+// Returns window and stride in seconds. A window has eight cycles, if the frequency is known, and
+// at least a fortieth of the recording and 48 rows; the stride is half a window.
 function steps({ from_s, until_s, rate_hz }, fit) {
   const cycles_s = fit?.frequency_hz ? 8 / fit.frequency_hz : 0;
   const length_s = Math.max(cycles_s, (until_s - from_s) / 40, 48 / rate_hz);

@@ -3,7 +3,7 @@ import { post } from "./settings.js";
 import { charted, seconds, tone, withSigma, words } from "./format.js";
 
 const $ = (id) => document.getElementById(id);
-// Time after an estimate's own time by which it has arrived, seconds.
+// Delay after an estimate's time stamp within which the estimate arrives, seconds.
 const BEHIND_S = 0.005;
 
 let runs = [];
@@ -14,7 +14,7 @@ export function say(text, isWrong = false) {
   $("runs-message").classList.toggle("alarm", isWrong);
 }
 
-// Does work that the server may refuse, and shows the refusal.
+// Runs `work`. If the server refuses it, shows the reason and returns null.
 export async function trying(work) {
   try {
     return await work();
@@ -64,7 +64,7 @@ export const of = (id) => runs.find((run) => run.id === id);
 export const compared = () => beside;
 export const first = () => runs[0] ?? null;
 
-// `look` shows a run, and `changed` redraws.
+// `look` shows a run, `changed` redraws the page, and `shown` returns the run that is shown.
 export function begin({ look, changed, shown }) {
   const update = (found) => {
     runs = runs.some(({ id }) => id === found.id) ? runs.map((run) => (run.id === found.id ? found : run)) : [...runs, found];

@@ -4,11 +4,11 @@ import { seconds } from "./format.js";
 import * as runs from "./runs.js";
 
 const $ = (id) => document.getElementById(id);
-// Step of the keys, seconds.
+// Time that a key moves the slider, seconds.
 const STEP_S = 0.05;
 
 export class Scrub {
-  // `changed` redraws.
+  // `changed` is called when the page must be redrawn.
   constructor(changed) {
     Object.assign(this, { changed, run: null, model: null, wanted: null, isBusy: false, playing: null });
     $("time").addEventListener("input", () => this.go(Number($("time").value)));
@@ -19,7 +19,7 @@ export class Scrub {
     return Number($("time").value);
   }
 
-  // Shows a run, or if null the board again.
+  // Shows a run, or goes back to the live board if `run` is null.
   async look(run) {
     this.play(false);
     [this.run, this.model] = [run, null];
@@ -36,7 +36,7 @@ export class Scrub {
     await this.go(this.t_s);
   }
 
-  // Shows the state at a time. Of several requests, only the latest counts.
+  // Shows the state at a time. Of the requests made while one is pending, only the latest is sent.
   async go(t_s) {
     $("time").value = t_s;
     $("time-s").textContent = seconds(this.t_s);

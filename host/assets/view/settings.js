@@ -21,7 +21,7 @@ const say = (text, isWrong = false) => {
 // Returns a setting by its name.
 const value = (settings, name) => name.split(".").reduce((found, part) => found[part], settings);
 
-// Conversions from a value to the text of its input, and back.
+// For each kind of setting, conversions from a value to the text of its input and back.
 const WAYS = {
   number: [(found) => String(Number(found.toPrecision(6))), Number],
   whole: [String, Number],
@@ -100,7 +100,7 @@ export function show({ live, settings_form: entries, settings_reply: reply, can_
 // `send` takes the changed settings as JSON, and returns the outcome.
 export function begin(send) {
   $("settings-form").addEventListener("input", () => { isChanging = true; });
-  // Show the browser's own refusal of a value, which is not sent.
+  // Show the browser's own message for an invalid value; such a value is not sent.
   const refuse = ({ target }) => say(`${target.name}: ${target.validationMessage}`, true);
   $("settings-form").addEventListener("invalid", refuse, true);
   $("settings-form").addEventListener("submit", async (event) => {

@@ -51,7 +51,7 @@ export class Spectrum extends Plot {
 
   // `beside`: the spectrum of another run.
   draw({ spectrum, curves }, isLog, beside = null) {
-    // The residual is also that of the latest window.
+    // The residual is of the estimate's window, and so is this spectrum if it has lines.
     const residual = spectrum.lines.length ? curves?.residual_spectrum ?? null : null;
     Object.assign(this.shown, { lines: spectrum.lines, residual, isLog });
     this.plot.axes[0].label = isLog ? "frequency, Hz, logarithmic" : "frequency, Hz";

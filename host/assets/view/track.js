@@ -3,7 +3,7 @@ import { Plot, colour, dots, line } from "./plot.js";
 
 // Half-width of a 95 % interval, standard deviations.
 const INTERVAL = 1.96;
-// Divisor from a shade, 0 to 7, to its opacity: even the darkest shade is translucent.
+// A shade, 0 to 7, divided by this is its opacity, so even the darkest shade is translucent.
 const SHADES = 9;
 
 export class Track extends Plot {

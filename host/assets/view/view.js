@@ -42,7 +42,7 @@ const scrub = new Scrub(() => {
   list.list();
   drawAll();
 });
-// Shows a run, or if null the board again.
+// Shows a run, or goes back to the live board if `run` is null.
 function look(run) {
   Object.values(plots).forEach((plot) => plot.clear());
   return Promise.all([recording.look(run), scrub.look(run)]);
@@ -66,7 +66,7 @@ function schedule() {
   isDue = true;
   requestAnimationFrame(() => {
     isDue = false;
-    // Leave the plots unchanged while the page is paused, as when zoomed, and while a run is shown.
+    // Do not redraw the plots while a run is shown, or while the page is paused, as after zooming.
     draw(paused === null && scrub.run === null);
   });
 }
@@ -121,14 +121,16 @@ function draw(withPlots) {
   drawPlots(plots, state, { beside: compared(run, live), why });
 }
 
-// Reports the pace of a slow emulated board, since the finger would look slow on a slow computer.
+// Reports the pace of a slow emulated board; otherwise a slow computer would look like a slow
+// finger.
 function slowness() {
   const { source: name, now_s } = model.state.live;
   const found = scrub.run === null && name === EMULATED && now_s !== null ? pace.take(1e-3 * performance.now(), now_s) : null;
   return found !== null && found < SLOW ? ` (${found.toFixed(2)} of real time)` : "";
 }
 
-// Returns the run to compare with, shifted so that its first contact is at this run's. Next to a live board, its end is now.
+// Returns the run to compare with, shifted so that the first contacts of both runs coincide. Next
+// to a live board, its end is shifted to the present.
 function compared(run, live) {
   const beside = runs.compared();
   $("difference").textContent = beside === null ? "" : runs.difference(run, beside.run);

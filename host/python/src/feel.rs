@@ -108,9 +108,8 @@ pub struct Surface {
     speed_mm_s: f32,
 }
 
-/// Returns the conversion factor of each channel and its standard deviation, from the spectra and
-/// the amplitudes by window and channel at the reference's frequency; `None` for a channel without
-/// that line.
+/// Returns each channel's conversion factor with its standard deviation; `None` without a line at
+/// the reference's frequency. `amplitudes` are those at this frequency, by window and channel.
 #[pyfunction]
 pub fn volts_per_um(
     amplitudes: Vec<Vec<f32>>,

@@ -69,7 +69,7 @@ pub fn simulate<'py>(py: Python<'py>, options: Options) -> PyResult<Simulated<'p
     ))
 }
 
-/// Rows of sixteen readings. A row's time is that of its first reading, from the start of the
+/// Rows of sixteen readings. The time of a row is that of its first reading, from the start of the
 /// scene.
 #[derive(Default)]
 struct Frames {

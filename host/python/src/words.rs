@@ -38,7 +38,7 @@ const ARGUMENTS: [(&str, &str, Value); 25] = [
     ("--emulated", "source=\"emulated\"", Value::Text),
 ];
 
-/// Replaces options in a message by arguments. Commands to type are unchanged.
+/// Replaces options in a message by arguments, except in commands that the user is to type.
 pub fn of_python(message: &str) -> String {
     let part = |part: &str| match part.starts_with("ridgetone ") {
         true => part.to_owned(),

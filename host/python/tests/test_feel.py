@@ -14,7 +14,9 @@ import ridgetone as rt
 Array = npt.NDArray[np.float64]
 
 RATE_HZ = 2048
-# Table 1 and equations 1 to 4: two lines of threshold in um against hertz, and where they begin, meet and end.
+# Constants of table 1 and equations 1 to 4. Each threshold (um against Hz) is two lines on
+# logarithmic axes: their factors and exponents, then the frequencies at which they begin, meet and
+# end.
 THRESHOLDS = {
     "FA I": (499, -0.890, 52.1, 0.0119, 0.5, 12.2, 67.0),
     "FA II": (1690, -1.93, 2.00e-5, 1.39, 20.0, 241.0, 800.0),
@@ -50,7 +52,7 @@ def test_a_vibration_of_known_amplitude_is_a_sum_of_logarithms() -> None:
     assert soft.score == pytest.approx(5.59 - 0.002 * sa1) and soft.name == "soft"
     assert rough.score == pytest.approx(-16.075 + 0.011 * fa2 + 11.633 * 1.2, abs=1e-4)
     assert rough.score_sigma == pytest.approx(1.1633, rel=1e-3) and (felt.m, felt.m_sigma) == (1.2, 0.1)
-    # A different unit, and an additional channel that is not converted.
+    # The same tone in a different unit, with an additional channel that is not converted.
     with_noise = np.c_[2e3 * tone(30, 40), np.random.default_rng(1).normal(size=3 * RATE_HZ)]
     again = rt.feel(with_noise, RATE_HZ, volts_per_um=[2e3, np.nan])
     assert again.receptors == felt.receptors and again.channels == ["ch0"] and again.scores[1].absent == "needs m"

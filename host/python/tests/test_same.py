@@ -10,7 +10,7 @@ import ridgetone as rt
 from conftest import SCENES, Refusal, Run, tables
 
 ALL = [*SCENES, *tables()]
-# Too slow for touch detection.
+# Recordings with too few rows per second for touch detection.
 SLOW = {"milliseconds", "gap", "blank", "single", "noise"}
 
 
@@ -32,7 +32,7 @@ def test_fit_of_a_file_a_recording_and_an_array(name: str, recordings: dict[str,
         same({**found, "file": printed["file"]}, printed)
     [printed] = run("fit", path, "--json", "--from", 1, "--to", 3, "--min-hz", 1, "--max-hz", 2)
     same(rt.fit(recording, **part, min_hz=1, max_hz=2), printed)
-    # The rate from the command line, harmonics and hum.
+    # Options for harmonics and mains hum.
     options = {"harmonics": 2, "mains_hz": 50.0}
     [printed] = run("fit", path, "--json", "--from", 1, "--to", 3, "--harmonics", 2, "--mains", 50)
     same(rt.fit(recording, **part, **options), printed)

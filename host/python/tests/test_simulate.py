@@ -18,8 +18,8 @@ SLOTS = 21
 def test_a_replay_is_what_the_emulated_board_reports(name: str, run: Run) -> None:
     path = ROOT / f"hal-mock/scenes/{name}.toml"
     found = rt.simulate(path)
-    # The command plays the scene to the same chip, so its events are those of these frames, apart from the channels' times in a
-    # scan.
+    # The command plays the scene to the same chip, so it reports the events of these frames, except
+    # that each channel has its own time in a scan.
     events = run("emulate", path, "--json")
     [contact] = [event for event in events if event["type"] == "contact"]
     [end] = [event for event in events if event["type"] == "slide" and event["end_s"] is not None]
@@ -76,7 +76,7 @@ def test_random_channels_have_the_amplitudes_that_are_told() -> None:
     found = rt.simulate({"seed": 5, "snr_db": 60.0}, random_channels=True, converter=False)
     truth = found.truth
     is_slide = (found.time_s > truth.slide_start_s + 0.05) & (found.time_s < truth.slide_end_s - 0.05)
-    # Least squares against the position at the time of each channel's own slot.
+    # Fit by least squares against the position at the time of each channel's own slot.
     for taxel, channel in enumerate(found.channels):
         at_mm = found.position_mm[is_slide] + 30 * taxel / SLOTS / found.scan_hz
         turns = 2 * np.pi * at_mm / 3.6
@@ -92,7 +92,8 @@ def test_random_channels_have_the_amplitudes_that_are_told() -> None:
 
 
 def test_the_converters_noise_is_the_data_sheets() -> None:
-    # SBAS297G: 4.5 uV rms at the scan's data rate, next to a finger without noise.
+    # The converter has noise of 4.5 uV rms at the scan's data rate (SBAS297G); the finger has none
+    # here.
     scene = {"finger": {"noise_uv": 0.0}, "idle_s": 5.0}
     by = [rt.simulate(scene, converter=converter) for converter in (True, False)]
     idle = [one.values[one.time_s < 4.9] for one in by]

@@ -8,7 +8,7 @@ use super::{Axis, CHARACTER, Panel, Svg, WIDE_CHARACTER, nice, spaced, thinned};
 use crate::digits::significant;
 use std::ops::RangeInclusive;
 
-/// Tops of the first row and of the phases' labels above it.
+/// Top edges of the first row, and of the phase labels above it, pixels.
 const TOP: f64 = 106.0;
 const LABELS_Y: f64 = TOP - 18.0;
 /// Room below the last row, for axes and key.
@@ -201,7 +201,8 @@ impl Strips {
         key
     }
 
-    /// Maps a value to pixels about the middle of its row, in the column's scale or in one that
+    /// Returns the scale in pixels per unit, and the y coordinate of zero, so that the range from
+    /// `low` to `high` is centred on `middle`. Without a common scale of the column, the range
     /// fills the row.
     fn scaled(&self, column: &Column, low: f64, high: f64, middle: f64) -> (f64, f64) {
         let own = if high > low {

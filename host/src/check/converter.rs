@@ -13,7 +13,7 @@ use Verdict::{Fail, Pass};
 /// ID4 in the register ID: 0 is the ADS1258, 1 the ADS1158 (SBAS297G, register map).
 const ID4: u8 = 1 << 4;
 
-/// Returns the wire to look at if all registers read the same.
+/// Returns which wires to check if all registers read 00 or all read FF.
 fn stuck(registers: &[u8; 10]) -> Option<&'static str> {
     match registers {
         [0xff, ..] if *registers == [0xff; 10] => Some(

@@ -22,11 +22,12 @@ const NOISE_UV: f64 = match SCAN.data_rate {
 /// Mains frequencies and their second harmonics.
 const LINES_HZ: [f64; 4] = [50.0, 60.0, 100.0, 120.0];
 
-/// Jitter in microseconds rms: at 100 Hz these limits are 1 % and 6 % of a tone's amplitude.
+/// Limits of the jitter in microseconds rms: at 100 Hz, they cause errors of 1 % and 6 % of a
+/// tone's amplitude.
 const JITTER_RMS_US: Limits = Limits::up_to(20.0, 100.0);
 
-/// Worst jitter in microseconds: half a conversion, and a whole one, at which a stamp belongs to
-/// the wrong edge.
+/// Limits of the worst jitter in microseconds: half a conversion, and a whole one, at which a stamp
+/// belongs to the wrong edge.
 const JITTER_WORST_US: Limits =
     Limits::up_to(CONVERSION_NS as f64 / 2000.0, CONVERSION_NS as f64 / 1000.0);
 

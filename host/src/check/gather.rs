@@ -117,8 +117,7 @@ impl Talk<'_> {
     fn run(&mut self, plan: Plan, found: &mut Observations) -> Result<()> {
         self.progress.show(format_args!("greeting the board"));
         let greeted = self.request(Command::Greet);
-        // A board that does not answer may still send telemetry, unless it was silent for all
-        // tries.
+        // Even if the board does not answer, it may send telemetry that describes it.
         let is_heard = greeted.is_ok() || self.feed.counts().received > 0;
         let is_known =
             |seen: &Seen| seen.hello.is_some() && seen.health.is_some() && seen.converter.is_some();
@@ -304,7 +303,8 @@ impl Talk<'_> {
         self.progress.show(format_args!("storing settings"));
         let in_force = self.own.clone().or(self.seen.hello.clone());
         let in_force = in_force.context("the board did not greet")?;
-        // If settings were only sent, a restart shows those in the flash.
+        // If the settings in force were only sent, those in the flash are known only after a
+        // restart.
         let stored = match in_force.source {
             SettingsSource::Sent => self.restart()?,
             _ => in_force.clone(),
@@ -414,7 +414,7 @@ fn probes() -> Result<BTreeMap<usize, Command>> {
     }
     let mut probes = BTreeMap::new();
     for command in commands {
-        // Use a number of three bytes, as most requests have.
+        // Use a request number that takes three bytes, as for most requests.
         let request = Request {
             number: u16::MAX,
             command,

@@ -34,9 +34,9 @@ pub struct Observations {
     pub converter: Option<ConverterState>,
     pub exchanged: Option<Exchanged>,
     pub watched: Option<Watched>,
-    /// `None` if settings were not to be stored.
+    /// Result of the storage test; `None` if settings were not to be stored.
     pub kept: Option<Kept>,
-    /// `None` if the default plan is the board's own.
+    /// Result of replacing the board's plan; `None` if the board already uses the default plan.
     pub lent: Option<Lent>,
     /// Why the run ended early.
     pub ended: Option<String>,
@@ -49,7 +49,7 @@ pub struct Exchanged {
     pub commands: u32,
     /// Number of commands that were answered correctly.
     pub answered: u32,
-    /// Number of times that a command was sent, repetitions included.
+    /// Number of commands sent, including repetitions.
     pub sends: u32,
     pub shortest_bytes: usize,
     pub longest_bytes: usize,
@@ -60,7 +60,7 @@ pub struct Exchanged {
 pub struct Watched {
     pub before: Health,
     pub after: Health,
-    /// Packet counts of this end of the line.
+    /// Packet counts at this end of the line, before and after the period.
     pub counts_before: Counts,
     pub counts_after: Counts,
     pub frames: Vec<Raw>,
@@ -100,7 +100,7 @@ pub struct Kept {
 const MARGIN_US: u64 = 300_000;
 
 impl Watched {
-    /// Length by the board's clock, seconds.
+    /// Returns the length of the period by the board's clock, seconds.
     pub fn length_s(&self) -> f64 {
         self.after.t_us.saturating_sub(self.before.t_us) as f64 * 1e-6
     }

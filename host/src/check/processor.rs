@@ -93,7 +93,7 @@ pub fn oscillator(seen: &Observations) -> Outcome {
     })
 }
 
-/// Reason to skip a figure that a board may leave at zero.
+/// Reason for skipping a figure that a board may leave at zero.
 const NOT_MEASURED: &str = "the board does not measure it";
 
 pub fn load(seen: &Observations, limits: Limits) -> Outcome {

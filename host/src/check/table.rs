@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use Judge::{State, Within};
 
-/// Sections of the guide.
+/// Sections of the guide, as links from the checks.
 const WIRING: &str = "docs/guide/2-build.md#wiring";
 const FLASHING: &str = "docs/guide/2-build.md#flash-and-check";
 const PLANS: &str = "docs/guide/3-speed-or-accuracy.md#scan-plans";
@@ -29,11 +29,11 @@ const REFERENCE: Limits = Limits::off(0.01, 0.02);
 /// Temperatures that pass without a warning, and the operating range of the chip (SBAS297G, -40 to
 /// 105), degrees Celsius.
 const TEMPERATURE_C: Limits = Limits::between([5.0, 60.0], [-40.0, 105.0]);
-/// Offset in volts: own limits, 55 and 220 times the noise of one reading. SBAS297G states a
-/// typical drift, 0.02 uV per degree, but no limit.
+/// Offset in volts. The limits are ours: 55 and 220 times the noise of one reading. SBAS297G states
+/// a typical drift, 0.02 uV per degree, but no limit.
 const OFFSET_V: Limits = Limits::off(250e-6, 1e-3);
-/// Maximum deviation of the gain from 1: own limits; voltages are off by the same fraction. The
-/// reference's own tolerance cancels.
+/// Maximum deviation of the gain from 1. The limits are ours: voltages have the same relative
+/// error. The reference's own tolerance cancels.
 const GAIN: Limits = Limits::off(0.005, 0.02);
 /// Deviation of the rate from nominal, ppm: the largest expected of two crystals with their
 /// capacitors, and the firmware's limit for the fault `clock`.
@@ -98,7 +98,7 @@ pub struct Check {
     pub verdict: Verdict,
     pub finding: String,
     pub values: Value,
-    /// The section of the guide that helps.
+    /// Section of the guide that explains what to do.
     pub page: &'static str,
 }
 

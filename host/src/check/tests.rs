@@ -142,7 +142,6 @@ fn late_us(watched: &mut Watched, late_us: fn(f64) -> f64) {
     }
 }
 
-/// Adds a line of `uv_rms` microvolts to an input.
 fn add_line(watched: &mut Watched, input: usize, uv_rms: f64, hz: f64) {
     let amplitude = 2f64.sqrt() * uv_rms * 7_864_320.0 / 4.096e6;
     for frame in &mut watched.frames {
@@ -177,7 +176,7 @@ fn each_check_finds_its_fault_and_no_other_one_does() {
         happens(&mut seen);
         let checks = judge(&seen);
         let mut others = wrong(&checks);
-        // A line of 50 Hz also counts as noise.
+        // A line of 50 Hz also raises the noise.
         others.retain(|other| other.0 != name && (name, other.0) != ("mains", "noise"));
         let check = find(&checks, name);
         let is_found = check.verdict == verdict && check.finding.contains(words);

@@ -10,7 +10,7 @@ pub enum Verdict {
     /// Cannot be judged here; the finding says why.
     Skipped,
     Pass,
-    /// Works, but something should be looked at.
+    /// Works, but deserves a look.
     Warn,
     Fail,
 }

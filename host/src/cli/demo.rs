@@ -16,7 +16,7 @@ pub struct DemoArgs {
     /// Scene file [default: hal-mock/scenes/demo.toml].
     #[arg(long, value_name = "FILE.toml")]
     scene: Option<PathBuf>,
-    /// Settings of the firmware, sent to it over its line at the start [default: its own].
+    /// Firmware settings to send over the serial line at start-up [default: the firmware's own].
     #[arg(long, value_name = "FILE.toml")]
     settings: Option<PathBuf>,
     #[command(flatten)]

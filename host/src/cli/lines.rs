@@ -46,8 +46,8 @@ pub fn plot(feed: Feed, requester: Requester) -> Result<()> {
     ended
 }
 
-/// Formats a good estimate as names and values; `None` for all else, which a plotter would draw
-/// too.
+/// Formats a good estimate as names and values. Returns `None` for all other events, because a
+/// plotter would draw them too.
 fn plotted(event: &Event) -> Option<String> {
     match event {
         Event::Estimate(one) if one.status == Status::Good => {
@@ -57,8 +57,8 @@ fn plotted(event: &Event) -> Option<String> {
     }
 }
 
-/// Maximum delay of a line behind lines with later times, seconds of device time: an estimate of a
-/// whole slide comes after the slide's end.
+/// Maximum delay of a line behind lines with later times, in seconds of device time: the estimate
+/// of a whole slide comes after the slide's end.
 const LATE_S: f64 = 0.5;
 
 /// Prints packets as lines. When dropped, prints the lines that are still held.

@@ -15,7 +15,7 @@ pub struct SourceOptions {
     /// A recording of telemetry, as `record` writes it.
     #[arg(long = "file", value_name = "RECORDING", conflicts_with_all = ["port", "usb_serial", "emulated"])]
     recording: Option<PathBuf>,
-    /// A recording of telemetry, without the option's name.
+    /// A recording of telemetry as a plain argument, in place of --file.
     #[arg(value_name = "RECORDING", hide = true, conflicts_with_all = ["recording", "port", "usb_serial", "emulated"])]
     file: Option<PathBuf>,
     #[command(flatten)]

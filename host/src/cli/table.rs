@@ -4,7 +4,7 @@ use super::parse::positive;
 use crate::tables::{TableForm, TimeColumn};
 use clap::Args;
 
-/// Error for these options without a file.
+/// Error if these options are used without a file.
 pub const OF_A_FILE: &str =
     "--rate, --time-column and --flatten say how to read a table: name its file";
 

@@ -63,7 +63,7 @@ impl ViewArgs {
         let alone = run.as_ref().filter(|run| run.is_alone);
         let feed = match alone {
             Some(run) => Feed::new(NoBoard(run.path.display().to_string())),
-            // The page lists the ports.
+            // Show the page even without a board: it lists the ports.
             None if self.source.is_unnamed() => self.source.open().unwrap_or_else(|error| {
                 note!("{error:#}; the page lists the ports");
                 Feed::new(NoBoard("no board".into()))

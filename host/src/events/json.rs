@@ -18,8 +18,8 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
     Message::new(packet, None)
 }
 
-/// Formats the packets of a board as [`json`] does, with volts next to the codes of raw frames. It
-/// needs all packets, because the reference is in the greeting.
+/// Formats the packets of a board as [`json`] does, with volts next to the codes of raw frames.
+/// Needs all packets, because the greeting has the reference voltage.
 #[derive(Clone, Debug)]
 pub struct JsonLines {
     vref_v: f32,

@@ -28,7 +28,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Type of the messages that become rows; raw frames are written by [`frames`].
+    /// Returns the type of the messages that become rows; raw frames are written by [`frames`].
     const fn of_messages(self) -> &'static str {
         match self {
             Self::Estimates => "estimate",

@@ -116,7 +116,7 @@ fn a_texture_has_a_row_each() {
     );
     let rows: Vec<_> = rows.records().map(Result::unwrap).collect();
     assert_eq!((rows.len(), &rows[0][1]), (1, "paper"));
-    // The default scene's grating.
+    // The period must be that of the default scene's grating.
     let [period_mm, sigma_mm] = [2, 3].map(|at| rows[0][at].parse::<f64>().unwrap());
     assert!(
         (period_mm - 3.6).abs() < 4.0 * sigma_mm,
@@ -185,7 +185,7 @@ fn mcap_holds_every_packet_on_the_topics_of_serve() {
         *count += 1;
     }
     assert_eq!(kinds.values().sum::<u64>(), counts.received);
-    // Readers find messages through the summary.
+    // Other readers find messages through the summary.
     let summary = ::mcap::Summary::read(&bytes).unwrap().unwrap();
     let statistics = summary.stats.as_ref().unwrap();
     assert_eq!(statistics.message_count, counts.received);

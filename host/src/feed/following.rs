@@ -17,12 +17,12 @@ use std::time::Duration;
 /// State of the raw frames, from which strips are drawn.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum RawFrames {
-    /// There is no board to request them from.
+    /// There is no board that could send raw frames.
     #[default]
     Unavailable,
-    /// Not requested.
+    /// Raw frames were not requested.
     Off,
-    /// Requested.
+    /// Raw frames were requested.
     On,
     /// The request failed, for this reason.
     Refused(String),

@@ -17,8 +17,8 @@ const RENEW: Duration = Duration::from_secs(5);
 /// gone stops sending. The emulated board may run several times faster than this clock.
 const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 
-/// Makes requests whose first number comes from the clock, because a board that receives the number
-/// it answered last only repeats its reply.
+/// Makes requests whose first number comes from the clock: if a board receives the number of its
+/// latest reply again, it only repeats this reply.
 pub fn new_requests() -> Requests {
     Requests::new(clock_number())
 }
@@ -149,7 +149,7 @@ impl Requester {
         if self.starts.take(&packet.event)
             && let Some(renew) = &mut self.renew
         {
-            // The board no longer sends raw frames.
+            // The board has restarted, so it no longer sends raw frames.
             *renew = Instant::now();
         }
         self.requests.answered(&packet.event)

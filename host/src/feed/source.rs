@@ -17,7 +17,7 @@ pub enum FeedEvent<T> {
 }
 
 pub trait Source {
-    /// Name of a port or of a file, for people.
+    /// Returns the name of the port or of the file, for people.
     fn name(&self) -> String;
 
     /// Waits for the next event, at most for `most`. Not called after [`FeedEvent::Over`].
@@ -36,7 +36,7 @@ pub trait Source {
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 
     /// Pauses the source while nobody watches, or resumes it: an emulated board waits, a real one
-    /// goes on. Returns whether it was paused until now, so that its clock stood still.
+    /// goes on. Returns true if it was paused until now; its clock then stood still.
     fn idle(&mut self, _idle: bool) -> bool {
         false
     }

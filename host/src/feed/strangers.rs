@@ -9,7 +9,7 @@ const TEXT_BYTES_MIN: u64 = 128;
 /// Minimum fraction of printable bytes in text.
 const TEXT_MIN: f64 = 0.9;
 
-/// Longest example of a text, characters.
+/// Maximum length of the line quoted as an example, characters.
 const EXAMPLE_MAX: usize = 40;
 
 /// Bytes that have arrived before the first packet.

@@ -28,7 +28,7 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// Reads the rows that were fitted once more, and fits each channel at the found frequency.
+    /// Reads the fitted rows again, and fits each channel at the frequency that was found.
     pub fn read(samples: &Samples, selection: &Selection, fit: &TableFit) -> Result<Self> {
         let mut rows = samples.open()?;
         let part_of = Selection {
@@ -128,7 +128,8 @@ fn add_fit(strip: &mut Strip, close: &RangeInclusive<f64>, fit: &TableFit) {
     let curve_at: Vec<f64> = curve_at.collect();
     let at = strip.readings.iter().map(|(at, _)| at).chain(&curve_at);
     let at: Vec<f64> = at.map(|at| at - centre).collect();
-    // A small signal on a large level loses digits in single precision: use the span as the unit.
+    // A small signal on a large level would lose digits in single precision, so use the span as the
+    // unit.
     let span = span(&strip.readings);
     let values = strip.readings.iter().map(|(_, v)| Some((v / span) as f32));
     let unknown = curve_at.iter().map(|_| None);

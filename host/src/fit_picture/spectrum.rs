@@ -14,10 +14,10 @@ use std::f64::consts::TAU;
 /// Number of frequencies drawn.
 const FREQUENCIES: usize = 880;
 
-/// Number of frequencies per cycle per window.
+/// Number of frequencies drawn per bin; a bin is one cycle per window wide.
 const PER_CYCLE: f64 = 2.0;
 
-/// Minimum multiple of the tone at which the picture ends, if half the rate is higher.
+/// Multiple of the tone up to which the picture extends at least, limited to half the rate.
 const HARMONICS_SHOWN: f64 = 8.0;
 
 /// Lowest power that is drawn, decibels.
@@ -61,7 +61,7 @@ pub fn panel(fitted: &Fitted, fit: &TableFit) -> Option<Panel> {
         .collect();
     levels.sort_by(f64::total_cmp);
     let top = readings.iter().map(|(_, db)| *db).fold(-3.0, f64::max) + 6.0;
-    // Ignore the deepest gaps between lines.
+    // Ignore the lowest 5 % of the levels, which are deep gaps between lines.
     let bottom = levels[levels.len() / 20] - 6.0;
     let mut curves = vec![curve("readings", Look::Data, readings)];
     if let (Some(residual), Some(tone)) = (residual, tone) {
@@ -131,7 +131,6 @@ fn around(spectrum: &Points, frequency: f64, reach: f64) -> Option<f64> {
 
 /// Windows of one length over the rows, overlapping by half, with a Hann taper.
 struct Windows {
-    /// Start of each window.
     starts: Vec<f64>,
     length: f64,
     /// Spacing of the frequencies.

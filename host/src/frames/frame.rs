@@ -3,7 +3,7 @@
 use ridgetone_finger::PlainFrame;
 use ridgetone_proto::telemetry::Raw;
 
-/// Interpretation of the rows of a table.
+/// Options for reading the rows of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// Rows per second, overriding their stamps; `None` to use the stamps.

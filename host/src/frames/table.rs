@@ -18,7 +18,7 @@ use std::ops::ControlFlow;
 /// Number of rows whose stamps are used for the first guess of the spacing.
 const HEAD_ROWS: usize = 4096;
 
-/// Tolerance of a board's frame rate relative to nominal, as a fraction: the error of the chip's
+/// Tolerance of a board's frame rate, as a fraction of the nominal rate: the error of the chip's
 /// clock.
 const SCAN_OFF_MAX: f64 = 0.004;
 
@@ -26,7 +26,7 @@ const SCAN_OFF_MAX: f64 = 0.004;
 /// recording was interrupted.
 const GAP_MAX_S: f64 = 60.0;
 
-/// Longest gap, as a fraction of the whole time.
+/// Longest gap between two rows, as a fraction of the whole time.
 const GAP_FRACTION_MAX: f64 = 0.5;
 
 /// Minimum ratio of a wide gap to the mean spacing of the rows before it.
@@ -261,7 +261,7 @@ struct Gap {
     row: u64,
     from_s: f64,
     to_s: f64,
-    /// Time from the first row to the gap, seconds.
+    /// Time from the first row to the start of the gap, seconds.
     before_s: f64,
 }
 
@@ -270,7 +270,7 @@ impl Gap {
         self.to_s - self.from_s
     }
 
-    /// True if the gap is far wider than the spacings before it.
+    /// True if the gap is far wider than the mean spacing of the rows before it.
     fn is_wide(&self) -> bool {
         let spacings = self.row.saturating_sub(2) as f64;
         self.length_s() * spacings > GAP_ROWS * self.before_s && spacings > 0.0
@@ -383,7 +383,7 @@ impl Survey {
         }
     }
 
-    /// Starts the clock from the first rows, and numbers these.
+    /// Starts the clock from the first rows, and numbers these rows.
     fn start_clock(&mut self) {
         if self.clock.is_some() || self.head.is_empty() {
             return;

@@ -32,8 +32,8 @@ fn estimates(events: &[Event]) -> Vec<&Estimate> {
     estimates
 }
 
-/// The library finds the same events as the board, to the last bit, from the raw frames of a
-/// recording that starts with the board, in both forms of the recording.
+/// From the raw frames of a recording that starts with the board, the library must find the same
+/// events as the board, to the last bit, in both formats of the recording.
 #[test]
 fn the_raw_frames_of_a_recording_give_the_events_of_the_board_to_the_bit() {
     let settings = Settings {

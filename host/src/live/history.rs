@@ -9,7 +9,7 @@ pub const POINTS: usize = 2000;
 
 pub type History = Bounded<view::Estimate, POINTS>;
 
-/// Makes a chart's estimate, without the channels, which are most of the data.
+/// Converts an estimate for the chart. Leaves out the channels, which are most of the data.
 pub fn point(estimate: &Estimate) -> view::Estimate {
     view::Estimate {
         channels: Vec::new(),

@@ -62,7 +62,7 @@ fn a_touch_goes_through_its_phases_and_leaves_tone_period_and_images() {
     let (before, after) = (live.image_before().unwrap(), live.image_after().unwrap());
     assert!(before.end_us <= after.start_us);
     let image = live.image().unwrap();
-    // Row 1 begins with taxel 3.
+    // The map's row 1 begins with taxel 3.
     let level_v = after
         .taxels
         .iter()
@@ -149,7 +149,7 @@ fn a_restart_begins_a_new_axis_and_a_repeated_greeting_does_not() {
     let mut live = Live::new("a scene");
     packets().iter().for_each(|packet| live.take(packet));
     let lines = live.log.len();
-    // After a wrap, a periodic greeting may also have number 0.
+    // After the sequence number wraps, a periodic greeting may also have number 0.
     live.take(&hello(0, 20_000_000));
     live.take(&hello(701, 30_000_000));
     assert_eq!((live.now.restarts, live.log.len()), (0, lines + 1));

@@ -18,7 +18,7 @@ const LEAST_SHARE: f64 = 1e-4;
 /// Margin above and below, as a fraction of the height.
 const MARGIN: f64 = 0.1;
 
-/// Dots of an error bar: more than the chart has rows of dots.
+/// Number of dots in an error bar: more than the chart has rows of dots.
 const BAR_DOTS: usize = 96;
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {

@@ -112,7 +112,7 @@ fn at_80_by_24_everything_is_there() {
             "h help",
         ],
     );
-    // Two columns of eight strips; the channel without frames is labelled as such.
+    // There are two columns of eight strips; the channel without frames is labelled as such.
     for taxel in 0..TAXELS {
         let label = format!("{taxel:>2} ");
         assert!(lines.iter().any(|line| line.contains(&label)));

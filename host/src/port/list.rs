@@ -127,7 +127,6 @@ pub(super) fn only(found: &[Found]) -> Result<&Found> {
     Ok(first)
 }
 
-/// Returns the ports with the given USB serial number.
 pub(super) fn with_serial_number<'a>(
     found: &'a [Found],
     number: &'a str,

@@ -145,7 +145,7 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     second.send(&frame(20)[9..]);
     (21..30).for_each(|number| second.send(&frame(number)));
     assert_eq!(numbers(&mut link, 9), (21..30).collect::<Vec<_>>());
-    // Two damaged half frames, and 11 missing frames in between.
+    // There were two damaged half frames, and 11 missing frames in between.
     assert_eq!((link.counts().damaged, link.counts().missing), (2, 11));
 
     link.send(b"to the board").unwrap();
@@ -266,7 +266,7 @@ fn the_ports_of_this_computer_are_listed_or_an_error_names_the_directory() {
     }
 }
 
-/// Asserts that the error names the program that uses a port, and that a file is not called a port.
+/// Asserts that the error names the program that uses a port, and does not call a file a port.
 #[test]
 fn a_port_that_cannot_be_opened_is_refused_in_plain_words() {
     let board = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");

@@ -193,7 +193,7 @@ pub fn positions_mm() -> Vec<[f64; 2]> {
 mod tests {
     use super::*;
 
-    /// Asserts that the front column of the default settings is that of the map.
+    /// Checks that the default settings and the map agree on which taxels are in the front column.
     #[test]
     fn the_front_units_are_a_pitch_further_along_x() {
         let front = ridgetone_proto::settings::Array::DEFAULT.front;

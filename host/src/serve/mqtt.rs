@@ -205,7 +205,7 @@ impl Mqtt {
                     flight.borrow_mut().write(packet)
                 }
                 Ok(Ok(_)) => {}
-                // The error's text includes its sources.
+                // Pass on only the text, which already includes the sources of the error.
                 Ok(Err(error)) => return Error::msg(error.to_string()),
                 Err(_) => return Error::msg("the broker does not answer"),
             }
@@ -319,7 +319,7 @@ impl Publishing<'_> {
             .await?)
     }
 
-    /// Queues messages that the connection has not confirmed again, or counts them as lost.
+    /// Puts unconfirmed messages back into the queue, or counts them as lost.
     fn put_back(&mut self, flight: Flight) {
         let unconfirmed = flight.entries.into_iter().flatten();
         self.queue.put_back(unconfirmed.inspect(|queued| {

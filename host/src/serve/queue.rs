@@ -35,7 +35,6 @@ pub trait Sink: Send {
 }
 
 pub struct Queue {
-    /// Name of the sink.
     pub sink: &'static str,
     state: Mutex<State>,
     changed: Notify,
@@ -83,7 +82,7 @@ impl fmt::Display for Counts {
 struct State {
     frames: VecDeque<Queued>,
     events: VecDeque<Queued>,
-    /// Number of the next message.
+    /// Number of the next message to be queued.
     order: u64,
     /// Losses by finger in total, and as last reported.
     lost: Vec<Lost>,
@@ -113,7 +112,7 @@ impl Queue {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Adds a message. It never waits.
+    /// Adds a message without waiting.
     pub fn push(&self, message: Arc<Message>) {
         let mut state = self.state();
         let queued = Queued {
@@ -179,7 +178,6 @@ impl Queue {
         self.state().has_failed
     }
 
-    /// Returns the losses of each finger.
     #[cfg(any(feature = "mqtt", test))]
     pub fn losses(&self) -> Vec<Lost> {
         self.state().lost.clone()
@@ -277,7 +275,8 @@ mod tests {
         take(queue, usize::MAX)
     }
 
-    /// Frames, events and unconfirmed frames in a report of losses at the sink `test`.
+    /// Returns the numbers of frames, events and unconfirmed frames in a report of losses at the
+    /// sink `test`.
     fn reported(queued: &Queued) -> (u64, u64, u64) {
         let json: serde_json::Value = serde_json::from_str(&queued.message.json).unwrap();
         assert_eq!(

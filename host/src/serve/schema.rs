@@ -237,7 +237,8 @@ mod tests {
                 seen.insert((topic, name.clone()));
             }
         }
-        // Schemas describe only fields that exist, apart from those that some messages lack.
+        // Every field in a schema must occur in a message, except for those that no message has
+        // here.
         for topic in Topic::ALL {
             let schema = json(topic);
             let absent: Vec<&String> = schema["properties"]

@@ -85,7 +85,8 @@ impl Names {
         format!("{}/{}/{topic}", self.board, self.fingers[finger])
     }
 
-    /// Returns the topic with the status of this command. A finger's topic never has two parts.
+    /// Returns the topic with the status of this command. It differs from every finger's topic,
+    /// which has three parts.
     #[cfg(feature = "mqtt")]
     pub fn status(&self) -> String {
         format!("{}/status", self.board)

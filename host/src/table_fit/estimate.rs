@@ -12,14 +12,14 @@ use ridgetone_tone::{
 /// Blank cells are bridged if the fraction of complete rows is below this.
 const WHOLE_SHARE_MIN: f64 = 0.95;
 
-/// Alternatives to an ambiguous tone are searched below this fraction of its frequency, and above
-/// the inverse of the fraction.
+/// Alternatives to an ambiguous tone are searched below its frequency times this fraction, and
+/// above its frequency divided by this fraction.
 const BELOW: f64 = 0.9;
 
 /// Result of the estimator.
 pub struct Estimated {
     pub found: Fit,
-    /// Number of grid intervals for each fitted frame.
+    /// Number of grid intervals per fitted frame.
     pub slots_per_frame: usize,
     /// Frequency that was subtracted from all frequencies before the fit, cycles per frame.
     pub shift: f64,
@@ -28,7 +28,7 @@ pub struct Estimated {
 }
 
 impl Estimated {
-    /// Result of a fit of unprocessed rows.
+    /// Creates the result of fitting unprocessed rows.
     pub fn of(found: Fit, note: Option<String>) -> Self {
         Self {
             found,
@@ -48,7 +48,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// No positions, for a fit in time.
+    /// Returns no positions, for a fit in time.
     pub fn still() -> Self {
         Self {
             positions: Vec::new(),
@@ -77,8 +77,8 @@ impl Frames<'_> {
         }
     }
 
-    /// Adds the alternative to an ambiguous fit that does not name one: the strongest tone below or
-    /// above the fitted one.
+    /// Adds an alternative to an ambiguous fit that has none: the strongest tone below or above the
+    /// fitted one.
     pub fn named(&self, mut found: Fit) -> Result<Fit> {
         let is_open = found.status == Status::Ambiguous && found.other_tone.is_none();
         if !is_open {

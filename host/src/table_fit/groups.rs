@@ -9,7 +9,7 @@ use anyhow::Result;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{OtherTone, Status};
 
-/// Difference above which the tones of two groups are not the same, standard deviations.
+/// Difference above which two groups count as having different tones, standard deviations.
 const SAME: f64 = 4.0;
 
 /// Fits groups of neighbouring channels and joins the results. The frequency is the mean of the

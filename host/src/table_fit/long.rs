@@ -14,7 +14,7 @@ use anyhow::{Result, ensure};
 use ridgetone_tone::{FRAMES_MAX, Fit, OtherTone, Status};
 use std::f64::consts::TAU;
 
-/// Number of rows in the windows that are searched for the tone.
+/// Number of rows in a window that is searched for the tone.
 const SEARCHED_MAX: usize = 32_768;
 
 /// Frequency to which a fast tone is shifted, as a fraction of the decimated rate.
@@ -155,7 +155,7 @@ fn estimate_long(
             ..Estimated::of(found, Some(note))
         });
     };
-    // Shift in cycles per row.
+    // Difference between the tone and the shifted tone, cycles per row.
     let shift = f64::from(fast.frequency) - SHIFTED_TO / slots_per_frame as f64;
     let levels = channels.levels();
     let shifted = channels.shifted(shift, &levels, slots_per_frame);

@@ -6,8 +6,8 @@ use crate::part::Part;
 use core::ops::Range;
 use ridgetone_proto::settings::TAXELS;
 
-/// Channels are scaled to about the span of a real channel in codes. Quantization to 1 is then far
-/// below any file's residuals.
+/// Span to which each channel is scaled, about that of a real channel in codes. Quantization to 1
+/// is then far below any file's residuals.
 const SPAN_CODES: f64 = 1e6;
 
 /// The channels of a part on its grid, with their scales. The readings stay in the part, so that

@@ -7,7 +7,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-/// A touch's sixteen channels, 20 dB above white noise, with stamps in steps.
+/// Sixteen channels of a touch, 20 dB above white noise, with stamps rounded to steps.
 struct Recorded {
     rate_hz: f64,
     length_s: f64,
@@ -94,11 +94,11 @@ fn tone(found: &TableFit) -> (f64, f64) {
     (frequency.value, frequency.sigma)
 }
 
-/// Fractions of files.
+/// Results over many files.
 struct Shares {
-    /// Good estimates.
+    /// Fraction of files with a good estimate.
     good: f64,
-    /// Good estimates whose 1.96 sigma interval covers the truth.
+    /// Fraction of good estimates whose 1.96 sigma interval covers the truth.
     held: f64,
 }
 
@@ -184,8 +184,8 @@ fn uneven_rows_are_fitted_at_their_own_times() {
     }
 }
 
-/// One second at the scan's rate, with stamps in whole milliseconds: rows are 4.147 ms apart, which
-/// stamps show as 4 or 5 ms.
+/// Returns one second at the scan's rate, with stamps in whole milliseconds: rows are 4.147 ms
+/// apart, so stamps differ by 4 or 5 ms.
 fn second(seed: u64) -> Recorded {
     Recorded {
         rate_hz: 241.14,

@@ -401,7 +401,7 @@ mod tests {
                     let _page = hub.lock();
                     is_in.store(true, SeqCst);
                 });
-                // After this time the page thread is waiting, except sometimes on a busy computer.
+                // By now the page's thread is waiting for the lock, unless the computer is busy.
                 std::thread::sleep(Duration::from_millis(50));
                 drop(folding);
                 let _folding = hub.lock();

@@ -22,7 +22,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// Advice on a run without a slide.
+/// Advice on a run in which no slide was found.
 const BY_HAND: &str = "select a part of the recording";
 
 /// Maximum size in memory of a run that a page opens, in bytes: 3.5 hours of raw frames.
@@ -35,7 +35,6 @@ pub struct How {
     pub settings: Option<Settings>,
     /// Rows per second of a table that does not state its times.
     pub rate_hz: Option<f64>,
-    /// How to read a table.
     pub form: TableForm,
     /// True if the run was recorded here; its file is removed when the command ends.
     pub is_recorded: bool,
@@ -96,7 +95,7 @@ pub struct Summary {
     pub touches: usize,
     /// Time of the first contact, seconds.
     pub contact_s: Option<f64>,
-    /// Estimate of the latest whole slide, or else the latest estimate with a tone.
+    /// Estimate of the latest whole slide; without one, the latest estimate with a tone.
     pub estimate: Option<crate::events::view::Estimate>,
     /// Reason why no window has an estimate.
     pub why_none: Option<String>,

@@ -7,7 +7,7 @@ use std::io::Write as _;
 /// Rows of each table, 4 s.
 const ROWS: usize = 1000;
 
-/// Time of a row if rows are evenly spaced, seconds.
+/// Returns the time of a row if rows are evenly spaced, seconds.
 fn even_s(row: usize) -> f64 {
     row as f64 * 0.004
 }

@@ -62,7 +62,7 @@ impl SerialBoard {
         Self { name, shared }
     }
 
-    /// UTC at board time 0, seconds.
+    /// Returns UTC at board time 0, seconds.
     pub fn begun_utc_s(&self) -> f64 {
         self.shared.begun_ns.load(Relaxed) as f64 * 1e-9
     }

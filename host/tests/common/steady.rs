@@ -202,7 +202,7 @@ impl Seen {
             exact_us.abs_diff(health.t_us.into()) <= 1,
             "{health:?} is not the time of conversion {number}"
         );
-        // Whole scans: the last health message comes in the middle of one.
+        // Compare whole scans, because the last health message comes in the middle of a scan.
         assert_eq!(
             (number + 1) / SCAN.slots() as u128,
             health.frames.into(),

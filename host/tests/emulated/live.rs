@@ -41,7 +41,8 @@ fn the_emulated_board_is_recorded_with_raw_frames_from_which_the_library_gets_th
         "window_s=1",
         "--json",
     ]));
-    // 15 mm/s over 3.6 mm in the first scene, on the board and from its frames.
+    // The tone must be that of the first scene, 15 mm/s over 3.6 mm, on the board and from its
+    // frames.
     for found in [tone(&events), tone(&again)] {
         assert!((found / (15.0 / 3.6) - 1.0).abs() < 1e-3, "{found} Hz");
     }

@@ -1,4 +1,5 @@
-//! Properties of the readers for any bytes in a file or request. `lab/fuzz` tests these too.
+//! Properties that readers must have for any bytes in a file or request. `lab/fuzz` tests these
+//! too.
 
 use hal_mock::{FileError, Scene, SlidingScene, parse_scene};
 use ridgetone_host::events::{JsonLines, text};
@@ -52,8 +53,8 @@ fn file(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// Asserts that rows are complete and finite, no more than the bytes, and the same in a second
-/// pass.
+/// Asserts that rows are complete and finite, no more than there are bytes, and the same in a
+/// second pass.
 fn rows(bytes: &[u8]) -> bool {
     let path = file("rows", bytes);
     let Ok(samples) = Samples::file(&path) else {
@@ -109,7 +110,7 @@ fn recording(bytes: &[u8]) -> bool {
     packets > 0
 }
 
-/// Asserts that messages are parts of the file, none used twice.
+/// Asserts that all messages together are no longer than the file.
 fn mcap(bytes: &[u8]) -> bool {
     let Ok(all) = messages(&file("messages", bytes), Form::Mcap) else {
         return false;

@@ -1,4 +1,4 @@
-// What cannot be read on the page: texts of too little contrast, and those that stick out of their card.
+// Lists unreadable text on the page: too little contrast, or sticking out of its card.
 (() => {
   const light = (colour) => {
     const part = (v) => ((v /= 255) <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4);
@@ -14,7 +14,7 @@
     const says = [...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim() !== "");
     const box = element.getBoundingClientRect();
     if (!says || box.width === 0 || element.tagName === "OPTION") continue;
-    // WCAG 2: contrast of two colours.
+    // Contrast of two colours as defined in WCAG 2.
     const [low, high] = [light(getComputedStyle(element).color), light(under(element))].sort((a, b) => a - b);
     const contrast = (high + 0.05) / (low + 0.05);
     const name = `${element.tagName} ${element.id} ${element.textContent.slice(0, 40)}`;

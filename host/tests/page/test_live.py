@@ -219,7 +219,7 @@ def test_gaps_and_windows_that_are_not_good_are_not_drawn_over(view: Start, reco
     assert history[3][0] < 3.6 and history[3][1] > 4.4
 
 
-# Draws a spectrum, and returns its texts and those that overlap.
+# Draws a spectrum. Returns its texts, and the pairs that overlap.
 OVERLAPS = """async ([rate, harmonics, isLog]) => {
     const texts = [];
     const { fillText } = CanvasRenderingContext2D.prototype;

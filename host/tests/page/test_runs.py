@@ -40,7 +40,7 @@ def test_a_run_is_scrubbed_compared_and_has_new_settings(view: Start, recordings
     assert text(page, "play") == "Stop"
     page.keyboard.press(" ")
     assert text(page, "play") == "Play"
-    # 30 and 20 mm/s over the same grating.
+    # The two runs have 30 and 20 mm/s over the same grating.
     page.click("[aria-label='Compare slower.mcap']")
     wait(page, "document.getElementById('difference').textContent.includes('touch.rec − slower.mcap: ')")
     found = re.search(r"mcap: (\S+)", text(page, "difference"))

@@ -198,7 +198,7 @@ impl Received {
 
 pub struct Relay {
     pub port: u16,
-    /// Ends of all connections; `None` if the relay is cut.
+    /// Both ends of every connection; `None` if the relay is cut.
     ends: Arc<Mutex<Option<Vec<TcpStream>>>>,
 }
 

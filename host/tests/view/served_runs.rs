@@ -215,7 +215,7 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
         post(&address, "/runs?name=x", "http://example.org", &bytes).0,
         403
     );
-    // The command's own file is open from the beginning. Close the first run.
+    // The command opens its own file as the first run. Close this run.
     let names = |text: &str| {
         json(text)
             .as_array()

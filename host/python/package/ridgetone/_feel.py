@@ -96,7 +96,7 @@ def feel(
         raise _ridgetone.UsageError("volts_per_um has to be greater than 0, and sigma_fraction at least 0")
     windows = list(data.windows(window_s))
     spectra = np.stack([data.spectrum(window)[used] / per_um[used, np.newaxis] for window in windows])
-    # The native part squares them as f32: larger ones could overflow.
+    # The native part squares the amplitudes in f32, where larger ones could overflow.
     if not spectra.max() < 1e15:
         raise _ridgetone.UsageError(f"volts_per_um={volts_per_um}: amplitudes of {spectra.max():.1e} um are no vibration of skin")
     rows, with_sigma = len(windows[0]), (float(m), 0.0) if isinstance(m, (int, float)) else m

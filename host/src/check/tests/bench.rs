@@ -137,7 +137,7 @@ impl Surroundings for BoardEnd {
         let mut bytes = Vec::new();
         for mut packet in sent.iter().filter_map(|byte| self.decoder.push(*byte)) {
             if let Event::Health(health) = &mut packet.event {
-                // A simulated board does not measure these.
+                // A simulated board does not measure load and stack, so set plausible values.
                 (health.load, health.stack_used_bytes, health.stack_bytes) = (0.1, 7000, 32_768);
             }
             (self.bench.altered)(&mut packet);
@@ -195,7 +195,7 @@ impl Source for Running {
 impl Drop for Running {
     fn drop(&mut self) {
         self.requests = None;
-        // The thread ends with an error, since nobody reads.
+        // The thread ends with an error, because nobody reads its bytes any more.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }

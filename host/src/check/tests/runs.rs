@@ -34,7 +34,7 @@ fn cases() -> Vec<Case> {
         "reference Fail, temperature Fail, noise Warn, faults Fail" "2.500 V" => |bench| bench.input.options.analog.reference_v = 2.5;
         "frame_rate Fail, faults Fail" "+8000 ppm" => |bench| bench.input.options.clock_error_ppm = 8000.0;
         "inputs Fail" "dead, always the same" => |bench| bench.input.options.noise = false;
-        // The register changes by itself and is set up again.
+        // A register changes by itself, so the board sets up the chip again.
         "adc_restarts Fail, losses Fail, faults Fail" "1 of them while it was watched" => |bench| happens(bench, Fault::RegisterFlip { address: 4, mask: 1 });
         "losses Fail, faults Fail" "3 conversions lost" => |bench| happens(bench, Fault::EdgesLost { count: 3 });
         "faults Fail" "bus 1" => |bench| happens(bench, Fault::DoutFlip { bytes_ahead: 2, mask: 1 });
@@ -72,8 +72,7 @@ fn cases() -> Vec<Case> {
         "settings Fail" "stored settings are not in force" => |bench| stores(bench, |hello| {
             (hello.settings, hello.source) = (Settings::DEFAULT, Usual);
         });
-        // A board that does not forget: after the stored settings were erased, it still reports
-        // different ones.
+        // The board does not forget: it still reports stored settings after they were erased.
         "settings Fail" "what was stored before is not restored" => |bench| {
             let mut was_stored = false;
             stores(bench, move |hello| {
@@ -244,12 +243,12 @@ fn a_board_that_hears_nothing_fails_the_commands_and_is_judged_by_what_it_sends(
     assert!(seen.ended.is_some_and(|why| why.contains("RX")), "{report}");
 }
 
-/// A scene of one touch with silence before and after.
+/// A scene of one touch, with 0 V before and after it.
 struct Touch(Box<dyn Scene>, f64);
 
 impl Scene for Touch {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        // Without this, the finger's own noise before the touch would be judged too.
+        // Outside the touch, return 0 V: the finger's own noise would be judged too.
         if (0.5..self.1).contains(&t_s) {
             self.0.volts(input, t_s)
         } else {
