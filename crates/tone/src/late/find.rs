@@ -39,8 +39,8 @@ impl Late {
             trajectory: *trajectory,
             lines: solution.shape.lines,
             waves,
-            // Without `black_box`, the compiler would call the only such function directly, and
-            // link it.
+            // Without `black_box`, the compiler would call the only such function directly, and so
+            // always link it.
             subtract: black_box(Self::take_change),
         };
         late.mean = late.mean_response(&window.domain);
