@@ -123,7 +123,8 @@ impl<C: Converter> Acquisition<C> {
         // Skip the health readings, because a touch may be under way.
         self.is_health = false;
         let is_set_up = self.begin_scan(diagnostics, wait);
-        // Report the fault even if the chip answers now: nobody reported it before.
+        // Report the fault even if the chip answers again after the restart: it has not been
+        // reported yet.
         diagnostics.fault(
             if is_set_up {
                 fault

@@ -2,10 +2,10 @@
 //!
 //! The units stand in two columns, one pitch apart along the motion. Corresponding piezoresistors
 //! of all units respond alike, so the difference of their phases between the columns is due to the
-//! wave; other piezoresistors differ in phase by themselves. So phases are averaged over the
-//! corresponding ones of each column, weighted by their inverse variances; then the columns'
-//! differences are averaged over all of these groups. With Gaussian noise this is the
-//! maximum-likelihood estimate. A dead or noisy channel has almost no weight.
+//! wave; other piezoresistors differ in phase by themselves. So phases are averaged over each
+//! column's corresponding piezoresistors, weighted by their inverse variances; then the differences
+//! between the columns are averaged over all groups of piezoresistors. With Gaussian noise this is
+//! the maximum-likelihood estimate. A dead or noisy channel has almost no weight.
 
 use crate::fit::Fitted;
 use core::f32::consts::PI;
