@@ -3,8 +3,8 @@
 
 use core::ops::RangeInclusive;
 
-/// Window of the paper's intensities and conversion, seconds: 30 mm at 10 mm/s (section 2.3). The
-/// paper does not say which part of the run is transformed.
+/// Window over which the paper computes its intensities and conversion, seconds: 30 mm at 10 mm/s
+/// (section 2.3). The paper does not say which part of the run is transformed.
 pub const PAPER_WINDOW_S: f32 = 3.0;
 
 /// Distances from a line at which the spectrum is only noise, bins: just outside the main lobe of
