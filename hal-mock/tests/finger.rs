@@ -519,8 +519,8 @@ fn the_hold_creeps_and_the_filter_takes_its_share() {
     assert!((0.75..0.85).contains(&held), "{held}");
 }
 
-/// Sampled by the chip's scan, frequencies above half the frame rate alias to the frame rate minus
-/// their own, attenuated by the board's filter.
+/// The chip's scan aliases a frequency above half the frame rate to the frame rate minus that
+/// frequency; the board's filter attenuates it.
 #[test]
 fn what_is_too_fast_for_the_scan_aliases() {
     let (true_hz, frame_rate_hz) = (190.0, 15_728_640.0 / 3106.0 / 21.0);
