@@ -72,7 +72,7 @@ pub enum Board {
 }
 
 impl Board {
-    /// Boards with the whole firmware.
+    /// Boards that run the whole firmware.
     pub const REAL: [Self; 7] = [
         Self::FeatherF405,
         Self::NucleoF446re,
