@@ -499,9 +499,9 @@ impl<'w> Window<'w, '_, '_> {
         if twist.is_none_or(|twist| twist > TWIST_MAX) || blocks.lines() != lines {
             self.collect(blocks, &best.trajectory, lines);
         }
-        // Scores so far are from rotated blocks; these are exact. The lowest and the highest degree
-        // were each compared at the comb's own frequency; degrees in between are tried at the
-        // better comb's frequency.
+        // The scores so far are from rotated blocks; those below are exact. The lowest and the
+        // highest degree were each compared at the comb's own frequency; degrees in between are
+        // tried at the better comb's frequency.
         let (mut at, degree) = (best.trajectory, best.shape.degree);
         best.score = f32::NEG_INFINITY;
         workspace.restore_weights();
@@ -539,7 +539,7 @@ impl<'w> Window<'w, '_, '_> {
         }
     }
 
-    /// Replaces impulses in the residuals of a comb; true if there are some.
+    /// Replaces impulses in the residuals of a comb; returns true if there were any.
     #[inline(never)]
     fn has_impulses(&mut self, memory: &mut Memory, comb: &Comb) -> bool {
         let Workspace {

@@ -101,7 +101,7 @@ impl Sums {
     }
 }
 
-/// Outermost value of a channel, the next one, and the number of frames at each.
+/// The two outermost values at one end of a channel's range, and the number of frames at each.
 #[derive(Clone, Copy)]
 struct End {
     outer: f32,
@@ -118,7 +118,8 @@ struct End {
 }
 
 impl End {
-    /// State before the first value, which is 0.
+    /// State before the first value. The outermost value is 0, because values are relative to the
+    /// first.
     const NONE: Self = Self {
         outer: 0.0,
         outer_count: 0,
@@ -152,7 +153,7 @@ impl End {
         }
     }
 
-    /// Number of frames at the end beyond those of an unclipped sine.
+    /// Number of frames at the outermost value, in excess of an unclipped sine.
     fn clipped(&self) -> f32 {
         (self.outer_count as f32 - AT_END * self.next_count as f32).max(0.0)
     }

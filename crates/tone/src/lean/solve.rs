@@ -472,7 +472,7 @@ impl Solution {
     }
 }
 
-/// Products of four channels with cosine and sine of a line, and with these times `u`.
+/// Products of four channels with a line's cosine and sine, and with its cosine and sine times `u`.
 #[inline(never)]
 fn products_of(
     turns: &[Wave; BLOCKS],
