@@ -197,7 +197,7 @@ impl Ring {
         valid
     }
 
-    /// Averages, among `count` frames from `first` on, those that have a valid value, into `mean`.
+    /// Averages the frames with a valid value, among `count` frames from `first` on, into `mean`.
     /// Returns false if there are none.
     pub fn mean(&self, first: u32, count: u32, mean: &mut Values) -> bool {
         // Add by position in a row, so that whole rows can be added.

@@ -1,7 +1,7 @@
 //! Upper bound on the number of conversions that the board missed.
 //!
 //! After a gap, ids and time show how many conversions were lost, if the registers are right. With
-//! other registers, as after a spontaneous reset, the chip may be faster and its ids those of a
+//! other registers, as after a spontaneous reset, the chip may be faster and send the ids of a
 //! different scan, so only an upper bound is known.
 
 use ridgetone_proto::division::divide;

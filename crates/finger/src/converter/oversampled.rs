@@ -247,7 +247,7 @@ impl Oversampler {
     ///
     /// Each scan samples input k by k samples later than input 0, so its value at the time of input
     /// 0 is interpolated linearly between two scans. In the sum over a frame the differences
-    /// telescope to the last sample less the last one of the previous frame.
+    /// telescope to the frame's last sample less the previous frame's.
     fn finish(&self, averaging: &Averaging, half: &[AtomicU16], is_whole: bool) {
         let channels = usize::from(averaging.channels);
         let scans = u32::from(averaging.scans);

@@ -26,8 +26,8 @@ pub struct Lag {
     pub sigma: f32,
 }
 
-/// Weighted sum of unit vectors in the directions of phases. Its angle is their mean; `weight`
-/// minus its length is half of their chi-squared about the mean.
+/// Weighted sum of unit vectors, one in the direction of each phase. The sum's angle is the mean
+/// phase; `weight` minus its length is half of the phases' chi-squared about the mean.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     cos: f32,

@@ -163,7 +163,8 @@ mod tests {
             touch_first: 8,
             ..TOUCH
         };
-        // The difference of two has a standard deviation of 1.41 um, and three of these are 4.24 um.
+        // The difference of two periods has a standard deviation of 1.41 um; three times this is
+        // 4.24 um.
         for (by_mm, window, expected) in [
             (0.0, &TOUCH, true),
             (0.0, &TOUCH, false),
