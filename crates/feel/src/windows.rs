@@ -15,8 +15,8 @@ const NOISE_BINS: RangeInclusive<usize> = 3..=6;
 /// one bin of ten thousand: (1 + 17.3 / 8)^-8 with the mean of eight bins.
 pub(crate) const LINE_OVER_NOISE: f32 = 17.3;
 
-/// Lengths of windows, seconds. A longer window has more bins; in each of them noise has a smaller
-/// amplitude, and a tone keeps its own.
+/// Lengths of windows, seconds. A longer window has more bins, each with a smaller noise amplitude;
+/// the amplitude of a tone does not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Windows {
     /// Length of the measured windows.
