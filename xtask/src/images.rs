@@ -146,7 +146,8 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     if image != COUNTS && profile == USUAL {
         frames::check(&bytes).with_context(unfit)?;
     }
-    // Benchmark and loop may panic, and overflow checks are panics, so these are not checked.
+    // Do not check images that may panic: the benchmark, the loop, and the one with overflow
+    // checks.
     if !interrupts.is_empty() && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
     }
