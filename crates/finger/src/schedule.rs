@@ -10,8 +10,8 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Span;
 use ridgetone_tone::{FRAMES_MIN, Values};
 
-/// Number of frames of touch detection left out at either end of a whole slide, because the ends
-/// are known only to within a few frames.
+/// Number of touch-detection frames left out at either end of a whole slide, because the ends are
+/// known only to within a few frames.
 pub const TRIM_FRAMES: u32 = 5;
 /// Number of frames by which a whole slide must be shorter than the ring, at 241 Hz. The ring
 /// continues to fill for 20 blocks of 4 frames before a slide's end is noticed, for one more before

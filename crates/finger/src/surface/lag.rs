@@ -12,8 +12,8 @@ use core::f32::consts::PI;
 use ridgetone_proto::settings::{Array, TAXELS};
 use ridgetone_tone::phase::{cos_sin, from_turns};
 
-/// Excess of chi-squared, in its standard deviations, above which the channels disagree by more
-/// than noise.
+/// Excess of chi-squared over its mean, in its standard deviations, above which the channels
+/// disagree by more than their noise.
 const DISAGREE: f32 = 4.0;
 
 /// A lag and its uncertainty.
