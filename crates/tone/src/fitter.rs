@@ -733,7 +733,7 @@ impl<'w> Window<'w, '_, '_> {
     }
 
     /// Log likelihood of the residuals of a tone and its modulation, channel by channel, less the
-    /// Bayesian penalty. The solution must be solved.
+    /// Bayesian penalty. The workspace's solution must already be solved.
     #[inline(never)]
     fn score(&mut self, memory: &mut Memory, tested: &Tested) -> f32 {
         let model = tested.model(&memory.workspace.solution);

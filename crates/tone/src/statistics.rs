@@ -305,7 +305,7 @@ pub struct Products {
     pub matrix: Square<CHANNELS_MAX>,
     /// Sums of squares, while frames are added.
     squares: Values,
-    /// Minimum sums of squared residuals: rounding of the values and of the sums.
+    /// Minimum sums of squared residuals, due to rounding of the values and the sums.
     pub squares_min: Values,
     /// Number of valid frames.
     pub count: f32,

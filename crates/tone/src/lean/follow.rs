@@ -217,7 +217,7 @@ impl<'m> Loop<'m> {
         let per_frame = 1.0 / (frames * span.frequency(1.0));
         let [_, slope, cosines, sines, ..] = &solution.coefficients;
         let [levels, slopes, first, second, weights, state] = &mut *self.rows;
-        // `u` of the next frame; the window is from -1 to 1.
+        // `u` of the next frame; the window spans -1 to 1.
         let next = 1.0 + 1.0 / frames;
         let mut information = 0.0;
         for c in 0..CHANNELS_MAX {

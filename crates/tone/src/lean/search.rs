@@ -1,8 +1,8 @@
-//! Frequency of the tone from transforms of mixtures of channels.
+//! Finds the frequency of the tone by transforming mixtures of channels.
 //!
-//! A mixture is the sum of up to eight channels over their scales, with signs. Mixtures are added
-//! until the highest peak of their summed power is clear, so that a loud tone costs one or two
-//! transforms and a faint one has the evidence of all channels.
+//! A mixture is a sum of up to eight channels, each divided by its scale and given a sign. Mixtures
+//! are added until the highest peak of their summed power is clear, so that a loud tone costs one
+//! or two transforms and a faint one has the evidence of all channels.
 
 use super::blocks::LINES;
 use super::reference::Reference;
@@ -19,7 +19,7 @@ use core::f32::consts::PI;
 const POINTS_MIN: usize = 128;
 /// Number of channels in a mixture.
 const MIXED: usize = CHANNELS_MAX / 2;
-/// Maximum number of mixtures of each half of the channels.
+/// Maximum number of mixtures per half of the channels.
 const MIXTURES: usize = 4;
 /// Number of frames above which one mixture may be enough.
 const FRAMES_LONG: usize = 512;
