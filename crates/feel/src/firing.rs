@@ -16,8 +16,8 @@ pub enum Absent {
 /// Square matrix over the receptors.
 pub(crate) type Matrix = [[f32; RECEPTORS]; RECEPTORS];
 
-/// Mean logarithm of the amplitude of noise over the root of its mean power, decades: half of minus
-/// Euler's constant, the mean logarithm of an exponential variable.
+/// Mean logarithm of a noise amplitude relative to the root of its mean power, decades: half of the
+/// mean logarithm of an exponential variable, which is minus Euler's constant.
 const NOISE_LOG_MEAN: f32 = -0.125_34;
 
 /// Firing of the receptors in a window, in the order of [`Receptor::ALL`].

@@ -175,7 +175,8 @@ impl Travel {
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum TravelStatus {
-    /// There is no tone, or no two channels that respond alike in both columns of units have it.
+    /// There is no tone, or no pair of corresponding channels in the two columns of units has the
+    /// tone.
     Nothing,
     /// The phases allow one answer within the possible periods.
     Unique,
