@@ -163,8 +163,7 @@ impl Fitter {
     ) -> Result<Fit, Overwritten> {
         let correct: Correct =
             |window, memory, scene, comb, delays| window.has_late(memory, scene, comb, delays);
-        // `black_box`: otherwise the compiler would call the only such function directly, and so
-        // always link it.
+        // `black_box`: otherwise the compiler would call, and so link, the only such function.
         let correct = core::hint::black_box(correct);
         let correction = Correction { delays, correct };
         let mut fit = Fit::without_tone(Status::Nothing, 0);
@@ -500,8 +499,8 @@ impl<'w> Window<'w, '_, '_> {
             self.collect(blocks, &best.trajectory, lines);
         }
         // The scores so far are from rotated blocks; those below are exact. The lowest and the
-        // highest degree were each compared at the comb's own frequency; degrees in between are
-        // tried at the better comb's frequency.
+        // highest degree were each compared at the comb's own frequency; others are tried at that
+        // of the better comb.
         let (mut at, degree) = (best.trajectory, best.shape.degree);
         best.score = f32::NEG_INFINITY;
         workspace.restore_weights();

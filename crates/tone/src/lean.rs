@@ -223,8 +223,7 @@ impl<'m> Lean<'m> {
         let harmonics = usize::from(scene.harmonics());
         let of_peak = self.solution.score(reference);
         let peak_comb = Comb::new(peak.cycles, harmonics, span.frames);
-        // Margin of the score by which a subharmonic must win, because it needs a second line next
-        // to the peak.
+        // Margin by which a subharmonic must win, because it needs a second line next to the peak.
         let margin = reference.width as f32 * libm::logf(span.frames as f32);
         let (mut best, mut found): (f32, Option<f32>) = (of_peak, None);
         for part in 2..=harmonics {

@@ -130,8 +130,7 @@ fn whitened<'m>(
         let end = (first + spectrum.channels()).min(width);
         spectrum.clear(end - first);
         let together = mixtures.get(first..end).unwrap_or_default();
-        // If channels are independent, a mixture contains only its own ones; otherwise also all
-        // before them.
+        // With independent channels, a mixture needs only its own; otherwise also all before them.
         let channels = if may_share { 0 } else { per_mixture * first }..per_mixture * end;
         window.visit_channels(channels, &mut |frame| {
             let point = frame.point(&domain, frames, each);

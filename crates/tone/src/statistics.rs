@@ -118,8 +118,7 @@ struct End {
 }
 
 impl End {
-    /// State before the first value. The outermost value is 0, because values are relative to the
-    /// first.
+    /// State before the first value. Values are relative to the first, so the outermost is 0.
     const NONE: Self = Self {
         outer: 0.0,
         outer_count: 0,

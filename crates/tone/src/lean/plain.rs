@@ -110,8 +110,7 @@ struct Sums<'m> {
     /// Scores of phase and amplitude, by degree of a trend.
     phase: [f32; DEGREE + 1],
     fading: [f32; DEGREE + 1],
-    /// Sums of the phase's squared scores, of the information on it, and of the squared
-    /// information.
+    /// Sums of the phase's squared scores, of its information, and of the squared information.
     squares: f32,
     information: f32,
     information_squares: f32,
@@ -251,8 +250,7 @@ impl<'m> Sums<'m> {
         let solution = fitted.tested.solution;
         let width = fitted.reference.width as f32;
         let freedom = width * solution.freedom;
-        // Fitting a function lowers the residuals' correlation by that of the function: add it
-        // back.
+        // Each fitted function lowers the residuals' correlation by its own: add that back.
         let orders = solution.orders().iter();
         let cosines = orders.map(|order| cos_sin(self.step.wrapping_mul(*order as u32)).0);
         let taken = 2.0 * cosines.sum::<f32>();

@@ -31,8 +31,7 @@ const Z_SECOND: f32 = 4.3;
 const Z_LINE: f32 = 2.3;
 /// Powers above this many times their mean are lines rather than noise.
 const NOISE_MAX: f32 = 2.0;
-/// Relative excess of the mean noise over the mean of the bins below `NOISE_MAX`, times the number
-/// of mixtures.
+/// Relative excess of the mean noise over the mean below `NOISE_MAX`, times the number of mixtures.
 const NOISE_ABOVE: f32 = 0.45;
 /// Minimum number of cycles of a peak.
 const CYCLES_MIN: f32 = 0.7;
@@ -348,8 +347,7 @@ impl<'m> Search<'m> {
         below * self.mean(comb, NOISE_MAX * all)
     }
 
-    /// Mean power of the bins with a power of at most `max`, away from zero and from a comb's
-    /// lines.
+    /// Mean of the bins' powers up to `max`, away from zero and from a comb's lines.
     fn mean(&self, comb: &Comb, max: f32) -> f32 {
         let step = self.grid.step;
         let (mut sum, mut count) = (0.0, 0.0f32);
@@ -464,8 +462,7 @@ fn straighten(signal: &mut [f32]) {
         sum += value;
         double += sum;
     }
-    // `double`, the sum of the running sums, weights value i by `count` - i, so this is the first
-    // moment.
+    // `double`, the sum of running sums, weights value i by `count` - i: this is the first moment.
     let moment = start * sum + step * (count * sum - double);
     let (level, slope) = (sum / count, 3.0 * moment / count);
     let (cos, sin) = cos_sin(from_turns(1.0 / count));

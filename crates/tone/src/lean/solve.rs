@@ -67,8 +67,7 @@ pub struct Turned {
 }
 
 impl Turned {
-    /// Rotates the first lines of a block by `turn` radians at `u` = 1. Leaves other lines
-    /// unchanged.
+    /// Rotates the first lines of a block by `turn` radians at `u` = 1; other lines are unchanged.
     #[inline(always)]
     pub fn set(&mut self, block: &Block, turn: f32, lines: usize) {
         let lines = lines.min(LINES);

@@ -142,8 +142,7 @@ impl Verdict<'_> {
             lines: solution.mask(),
             ..Tests::default()
         };
-        // Noise in the amplitudes looks like information, and scatters the score just as much:
-        // inflate sigma.
+        // Noise in the amplitudes looks like information, and scatters the score: inflate sigma.
         let noise = self.noise * solution.turn_sigma * solution.turn_sigma;
         let faint = 1.0 / (1.0 - noise).max(FAINT_MIN);
         // Each channel's noise is known from a finite number of frames.
