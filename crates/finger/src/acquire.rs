@@ -79,8 +79,7 @@ pub struct Acquisition<C> {
     latest: Option<Sample>,
     /// Board time of the latest conversion, or of the latest restart.
     latest_us: u32,
-    /// True if the latest conversion was read before its edge was served; that edge will find no
-    /// new conversion.
+    /// True if the latest conversion was read before its edge was served; the edge finds none.
     early: bool,
     /// Number of unexpected edges minus number of expected ones; see [`STORM_EDGES`].
     storm_count: u16,
@@ -293,8 +292,7 @@ impl<C: Converter> Acquisition<C> {
     }
 
     /// Counts conversions that were lost before they reached the queue, or because it is full. Gaps
-    /// between frames show losses from the plan's own scan too, but not from the scan of the health
-    /// readings.
+    /// between frames also show losses from the plan's own scan, but not from the health scan.
     fn count_lost(&self, lost: u32, diagnostics: &Diagnostics) {
         let counter = if self.is_health {
             &diagnostics.unseen

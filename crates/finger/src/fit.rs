@@ -23,8 +23,7 @@ pub struct Fitted {
     pub scan: Scan,
 }
 
-/// Number of windows per full search while a tone is tracked. The search follows the window's
-/// estimate.
+/// Number of windows per full search while a tone is tracked. It runs after the window's estimate.
 const SEARCH_EVERY: u8 = 4;
 
 /// Tone of the latest window, which is expected in the next window of its slide.
@@ -291,8 +290,7 @@ mod tests {
         let mut fit = Fit::without_tone(Status::TooShort, 241);
         (fit.status, fit.frequency) = (Status::Good, 0.04);
         let mut tracker = Tracker::new();
-        // Returns two values: true if the tone was expected, and true if the window must be
-        // searched as well.
+        // Returns whether the tone was expected, and whether the window must be searched as well.
         let mut next = |window: &Window, fit: &Fit| {
             let was_expected = tracker.expected(window).is_some();
             tracker.keep(window, fit, was_expected);

@@ -41,8 +41,7 @@ impl Unseen {
         }
     }
 
-    /// Forgets the gaps, because the registers are known to be right: ids and times then show all
-    /// losses.
+    /// Forgets the gaps, because the registers are right, and ids and times will show all losses.
     pub fn reset(&mut self) {
         self.gaps_us = 0;
     }

@@ -36,8 +36,7 @@ impl TextureReporter {
         }
     }
 
-    /// Reports the next texture even if it has not changed, because a PC may not have received the
-    /// latest one.
+    /// Reports the next texture even if it is unchanged, because a PC may not have the latest one.
     pub fn forget(&mut self) {
         self.touch_first = None;
     }
@@ -163,8 +162,7 @@ mod tests {
             touch_first: 8,
             ..TOUCH
         };
-        // The difference of two periods has a standard deviation of 1.41 um; three times this is
-        // 4.24 um.
+        // The difference of two periods has a sigma of 1.41 um; three sigma are 4.24 um.
         for (by_mm, window, expected) in [
             (0.0, &TOUCH, true),
             (0.0, &TOUCH, false),

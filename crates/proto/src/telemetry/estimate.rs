@@ -175,8 +175,7 @@ impl Travel {
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum TravelStatus {
-    /// There is no tone, or no pair of corresponding channels in the two columns of units has the
-    /// tone.
+    /// No tone, or no pair of corresponding channels in the two columns of units has the tone.
     Nothing,
     /// The phases allow one answer within the possible periods.
     Unique,
