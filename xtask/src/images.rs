@@ -146,8 +146,7 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     if image != COUNTS && profile == USUAL {
         frames::check(&bytes).with_context(unfit)?;
     }
-    // Do not check images that may panic: the benchmark, the loop, and the one with overflow
-    // checks.
+    // Images that may panic are not checked: benchmark, loop, and overflow checks.
     if !interrupts.is_empty() && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
     }
