@@ -152,7 +152,7 @@ mod app {
         detector.boot(settings, source, boot);
         let shared = Shared::new(Rtic, settings.plan);
         let mut acquisition = Acquisition::new(converter, settings.plan);
-        // Wait for the rest: the counter started with the clocks.
+        // Wait for the rest of the power-up time: the counter started with the clocks.
         Wait.delay_us(POWER_UP_US.saturating_sub(board::now_us()));
         if acquisition.set_up(&shared.diagnostics, &mut Wait) {
             defmt::info!("the {=str} is set up and scans", Converter::NAME);

@@ -39,7 +39,7 @@ impl Stm32Adc {
     /// Reference, volts: the board's supply.
     pub const VREF_V: f64 = 3.3;
 
-    /// Reads `scene` through `amplifier`, with noise from `seed`.
+    /// Creates an ADC that samples `scene` through `amplifier`, with noise seeded by `seed`.
     pub fn new(scene: Box<dyn Scene>, amplifier: Amplifier, seed: u64) -> Self {
         Self {
             scene,

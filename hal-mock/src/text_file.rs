@@ -8,7 +8,7 @@ use std::path::Path;
 /// Longest file accepted, bytes. Files written by hand have some thousands.
 const MAX: usize = 1 << 20;
 
-/// Reads a whole short file. Refuses a long one, and so a device that never ends.
+/// Reads a whole short file. Refuses a file longer than `MAX`, such as a device that never ends.
 pub fn short_text(path: impl AsRef<Path>) -> Result<String, FileError> {
     let file = path.as_ref().display().to_string();
     let mut bytes = Vec::new();

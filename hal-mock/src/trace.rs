@@ -12,8 +12,8 @@ use core::f64::consts::{FRAC_PI_2, PI};
 /// Name of the time column, in seconds.
 const TIME_COLUMN: &str = "time_s";
 
-/// Largest relative difference between a recording's rate and the scan's at which frames are held:
-/// a chip's clock may be off by as much.
+/// Maximum relative difference between the rates of the recording and the scan at which frames are
+/// held: a chip's clock may be off by that much.
 const HELD_FRACTION: f64 = 0.004;
 
 /// Zeros of the filter's sinc on either side: it passes up to 0.44 of the lower rate, and stops

@@ -6,7 +6,7 @@ use hal_mock::{Ads1258, Fault, Injection};
 /// CONFIG0 with the status byte, CONFIG1 with DRATE 1 and DLY 3: a conversion every 3106 tCLK
 /// (SBAS297G, auto-scan: 128 (16 + 4.265625 + 4)).
 const SCAN: [u8; 2] = [0x02, 0x31];
-/// Period of these conversions at 15.72864 MHz, nanoseconds.
+/// Time per conversion with [`SCAN`] at 15.72864 MHz, nanoseconds.
 const PERIOD_NS: u64 = 197_474;
 
 fn with(fault: Fault, lasts_s: f64) -> Ads1258 {

@@ -54,8 +54,8 @@ struct Line {
 }
 
 impl Line {
-    /// Creates a line of a load that is a parabola around `lean_mm`; ridges carry `fraction` times
-    /// as much as without grooves. `None` outside the contact.
+    /// Creates one line of a parabolic load centred at `lean_mm`; ridges carry `fraction` times as
+    /// much as without grooves. `None` outside the contact.
     fn new(finger: &Finger, at_mm: f64, lean_mm: f64, fraction: f64) -> Option<Self> {
         let half_mm = finger.contact_mm / 2.0;
         let width_mm = PI * finger.contact_mm / 4.0;
@@ -371,8 +371,8 @@ fn under_a_long_contact_the_lag_is_that_of_the_pitch() {
 /// p'/p. A cover with the response R(k) turns the imaginary part into a phase of d ln R / dk times
 /// p'/p. Under a parabola of half-width a, p'/p differs by 4 b / (a^2 - b^2) between units half a
 /// pitch b to either side of its middle. R is (1 + 3 k z) exp(-k z) for normal strain and k z
-/// exp(-k z) for shear. This is first order: the direct effect of the ends on the units falls with
-/// the length to the power of -4.
+/// exp(-k z) for shear. This is a first-order result: the direct effect of the ends on the units
+/// falls with the length to the power of -4.
 #[test]
 fn the_pull_of_the_contacts_ends_is_the_closed_form() {
     for (contact_mm, off_max) in [(16.0, 0.09), (30.0, 0.05), (60.0, 0.02)] {
@@ -519,8 +519,8 @@ fn the_hold_creeps_and_the_filter_takes_its_share() {
     assert!((0.75..0.85).contains(&held), "{held}");
 }
 
-/// Sampled by the chip's scan, frequencies above half the frame rate alias to the frame rate minus
-/// their own, attenuated by the board's filter.
+/// The chip's scan aliases a frequency above half the frame rate to the frame rate minus that
+/// frequency; the board's filter attenuates it.
 #[test]
 fn what_is_too_fast_for_the_scan_aliases() {
     let (true_hz, frame_rate_hz) = (190.0, 15_728_640.0 / 3106.0 / 21.0);

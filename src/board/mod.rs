@@ -1,4 +1,4 @@
-//! The hardware: one file per board, only registers and time.
+//! Board support: one file per board, limited to registers and timing.
 //!
 //! # Porting
 //!
@@ -7,17 +7,17 @@
 //!
 //! | item | meaning |
 //! |---|---|
-//! | `CLOCKS` | oscillator, clocks of processor and buses; PLL, timers, baud rate, SPI and CS times follow ([`clocks::Clocks`]) |
+//! | `CLOCKS` | oscillator, CPU and bus clocks; PLL, timers, baud rate, SPI and CS times follow ([`clocks::Clocks`]) |
 //! | `MEMORY` | the chip's name in probe-rs, its flash and RAM; `build.rs` reads it from the file for `memory.x` |
 //! | `Cs`, `Start`, `Reset`, `DrdyPin` | the ADS1258's pins next to SPI1 on PA5 to PA7; DRDY on line 4 of EXTI |
 //! | `Usart`, `Tx`, `Rx` | the line: telemetry out, requests in |
 //! | `interrupts!` | the interrupt of each task of `main.rs`: `LINE` is the USART's, `DRDY` EXTI4; software alone pends `DETECT`, `REPORT` and `FIT`, which take interrupts that the board does not use |
 //! | `line!` | the stream of DMA1 that receives for the USART (RM0090, table 42) |
-//! | `inputs!` | scans of a frame, and pins of the processor's own ADC |
+//! | `inputs!` | scans per frame, and pins of the on-chip ADC |
 //!
-//! A different chip family needs more code, but offers the tasks the same interface. `init` returns
-//! a [`Board`] with a [`Converter`](ridgetone_finger::converter::Converter), a
-//! [`DrdyPin`](ridgetone_finger::tasks::DrdyPin), a [`serial_line::SerialLine`] with its
+//! A board with a different chip family needs more code, but exposes the same interface to the
+//! tasks. `init` returns a [`Board`] with a [`Converter`](ridgetone_finger::converter::Converter),
+//! a [`DrdyPin`](ridgetone_finger::tasks::DrdyPin), a [`serial_line::SerialLine`] with its
 //! [`serial_line::LineReceiver`] and a `NorFlash` of two pages for settings (words of 4 bytes, no
 //! code in the pages). The board also has:
 //!
@@ -25,13 +25,13 @@
 //! |---|---|
 //! | `WIRING` | how the converter samples: a [`Wiring`] |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
-//! | an interrupt TIM4 about twice a second | for the task `watch`, also while DRDY is silent |
-//! | `acknowledge_heartbeat()` | clears the interrupt TIM4, and keeps debug access on |
+//! | TIM4 interrupt, about twice a second | for the task `watch`, also while DRDY is silent |
+//! | `acknowledge_heartbeat()` | clears the TIM4 interrupt and keeps debug access enabled |
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
 //! | `sleep()` | waits until an interrupt is pending, even a masked one; a debugger must stay connected |
 //! | `restart()` | resets the processor |
 //! | `feed_watchdog()` | reloads the watchdog, which `init` has started; it resets the board after [`WATCHDOG_S`] |
-//! | `die(record)` | keeps the record ([`crash::keep`]) and resets; the handlers of panics and of HardFault call it |
+//! | `die(record)` | saves the record ([`crash::keep`]) and resets; called by the panic and HardFault handlers |
 //!
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
@@ -45,7 +45,7 @@
 // The only part of the firmware where unsafe code is allowed: registers and linker symbols.
 #![allow(unsafe_code)]
 
-/// Declares the own ADC's pins, in the order of the inputs, and the default number of scans per
+/// Declares the on-chip ADC's pins, in the order of the inputs, and the default number of scans per
 /// frame.
 #[cfg_attr(
     feature = "blackpill-f401",

@@ -23,7 +23,7 @@ use stm32f4xx_hal::{ClearFlags, ReadFlags};
 const LINE_BAUD: u32 = 921_600;
 
 /// Size of the receive buffer, 2.8 ms of bytes, and of its halves, which interrupt when full. A
-/// half has room for the longest request, so a reader that is late loses none.
+/// half has room for the longest request, so none is lost if the reader is late.
 const BUFFER_BYTES: usize = 2 * HALF_BYTES;
 const HALF_BYTES: usize = 128;
 

@@ -295,8 +295,8 @@ impl converter::Converter for Converter {
         self.runs() && self.holds()
     }
 
-    /// SR; SCAN and RES of CR1; DMA and ADON of CR2; L; ADCPRE; flags and EN of the stream;
-    /// transfers left.
+    /// Returns SR; SCAN and RES of CR1; DMA and ADON of CR2; L; ADCPRE; flags and EN of the stream;
+    /// and the number of transfers left.
     fn registers(&mut self) -> Option<[u8; REGISTERS]> {
         let Self { adc, common, .. } = self;
         let (cr1, cr2) = (adc.cr1().read().bits(), adc.cr2().read().bits());

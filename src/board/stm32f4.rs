@@ -43,7 +43,7 @@ fn stay_debuggable(debug: &DBGMCU) {
     });
 }
 
-/// Clears the interrupt TIM4. A debugger that detaches restores DBGMCU_CR to its value before the
+/// Clears the TIM4 interrupt. A debugger that detaches restores DBGMCU_CR to its value before the
 /// image ran (as probe-rs does), and the next debugger would then find a sleeping processor, so
 /// this sets the bits again.
 pub fn acknowledge_heartbeat() {

@@ -72,7 +72,7 @@ pub enum Board {
 }
 
 impl Board {
-    /// Boards with the whole firmware.
+    /// Boards that run the whole firmware.
     pub const REAL: [Self; 7] = [
         Self::FeatherF405,
         Self::NucleoF446re,
@@ -146,7 +146,7 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     if image != COUNTS && profile == USUAL {
         frames::check(&bytes).with_context(unfit)?;
     }
-    // Benchmark and loop may panic, and overflow checks are panics, so these are not checked.
+    // Images that may panic are not checked: benchmark, loop, and overflow checks.
     if !interrupts.is_empty() && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
     }

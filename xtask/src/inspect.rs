@@ -8,17 +8,17 @@ use std::fmt;
 /// An interrupt: the symbol of its handler, and its number in the reference manual.
 pub type Interrupt = (&'static str, usize);
 
-/// DRDY's falling edge.
+/// Interrupt at DRDY's falling edge.
 pub const DRDY: Interrupt = ("EXTI4", 10);
-/// Half a buffer is full of samples of the processor's own ADC.
+/// Interrupt when half a buffer is full of samples of the on-chip ADC.
 pub const DMA: Interrupt = ("DMA2_STREAM0", 56);
-/// USARTs for the line.
+/// Interrupts of the USARTs for the line.
 pub const USART2: Interrupt = ("USART2", 38);
 pub const USART3: Interrupt = ("USART3", 39);
-/// Half of the receive buffer is full, of USART2 or USART3.
+/// Interrupts when half of the receive buffer of USART2 or USART3 is full.
 pub const USART2_DMA: Interrupt = ("DMA1_STREAM5", 16);
 pub const USART3_DMA: Interrupt = ("DMA1_STREAM1", 12);
-/// Timer of the stylus's samples.
+/// Interrupt of the timer for the stylus's samples.
 pub const TIM6: Interrupt = ("TIM6_DAC", 54);
 
 /// Number of the processor's own vectors, before the first interrupt's.

@@ -136,8 +136,8 @@ enum Task {
         /// Board to flash.
         #[arg(long, value_enum, default_value = "feather-f405")]
         board: Board,
-        /// An existing image to flash instead of the board's: an ELF file of one of the real
-        /// boards.
+        /// Flash this existing image instead of building one for the board: an ELF file built for
+        /// one of the supported hardware boards.
         #[arg(long, value_name = "FILE", conflicts_with = "board")]
         image: Option<PathBuf>,
     },

@@ -98,7 +98,7 @@ pub fn run(only: Option<Package>) -> Result<()> {
             }
         };
         sums += &sum_line(&name, &read(&path)?);
-        // Keeps the permissions.
+        // `copy` keeps the permissions.
         let copied = fs::copy(&path, folder.join(&name));
         copied.with_context(|| format!("cannot copy {}", path.display()))?;
     }

@@ -29,7 +29,7 @@ const NEVER: [&str; 2] = [
 /// A long test in the program `book` that mostly waits.
 const WAITING: &str = "the_commands_that_take_long_run";
 
-/// Module of the tests of the page of `touch` in a browser.
+/// Module of the browser tests of the `touch` page.
 const PAGES: &str = "page::";
 
 const PICTURE: &str = "test_the_picture_of_the_page_shows_the_period_of_the_first_scene";

@@ -16,8 +16,8 @@ pub enum Absent {
 /// Square matrix over the receptors.
 pub(crate) type Matrix = [[f32; RECEPTORS]; RECEPTORS];
 
-/// Mean logarithm of the amplitude of noise over the root of its mean power, decades: half of minus
-/// Euler's constant, the mean logarithm of an exponential variable.
+/// Mean logarithm of a noise amplitude relative to the root of its mean power, decades: half of the
+/// mean logarithm of an exponential variable, which is minus Euler's constant.
 const NOISE_LOG_MEAN: f32 = -0.125_34;
 
 /// Firing of the receptors in a window, in the order of [`Receptor::ALL`].
@@ -26,13 +26,13 @@ pub struct Firing {
     /// Sum over the bins of the receptor's range of the decades by which the spectrum exceeds the
     /// threshold; `None` if [`absent`](Self::absent).
     pub intensity: [Option<f32>; RECEPTORS],
-    /// Bins above the threshold, in the wanted window.
+    /// Number of bins above the threshold, in a window of the wanted length.
     pub above: [f32; RECEPTORS],
-    /// For each pair of receptors, the product of their wanted bins above the threshold, summed
-    /// over the measured bins.
+    /// For each pair of receptors, the sum over the measured bins of the product of their two
+    /// counts of wanted-window bins above the threshold.
     pub products: Matrix,
-    /// Change of the intensity if all lines were noise, because in the measured window a tone and
-    /// noise narrower than a bin look the same.
+    /// Change of the intensity if all lines were noise: in the measured window a tone and noise
+    /// narrower than a bin look the same.
     pub lines_as_noise: [f32; RECEPTORS],
 }
 

@@ -6,7 +6,7 @@ use crate::windows::{LINE_OVER_NOISE, Windows};
 use core::f32::consts::FRAC_1_SQRT_2;
 use core::ops::Range;
 
-/// Number of windows at which their scatter becomes a better uncertainty than the closed form.
+/// Minimum number of windows for their scatter to be a better uncertainty than the closed form.
 pub(crate) const SCATTER_FROM: f32 = 8.0;
 
 /// Distance of the noise bins from the reference's line, bins: the nearest ones outside the main

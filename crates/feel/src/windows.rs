@@ -3,8 +3,8 @@
 
 use core::ops::RangeInclusive;
 
-/// Window of the paper's intensities and conversion, seconds: 30 mm at 10 mm/s (section 2.3). The
-/// paper does not say which part of the run is transformed.
+/// Window over which the paper computes its intensities and conversion, seconds: 30 mm at 10 mm/s
+/// (section 2.3). The paper does not say which part of the run is transformed.
 pub const PAPER_WINDOW_S: f32 = 3.0;
 
 /// Distances from a line at which the spectrum is only noise, bins: just outside the main lobe of
@@ -15,8 +15,8 @@ const NOISE_BINS: RangeInclusive<usize> = 3..=6;
 /// one bin of ten thousand: (1 + 17.3 / 8)^-8 with the mean of eight bins.
 pub(crate) const LINE_OVER_NOISE: f32 = 17.3;
 
-/// Lengths of windows, seconds. A longer window has more bins; in each of them noise has a smaller
-/// amplitude, and a tone keeps its own.
+/// Lengths of windows, seconds. A longer window has more bins, each with a smaller noise amplitude;
+/// the amplitude of a tone does not change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Windows {
     /// Length of the measured windows.

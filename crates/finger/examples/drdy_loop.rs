@@ -19,8 +19,7 @@ use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
 use std::error::Error;
 use std::sync::{Mutex, PoisonError, mpsc};
 
-/// The ring behind its lock. The lock lasts for one read, so the loop waits for microseconds at
-/// most.
+/// The ring behind its lock, which is held for one read at a time, so the loop waits microseconds.
 struct LockedRing<'a>(&'a Mutex<Ring>);
 
 impl FrameSource for LockedRing<'_> {

@@ -21,7 +21,7 @@ fn volts(t_s: f64) -> [f32; 3] {
     } else {
         0.0
     };
-    // Instead of noise: two tones far above.
+    // Two tones of much higher frequency stand in for noise.
     let noise = 2e-5 * ((TAU * 397.1 * t_s).sin() + (TAU * 451.7 * t_s).cos());
     [1.0, -0.6, 0.8].map(|gain| (gain * (load + tone) + noise) as f32)
 }

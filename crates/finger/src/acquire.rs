@@ -79,8 +79,7 @@ pub struct Acquisition<C> {
     latest: Option<Sample>,
     /// Board time of the latest conversion, or of the latest restart.
     latest_us: u32,
-    /// True if the latest conversion was read before its edge was served, which will find no new
-    /// one.
+    /// True if the latest conversion was read before its edge was served; the edge finds none.
     early: bool,
     /// Number of unexpected edges minus number of expected ones; see [`STORM_EDGES`].
     storm_count: u16,
@@ -254,7 +253,7 @@ impl<C: Converter> Acquisition<C> {
         }
     }
 
-    /// Serves an edge after which DRDY is high again: counts it for a storm, and as
+    /// Serves an edge after which DRDY is high again: counts it towards a storm, and as
     /// [`FaultKind::Repeated`].
     pub fn nothing(&mut self, edge_us: u32, diagnostics: &Diagnostics) -> Drdy {
         self.unexpected_us = edge_us;
@@ -292,8 +291,8 @@ impl<C: Converter> Acquisition<C> {
         }
     }
 
-    /// Counts conversions lost before the queue or because it is full. Gaps between frames show
-    /// losses from the plan's own scan too, but not from the scan of the health readings.
+    /// Counts conversions that were lost before they reached the queue, or because it is full. Gaps
+    /// between frames also show losses from the plan's own scan, but not from the health scan.
     fn count_lost(&self, lost: u32, diagnostics: &Diagnostics) {
         let counter = if self.is_health {
             &diagnostics.unseen
@@ -325,7 +324,7 @@ impl<C: Converter> Acquisition<C> {
         | Resolved::Mended(conversion)
         | Resolved::Later(conversion) = resolved
         {
-            // Before a later conversion this includes the expected one, which was read only once.
+            // With `Later` this includes the expected conversion, which was read only once.
             self.count_lost(self.order.skipped(self.next, conversion.tag.0), diagnostics);
             self.queue(t_us, conversion, samples, diagnostics);
         }

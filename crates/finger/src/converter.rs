@@ -124,8 +124,8 @@ pub trait Converter {
     /// reads. Returns false if there is none.
     fn go_on(&mut self) -> bool;
 
-    /// Delay from a sample's time to its edge, microseconds: half the averaging time of a converter
-    /// that signals the end of it.
+    /// Delay from a sample's time to its edge, microseconds: half of the averaging time, if the
+    /// converter signals the end of averaging.
     fn behind_us(&self) -> u32 {
         0
     }
@@ -134,11 +134,11 @@ pub trait Converter {
     /// written.
     fn is_as_set_up(&mut self) -> bool;
 
-    /// Returns the present registers, zero-filled, for diagnosis.
+    /// Returns the present registers, padded with zeros, for diagnosis.
     fn registers(&mut self) -> Option<[u8; REGISTERS]>;
 
-    /// Minimum time per sample if the present registers differ from those written, microseconds,
-    /// rounded down, at least 1.
+    /// Minimum conversion time with the registers as they read back now, for when they no longer
+    /// match what was written. Microseconds, rounded down, at least 1.
     fn min_period_us(&mut self) -> u32;
 }
 
@@ -166,8 +166,8 @@ impl Facts {
         }
     }
 
-    /// Returns the settings, with this converter's default plan and reference if it cannot run
-    /// their plan, because nothing was stored, or settings for a different converter.
+    /// Returns the settings. If this converter cannot run their plan, because nothing was stored or
+    /// the settings were for a different converter, uses its default plan and reference.
     pub fn fitting(&self, settings: Settings) -> Settings {
         if (self.check)(&settings.plan).is_ok() {
             return settings;

@@ -24,7 +24,7 @@ use ridgetone_tone::{Fit, Fitter, FrameSource, OVERTONES, Overwritten, Values};
 /// `good` with 11 % missing, 1 with 13 %, 3 with 15 %, and 6 to 11 % with 45 %. Scattered missing
 /// frames do no harm: there were no outliers with 40 % missing.
 const GAP_DIVISOR: u32 = 10;
-/// Minimum time between full estimates among tracks, microseconds.
+/// Minimum time between full estimates while tracks are reported, microseconds.
 const ESTIMATES_US: u64 = (1e6 * TRACK_STRIDE_S) as u64;
 const READ_FRAMES: usize = 16;
 
@@ -43,9 +43,9 @@ pub enum WindowFit {
 pub struct Estimator {
     settings: Settings,
     tracker: Tracker,
-    /// Frame after the latest estimate that was accurate enough.
+    /// Frame after the window of the latest estimate that was accurate enough.
     reported_end: u32,
-    /// Device time of the latest full estimate among tracks, microseconds.
+    /// Device time of the latest full estimate while tracks are reported, microseconds.
     estimate_us: u64,
     /// Overtones of the latest fit, relative to its fundamental.
     overtones: Overtones,
@@ -135,7 +135,7 @@ impl Estimator {
         })
     }
 
-    /// True if a full estimate may be reported among tracks.
+    /// True if a full estimate is due while tracks are reported.
     fn is_estimate_due(&self, t_us: u64) -> bool {
         // A time before the latest one belongs to a different run.
         t_us.wrapping_sub(self.estimate_us) >= ESTIMATES_US
@@ -188,7 +188,7 @@ impl Estimator {
         // Use a reference, because a copy would need more stack.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         let min = window.frames / GAP_DIVISOR;
-        // Nearly always no frames are missing, and nothing is read again.
+        // Usually no frames are missing, and nothing has to be read again.
         let has_gap =
             fitted.fit.frames.saturating_add(min) < window.frames && has_gap(window, min, source)?;
         self.overtones = fitted.fit.overtones;

@@ -9,7 +9,7 @@ use ridgetone_proto::telemetry::{Contact, Event, Moving, Release, Slide};
 
 #[derive(Clone, Debug)]
 pub struct EventBuilder {
-    /// Volts of one code.
+    /// Volts per code.
     pub volts_per_code: f32,
     /// Reported start of the latest slide, microseconds. The ring may lose it before the slide
     /// ends.

@@ -23,8 +23,7 @@ pub struct Fitted {
     pub scan: Scan,
 }
 
-/// Number of windows per full search while a tone is tracked. A window is searched after its
-/// answer.
+/// Number of windows per full search while a tone is tracked. It runs after the window's estimate.
 const SEARCH_EVERY: u8 = 4;
 
 /// Tone of the latest window, which is expected in the next window of its slide.
@@ -86,7 +85,7 @@ impl Tracker {
         self.windows > SEARCH_EVERY && self.is_known(window)
     }
 
-    /// Searches a window that has been answered by tracking alone, if a search is due. The next
+    /// Searches a window whose estimate came from tracking alone, if a search is due. The next
     /// window then expects the tone found.
     #[inline(never)]
     pub fn search(
@@ -291,7 +290,7 @@ mod tests {
         let mut fit = Fit::without_tone(Status::TooShort, 241);
         (fit.status, fit.frequency) = (Status::Good, 0.04);
         let mut tracker = Tracker::new();
-        // True if the tone was expected; and true if the window is searched after its answer.
+        // Returns whether the tone was expected, and whether the window must be searched as well.
         let mut next = |window: &Window, fit: &Fit| {
             let was_expected = tracker.expected(window).is_some();
             tracker.keep(window, fit, was_expected);

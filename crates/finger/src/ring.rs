@@ -197,7 +197,7 @@ impl Ring {
         valid
     }
 
-    /// Averages, among `count` frames from `first` on, those that have a valid value, into `mean`.
+    /// Averages the frames with a valid value, among `count` frames from `first` on, into `mean`.
     /// Returns false if there are none.
     pub fn mean(&self, first: u32, count: u32, mean: &mut Values) -> bool {
         // Add by position in a row, so that whole rows can be added.
@@ -327,7 +327,7 @@ impl Ring {
     }
 }
 
-/// Maximum number of packed frames read at a time, because they are copied onto the stack.
+/// Maximum number of packed frames per read. Kept small because they are unpacked onto the stack.
 const READ_FRAMES: usize = 4;
 
 impl Default for Ring {
@@ -393,7 +393,7 @@ mod tests {
         ring.restart(70);
         assert!(ring.frame(70, &mut [0.0; TAXELS]).is_none() && ring.oldest() == 70);
         (0..16).for_each(|n| ring.push(&[n as f32; TAXELS], 1, n));
-        // They are in one piece, so the rounding of a window's sums does not depend on earlier
+        // The frames are contiguous, so the rounding of a window's sums does not depend on earlier
         // contents.
         assert_eq!(
             ring.read(70, 16, |values, _| (values.len(), values[15][0])),

@@ -73,8 +73,8 @@ impl Order {
         Tag::NEW | (if is_last { self.mask } else { above }).trailing_zeros() as u8
     }
 
-    /// Number of conversions of the scan between the expected one and this one, without whole
-    /// scans; zero if this one is outside the scan.
+    /// Number of conversions skipped from the `expected` status to `status`, without whole scans;
+    /// zero if `status` is not in the scan.
     pub fn skipped(self, expected: u8, status: u8) -> u32 {
         let (mut at, mut skipped) = (expected, 0);
         while at & Tag::NEW_AND_ID != status & Tag::NEW_AND_ID {

@@ -10,8 +10,8 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Span;
 use ridgetone_tone::{FRAMES_MIN, Values};
 
-/// Number of frames of touch detection left out at either end of a whole slide, because the ends
-/// are known only to within a few frames.
+/// Number of touch-detection frames left out at either end of a whole slide, because the ends are
+/// known only to within a few frames.
 pub const TRIM_FRAMES: u32 = 5;
 /// Number of frames by which a whole slide must be shorter than the ring, at 241 Hz. The ring
 /// continues to fill for 20 blocks of 4 frames before a slide's end is noticed, for one more before
@@ -23,9 +23,9 @@ const LATE_FRAMES: u32 = 160;
 pub const GROWING_FRAMES_MIN: u32 = 24;
 /// Number of rows of the ring at either end of a window from which its rate is measured. An
 /// interrupt may be served late, in a storm on DRDY by most of a conversion, which is 0.1 % of a
-/// window of 43 ms, so the least late of several rows counts.
+/// window of 43 ms, so the least delayed of several rows is used.
 const DATED_ROWS: u32 = 8;
-/// Time for which the ring may take in new frames before the fit has read the oldest, seconds.
+/// Time reserved for the fit to read the oldest frames while the ring takes in new ones, seconds.
 const READING_S: f32 = 0.066;
 /// `READING_S` for a fast plan, whose interrupts leave only half of the processor to a fit.
 const READING_FAST_S: f32 = 0.3;
@@ -198,8 +198,8 @@ impl WindowScheduler {
         let late = until.wrapping_sub(self.next_end);
         let is_latest_alone = self.averaged > 1 || self.tracks;
         if is_latest_alone && reached(until, self.next_end) && late >= self.stride_frames {
-            // Windows or their strides are shorter than the time in which a slide is detected, so
-            // several may be due: only the latest counts.
+            // Windows or strides may be shorter than the time it takes to detect a slide, so
+            // several windows may be due: issue only the latest.
             self.next_end = until.wrapping_sub(late % self.stride_frames.max(1));
         }
         while reached(until, self.next_end) {

@@ -4,7 +4,7 @@ use crate::converter::{Ads1258Plan, Facts};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 
-/// Properties of a board's wiring that its settings do not have.
+/// Properties of a board's wiring that are not settings.
 #[derive(Clone, Copy, Debug)]
 pub struct Wiring {
     /// Converter of the board.
@@ -12,7 +12,7 @@ pub struct Wiring {
 }
 
 impl Wiring {
-    /// Wiring of the guide: an ADS1258.
+    /// The guide's wiring: an ADS1258.
     pub const GUIDE: Self = Self {
         converter: &Facts {
             name: "ADS1258",

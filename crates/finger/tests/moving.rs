@@ -15,7 +15,7 @@ const SIGMA_V: f64 = 30e-6;
 const TONE_V: f64 = 14.142 * SIGMA_V;
 /// Duration of the ramp to the slide's speed, seconds.
 const RAMP_S: f64 = 0.02;
-/// The detector's constants were tuned with seeds below this one.
+/// First seed that was not used to tune the detector's constants.
 const FRESH: u64 = 70_000;
 
 /// Uniform and normal random numbers: SplitMix64, Box and Muller.

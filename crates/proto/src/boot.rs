@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Number of bytes that a record keeps of a source file's name, from its end.
+/// Maximum number of bytes of a source file's name in a record, which keeps the name's end.
 pub const FILE_BYTES: usize = 24;
 
 /// Cause of the last reset (RM0090, RCC_CSR).

@@ -20,7 +20,8 @@ const TRANSFORM_FRAMES: u32 = 1024;
 /// Maximum number of touch-detection frames from a window's end until the fit has read the window:
 /// 0.4 s.
 const LATE_TOUCH_FRAMES: u32 = 96;
-/// Frames reserved for the same delay by a plan without averages: 0.75 s.
+/// Number of frames that a plan without averages reserves from a window's end until the fit has read
+/// the window: 0.75 s.
 const LATE_FRAMES: u32 = 180;
 /// Minimum number of frames for four harmonics and their noise.
 const WINDOW_FRAMES_MIN: u32 = 24;

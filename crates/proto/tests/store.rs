@@ -43,7 +43,7 @@ fn found<const PAGE_BYTES: u32>(flash: &CutFlash<PAGE_BYTES>) -> (Settings, Sett
 }
 
 /// Checks the settings found after power was lost while `new` settings were stored over `old` ones:
-/// either of them. For the old ones, the source must report that a newer record was begun.
+/// either must be found. For the old ones, the source must report that a newer record was begun.
 fn check_cut<const PAGE_BYTES: u32>(
     flash: &CutFlash<PAGE_BYTES>,
     old: Option<Settings>,

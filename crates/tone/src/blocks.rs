@@ -1,5 +1,5 @@
-//! A pass over the frames sums, for each of a few blocks, the products of every channel with level,
-//! slope and lines, and the lines themselves. All later steps work on these sums.
+//! Sums over blocks of frames. One pass over the frames adds up, for each block, the lines and the
+//! products of every channel with level, slope and lines. All later steps work on these sums.
 //!
 //! Within a block, modulation is assumed constant and baselines straight.
 

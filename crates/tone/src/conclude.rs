@@ -130,7 +130,7 @@ impl Scale {
         let places = places.get(..blocks.count()).unwrap_or_default();
         let level = places.iter().map(|[_, value]| value).sum::<f32>() / places.len() as f32;
         let (mut last, mut seen_there) = (f32::NAN, 0.0);
-        // Cosine and sine of a bin are adjacent, so the last result is kept for the second.
+        // Cosine and sine of a bin are adjacent members: reuse the last result for the second.
         let mut sees = |distance: f32| {
             if distance != last {
                 let (mut cos, mut sin) = (0.0, 0.0);
@@ -152,7 +152,7 @@ impl Scale {
             weights += weight;
             weighted += weight * member.power;
         }
-        // White noise is the same at all frequencies.
+        // Without noise bins, the noise is white: the same at all frequencies.
         let (mut local, mut equal) = (1.0, followed.count);
         if noise_bins.count() > 0 {
             local = power

@@ -12,7 +12,7 @@ pub enum Domain<'a> {
     },
     /// Position along a path.
     Position {
-        /// Position of a frame by its number.
+        /// Returns the position of a frame, from its number.
         position: &'a dyn Fn(u32) -> f32,
         /// Middle of the range.
         centre: f32,

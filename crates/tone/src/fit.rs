@@ -77,7 +77,7 @@ pub struct Tests {
     pub line: f32,
     /// Normal deviate of the fundamental over its local noise.
     pub fundamental: f32,
-    /// Normal deviate of another line.
+    /// Normal deviate of the most significant line outside the comb.
     pub other: f32,
     /// Normal deviate of lines halfway between the harmonics.
     pub between: f32,

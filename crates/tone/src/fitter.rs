@@ -56,7 +56,7 @@ impl Default for Fitter {
 }
 
 impl Fitter {
-    /// A fitter of all zeros, so that a static takes no flash.
+    /// Creates a fitter of all zeros, so that a static fitter takes no flash.
     pub const fn new() -> Self {
         Self {
             impulses: Impulses::new(),
@@ -65,8 +65,8 @@ impl Fitter {
         }
     }
 
-    /// Fits all usable channels of a span: first without what the scene may contain beyond lines in
-    /// white noise, and with it only if this fit is not good.
+    /// Fits all usable channels of a span. Tries lines in white noise first, and everything that
+    /// the scene may contain only if that fit is not good.
     ///
     /// # Errors
     /// If frames were overwritten before they were read.
@@ -79,8 +79,8 @@ impl Fitter {
         Ok(fit)
     }
 
-    /// Fits a lean scene, or a window that contains no more. False if it contains more, or might.
-    /// Not inlined, so that other fits do not need its stack.
+    /// Fits a lean scene, or any window that contains only what a lean scene may. Returns false if
+    /// the window contains more, or might. Not inlined, so that other fits do not need its stack.
     #[inline(never)]
     fn fit_plain(
         &mut self,
@@ -132,8 +132,8 @@ impl Fitter {
         Loop::new(self.loop_rows()).end();
     }
 
-    /// Fits a lean scene, or a window that may contain more, in the memory of a solution, so that
-    /// no stack frame is larger than 4 KiB.
+    /// Fits on the lean path. Not inlined, and the solution is in the caller's stack frame, so that
+    /// no frame is larger than 4 KiB.
     #[inline(never)]
     fn fit_lean(
         &mut self,
@@ -163,7 +163,7 @@ impl Fitter {
     ) -> Result<Fit, Overwritten> {
         let correct: Correct =
             |window, memory, scene, comb, delays| window.has_late(memory, scene, comb, delays);
-        // `black_box`: otherwise the compiler would call the only such function directly.
+        // `black_box`: otherwise the compiler would call, and so link, the only such function.
         let correct = core::hint::black_box(correct);
         let correction = Correction { delays, correct };
         let mut fit = Fit::without_tone(Status::Nothing, 0);
@@ -219,7 +219,7 @@ impl Fitter {
 }
 
 /// Mask of the usable channels of a window; `None` if one is clipped. Not inlined, so that its sums
-/// do not lie under a fit.
+/// are off the stack while a fit runs.
 #[inline(never)]
 fn usable_of_plain(span: &mut FrameSpan) -> Result<Option<u16>, Overwritten> {
     let statistics = Statistics::collect(span)?;
@@ -478,8 +478,8 @@ impl<'w> Window<'w, '_, '_> {
         Some(best)
     }
 
-    /// Chooses the degree of a comb's baseline. Collects the blocks again, unless they were
-    /// `collected` near enough.
+    /// Chooses the degree of a comb's baseline. Collects the blocks again, unless the trajectory at
+    /// which they were `collected` is near enough.
     #[inline(never)]
     fn choose_degree(
         &mut self,
@@ -498,9 +498,9 @@ impl<'w> Window<'w, '_, '_> {
         if twist.is_none_or(|twist| twist > TWIST_MAX) || blocks.lines() != lines {
             self.collect(blocks, &best.trajectory, lines);
         }
-        // Scores so far are from rotated blocks; these are exact. The lowest and the highest degree
-        // were each compared at the comb's own frequency; degrees in between are tried at the
-        // better comb's frequency.
+        // The scores so far are from rotated blocks; those below are exact. The lowest and the
+        // highest degree were each compared at the comb's own frequency; others are tried at that
+        // of the better comb.
         let (mut at, degree) = (best.trajectory, best.shape.degree);
         best.score = f32::NEG_INFINITY;
         workspace.restore_weights();
@@ -511,8 +511,8 @@ impl<'w> Window<'w, '_, '_> {
             let mut steps = Steps::of_comb(best.shape);
             steps.shape.degree = other;
             if other != degree {
-                // The lowest other degree bounds all. Below `CYCLES_CURVED`, a baseline may take
-                // the place of lines.
+                // The bound for the lowest other degree covers all others, except below
+                // `CYCLES_CURVED`, where a baseline may take the place of lines.
                 if !are_bounded
                     && cycles >= CYCLES_CURVED
                     && refinement.bound(blocks, workspace, max, &steps.shape) <= best.score
@@ -538,7 +538,7 @@ impl<'w> Window<'w, '_, '_> {
         }
     }
 
-    /// Replaces impulses in the residuals of a comb; true if there are some.
+    /// Replaces impulses in the residuals of a comb; returns true if there were any.
     #[inline(never)]
     fn has_impulses(&mut self, memory: &mut Memory, comb: &Comb) -> bool {
         let Workspace {
@@ -658,7 +658,8 @@ impl<'w> Window<'w, '_, '_> {
         tests.degree = shape.degree as u8;
         tests.degrees = followed.fitted.phase as u8;
         tests.lines = shape.lines.iter().fold(0, |mask, line| mask | 1 << line);
-        // Unknowns and room up to each line: a baseline of degree four has two cycles itself.
+        // Compare the unknowns of lines and baseline, up to each line, with the window's room of
+        // two per cycle: a baseline of degree four alone fills two cycles.
         let unknowns = |line: usize| 2 * shape.lines.iter().filter(|other| *other <= line).count();
         let room = |line: usize| 2.0 * line as f32 * tests.cycles + 1.0;
         let is_crowded = |line: usize| room(line) < (unknowns(line) + shape.degree) as f32;
@@ -731,7 +732,7 @@ impl<'w> Window<'w, '_, '_> {
     }
 
     /// Log likelihood of the residuals of a tone and its modulation, channel by channel, less the
-    /// Bayesian penalty. The solution must be solved.
+    /// Bayesian penalty. The workspace's solution must already be solved.
     #[inline(never)]
     fn score(&mut self, memory: &mut Memory, tested: &Tested) -> f32 {
         let model = tested.model(&memory.workspace.solution);

@@ -91,7 +91,8 @@ impl<'a> FrameSpan<'a> {
         &self.domain
     }
 
-    /// Number of frames in the window; along a path, per pass over its range at the mean speed.
+    /// Number of frames in the window; along a path, the number per pass over its range at the mean
+    /// speed.
     pub(crate) fn effective_frames(&self) -> f32 {
         match self.domain {
             Domain::Time { .. } => self.frames as f32,

@@ -18,8 +18,8 @@ use crate::statistics::Products;
 use crate::window_frames::WindowFrames;
 use crate::workspace::Workspace;
 
-/// Threshold for a line over the local noise. Noise exceeds it in one bin with a probability of
-/// 1e-5, in a hundred bins of 1e-3.
+/// Threshold for a line over the local noise. Noise exceeds it in a given bin with a probability of
+/// 1e-5, and in any of a hundred bins with 1e-3.
 pub const Z_LINE: f32 = 4.3;
 /// Threshold for the larger of two lines; noise exceeds it once in a thousand windows.
 pub const Z_BETWEEN: f32 = 3.3;

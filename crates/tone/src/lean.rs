@@ -28,7 +28,7 @@ use search::{Comb, Peak, Search};
 pub use solve::Solution;
 use verdict::{Line, Verdict};
 
-/// Maximum number of passes over the frames at a frequency.
+/// Maximum number of passes over the frames when a peak is fitted.
 const PASSES: usize = 3;
 /// Maximum number of steps after a pass.
 const STEPS: usize = 6;
@@ -38,7 +38,7 @@ const STEP_LAST: f32 = 0.03;
 const STEP_NEAR: f32 = 1.0;
 /// Number of cycles below which a peak may be off by half a cycle, due to its negative frequency.
 const CYCLES_FEW: f32 = 3.0;
-/// Starting points around a peak of few cycles, cycles.
+/// Starting points relative to a peak of few cycles, cycles per window.
 const STARTS: [f32; 3] = [0.0, -0.5, 0.5];
 /// Maximum distance from the expected frequency, cycles; a tone further away counts as a different
 /// tone.
@@ -54,7 +54,7 @@ const Z_KEPT: f32 = 3.1;
 pub struct Task {
     pub scene: Scene,
     pub reference: Reference,
-    /// Mask of the usable channels if the window may contain more than the scene.
+    /// Mask of the usable channels if the window may contain more than the lean scene, else `None`.
     pub usable: Option<u16>,
 }
 
@@ -95,8 +95,8 @@ impl<'m> Lean<'m> {
             && matches!(span.domain(), Domain::Time { .. })
     }
 
-    /// Fits all usable channels of a span. If the window may contain more than the scene, the fit is
-    /// good only if it does not.
+    /// Fits all usable channels of a span. If the window may contain more than the lean scene, the
+    /// fit is good only if tests find nothing more.
     #[inline(never)]
     pub fn fit(
         &mut self,
@@ -223,7 +223,7 @@ impl<'m> Lean<'m> {
         let harmonics = usize::from(scene.harmonics());
         let of_peak = self.solution.score(reference);
         let peak_comb = Comb::new(peak.cycles, harmonics, span.frames);
-        // A subharmonic needs a second line next to the peak.
+        // Margin by which a subharmonic must win, because it needs a second line next to the peak.
         let margin = reference.width as f32 * libm::logf(span.frames as f32);
         let (mut best, mut found): (f32, Option<f32>) = (of_peak, None);
         for part in 2..=harmonics {
@@ -368,7 +368,7 @@ impl<'m> Lean<'m> {
 enum Part {
     /// Explains the window better.
     Likelier(Peak),
-    /// Explains the window nearly as well; cycles per window.
+    /// Explains the window nearly as well (frequency in cycles per window).
     Close(f32),
 }
 

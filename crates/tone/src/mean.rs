@@ -14,7 +14,8 @@ const WALKS: usize = 3;
 /// Maximum number of times a walk's strength is doubled, starting from half the sigma of the second
 /// degree.
 const STRENGTHS: usize = 20;
-/// Maximum strength of a walk: standard deviation of its second degree, radians.
+/// Maximum strength of a random walk: the standard deviation of its second-degree Legendre
+/// coefficient, radians.
 const WALK_MAX: f32 = 8.0;
 
 /// Estimated phase, by degree from 1 on.
@@ -45,7 +46,7 @@ pub struct MeanPhase {
 }
 
 /// Weights of the white noise of degrees k - order, k - order + 2... that make up degree k of a
-/// walk. White noise of a degree has the degree plus one half as its variance.
+/// walk. Degree j of white noise has the variance j + 1/2.
 type Row = [f32; WALKS + 1];
 
 const fn row(order: usize, k: isize) -> Row {

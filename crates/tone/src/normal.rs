@@ -273,7 +273,7 @@ impl Normal {
     ) {
         let shape = &solution.shape;
         let Degrees { phase, amplitude } = self.degrees.bounded();
-        // Polynomials of the previous and of this degree in the middles of the blocks.
+        // Polynomials of the previous and the present degree at the middles of the blocks.
         let (mut before, mut by_block) = ([0.0; BLOCKS_MAX], [1.0; BLOCKS_MAX]);
         let lists = memory.chunks_exact_mut(list_len(shape));
         for (k, list) in lists.enumerate().take(phase.max(amplitude)) {

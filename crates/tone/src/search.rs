@@ -130,7 +130,7 @@ fn whitened<'m>(
         let end = (first + spectrum.channels()).min(width);
         spectrum.clear(end - first);
         let together = mixtures.get(first..end).unwrap_or_default();
-        // Mixtures of independent channels do not depend on the channels before their own.
+        // With independent channels, a mixture needs only its own; otherwise also all before them.
         let channels = if may_share { 0 } else { per_mixture * first }..per_mixture * end;
         window.visit_channels(channels, &mut |frame| {
             let point = frame.point(&domain, frames, each);

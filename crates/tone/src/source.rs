@@ -25,7 +25,7 @@ pub trait FrameSource {
     /// is channel k; 0 is a missing frame).
     ///
     /// # Errors
-    /// If frame `first` is not available, or no longer; `show` is then not called.
+    /// If frame `first` is not available yet, or no longer; `show` is then not called.
     fn read(
         &mut self,
         first: u32,

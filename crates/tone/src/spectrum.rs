@@ -246,8 +246,7 @@ struct Geometry {
 }
 
 impl Geometry {
-    /// Converts products with cosine and sine of zero phase at the first point to those of zero
-    /// phase at the centre.
+    /// Converts products with cosine and sine: moves zero phase from the first point to the centre.
     fn centred(&self, cosine: f32, sine: f32) -> (f32, f32) {
         (
             self.c * cosine + self.s * sine,

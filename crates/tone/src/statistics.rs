@@ -101,7 +101,7 @@ impl Sums {
     }
 }
 
-/// Outermost value of a channel, the next one, and the number of frames at each.
+/// The two outermost values at one end of a channel's range, and the number of frames at each.
 #[derive(Clone, Copy)]
 struct End {
     outer: f32,
@@ -118,7 +118,7 @@ struct End {
 }
 
 impl End {
-    /// State before the first value, which is 0.
+    /// State before the first value. Values are relative to the first, so the outermost is 0.
     const NONE: Self = Self {
         outer: 0.0,
         outer_count: 0,
@@ -152,7 +152,7 @@ impl End {
         }
     }
 
-    /// Number of frames at the end beyond those of an unclipped sine.
+    /// Number of frames at the outermost value, in excess of an unclipped sine.
     fn clipped(&self) -> f32 {
         (self.outer_count as f32 - AT_END * self.next_count as f32).max(0.0)
     }
@@ -304,7 +304,7 @@ pub struct Products {
     pub matrix: Square<CHANNELS_MAX>,
     /// Sums of squares, while frames are added.
     squares: Values,
-    /// Minimum sums of squared residuals: rounding of the values and of the sums.
+    /// Minimum sums of squared residuals, due to rounding of the values and the sums.
     pub squares_min: Values,
     /// Number of valid frames.
     pub count: f32,

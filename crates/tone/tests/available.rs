@@ -1,5 +1,5 @@
-//! Windows of any length and frequency, from one and a half cycles to half the frame rate: the fit
-//! must be good and right, and its interval cover the truth.
+//! Tests windows of any length, at any frequency from one and a half cycles to half the frame rate:
+//! the fit must be good and correct, and its interval must cover the truth.
 
 mod common;
 

@@ -86,8 +86,8 @@ fn a_sine_that_is_rounded_is_good() {
     }
 }
 
-/// A line has a hundredth of the tone's amplitude and 4/3 of its frequency. Both must not be taken
-/// for a comb of a third of the tone's frequency, where there is no line.
+/// The window has a second line, at a hundredth of the tone's amplitude and 4/3 of its frequency.
+/// The two must not be taken for harmonics of an absent line at a third of the tone's frequency.
 #[test]
 fn a_faint_line_beside_the_tone_makes_no_comb_without_a_fundamental() {
     for number in 0..40u32 {

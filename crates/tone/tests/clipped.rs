@@ -1,5 +1,5 @@
-//! Tests clipped channels. If the tone clips them, all are used and the interval covers. If the
-//! level clips one, it is left out, or the fit is not good.
+//! Tests clipped channels. If the tone clips them, all are used and the interval covers. A channel
+//! that is clipped by its level is left out, or the fit is not good.
 
 mod common;
 

@@ -48,8 +48,7 @@ fn fit(
     common::fit_harmonics(&values, CHANNELS_MAX, 4)
 }
 
-/// Counts the good fits in 50 windows, and those that are good but take the second harmonic for the
-/// tone.
+/// Counts the good fits in 50 windows, and how many of them take the second harmonic for the tone.
 fn good_and_mistaken(
     frames: usize,
     first: f64,

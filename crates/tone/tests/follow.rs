@@ -1,4 +1,4 @@
-//! The loop that tracks a line after a fit's window, against the true frequency.
+//! Compares the loop that tracks a line after a fit's window with the true frequency.
 
 mod common;
 

@@ -1,5 +1,5 @@
-//! Windows fitted frame by frame, with frames missing: windows too short for chunks, and windows
-//! along a path.
+//! Tests windows that are fitted frame by frame, with some frames missing: windows too short for
+//! chunks, and windows along a path.
 
 mod common;
 

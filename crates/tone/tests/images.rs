@@ -121,8 +121,8 @@ fn overtones_above_half_the_frame_rate_make_no_lower_tone() {
 }
 
 /// The tone has a fifth harmonic that is not fitted, and its twentieth harmonic aliases to the tone
-/// itself. A comb of the fifth harmonic and the alias of its fourth has fewer lines, but the alias
-/// is its strongest line, so the fit must report the tone as well.
+/// itself. So a comb with the fifth harmonic as its fundamental fits with fewer lines, but its
+/// strongest line is an alias: the fit must then report the tone as well.
 #[test]
 fn a_tone_is_not_taken_for_the_image_of_an_overtone() {
     const FRAMES: usize = 47;
@@ -149,9 +149,9 @@ fn a_tone_is_not_taken_for_the_image_of_an_overtone() {
     assert!(named > 0, "none is named");
 }
 
-/// Aliased overtones, also of five harmonics, belong to the tone and not to a comb of a lower
-/// frequency. Requirement: at most 1 % good but wrong; two thirds good in very little noise, and
-/// five sixths in some noise.
+/// Aliased overtones, even with five harmonics, must be assigned to the tone and not to a comb of a
+/// lower frequency. Requirement: at most 1 % good but wrong; two thirds good in very little noise,
+/// and five sixths in some noise.
 #[test]
 fn overtones_above_half_the_frame_rate_are_the_tones_own() {
     for harmonics in HARMONICS {

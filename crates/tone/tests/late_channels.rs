@@ -15,10 +15,10 @@ fn later(channel: usize) -> f64 {
     (channel as f64 - 7.5) / 16.0
 }
 
-/// Disturbances of a window, and what the fit knows.
+/// Disturbances of a window, and whether the fit knows the delays.
 #[derive(Clone, Copy, Default)]
 struct Recipe {
-    /// Difference in level while the path goes back.
+    /// Amount by which the level is higher while the path goes back.
     way: f64,
     /// Amplitude of a third harmonic, which is not fitted.
     third: f64,

@@ -50,8 +50,8 @@ fn complex(size: f64, turns: f64) -> [f64; 2] {
 }
 
 /// Standard deviation of a component of the ratio. Each channel's component has 2 / N of the
-/// noise's variance, and channels are weighted by their squares. The fundamental's noise adds at
-/// most k^2 times the overtone's square as much.
+/// noise's variance, and channels are weighted by their squared gains. The fundamental's noise adds
+/// at most (k times the overtone's amplitude) squared of this variance.
 fn sigma(number: usize, size: f64) -> f64 {
     let squares: f64 = (0..CHANNELS).map(|channel| gain(channel).powi(2)).sum();
     NOISE * (2.0 / COUNT as f64 / squares * (1.0 + (number as f64 * size).powi(2))).sqrt()

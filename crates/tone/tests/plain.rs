@@ -17,7 +17,7 @@ const WINDOWS: u64 = 40;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Beside {
     Nothing,
-    /// One value far off.
+    /// One value is an outlier.
     Impulse,
     /// Values above 0.8 are cut off, in one channel.
     Clipping,
@@ -78,8 +78,8 @@ fn values(beside: Beside, seed: u64) -> Vec<f32> {
     values
 }
 
-/// The lean path has a smaller standard deviation than the whole fit, bit for bit that of the lean
-/// scene with as many harmonics.
+/// True if the fit took the lean path: its sigma is then that of the lean scene with as many
+/// harmonics, to the bit, and smaller than that of the whole fit.
 fn is_plain(values: &[f32]) -> bool {
     let lean = Scene {
         harmonics: 4,
@@ -93,7 +93,7 @@ fn is_plain(values: &[f32]) -> bool {
 #[test]
 fn only_windows_of_lines_in_white_noise_take_the_lean_path() {
     for (beside, expected) in [
-        // Eight tests fail by chance in one window of a hundred each.
+        // Each of eight tests fails by chance in one window of a hundred.
         (Beside::Nothing, 33..=40),
         (Beside::Impulse, 0..=0),
         (Beside::Clipping, 0..=0),

@@ -306,7 +306,7 @@ fn huge_and_tiny_values_are_fitted() {
     }
 }
 
-/// In white noise, the lean scene must be as accurate, and its intervals must cover.
+/// In white noise, the lean scene's errors must match sigma, and its intervals must cover.
 #[test]
 fn a_lean_scene_finds_a_sine_in_white_noise() {
     let (mut held, mut squares) = (0, 0.0);

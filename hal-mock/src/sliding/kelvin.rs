@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     /// Under a step of deformation the force is A + B exp(-t / relaxation) (Moy et al., equation
-    /// 15), so that force must produce the step again. A and B are from their subject 1.
+    /// 15), so applying this force must produce the step again. A and B are from their subject 1.
     #[test]
     fn relaxation_is_equation_15() {
         let (a, b, relaxation_s) = (2.29, 1.15, 1.42);

@@ -32,9 +32,9 @@ pub struct Sliding {
     pub hold_after_s: f64,
     /// Phase E, from the beginning of the release to the end, in seconds, >= 0.
     pub release_idle_s: f64,
-    /// Signal-to-noise ratio of a reading: 10 log10 of the mean over channels of A^2 / 2, where A
-    /// is the fundamental's amplitude, over sigma^2, the same on all channels. `None` for only the
-    /// finger's own noise.
+    /// Signal-to-noise ratio of a reading: 10 log10(mean(A^2 / 2) / sigma^2), where A is a
+    /// channel's amplitude of the fundamental and sigma is the same on all channels. `None` for
+    /// only the finger's own noise.
     pub snr_db: Option<f64>,
     /// Amplitudes of the 2nd, 3rd and 4th harmonic of random channels relative to the fundamental;
     /// 0 omits a harmonic.

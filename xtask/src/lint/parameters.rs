@@ -1,6 +1,6 @@
 //! Tuple parameters of Rust functions.
 
-/// Finds functions with a tuple parameter: their first lines and names.
+/// Finds functions with a tuple parameter. Returns the line number and name of each.
 pub fn tuples(text: &str) -> Vec<(usize, String)> {
     let code: Vec<&str> = text.lines().map(without_comment).collect();
     let code = code.join("\n");

@@ -2,15 +2,14 @@
 
 use crate::converter::{Sample, Tag};
 
-/// Result of the reads. NEW is set in every conversion that it holds.
+/// Result of the reads. NEW is set in every conversion that is returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resolved {
     /// A new conversion on which both reads agree.
     Found(Sample),
     /// A conversion on which two of three reads agree, or in which only NEW is wrong.
     Mended(Sample),
-    /// The conversion after the one whose edge is served, because it ended between the first read
-    /// and the second.
+    /// The conversion after the expected one, which ended between the first and the second read.
     Later(Sample),
     /// No two reads agree.
     Garbled,
@@ -26,7 +25,7 @@ pub enum Resolved {
 pub type Reads = [Option<Sample>; 2];
 
 /// Resolves two reads of which at least one is not the expected conversion, with a `third` if they
-/// differ. `latest` is the previous conversion, `next` the expected one's NEW and id.
+/// differ. `latest` is the previous conversion, `next` has NEW and the id of the expected one.
 pub fn resolve(
     latest: Option<Sample>,
     next: u8,

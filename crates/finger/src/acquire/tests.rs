@@ -244,7 +244,7 @@ fn every_conversion_is_read_twice_and_queued_once() {
         };
         assert_eq!(bench.next(), expected, "{n}");
     }
-    // Ids of a scan (SBAS297G: ascending CHID; 19h is unused); 50 are two scans and a bit.
+    // Ids of a scan (SBAS297G: ascending CHID; 19h is unused); 50 are more than two scans.
     let scan = [
         8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 26, 27, 28, 29,
     ];

@@ -1,13 +1,13 @@
 //! Upper bound on the number of conversions that the board missed.
 //!
 //! After a gap, ids and time show how many conversions were lost, if the registers are right. With
-//! other registers, as after a spontaneous reset, the chip may be faster and its ids those of a
+//! other registers, as after a spontaneous reset, the chip may be faster and send the ids of a
 //! different scan, so only an upper bound is known.
 
 use ridgetone_proto::division::divide;
 
 /// Maximum time from the start of a check that finds a changed register to the stop of the scan,
-/// microseconds. The ADS1258's 26 bytes take 40 at 5.25 MHz; the rest is overhead of the three
+/// microseconds. The ADS1258's 26 bytes take 40 us at 5.25 MHz; the rest is the overhead of three
 /// transfers.
 const CHECK_US: u32 = 100;
 
@@ -41,7 +41,7 @@ impl Unseen {
         }
     }
 
-    /// Forgets the gaps, because the registers are right: ids and time will show losses.
+    /// Forgets the gaps, because the registers are right, and ids and times will show all losses.
     pub fn reset(&mut self) {
         self.gaps_us = 0;
     }
@@ -57,8 +57,8 @@ impl Unseen {
             + 1
     }
 
-    /// Maximum number of conversions by which a chip with the right registers and a fast clock
-    /// leads a nominal one after this time, microseconds, including those finished before the
+    /// Maximum number of conversions by which a chip with the right registers but a fast clock gets
+    /// ahead of a nominal one in `since_us` microseconds, including those finished before the
     /// reset.
     pub fn of_clock(&self, since_us: u32) -> u32 {
         since_us / self.clock_share_us.max(1) + 2

@@ -10,8 +10,8 @@ use ridgetone_proto::fault::FaultKind;
 /// Number of conversions after an unexpected edge until an edge's time is again the end of a
 /// conversion. Serving such an edge, including the check of the chip, takes at most one conversion.
 const STEADY_CONVERSIONS: u32 = 4;
-/// Number of times that a different scan waits for a safe moment before it begins at any moment.
-/// With the plan `hand`, the scan of the health readings lasts for at most a second, and a
+/// Number of times that a different scan is put off until a safe moment; then it begins at any
+/// moment. With the plan `hand`, the scan of the health readings lasts for at most a second, and a
 /// different plan waits for at most 0.2 s.
 pub const PUT_OFF_MAX: u16 = 4_000;
 /// Time without a conversion after which the chip counts as silent, microseconds: 500 conversions
@@ -123,7 +123,8 @@ impl<C: Converter> Acquisition<C> {
         // Skip the health readings, because a touch may be under way.
         self.is_health = false;
         let is_set_up = self.begin_scan(diagnostics, wait);
-        // Report the fault even if the chip answers now: nobody reported it before.
+        // Report the fault even if the chip answers again after the restart: it has not been
+        // reported yet.
         diagnostics.fault(
             if is_set_up {
                 fault

@@ -23,8 +23,8 @@ const POWER_UP_US: u32 = 20_000;
 
 /// Clock that a board feeds into CLKIO.
 pub trait ChipClock {
-    /// Starts a clock of `hz`, or stops the clock if it cannot have that frequency. Returns true if
-    /// the clock was off and is now on.
+    /// Starts a clock of `hz`, or stops the clock if that frequency cannot be generated. Returns
+    /// true if the clock was off and is now on.
     fn run(&mut self, hz: u32) -> bool;
 }
 

@@ -10,9 +10,9 @@ use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU32};
 /// Periods of the converter's clock per sample: 56 to charge the capacitor, and 12 for the bits.
 ///
 /// At 21 MHz the datasheets' equation 1 (DS8626 and DS10693, ADC characteristics, with 6 kilohm and
-/// 7 pF inside) then allows a source of 33 kilohm: a potentiometer of 100, a bridge, any amplifier.
-/// With 144 periods it would be 94, beyond the 50 of the table, but a frame would hold only 40
-/// scans instead of 93, and less of the noise would average out.
+/// 7 pF inside) then allows a source of 33 kilohm: a potentiometer of 100 kilohm, a bridge, any
+/// amplifier. With 144 periods it would be 94 kilohm, beyond the table's 50 kilohm, but a frame
+/// would hold only 40 scans instead of 93, and less of the noise would average out.
 pub const SAMPLE_TICKS: u32 = 56 + 12;
 
 /// Maximum number of inputs: a 64-pin processor has no more next to a serial line.
@@ -88,7 +88,7 @@ impl Averaging {
         self.us(self.frame_ticks() + scan_ticks - 2 * SAMPLE_TICKS) / 2
     }
 
-    /// Time of a frame divided by its inputs, microseconds, rounded down, at least 1.
+    /// Duration of a frame divided by the number of inputs, microseconds, rounded down, at least 1.
     pub const fn share_us(&self) -> u32 {
         let share_us = self.us(self.scans as u32 * SAMPLE_TICKS);
         if share_us > 1 { share_us } else { 1 }
@@ -130,7 +130,7 @@ pub struct Oversampler {
     sums: [AtomicU32; INPUTS],
     /// Last sample of each input in the previous frame.
     before: [AtomicU16; INPUTS],
-    /// True if the previous frame came right before, so that `before` is valid.
+    /// True if the previous frame ended right before this one, so that `before` is valid.
     follows: AtomicBool,
     /// True if part of the frame under way is missing.
     is_torn: AtomicBool,
@@ -247,7 +247,7 @@ impl Oversampler {
     ///
     /// Each scan samples input k by k samples later than input 0, so its value at the time of input
     /// 0 is interpolated linearly between two scans. In the sum over a frame the differences
-    /// telescope to the last sample less the last one of the previous frame.
+    /// telescope to the frame's last sample less the previous frame's.
     fn finish(&self, averaging: &Averaging, half: &[AtomicU16], is_whole: bool) {
         let channels = usize::from(averaging.channels);
         let scans = u32::from(averaging.scans);

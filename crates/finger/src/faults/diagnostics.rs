@@ -12,8 +12,8 @@ const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
 /// Counters of the tasks. Every task may write without a lock.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
-    /// Conversions lost before the queue or because it was full, except whole scans that were never
-    /// read.
+    /// Conversions lost before they reached the queue or because it was full, except whole scans
+    /// that were never read.
     pub queue_overruns: Counter,
     /// Maximum number of further conversions that the chip may have made while it ran with wrong
     /// registers.

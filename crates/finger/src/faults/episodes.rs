@@ -51,8 +51,7 @@ pub struct FaultEpisodes {
     /// Device time (low 32 bits) since which messages are counted, and their number.
     since_us: u32,
     messages: u8,
-    /// True if an episode is under way, whose end is looked for at frame `check_at`; true at first
-    /// too.
+    /// True during an episode, and initially. The next check for its end is at frame `check_at`.
     is_active: bool,
     check_at: u32,
 }
@@ -105,7 +104,7 @@ impl FaultEpisodes {
         }
     }
 
-    /// Reports episodes that begin or end. Both times are now, in device time and in board time.
+    /// Reports episodes that begin or end. `device_us` and `board_us` are the present time.
     pub fn report(
         &mut self,
         device_us: u64,

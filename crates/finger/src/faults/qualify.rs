@@ -70,7 +70,7 @@ fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (Faul
         .filter(|kind| kind.moves_levels());
     let mut faults = before.fold(diagnostics.faults.since(begin_us), FaultSet::with);
     let off_hz = window.frame_rate_hz - nominal_hz;
-    // A NaN deviates too.
+    // Negated, so that a NaN counts as a deviation.
     if !(off_hz.abs() <= RATE_TOLERANCE * nominal_hz) {
         faults = faults.with(FaultKind::Clock);
     }

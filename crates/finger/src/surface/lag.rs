@@ -2,18 +2,18 @@
 //!
 //! The units stand in two columns, one pitch apart along the motion. Corresponding piezoresistors
 //! of all units respond alike, so the difference of their phases between the columns is due to the
-//! wave; other piezoresistors differ in phase by themselves. So phases are averaged over the
-//! corresponding ones of each column, weighted by their inverse variances; then the columns'
-//! differences are averaged over all of these groups. With Gaussian noise this is the
-//! maximum-likelihood estimate. A dead or noisy channel has almost no weight.
+//! wave; other piezoresistors differ in phase by themselves. So phases are averaged over each
+//! column's corresponding piezoresistors, weighted by their inverse variances; then the differences
+//! between the columns are averaged over all groups of piezoresistors. With Gaussian noise this is
+//! the maximum-likelihood estimate. A dead or noisy channel has almost no weight.
 
 use crate::fit::Fitted;
 use core::f32::consts::PI;
 use ridgetone_proto::settings::{Array, TAXELS};
 use ridgetone_tone::phase::{cos_sin, from_turns};
 
-/// Excess of chi-squared, in its standard deviations, above which the channels disagree by more
-/// than noise.
+/// Excess of chi-squared over its mean, in its standard deviations, above which the channels
+/// disagree by more than their noise.
 const DISAGREE: f32 = 4.0;
 
 /// A lag and its uncertainty.
@@ -26,8 +26,8 @@ pub struct Lag {
     pub sigma: f32,
 }
 
-/// Weighted sum of unit vectors in the directions of phases. Its angle is their mean; `weight`
-/// minus its length is half of their chi-squared about the mean.
+/// Weighted sum of unit vectors, one in the direction of each phase. The sum's angle is the mean
+/// phase; `weight` minus its length is half of the phases' chi-squared about the mean.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     cos: f32,

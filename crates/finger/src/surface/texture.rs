@@ -5,7 +5,7 @@ use crate::window::Window;
 use ridgetone_proto::telemetry::{Estimate, Image, Overtones, Status, Texture, TravelStatus};
 
 /// Change, in standard deviations of the difference, above which a texture is reported again. Noise
-/// alone exceeds one in every third window, and three in one of 370.
+/// alone exceeds one standard deviation in every third window, and three in one window of 370.
 const CHANGED: f32 = 3.0;
 
 /// A value with its standard deviation.
@@ -36,8 +36,7 @@ impl TextureReporter {
         }
     }
 
-    /// Makes the next texture be reported even if it has not changed: a PC may not have the latest
-    /// one.
+    /// Reports the next texture even if it is unchanged, because a PC may not have the latest one.
     pub fn forget(&mut self) {
         self.touch_first = None;
     }
@@ -90,7 +89,7 @@ fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Optio
         squares += square;
         products += square * (channel.residual_v * channel.residual_v);
     }
-    // The variance of an amplitude that is fitted to N frames is 2 / N of the noise's.
+    // An amplitude fitted to N frames has 2 / N of the noise's variance.
     let frames = estimate.window_s * window.frame_rate_hz - f32::from(estimate.frames_missing);
     let per_channel = 1.0 / estimate.channels.len() as f32;
     let texture = Texture {
@@ -163,7 +162,7 @@ mod tests {
             touch_first: 8,
             ..TOUCH
         };
-        // The difference of two has a standard deviation of 1.41 um, and three of these are 4.24 um.
+        // The difference of two periods has a sigma of 1.41 um; three sigma are 4.24 um.
         for (by_mm, window, expected) in [
             (0.0, &TOUCH, true),
             (0.0, &TOUCH, false),

@@ -369,7 +369,7 @@ mod tests {
         for (lag, status, direction) in [
             (Some(lag_of(3.1, Forward)), Given, Forward),
             (Some(lag_of(3.1, Backward)), Given, Backward),
-            // The phases of 3.6 mm are 0.10 turns off, those of 3.2 mm 0.02.
+            // The phases for 3.6 mm are 0.10 turns off, and for 3.2 mm 0.02 turns.
             (Some(lag_of(3.6, Forward)), Contradicted, Unknown),
             (Some(lag_of(3.2, Forward)), Given, Forward),
             (None, Given, Unknown),

@@ -77,7 +77,8 @@ impl Writer<'_> {
     }
 }
 
-/// Reads a value into `place`. Returns false and changes nothing if the type differs.
+/// Decodes a value into `place`. Returns false and leaves `place` unchanged if the bytes are not
+/// exactly one `T`.
 pub(crate) fn value<T: DeserializeOwned>(bytes: &[u8], place: &mut T) -> bool {
     let read = postcard::take_from_bytes(bytes);
     let read = read.ok().filter(|(_, rest)| rest.is_empty());

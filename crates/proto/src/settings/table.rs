@@ -29,7 +29,7 @@ pub struct Setting {
     pub reason: &'static str,
     /// Reads the setting.
     pub get: fn(&Settings) -> Value,
-    /// Writes the setting. Returns false if the value's type differs.
+    /// Writes the setting. Returns false if the value is not of the setting's type.
     pub set: fn(&mut Settings, Value) -> bool,
 }
 
@@ -142,7 +142,7 @@ pub trait Field: Copy + Serialize + DeserializeOwned {
     /// Value for a PC.
     fn value(self) -> Value;
 
-    /// Reads a value from a PC. Returns `None` if its type differs.
+    /// Converts a value from a PC. Returns `None` if the value is not of this type.
     fn of(value: Value) -> Option<Self>;
 }
 
@@ -174,7 +174,7 @@ field!(f32, Number, |value| value);
 field!(u8, Whole, f32::from);
 field!(bool, Switch, |value| f32::from(u8::from(value)));
 field!(u16, Mask, f32::from);
-// Mask of the taxels that are in two masks, which must be zero.
+// The number to check is the mask of the taxels that are in more than one mask: it must be zero.
 field!([u16; 4], Masks, |masks| {
     let (_, twice) = masks.iter().fold((0, 0), |(seen, twice), mask| {
         (seen | mask, twice | seen & mask)
@@ -292,8 +292,8 @@ macro_rules! rows {
                 $( pairs.push($id, &self.$first $(. $more)*) )&&+
             }
 
-            /// Reads the value of a setting. Returns false if the id is unknown or the value's type
-            /// differs.
+            /// Reads the value of a setting. Returns false if the id is unknown or the value is not
+            /// of the setting's type.
             pub(crate) fn read(&mut self, id: u8, value: &[u8]) -> bool {
                 match id {
                     $( $id => record::value(value, &mut self.$first $(. $more)*), )+

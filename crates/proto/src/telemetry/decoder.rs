@@ -185,7 +185,7 @@ mod tests {
     #[test]
     fn losses_are_counted_by_sequence_and_a_repetition_is_none() {
         for (sequences, missing, stepped_back) in [
-            // Across the wrap.
+            // A gap across the wrap of the numbers.
             (&[65_533, 65_534, 2, 3][..], 3, 0),
             // A restart without greeting: 2 is 25,537 numbers ahead of 40,002, which could be a
             // gap; 4 to 6 are lost.

@@ -175,20 +175,20 @@ impl Travel {
 #[cfg_attr(feature = "schemars", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum TravelStatus {
-    /// There is no tone, or no two channels that respond alike in both columns of units have it.
+    /// No tone, or no pair of corresponding channels in the two columns of units has the tone.
     Nothing,
     /// The phases allow one answer within the possible periods.
     Unique,
-    /// They allow more than one, or one at the edge of the possible periods.
+    /// The phases allow more than one answer, or one at the edge of the possible periods.
     Ambiguous,
-    /// They allow none.
+    /// The phases allow no answer within the possible periods.
     OutOfRange,
     /// The settings give the speed, and with it the period; the phases agree.
     Given,
     /// The settings give the speed, and with it the period; the phases disagree.
     Contradicted,
     /// The array was never calibrated: one answer by the default constants. Its uncertainty is that
-    /// of any finger, and the direction is not known where the constants decide it.
+    /// of any finger, and the direction is unknown if it depends on the constants.
     Uncalibrated,
 }
 

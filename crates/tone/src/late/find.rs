@@ -39,8 +39,7 @@ impl Late {
             trajectory: *trajectory,
             lines: solution.shape.lines,
             waves,
-            // Without `black_box`, the compiler would call the only such function directly, and
-            // link it.
+            // `black_box`: otherwise the compiler would call, and so link, the only such function.
             subtract: black_box(Self::take_change),
         };
         late.mean = late.mean_response(&window.domain);

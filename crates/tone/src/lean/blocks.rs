@@ -16,7 +16,8 @@ pub const BLOCKS_FEWER: usize = 8;
 const FRAMES_FEW: usize = 128;
 /// Maximum number of lines.
 pub const LINES: usize = 4;
-/// Multiples of the phase whose sums are kept, for products of two lines.
+/// Number of multiples of the phase for which sums are kept; products of two lines need up to twice
+/// the highest line.
 pub const WAVES: usize = 2 * LINES;
 /// Minimum number of frames of a block.
 const FRAMES_OF_BLOCK: usize = 3;
@@ -121,7 +122,7 @@ impl<'m> Blocks<'m> {
         NEAR * sigma * blocks * (blocks * parts).min(residual)
     }
 
-    /// Maximum number of blocks for some frames and lines.
+    /// Maximum number of blocks for a number of frames and lines.
     pub fn max(frames: u32, lines: usize) -> usize {
         if lines > 1 || frames < FRAMES_FEW as u32 {
             BLOCKS_FEWER
@@ -188,11 +189,12 @@ struct Sums<'b> {
     rows: &'b mut [Values],
     /// Sums over the window.
     total: &'b mut [Values; 3],
-    /// Values less the reference, where there are several lines.
+    /// Values less the reference; filled in only if there are several lines.
     kept: &'b mut [Values],
 }
 
-/// Sums of the first line: the block's values, cosine and sine, and those of the window.
+/// Rows to which the first line's sums are added: the block's values, cosine and sine products,
+/// then the window's three sums.
 struct FirstLine<'s> {
     sums: [&'s mut Values; 6],
     kept: &'s mut [Values],
@@ -263,7 +265,7 @@ impl Run {
         }
     }
 
-    /// Waves of some frames, added to a block's sums; `M` is twice `L`.
+    /// Computes the waves of some frames and adds them to a block's sums; `M` is twice `L`.
     #[inline(never)]
     fn turn_lines<const L: usize, const M: usize>(
         &mut self,
@@ -342,7 +344,8 @@ impl Run {
                 sums[1][group][k] += cos[k];
                 sums[2][group][k] += sin[k];
                 sums[3][group][k] += sum[k];
-                // The sum of running sums counts the first value most often.
+                // `double`, the sum of the running sums, weights value i by `count` - i, so this is
+                // the sum of the values times i.
                 sums[4][group][k] += u * sum[k] + self.u_step * (count * sum[k] - double[k]);
                 sums[5][group][k] += square[k];
             }

@@ -54,7 +54,8 @@ pub const PARTS: [(f32, usize); 7] = [
     (3.0 / 4.0, 4),
 ];
 
-/// Maximum distance of a [`PARTS`] line, cycles per block: the line rotates within a block.
+/// Maximum distance of a [`PARTS`] line from the tested line, cycles per block: further away, the
+/// line rotates too far within a block.
 const PART_MAX: f32 = 0.8;
 
 /// Rows of residuals: levels, followed by cosine and sine of a line if there are few blocks.
@@ -94,7 +95,7 @@ pub fn test(
     let tested = solution.orders().get(place).copied().unwrap_or(1);
     let highest = solution.orders().last().copied().unwrap_or(1);
     let is_few = blocks.count() <= BLOCKS_FEWER;
-    // Sum of the squares of the correlations of a block's level, cosine and sine.
+    // Summed over the blocks: squared correlations between a block's level, cosine and sine.
     let mut together = 0.0f32;
     let mut turned = Turned::default();
     for (b, (block, rows)) in blocks.iter().enumerate() {
@@ -225,7 +226,7 @@ fn residuals(block: &Block, rows: &[Values], model: &Model, rest: [&mut Values; 
     powers
 }
 
-/// Weighted power of a line at a distance in cycles from the tested line, from the residuals.
+/// Weighted power that the residuals contain in a line `distance` cycles from the tested line.
 #[inline(never)]
 fn part_power(blocks: &Blocks, residuals: &[[Values; 2]], weights: &Values, distance: f32) -> f32 {
     let mut sums = [[0.0; CHANNELS_MAX]; 2];

@@ -26,11 +26,11 @@ use crate::source::{Overwritten, Values};
 use core::f32::consts::TAU;
 
 /// Variance of a channel's prediction at the window's end, relative to that of the noise, times
-/// `N`: 4 of level and slope, and 2 of cosine and sine.
+/// `N`: 4 from level and slope, and 2 from cosine and sine.
 const PREDICTION: f32 = 6.0;
 /// Unknowns of a channel: level, slope, cosine and sine.
 const UNKNOWNS: f32 = 4.0;
-/// Gain of the levels times `N`: an average as quiet as the mean over the window.
+/// Gain of the levels times `N`: with this gain they are as quiet as a mean over the window.
 const LEVEL_GAIN: f32 = 2.0;
 /// At most one frame in this many may be missing.
 const GAP_SHARE: f32 = 10.0;
@@ -67,7 +67,7 @@ struct State {
     frequency: f32,
     /// Standard deviation of the fit's frequency.
     sigma: f32,
-    /// Information of a frame on the phase, the mean over a cycle, one over radians squared.
+    /// Information of a frame on the phase, averaged over a cycle, one over radians squared.
     information: f32,
     /// Frames since the fit, and the valid ones among them (`taken`).
     age: f32,
@@ -140,7 +140,7 @@ impl State {
     /// Advances by some frames.
     fn advance(&mut self, frames: f32) {
         let phase = self.phase + frames * self.frequency;
-        // Wrapped to half a turn to either side, a phase keeps its digits.
+        // Wrap to half a turn to either side, so that the phase keeps its precision.
         self.phase = phase - (phase + 0.5f32.copysign(phase)) as i32 as f32;
         self.age += frames;
     }
@@ -150,13 +150,14 @@ impl State {
         self.squares / (1.0 + PREDICTION / self.frames)
     }
 
-    /// True unless the residuals are larger than those of the fit; noise alone fails once in a
-    /// thousand.
+    /// True unless the residuals since the fit are significantly larger than those of the fit (one
+    /// false alarm in a thousand from noise alone).
     fn agrees(&self) -> bool {
         let (count, freedom) = (self.taken * self.width, self.frames - UNKNOWNS);
         let excess = self.squares_in_noise() - count;
         let variance = 2.0 * count * (1.0 + self.taken / freedom);
-        // A normal distribution has less in its upper tail than an F ratio.
+        // An F ratio has a heavier upper tail than a normal distribution, so what passes the second
+        // test also passes the third.
         excess <= 0.0
             || excess * excess < Z_TEST * Z_TEST * variance
             || deviate(1.0 + excess / count, count, freedom * self.width) < Z_TEST
@@ -169,7 +170,7 @@ impl State {
         if !(is_whole && is_in_band && self.agrees()) {
             return None;
         }
-        // Mean square of the residuals of the fit and of those after it.
+        // Mean square of the residuals in the fit's window and after it.
         let freedom = self.frames - UNKNOWNS;
         let residual = (freedom * self.width + self.squares_in_noise())
             / ((freedom + self.taken) * self.width);
@@ -178,9 +179,9 @@ impl State {
         // Filtering Made Easy" (1998), 1.2).
         let ratio = 2.0 * beta * beta / (alpha * (4.0 - 2.0 * alpha - beta));
         let sigma = square_root(ratio * residual / self.information) / TAU;
-        // The errors of the levels, with the variance 4 / N of a line's end, turn with the phase
-        // into a sine, which the loop attenuates to 12 / N^2 over its frequency. This adds to the
-        // 12 / N^3 of white noise.
+        // The levels' errors, with the variance 4 / N at the end of a fitted line, look like a sine
+        // at the tone's frequency. The loop attenuates it to 12 / N^2 over that frequency, which
+        // adds to the 12 / N^3 of white noise.
         let cycles = self.frames * self.frequency;
         let levels = 48.0 / (TAU * TAU * cycles * cycles);
         let sigma = sigma.max(self.sigma) * square_root(1.0 + levels);
@@ -216,7 +217,7 @@ impl<'m> Loop<'m> {
         let per_frame = 1.0 / (frames * span.frequency(1.0));
         let [_, slope, cosines, sines, ..] = &solution.coefficients;
         let [levels, slopes, first, second, weights, state] = &mut *self.rows;
-        // `u` of the next frame; the window is from -1 to 1.
+        // `u` of the next frame; the window spans -1 to 1.
         let next = 1.0 + 1.0 / frames;
         let mut information = 0.0;
         for c in 0..CHANNELS_MAX {
@@ -246,8 +247,8 @@ impl<'m> Loop<'m> {
         *state = start.into_row();
     }
 
-    /// Follows the line through the frames of a span, which must begin where the loop is. `None` if
-    /// there is no loop, or if the loop has lost the line and ends.
+    /// Follows the line through the frames of a span, which must begin at the loop's next frame.
+    /// `None` if there is no loop, or if the loop has lost the line and ends.
     pub fn follow(&mut self, span: &mut FrameSpan) -> Result<Option<Tracked>, Overwritten> {
         let mut state = State::from_row(&self.rows[ROWS - 1]);
         if state.frames <= 0.0 {

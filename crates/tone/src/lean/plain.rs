@@ -3,9 +3,9 @@
 //!
 //! [`declaration`](super::declaration) tests the blocks; these tests read the frames once more.
 //! Noise of a different colour correlates adjacent residuals. Noise that channels share scatters
-//! the score of the phase more than the channels' variances say. A tone that moves or fades leaves
-//! a trend along the window. A false alarm costs instructions but no accuracy: the window is then
-//! fitted with all that the scene may contain.
+//! the score of the phase more than the channels' variances predict. A tone that moves or fades
+//! leaves a trend along the window. A false alarm costs instructions but no accuracy: the window is
+//! then fitted with all that the scene may contain.
 
 use super::blocks::{LINES, add_line};
 use super::declaration::{PARTS, Tested};
@@ -77,8 +77,7 @@ fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Reads the frames and tests the residuals of a fit, in memory for [`READ_FRAMES`] rows and
-/// two rows for each of [`PARTS`].
+/// Reads the frames and tests the residuals of a fit. `memory` has two rows for each of [`PARTS`].
 #[inline(never)]
 pub fn test(
     span: &mut FrameSpan,
@@ -103,7 +102,7 @@ struct Sums<'m> {
     /// Number of the next frame, and residuals of the latest one.
     next: u32,
     latest: Values,
-    /// Largest square, over the channel's variance.
+    /// Largest squared residual, relative to the channel's variance.
     square_max: f32,
     /// Products of adjacent residuals, and their number.
     adjacent: f32,
@@ -111,7 +110,7 @@ struct Sums<'m> {
     /// Scores of phase and amplitude, by degree of a trend.
     phase: [f32; DEGREE + 1],
     fading: [f32; DEGREE + 1],
-    /// Squared scores of the phase; information on it, and its square.
+    /// Sums of the phase's squared scores, of its information, and of the squared information.
     squares: f32,
     information: f32,
     information_squares: f32,
@@ -279,7 +278,7 @@ impl<'m> Sums<'m> {
         let solution = fitted.tested.solution;
         let width = fitted.reference.width as f32;
         let freedom = width * solution.freedom;
-        // Each fitted function takes its own correlation out of the residuals.
+        // Each fitted function lowers the residuals' correlation by its own: add that back.
         let orders = solution.orders().iter();
         let cosines = orders.map(|order| cos_sin(self.step.wrapping_mul(*order as u32)).0);
         let taken = 2.0 * cosines.sum::<f32>();

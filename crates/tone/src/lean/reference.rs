@@ -1,5 +1,5 @@
-//! Reference level and scale of each channel, from some frames: sums of values relative to the
-//! level keep their digits in f32. The fit has its own level and slope.
+//! Reference level and scale of each channel, from some frames. Sums of values relative to this
+//! level are more precise in f32; the fit still has its own level and slope.
 
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;

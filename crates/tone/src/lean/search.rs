@@ -1,8 +1,8 @@
-//! Frequency of the tone from transforms of mixtures of channels.
+//! Finds the frequency of the tone by transforming mixtures of channels.
 //!
-//! A mixture is the sum of up to eight channels over their scales, with signs. Mixtures are added
-//! until the highest peak of their summed power is clear, so that a loud tone costs one or two
-//! transforms and a faint one has the evidence of all channels.
+//! A mixture is a sum of up to eight channels, each divided by its scale and given a sign. Mixtures
+//! are added until the highest peak of their summed power is clear, so that a loud tone costs one
+//! or two transforms and a faint one has the evidence of all channels.
 
 use super::blocks::LINES;
 use super::reference::Reference;
@@ -17,13 +17,13 @@ use core::f32::consts::PI;
 
 /// Shortest transform, points.
 const POINTS_MIN: usize = 128;
-/// Channels of a mixture.
+/// Number of channels in a mixture.
 const MIXED: usize = CHANNELS_MAX / 2;
-/// Maximum number of mixtures of each half of the channels.
+/// Maximum number of mixtures per half of the channels.
 const MIXTURES: usize = 4;
-/// Frames above which one mixture may be enough.
+/// Number of frames above which one mixture may be enough.
 const FRAMES_LONG: usize = 512;
-/// Deviate of a clear peak.
+/// Deviate above which a peak is clear, and no more mixtures are added.
 const Z_CLEAR: f32 = 7.0;
 /// Threshold for a second peak: by chance one bin in 100,000, or one window in a thousand.
 const Z_SECOND: f32 = 4.3;
@@ -31,7 +31,7 @@ const Z_SECOND: f32 = 4.3;
 const Z_LINE: f32 = 2.3;
 /// Powers above this many times their mean are lines rather than noise.
 const NOISE_MAX: f32 = 2.0;
-/// Excess of the mean noise over the mean of the bins below `NOISE_MAX`, times the mixtures.
+/// Relative excess of the mean noise over the mean below `NOISE_MAX`, times the number of mixtures.
 const NOISE_ABOVE: f32 = 0.45;
 /// Minimum number of cycles of a peak.
 const CYCLES_MIN: f32 = 0.7;
@@ -342,12 +342,12 @@ impl<'m> Search<'m> {
         if comb.lines == 1 {
             return all;
         }
-        // Lines of another comb may fill a short window's spectrum.
+        // In a short window, lines of a different comb may fill the spectrum: leave out high bins.
         let below = 1.0 + NOISE_ABOVE / self.mixtures as f32;
         below * self.mean(comb, NOISE_MAX * all)
     }
 
-    /// Mean power of the bins away from zero and from a comb's lines, up to a power.
+    /// Mean of the bins' powers up to `max`, away from zero and from a comb's lines.
     fn mean(&self, comb: &Comb, max: f32) -> f32 {
         let step = self.grid.step;
         let (mut sum, mut count) = (0.0, 0.0f32);
@@ -367,15 +367,15 @@ impl<'m> Search<'m> {
         self.at(bin).max(self.at(bin + 1))
     }
 
-    /// True if a line of `comb` that is no multiple of `part` may stand out, apart from the lines
-    /// of `peak`.
+    /// True if a line of `comb` other than the multiples of `part` may stand out of the noise, or
+    /// is too near to a line of `peak` to tell.
     #[inline(never)]
     pub fn may_have(&self, comb: &Comb, peak: &Comb, part: usize) -> bool {
         let noise = self.noise(peak);
         let own = comb.lines().iter().enumerate();
         let mut own = own.filter(|(i, _)| !(i + 1).is_multiple_of(part));
         own.any(|(_, line)| {
-            // Main lobes that touch leave no bin for the noise.
+            // If main lobes touch, no bin between them shows the noise.
             peak.distance(*line) < 2.0 * LOBE || self.deviate(self.near(*line), noise) > Z_LINE
         })
     }
@@ -386,7 +386,7 @@ impl<'m> Search<'m> {
     pub fn second(&self, comb: &Comb, missing: f32) -> Option<Second> {
         let step = self.grid.step;
         let noise = self.noise(comb).max(f32::MIN_POSITIVE);
-        // Missing frames act as a window, whose side lobes are at most this high.
+        // Missing frames add side lobes, which are at most this high.
         let floor = 4.0 * missing * missing;
         let first = (SECOND_CYCLES_MIN / step) as usize + 1;
         let mut best = Second {
@@ -462,7 +462,7 @@ fn straighten(signal: &mut [f32]) {
         sum += value;
         double += sum;
     }
-    // The sum of running sums counts the first value most often.
+    // `double`, the sum of running sums, weights value i by `count` - i: this is the first moment.
     let moment = start * sum + step * (count * sum - double);
     let (level, slope) = (sum / count, 3.0 * moment / count);
     let (cos, sin) = cos_sin(from_turns(1.0 / count));

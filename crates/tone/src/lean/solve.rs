@@ -67,8 +67,7 @@ pub struct Turned {
 }
 
 impl Turned {
-    /// Rotates the first lines of a block by `turn` radians at `u` = 1. Other lines stay as they
-    /// are.
+    /// Rotates the first lines of a block by `turn` radians at `u` = 1; other lines are unchanged.
     #[inline(always)]
     pub fn set(&mut self, block: &Block, turn: f32, lines: usize) {
         let lines = lines.min(LINES);
@@ -94,7 +93,7 @@ impl Turned {
 /// Sums of cosine and sine of each multiple of the phase, from 0 on.
 pub type Waves = [Wave; WAVES + 1];
 
-/// Sums over the blocks that the functions' products are made of.
+/// Sums over the blocks, from which the products of the functions are computed.
 #[derive(Clone, Copy, Debug)]
 struct Totals {
     /// Waves, waves times the block's `u`, and waves times the square of `u`.
@@ -112,7 +111,7 @@ impl Totals {
         turns: [[[0.0; 2]; BLOCKS]; LINES],
     };
 
-    /// Sums up the first lines of rotated blocks. Other lines stay as they are.
+    /// Sums up the first lines of rotated blocks. Leaves other lines unchanged.
     #[inline(always)]
     fn set(&mut self, blocks: &Blocks, turn: f32, lines: usize) {
         let (lines, max) = (lines.min(LINES), (2 * lines).min(WAVES));
@@ -437,8 +436,8 @@ impl Solution {
         self.turn_sigma * FRAC_1_PI
     }
 
-    /// Information on the turn that noise alone gives a line in a channel; `variance` is that of
-    /// the line's cosine and sine.
+    /// Information on the turn that a line appears to have in a channel if it is only noise;
+    /// `variance` is the noise variance of its cosine and sine.
     pub fn noise_information(&self, place: usize, variance: f32) -> f32 {
         let functions = self.functions();
         let order = self.orders().get(place).map_or(0.0, |order| *order as f32);
@@ -450,7 +449,7 @@ impl Solution {
         order * order * variance * squares.sum::<f32>()
     }
 
-    /// Covariance of a line's cosine and sine for unit noise; `place` counts the lines.
+    /// Covariance of a line's cosine and sine for unit noise; `place` is the line's index.
     pub fn covariance(&self, place: usize) -> [[f32; 2]; 2] {
         let (functions, own) = (self.functions(), (2 + 2 * place).min(FUNCTIONS - 2));
         // Columns of the factor's inverse.
@@ -472,7 +471,7 @@ impl Solution {
     }
 }
 
-/// Products of four channels with cosine and sine of a line, and with these times `u`.
+/// Products of four channels with a line's cosine and sine, and with its cosine and sine times `u`.
 #[inline(never)]
 fn products_of(
     turns: &[Wave; BLOCKS],

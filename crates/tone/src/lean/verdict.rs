@@ -16,7 +16,8 @@ use crate::significance::{Z_TEST, deviate, square_root};
 const Z_LINE: f32 = 5.2;
 /// Threshold for the line in a single channel.
 const Z_CHANNEL: f32 = 3.1;
-/// Maximum power outside a single waveform, standard deviations of noise, for a line of one shape.
+/// Maximum excess of the power outside a single waveform, standard deviations of its noise, if all
+/// channels count as having one waveform.
 const Z_SHAPE: f32 = 4.0;
 
 /// Minimum fraction of the information that is not noise.
@@ -132,7 +133,7 @@ impl Verdict<'_> {
             fundamental: self.fundamental.deviate,
             beside: self.declared.worst(),
             cycles: self.cycles,
-            // Lines of one waveform in all channels leave no more than noise outside it.
+            // If all channels have one waveform, only noise remains outside it.
             one_shape: width <= 2.0
                 || self.strongest.other < width + Z_SHAPE * square_root(2.0 * width),
             steady: 1.0,
@@ -141,7 +142,7 @@ impl Verdict<'_> {
             lines: solution.mask(),
             ..Tests::default()
         };
-        // Noise in the amplitudes looks like information, and scatters the score as much.
+        // Noise in the amplitudes looks like information, and scatters the score: inflate sigma.
         let noise = self.noise * solution.turn_sigma * solution.turn_sigma;
         let faint = 1.0 / (1.0 - noise).max(FAINT_MIN);
         // Each channel's noise is known from a finite number of frames.
@@ -189,7 +190,7 @@ impl Verdict<'_> {
         } else if self.cycles.min(nyquist - self.cycles) < min
             || self.second.is_some()
             || tests.fundamental < Z_TEST
-            // Drift looks like one or two cycles below a strong overtone.
+            // Drift next to a strong overtone looks like a fundamental of one or two cycles.
             || self.strongest.place > 0 && self.cycles < CYCLES_ONE
             || !self.declared.is_met()
         {
