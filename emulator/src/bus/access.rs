@@ -190,12 +190,12 @@ impl Bus {
     }
 }
 
-/// Number of the bit, modulo `bits`, that a word of a bit-band alias represents.
+/// Returns the number, modulo `bits`, of the bit that a word of a bit-band alias represents.
 fn bit_of(alias: u32, bits: u32) -> u32 {
     alias / 4 % bits
 }
 
-/// Extracts the bytes of a word at an address.
+/// Extracts the `bytes` bytes at `address` from their word.
 fn part(word: u32, address: u32, bytes: u32) -> u32 {
     if bytes == 4 {
         word

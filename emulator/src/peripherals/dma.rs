@@ -22,7 +22,7 @@ const CIRC: u32 = 1 << 8;
 const MINC: u32 = 1 << 10;
 const DBM: u32 = 1 << 18;
 const CT: u32 = 1 << 19;
-/// Direction, sizes, increments and channel.
+/// CR bits of the direction, sizes, increments and channel.
 const KIND: u32 = 3 << 6 | 1 << 9 | MINC | 3 << 11 | 3 << 13 | 7 << 25;
 /// Flags of a stream, relative to its first bit in the status register.
 const TEIF: u32 = 1 << 3;
@@ -79,7 +79,7 @@ pub struct Stream {
     source: &'static Source,
     flags: u32,
     cr: u32,
-    /// Number of transfers left, and of transfers per round.
+    /// Transfers left in this round, and transfers per round.
     left: u32,
     count: u32,
     par: u32,
@@ -160,7 +160,7 @@ impl Stream {
         next.filter(|_| self.is_on()).map(u64::from)
     }
 
-    /// Makes a transfer. Returns its address, and true if the count reaches zero with it; `None` if
+    /// Makes a transfer. Returns its address, and true if it was the last of its round; `None` if
     /// the stream is off.
     pub fn transfer(&mut self) -> Option<(u32, bool)> {
         if !self.is_on() || self.left == 0 {

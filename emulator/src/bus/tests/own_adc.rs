@@ -19,10 +19,10 @@ pub(super) const M0AR: u32 = 0x4002_641C;
 pub(super) const BUFFER: u32 = 0x2000_0100;
 
 const ADON: u32 = 1;
-/// DDS, DMA, CONT, ADON; with SWSTART.
+/// CR2 bits: DDS, DMA, CONT, ADON; `START` adds SWSTART.
 pub(super) const ON: u32 = 1 << 9 | 1 << 8 | 1 << 1 | ADON;
 pub(super) const START: u32 = ON | 1 << 30;
-/// Half words to memory, increment, circular, both interrupts.
+/// CR bits: half words to memory, increment, circular, both interrupts.
 pub(super) const TO_MEMORY: u32 = 1 << 13 | 1 << 11 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 3;
 pub(super) const EN: u32 = 1;
 pub(super) const FLAGS: u32 = 0x3D;
