@@ -79,8 +79,8 @@ pub struct Board {
 pub struct Samples(());
 
 impl Samples {
-    /// Returns the encoder's counter, board time, and the microseconds since the trigger, whose
-    /// interrupt is cleared.
+    /// Clears the trigger's interrupt. Returns the encoder's counter, the board time, and the
+    /// microseconds since the trigger.
     #[inline(always)]
     pub fn read(&mut self) -> (u16, u32, u32) {
         // SAFETY: nothing else uses these timers once they run, and only the status bit is written.

@@ -35,7 +35,7 @@ pub struct FingerEnd {
     path: HandPath,
     /// Latest texture reported by the finger.
     reported: Option<Texture>,
-    /// Period from the path of the hand, and the power in that window.
+    /// Period from the hand's path in a window, and the power in the window.
     by_path: Option<(Length, f32)>,
     number: u32,
     sent_s: Option<f64>,
@@ -44,8 +44,9 @@ pub struct FingerEnd {
 }
 
 impl FingerEnd {
-    /// `run` is a number that no earlier run used in its messages. `follows` is true if the finger
-    /// moves as the hand does, so that [`Self::window`] returns periods.
+    /// Creates a finger's end. `run` is a number that no earlier run used in its messages.
+    /// `follows` is true if the finger moves as the hand does, so that [`Self::window`] returns
+    /// periods.
     pub fn new(run: u32, follows: bool) -> Self {
         Self {
             run,

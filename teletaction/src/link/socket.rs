@@ -13,8 +13,8 @@ const NOTHING: [ErrorKind; 4] = [
     ErrorKind::Interrupted,
 ];
 
-/// Maximum length of a datagram, bytes. A longer one than the buffer is an error on Windows, and
-/// anybody may send one.
+/// Maximum length of a datagram, bytes. On Windows, a datagram longer than the buffer is an error,
+/// and anybody may send one.
 const LONGEST: usize = 65_536;
 
 pub struct Socket {

@@ -122,7 +122,7 @@ pub struct Player {
     display: Pins,
     skin: Skin,
     vref_v: f32,
-    /// Sum and number of each taxel's volts since the last update.
+    /// Sum (volts) and number of each taxel's readings since the last update.
     sums: [(f64, u32); TAXELS],
     updated_s: Option<f64>,
     starts: Starts,
