@@ -12,7 +12,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status, Travel, TravelStatus};
 use touch::{SCANS, TONE_HZ};
 
-/// Conversions of a scan.
+/// Conversions per scan.
 const SLOTS: u64 = 21;
 /// Scan in the middle of the slide, 1.8 s after the start.
 const MIDDLE: u64 = 434;
@@ -474,8 +474,8 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
             }
         }
     }
-    // After a hold could have been detected, the overload only removes its channel. If the window
-    // is shorter than that time, faults before the window count too.
+    // An overload longer ago than it takes to detect a hold only removes its channel. A more recent
+    // one makes the estimate doubtful, even if it came before the window.
     for (ago_us, window_s, status) in [
         (500_000, 1.0, Status::Good),
         (300_000, 1.0, Status::Doubtful),

@@ -35,7 +35,7 @@ struct Wave {
     overtone: f64,
     noise: f64,
     seed: u64,
-    /// One channel is dead, and one has thirty times the noise.
+    /// True if one channel is dead and one has thirty times the noise.
     damaged: bool,
 }
 
