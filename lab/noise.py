@@ -163,8 +163,8 @@ def measure(run):
     for path, kind, tone, extra, size in run.progress(list(cells())):
         for window_s in WINDOWS_S:
             name = f"{path}/{window_s:g} s"
-            # One relaxation without a tone is the usual window of a press, so its outliers are
-            # counted to 0.1 %.
+            # A press usually looks like one relaxation without a tone, so ten times as many windows
+            # are used, to count outliers to 0.1 %.
             many = run.windows * (10 if path.endswith("one relaxation of 100 sigma") else 1)
             batch = make(run.rng(name), many, frames(window_s), kind, tone, extra, size)
             answers = fits(batch, HARMONICS)

@@ -16,7 +16,7 @@ use std::error::Error;
 const WINDOWS_S: [f64; 5] = [0.032, 0.064, 0.128, 0.4, 1.0];
 /// Frequency of the tone, Hz, within the band of every plan.
 const TONE_HZ: f64 = 100.0;
-/// Measuring time, seconds, for a few windows of each stride.
+/// Measuring time, seconds: enough for a few windows at any stride.
 const WATCHED_S: f64 = 1.5;
 /// Time from the report of the slide to the first window that counts, in addition to the window's
 /// length, seconds: the scan and its strides may start late.
