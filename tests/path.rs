@@ -152,7 +152,8 @@ fn the_slide_by_protocol_follows_the_paper() {
     let truth = scene.truth();
     let out = outcome(&run(scene, settings, all));
     let (start_s, end_s) = out.slides_s[0];
-    // Equations 4 and 5 must be right to within a frame of the spike.
+    // The start, relative to the spike, and the length must agree with equations 4 and 5 to within
+    // a frame.
     assert!((start_s - (out.contacts_s[0] + 1.0)).abs() < 0.005);
     assert!((end_s - start_s - 55.0 / 30.0).abs() < 0.005);
     out.assert_one_slide("by protocol");

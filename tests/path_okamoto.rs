@@ -28,8 +28,8 @@ const WINDOW: usize = 32;
 const STRIDE: usize = 4;
 /// Minimum number of cycles along the path for a window to be judged.
 const CYCLES: f64 = 1.5;
-/// Wavelengths in the paper, mm: first those that its figure 9 shows right, then those that it
-/// shows wrong.
+/// Wavelengths in the paper, mm: first those whose results in figure 9 are right, then those whose
+/// results are wrong.
 const RIGHT_MM: [f64; 4] = [0.5, 0.8, 1.0, 1.5];
 const WRONG_MM: [f64; 3] = [2.0, 2.5, 3.0];
 /// Amplitude of the tone, codes. The paper states no noise; ours is 20 dB below the tone.

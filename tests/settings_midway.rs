@@ -26,7 +26,7 @@ struct Board {
     fitter: Fitter,
     ring: Ring,
     diagnostics: Diagnostics,
-    /// Estimates, each with true if the settings had changed before.
+    /// Estimates, each preceded by true if the settings had changed by then.
     estimates: Vec<(bool, Estimate)>,
     is_changed: bool,
 }

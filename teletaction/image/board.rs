@@ -6,7 +6,7 @@
 //!
 //! Two timers work without the processor: TIM3 counts all four edges of the encoder's period; TIM6
 //! triggers the converter, which then outputs the code that the previous trigger's interrupt left
-//! in its holding register.
+//! in the holding register.
 
 // As in `src/board/`: registers and linker symbols.
 #![allow(unsafe_code)]

@@ -176,7 +176,7 @@ fn a_step_of_the_reference_is_no_tone() {
     }
 }
 
-/// Either tone may be found. If one is a harmonic of the other, the lower one must be.
+/// Either tone may be found. If one is a harmonic of the other, the lower one must be found.
 #[test]
 fn two_tones_of_equal_strength() {
     for (ratio, common) in [

@@ -1,4 +1,4 @@
-//! A simulated stylus: the tasks of its image in this process and in the link's time, under a
+//! A simulated stylus, which runs the image's tasks in this process and in the link's time, under a
 //! simulated hand; and the error of its stimulus against the texture under the finger.
 
 use crate::stimulus::Texture;

@@ -28,7 +28,7 @@ pub struct Gate {
     /// Samples without movement, and without a request, after which the stylus stops.
     still: u32,
     silence: u32,
-    /// Samples left until the stylus stops for either reason.
+    /// Samples left until the stylus stops because of a still hand, and because of a silent line.
     still_left: u32,
     silence_left: u32,
     /// Counts at the last movement; `None` before the first sample.

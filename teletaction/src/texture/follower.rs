@@ -36,7 +36,7 @@ pub struct Follower {
 /// by less than 1 ms in this time.
 const BLOCK_S: f64 = 10.0;
 
-/// The board's clock against this computer's, from the packets with the smallest delay.
+/// Compares the board's clock with this computer's, by the packets with the smallest delay.
 struct Clock {
     starts: Starts,
     begun: Instant,

@@ -74,7 +74,7 @@ pub(super) fn converting() -> Bench {
 #[test]
 fn samples_come_into_memory_at_their_times() {
     let mut bench = converting();
-    // 68 periods of 21 MHz each, 3.24 us: four conversions after 12.95 us, eight after 25.9 us.
+    // A conversion takes 68 periods of 21 MHz, 3.24 us: four take 12.95 us, eight 25.9 us.
     assert_eq!(bench.wait_us(12).get(LISR) & FLAGS, 0);
     assert_eq!(bench.wait_us(1).get(LISR) & FLAGS, HALF);
     assert_eq!(bench.wait_us(13).get(LISR) & FLAGS, HALF | COMPLETE);

@@ -131,7 +131,8 @@ fn of_requests(title: Title<'_>, boards: &[Heard]) -> Row {
         altered,
         ..Counts::default()
     };
-    // If a board became deaf, it is unknown which frame caused it.
+    // If a board stopped answering, it is unknown which frame caused it, so recoveries are not
+    // counted.
     Row::without_touch(
         title,
         frames,
