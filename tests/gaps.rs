@@ -38,8 +38,8 @@ fn estimate(
     }
 }
 
-/// Fits 120 windows with 3 to 6 cycles. Returns the numbers of good fits, of good but wrong ones,
-/// and of doubtful ones.
+/// Fits 120 windows with 3 to 6 cycles. Returns the numbers of good fits, good but wrong fits, and
+/// doubtful fits.
 fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
     let mut estimator = Estimator::new(Settings::DEFAULT.with_plan(Plan::SINGLE));
     let mut fitter = Box::new(Fitter::new());

@@ -236,8 +236,8 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
     }
 }
 
-/// There is no lag with only one column, without a tone in one, or if no taxels respond alike in
-/// both columns.
+/// No lag must be reported with only one column, without a tone in one of the columns, or if no
+/// taxels respond alike in both.
 #[test]
 fn without_two_columns_there_is_nothing() {
     let mut fitted = WAVE.fitted(&mut Tracker::new());

@@ -225,7 +225,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
 }
 
 /// Speed changes smear a spectrum, so the paper gained nothing from longer windows. A fit along the
-/// path gains, even where the hand turns.
+/// path gains from them, even where the hand turns.
 #[test]
 fn a_longer_window_is_better() {
     let (right, wrong) = table(16, 4 * WINDOW);
@@ -238,8 +238,8 @@ fn a_longer_window_is_better() {
     }
 }
 
-/// The path turns within the window, more than once. At the same position the phase is the same
-/// again.
+/// The path turns more than once within the window. Whenever the hand returns to a position, the
+/// phase is the same again.
 #[test]
 fn a_hand_that_turns_back_reads_on() {
     for wavelength_mm in RIGHT_MM.into_iter().chain(WRONG_MM) {

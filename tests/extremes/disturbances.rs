@@ -284,8 +284,8 @@ fn mains_folded_onto_zero() {
     fits.assert_sure();
 }
 
-/// Mains hum aliased to half the frame rate has only one phase. It is not subtracted and counts as
-/// noise.
+/// Mains hum aliased to half the frame rate has only a cosine part. It is not subtracted, so it
+/// counts as noise.
 #[test]
 fn mains_folded_onto_half_the_frame_rate() {
     for seed in 0..10 {

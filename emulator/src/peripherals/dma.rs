@@ -6,7 +6,7 @@
 
 use crate::findings::Rule;
 
-/// Offsets of a stream's registers from its first one.
+/// Offsets of a stream's registers from its CR.
 const CR: u32 = 0x00;
 const NDTR: u32 = 0x04;
 const PAR: u32 = 0x08;
@@ -135,7 +135,7 @@ impl Stream {
         (4 * (number / 4), [0, 6, 16, 22][number as usize % 4])
     }
 
-    /// Converts a register's offset to one from CR; a large number for the controller's own
+    /// Returns a register's offset from the stream's CR; a large number for the controller's own
     /// registers.
     const fn own(&self, offset: u32) -> u32 {
         offset.wrapping_sub(0x10 + 0x18 * self.source.number)

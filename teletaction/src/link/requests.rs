@@ -41,8 +41,8 @@ pub struct StylusRequests {
 }
 
 impl StylusRequests {
-    /// `first` is the number of the first request. It must differ from the board's last one, whose
-    /// reply the board would repeat.
+    /// `first` is the number of the first request. It must differ from the number of the board's
+    /// last request, whose reply the board would repeat.
     pub fn new(parameters: Parameters, first: u16) -> Self {
         Self {
             parameters,

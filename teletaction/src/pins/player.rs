@@ -35,7 +35,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// 4 x 4 pins, 2 mm apart, under 2 mm of rubber.
+    /// Creates a setup of 4 x 4 pins, 2 mm apart, under 2 mm of rubber.
     pub fn new() -> Result<Self, Error> {
         Ok(Self {
             pins: Grid::new(4, 4, 2.0)?,

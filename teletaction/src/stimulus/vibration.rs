@@ -79,8 +79,8 @@ impl<const N: usize> Vibration<N> {
     }
 
     /// Sets a tone of 150 to 250 Hz whose amplitude follows the texture: headphones cannot play the
-    /// 5 to 60 Hz of ridges under a slow hand, and skin is most sensitive in this range. `None`
-    /// plays the texture itself.
+    /// 5 to 60 Hz of ridges under a slow hand, and skin is most sensitive to the tone's
+    /// frequencies. `None` plays the texture itself.
     pub fn set_carrier(&mut self, carrier_hz: Option<f32>) -> Result<(), Error> {
         if let Some(frequency_hz) = carrier_hz {
             within("carrier_hz", frequency_hz, 150.0, 250.0)?;

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Minimum movement of the hand, counts: an encoder that rests on an edge jitters by one.
+/// Minimum movement of the hand, counts: an encoder that rests on an edge jitters by one count.
 const MOVED_COUNTS: u32 = 2;
 
 /// State of the stylus, including the reason why it is idle.
@@ -39,8 +39,8 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// Starts disabled, without a texture. The stylus stops after `still` samples without movement,
-    /// or `silence` samples without a request.
+    /// Creates a gate that is disabled and has no texture. The stylus stops after `still` samples
+    /// without movement, or `silence` samples without a request.
     pub const fn new(still: u32, silence: u32) -> Self {
         Self {
             still,

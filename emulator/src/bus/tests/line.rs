@@ -37,7 +37,7 @@ pub(super) fn receiving() -> Bench {
     bench
 }
 
-/// Schedules bytes to end at these cycles from now.
+/// Schedules bytes that end these numbers of cycles from now.
 pub(super) fn arrive(bench: &mut Bench, ends: impl IntoIterator<Item = u64>) {
     let now = bench.0.time.cycles;
     for (byte, end) in (b'a'..).zip(ends) {
@@ -69,8 +69,8 @@ fn bytes_come_into_memory_while_the_processor_stands_still() {
     bench.keeps_all();
 }
 
-/// Tests that the idle flag is set once, one byte after the last one ended, and later if a byte has
-/// begun.
+/// Tests that the idle flag is set once, a byte's duration after the last byte ended, or later if a
+/// further byte has begun by then.
 #[test]
 fn the_line_becomes_idle_after_the_last_byte() {
     let mut bench = receiving();
