@@ -329,8 +329,8 @@ fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     }
 }
 
-/// All faults at once, repeatedly: at most four messages are sent in an eighth of a second, and
-/// every beginning is reported.
+/// Causes all faults at once, repeatedly. At most four messages may be sent in an eighth of a
+/// second, and every beginning must be reported.
 #[test]
 fn all_faults_together_make_few_messages() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));

@@ -95,8 +95,8 @@ fn times_of_edges_are_right_to_some_microseconds_also_while_bytes_arrive() {
     }
 }
 
-/// The processor stalls for 16 us per word of flash, and a byte takes 10.9 us, but the DMA fetches
-/// the bytes. The scan loses nothing either, and the settings are kept.
+/// The processor stalls for 16 us per word of flash, longer than a byte takes (10.9 us), but the
+/// DMA fetches the bytes. The scan must lose nothing either, and the settings must be kept.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_byte_is_lost_while_settings_are_kept() {

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 const FRAMES: usize = 241;
 /// Amplitude of the tone, codes.
 const AMPLITUDE: f64 = 1000.0;
-/// Time constants of the drift, windows; with the infinite one it is a straight line.
+/// Time constants of the drift, windows; the infinite one makes it a straight line.
 const TIMES: [f64; 5] = [0.2, 0.5, 1.0, 3.0, f64::INFINITY];
 
 /// Drift from one at the window's start to zero at its end; `t` is in frames from the centre.

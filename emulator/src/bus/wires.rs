@@ -1,4 +1,4 @@
-//! Circuits at the pins and the clocks, and the rules for both.
+//! Models the wiring of the pins, and the clocks, and checks the rules for both.
 
 use super::events::IRQ_OTG_FS;
 use super::state::Bus;

@@ -91,12 +91,12 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Stream 0 of DMA2.
+    /// Creates stream 0 of DMA2, for ADC1.
     pub const fn adc1() -> Self {
         Self::of(&ADC1)
     }
 
-    /// The stream of DMA1 for a USART's receiver.
+    /// Creates the DMA1 stream for a USART's receiver.
     pub const fn receiver(usart: u8) -> Self {
         Self::of(if usart == 2 { &USART2_RX } else { &USART3_RX })
     }

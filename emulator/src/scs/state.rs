@@ -21,7 +21,7 @@ pub(crate) struct Masks {
 pub struct Served {
     /// Number of runs.
     pub times: u64,
-    /// Longest wait from pending to its first instruction, cycles.
+    /// Longest wait from the pending interrupt to its first instruction, cycles.
     pub longest_wait_cycles: u64,
     /// Sum of all waits, cycles.
     pub wait_cycles: u64,

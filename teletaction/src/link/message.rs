@@ -166,8 +166,8 @@ mod tests {
             }
         );
         assert!(receiver.take(&good).is_some());
-        // The sender restarts; then a sender takes over that has sent messages to others before.
-        // Neither is a loss.
+        // The sender restarts; then a different sender takes over, which has already sent messages
+        // to others. Neither counts as a loss.
         let lost = receiver.counts.lost;
         for (run, number) in [(8, 0), (9, 15_000)] {
             let message = Message {

@@ -1,4 +1,4 @@
-//! The other end on another computer: one message per UDP datagram.
+//! Connection to the other end on a different computer: one message per UDP datagram.
 
 use anyhow::{Context, Result};
 use std::io::ErrorKind;
