@@ -188,7 +188,8 @@ def detection(run):
             batch = make(run.rng(name), run.windows, frames(1.0), "white", Tone((4, 30), snr_db=snr_db))
             batch.x, batch.crb, batch.luck = batch.x[:, :, :channels], None, None
             found[name] = judge.count(batch, judge.of_fits(fits(batch, HARMONICS)))
-            # On pure tones, also the lean scene and the padded FFT, which answers every window.
+            # On pure tones, measure the lean scene too, and the padded FFT, which answers every
+            # window.
             batch = make(run.rng(f"pure {name}"), run.windows, frames(1.0), "white", Tone((4, 30), harmonics=SINE, snr_db=snr_db))
             batch.x, batch.crb, batch.luck = batch.x[:, :, :channels], None, None
             found[f"lean {name}"] = judge.count(batch, judge.of_fits(fits(batch, harmonics=1, exclude=["all"])))

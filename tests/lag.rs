@@ -193,8 +193,9 @@ fn dead_and_noisy_channels_do_not_hurt() {
     );
 }
 
-/// In closed form, two phases of variance 2 sigma^2 / (N A^2) each (Rife and Boorstyn 1974, for a
-/// known tone with unknown offset and slope), times period^2 / (2 pi pitch).
+/// The closed form is the standard deviation of the difference of two phases, of variance 2 sigma^2
+/// / (N A^2) each (Rife and Boorstyn 1974, for a known tone with unknown offset and slope), times
+/// period^2 / (2 pi pitch).
 #[test]
 fn the_uncertainty_is_that_of_the_closed_form() {
     let travel = travel(&WAVE.fitted(&mut Tracker::new()), &ARRAY);

@@ -171,7 +171,8 @@ fn a_finger_in_the_air_greets_again_and_says_nothing_else() {
     );
 }
 
-/// If four scans are missing, a slide may have ended unnoticed.
+/// If four scans or more are missing, the slide may have ended unnoticed, so the fit must be
+/// doubtful.
 #[test]
 fn lost_conversions_are_counted_and_their_frames_left_out() {
     for (hole, status) in [
@@ -182,8 +183,7 @@ fn lost_conversions_are_counted_and_their_frames_left_out() {
         let truth = scene.truth();
         let mut lost = 0;
         let events = run(scene, Settings::default(), |count, conversion| {
-            // One conversion in 997 is lost, and several scans and a half in the middle of the
-            // slide.
+            // Lose one conversion in 997, and several scans in the middle of the slide.
             let gone = count % 997 == 500 || hole.contains(&count);
             lost += gone as u32;
             (!gone).then_some(conversion)
