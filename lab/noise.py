@@ -164,7 +164,7 @@ def measure(run):
         for window_s in WINDOWS_S:
             name = f"{path}/{window_s:g} s"
             # A press usually looks like one relaxation without a tone, so ten times as many windows
-            # are used, to count outliers to 0.1 %.
+            # count its outliers to 0.1 %.
             many = run.windows * (10 if path.endswith("one relaxation of 100 sigma") else 1)
             batch = make(run.rng(name), many, frames(window_s), kind, tone, extra, size)
             answers = fits(batch, HARMONICS)

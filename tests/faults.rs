@@ -354,8 +354,7 @@ fn all_faults_together_make_few_messages() {
         };
         detector.push(conversion, &mut ring, &diagnostics, outputs);
     }
-    // Up to eight messages: four at the end of one eighth of a second, and four at the beginning of
-    // the next.
+    // Four at the end of one eighth of a second, and four at the beginning of the next.
     let in_an_eighth = |from_us: u32| {
         reported
             .iter()

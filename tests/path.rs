@@ -152,8 +152,7 @@ fn the_slide_by_protocol_follows_the_paper() {
     let truth = scene.truth();
     let out = outcome(&run(scene, settings, all));
     let (start_s, end_s) = out.slides_s[0];
-    // The start, relative to the spike, and the length must agree with equations 4 and 5 to within
-    // a frame.
+    // Start (after the spike) and length must agree with equations 4 and 5 to within a frame.
     assert!((start_s - (out.contacts_s[0] + 1.0)).abs() < 0.005);
     assert!((end_s - start_s - 55.0 / 30.0).abs() < 0.005);
     out.assert_one_slide("by protocol");
@@ -171,8 +170,7 @@ fn a_finger_in_the_air_greets_again_and_says_nothing_else() {
     );
 }
 
-/// If four scans or more are missing, the slide may have ended unnoticed, so the fit must be
-/// doubtful.
+/// If four scans are missing, the slide may have ended unnoticed, so its fit is doubtful.
 #[test]
 fn lost_conversions_are_counted_and_their_frames_left_out() {
     for (hole, status) in [

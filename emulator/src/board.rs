@@ -95,7 +95,7 @@ const PORT_A: u8 = 0;
 const PORT_B: u8 = 1;
 const PORT_C: u8 = 2;
 
-/// Inputs of the Feather: A0 to A5, D12, D11.
+/// Feather inputs: A0 to A5, D12, D11.
 const FEATHER_INPUTS: [Pin; 8] = [
     Pin(PORT_A, 4),
     Pin(PORT_A, 5),
@@ -107,7 +107,7 @@ const FEATHER_INPUTS: [Pin; 8] = [
     Pin(PORT_C, 3),
 ];
 
-/// Inputs of the Nucleo: PA0, PA1, PA4 to PA7, PB0, PB1, PC0 to PC5.
+/// Nucleo inputs: PA0, PA1, PA4 to PA7, PB0, PB1, PC0 to PC5.
 const NUCLEO_INPUTS: [Pin; 14] = [
     Pin(PORT_A, 0),
     Pin(PORT_A, 1),
@@ -125,7 +125,7 @@ const NUCLEO_INPUTS: [Pin; 14] = [
     Pin(PORT_C, 5),
 ];
 
-/// Inputs of the Black Pill: PA0, PA1, PA4 to PA7, PB0, PB1.
+/// Black Pill inputs: PA0, PA1, PA4 to PA7, PB0, PB1.
 const BLACKPILL_INPUTS: [Pin; 8] = *NUCLEO_INPUTS
     .first_chunk()
     .expect("they are the Nucleo's first");

@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | `line` | 5 | USART3, transmitter empty or line idle; pended by `report` |
 //! | `sample` | 4 | TIM6, 10,000 times a second |
-//! | `report` | 2 | OTG_HS_EP1_IN, pended by `requests`, by `line`, and by the line's DMA at each half buffer |
+//! | `report` | 2 | OTG_HS_EP1_IN, pended by `requests`, `line` and the line's DMA (half buffer) |
 //! | `watch` | 2 | TIM4, twice a second |
 //! | `requests` | 1 | OTG_HS_WKUP, pended by `report`, and by `sample` every 4 ms |
 //! | `idle` | 0 | |

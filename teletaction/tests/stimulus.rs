@@ -41,8 +41,8 @@ fn felt(texture: Texture, latency_s: f32) -> Stimulus {
     stimulus
 }
 
-/// The hands: the paper's average hand, two at the speed of its experiments in either direction,
-/// and one that moves slowly back and forth.
+/// The hands: the paper's average hand, two at the speed of its experiments, and one that moves
+/// slowly back and forth.
 #[test]
 fn the_output_is_the_surface() {
     let hands: [fn(f64) -> f64; 4] = [

@@ -43,8 +43,8 @@ prop_compose! {
         scale in -30.0..30.0,
         // Log10 of the ratio of level to tone: from 1 up to 5e6 (5 V over a tone of 1 uV).
         over in 0.0..6.7,
-        // Log10 of the ratio of amplitude to noise: at least 15 dB, because below that the answer
-        // depends on how the channels are weighted.
+        // Log10 of amplitude over noise, at least 15 dB: below that, the answer depends on how the
+        // channels are weighted.
         clear in 0.9..2.5,
         alive in prop_oneof![Just(u16::MAX), (0u32..16).prop_map(|c| 1 << c), 1u16..],
         harmonics in 1u8..=4,
@@ -148,8 +148,8 @@ fn f32_is_beside_f64_in_every_corner_of_a_recording() {
     check(12, LONGEST, seed(), OFF_MAX);
 }
 
-/// With a strong tone of only about two cycles, a refinement step may explain a misfit by a curved
-/// baseline. The fit must not stop there.
+/// With a strong tone of about two cycles, a refinement may explain a misfit by a curved baseline.
+/// The fit must not stop there.
 #[test]
 fn a_strong_tone_of_few_cycles_is_at_its_maximum() {
     for frames in [965, FRAMES_MAX.min(10_012)] {

@@ -171,8 +171,8 @@ impl Bus {
     fn write_peripheral(&mut self, address: u32, bytes: u32, value: u32) -> Result<(), Stop> {
         self.time.cycles += REGISTER_CYCLES;
         self.catch_up();
-        // The chip's bridge repeats a short value over the whole word. The model ignores this,
-        // because only registers of up to 16 bits are written this way.
+        // The bridge repeats a short value over the whole word. This is not modelled, because only
+        // registers of up to 16 bits are written this way.
         let done = if address & 3 == 0 {
             self.set_register(address, part(value, 0, bytes))
         } else {

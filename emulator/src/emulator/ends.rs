@@ -25,8 +25,7 @@ const DBGMCU_CR: u32 = 4;
 /// Baud rate of the PC's end of the serial line.
 const BAUD: u64 = 921_600;
 
-/// Returns the bytes of `memory`, which begins at address `first`, from `address` to its end; none
-/// if `address` is outside.
+/// Returns the bytes of `memory`, which begins at `first`, from `address` on; none if outside.
 fn from(memory: &[u8], address: u32, first: u32) -> &[u8] {
     let at = address.wrapping_sub(first) as usize;
     memory.get(at..).unwrap_or(&[])

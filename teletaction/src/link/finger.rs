@@ -14,7 +14,6 @@ pub const REPEAT_S: f64 = 0.25;
 /// that agrees with it.
 const MORE_PRECISE: f64 = 0.7;
 
-/// Origin of the period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PeriodBy {
@@ -33,7 +32,6 @@ pub struct FingerEnd {
     /// Run of the stylus' end that the path's positions belong to.
     hand_run: u32,
     path: HandPath,
-    /// Latest texture reported by the finger.
     reported: Option<Texture>,
     /// Period from the hand's path in a window, and the power in the window.
     by_path: Option<(Length, f32)>,

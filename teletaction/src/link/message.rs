@@ -106,8 +106,8 @@ impl Receiver {
 }
 
 impl Message {
-    /// Returns true if the values are in range. Needed because a 32-bit checksum passes one in four
-    /// thousand million damaged messages.
+    /// Returns true if the values are in range: a 32-bit checksum passes one in four thousand
+    /// million damaged messages.
     fn is_possible(&self) -> bool {
         self.t_s.is_finite()
             && match &self.body {

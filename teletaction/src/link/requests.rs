@@ -34,7 +34,6 @@ pub struct StylusRequests {
     /// Texture that should be felt now.
     pub texture: Option<Texture>,
     done: Done,
-    /// Texture refused by the board.
     refused: Option<Texture>,
     sent: Option<Sent>,
     number: u16,

@@ -74,7 +74,6 @@ impl Limits {
 pub struct Pins {
     limits: Limits,
     forces_n: Vec<f32>,
-    /// Seconds since the last update.
     since_s: f32,
 }
 

@@ -11,8 +11,8 @@ use ridgetone_host::static_image::{PLACES, SIDE};
 use ridgetone_proto::settings::TAXELS;
 use std::collections::VecDeque;
 
-/// Number of frames averaged for the idle level, and number of frames just before a reported
-/// contact that may already belong to the contact: 0.4 s and 0.1 s at 241 frames a second.
+/// Number of frames averaged for the idle level, and of frames before a reported contact that may
+/// already belong to the contact: 0.4 s and 0.1 s at 241 frames a second.
 const LEVEL_FRAMES: usize = 96;
 const LATE_FRAMES: usize = 24;
 
@@ -33,7 +33,6 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// Takes a report of a contact or a release.
     pub fn touched(&mut self, is_touched: bool) {
         self.is_touched = is_touched;
         self.latest.clear();

@@ -28,7 +28,8 @@ pub struct Gate {
     /// Samples without movement, and without a request, after which the stylus stops.
     still: u32,
     silence: u32,
-    /// Samples left until the stylus stops because of a still hand, and because of a silent line.
+    /// Samples left until the stylus stops because the hand is still, and because the line is
+    /// silent.
     still_left: u32,
     silence_left: u32,
     /// Counts at the last movement; `None` before the first sample.
@@ -69,7 +70,6 @@ impl Gate {
         self.heard();
     }
 
-    /// Takes a sample's counts.
     pub fn step(&mut self, counts: i32) {
         let anchor = *self.anchor.get_or_insert(counts);
         if counts.wrapping_sub(anchor).unsigned_abs() >= MOVED_COUNTS {

@@ -100,7 +100,6 @@ impl Follower {
         }
     }
 
-    /// Returns the feed, for its counts.
     pub fn into_feed(self) -> Feed {
         self.listener.feed
     }

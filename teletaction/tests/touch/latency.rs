@@ -96,8 +96,8 @@ fn measure(browser: &mut Browser) -> Measured {
     }
 }
 
-/// Repeats the measurement until other programs delay neither the pointer's positions nor the sound
-/// too much, because their effect would be measured as well.
+/// Repeats the measurement until other programs disturb neither the pointer's positions nor the
+/// sound.
 pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
     for _ in 0..10 {
         let measured = measure(browser);
