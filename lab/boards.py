@@ -37,7 +37,7 @@ def memory(path):
     for at in range(start, start + size * count, size):
         _, kind, flags, address, _, length = struct.unpack_from("<6I", elf, at)
         is_kept, is_ram = flags & 2 and length, address >= 0x2000_0000
-        # Initial values of statics are in flash too; sections of type 8 have none.
+        # Initial values of statics are in flash too; sections of type 8 (NOBITS) have none.
         flash += length if is_kept and kind != 8 else 0
         ram += length if is_kept and is_ram else 0
     return flash / 1024, ram / 1024

@@ -63,8 +63,8 @@ def count(batch, answers):
     error = answers.frequency - batch.frequency
     near = np.abs(error / batch.frequency) <= WRONG
     if batch.second is not None:
-        # Tones may be closer to each other than 5 %, so an outlier is far from both by its own
-        # sigma.
+        # The two tones may be less than 5 % apart, so an outlier is more than five of its own
+        # sigmas from both.
         near = np.minimum(np.abs(error), np.abs(answers.frequency - batch.second)) <= 5 * answers.sigma
     covered = np.abs(error) <= NINETY_FIVE * answers.sigma
     found |= {"wrong": int((good & ~near).sum()), "covered": int((good & covered).sum())}
@@ -93,7 +93,7 @@ def missed(requirement, cell):
         if not of:
             return None, None
         value = 100 * hits / of
-        # Percent; the probability of a count at least as far beyond the limit.
+        # Probability of a count at least as far beyond the limit, which is in percent.
         above = stats.binom.sf(hits - 1, of, min(high, 100) / 100)
         below = stats.binom.cdf(hits, of, max(low, 0) / 100)
         beyond = (value > high, above) if value > high else (value < low, below)

@@ -163,8 +163,8 @@ def measure(run):
     for path, kind, tone, extra, size in run.progress(list(cells())):
         for window_s in WINDOWS_S:
             name = f"{path}/{window_s:g} s"
-            # One relaxation without a tone is the usual window of a press, so its outliers are
-            # counted to 0.1 %.
+            # A press usually looks like one relaxation without a tone, so ten times as many windows
+            # count its outliers to 0.1 %.
             many = run.windows * (10 if path.endswith("one relaxation of 100 sigma") else 1)
             batch = make(run.rng(name), many, frames(window_s), kind, tone, extra, size)
             answers = fits(batch, HARMONICS)
@@ -188,7 +188,8 @@ def detection(run):
             batch = make(run.rng(name), run.windows, frames(1.0), "white", Tone((4, 30), snr_db=snr_db))
             batch.x, batch.crb, batch.luck = batch.x[:, :, :channels], None, None
             found[name] = judge.count(batch, judge.of_fits(fits(batch, HARMONICS)))
-            # On pure tones, also the lean scene and the padded FFT, which answers every window.
+            # On pure tones, measure the lean scene too, and the padded FFT, which answers every
+            # window.
             batch = make(run.rng(f"pure {name}"), run.windows, frames(1.0), "white", Tone((4, 30), harmonics=SINE, snr_db=snr_db))
             batch.x, batch.crb, batch.luck = batch.x[:, :, :channels], None, None
             found[f"lean {name}"] = judge.count(batch, judge.of_fits(fits(batch, harmonics=1, exclude=["all"])))

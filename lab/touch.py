@@ -138,8 +138,7 @@ def touch(case, rng):
         is_slide = (made.time_s >= truth.slide_start_s) & (made.time_s <= truth.slide_end_s)
         times_s, moved = made.time_s[is_slide], clean[is_slide]
         ends = [(times_s, moved), (times_s[::-1], moved[::-1])]
-        # From either end inwards, until so much of the motion has passed that it shows in the
-        # noise.
+        # Search from either end inwards until enough of the motion has passed to show in the noise.
         shows = [times[min(np.searchsorted(np.cumsum(np.square((one - one[0]) / sigma_v).sum(1)), VISIBLE), len(times) - 1)] for times, one in ends]
         seen = truth.slide_start_s - from_s, truth.slide_end_s - from_s, shows[0] - from_s, shows[1] - from_s
     return values[first:], None if case.loaded else truth.contact_s - from_s, seen, truth.release_s - from_s
@@ -152,7 +151,8 @@ def overlap(a, b):
 def judged(case, rng):
     """Compares the report of `replay` on a touch with its truth."""
     values, contact_s, slide, release_s = touch(case, rng)
-    # One window a second is enough to judge the detector, and `good` where nothing slides.
+    # One window a second is enough to judge the detector, and to find `good` windows outside
+    # slides.
     settings = {"interferer_hz": 50.0 if case.mains else 0.0, "stride_s": 1.0}
     events = rt.replay(values, rate_hz=RATE_HZ, settings=settings)
     contacts = [one.t_s for one in events.contacts]

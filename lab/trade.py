@@ -173,7 +173,8 @@ def converters(run):
         for name, gain in CONVERTERS:
             path = f"converter/{name}/{tone_uv:g} uV"
             rng = run.rng(path)
-            # Without noise and in volts, because `finger` returns standard deviations of the noise.
+            # Without noise, and scaled to volts: `finger` returns values in units of the noise's
+            # standard deviation.
             batch = finger(rng, run.windows, count, 10 / RATE_HZ, RIDGES, 0.0, period_mm=3.0, taxels=range(14), noise=0.0)
             volts = 1e-6 * tone_uv * (batch.x - batch.x.mean(1, keepdims=True))
             if gain is None:

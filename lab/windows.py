@@ -84,8 +84,8 @@ def noise(rng, kind, windows, count):
     if word == "white":
         return rng.standard_normal(shape), Covariance(white=1.0)
     if word == "impulses":
-        # 1 % of the values are off by 20 standard deviations. The bound is that of all others,
-        # because impulses are obvious.
+        # 1 % of the values are off by 20 standard deviations. The CRB ignores them, because
+        # impulses are obvious.
         hits = (rng.random(shape) < 0.01) * np.where(rng.random(shape) < 0.5, 20.0, -20.0)
         return rng.standard_normal(shape) + hits, Covariance(white=1.0)
     if word in ("pink", "ar"):

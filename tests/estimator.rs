@@ -49,7 +49,7 @@ fn the_estimate_is_right() {
             let mut tone = Tone::new(frequency, frames, 100.0, seed);
             tone.harmonics = harmonics;
             let fit = fit_whole(&tone.values(), harmonics as u8);
-            // One cycle may be a single bump.
+            // About one cycle may be a single bump, so the fit is ambiguous.
             let is_bump = frequency * frames as f64 <= 1.4;
             let expected = if is_bump {
                 Status::Ambiguous

@@ -12,7 +12,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Estimate, Event, Span, Status, Travel, TravelStatus};
 use touch::{SCANS, TONE_HZ};
 
-/// Conversions of a scan.
+/// Conversions per scan.
 const SLOTS: u64 = 21;
 /// Scan in the middle of the slide, 1.8 s after the start.
 const MIDDLE: u64 = 434;
@@ -329,8 +329,8 @@ fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     }
 }
 
-/// All faults at once, repeatedly: at most four messages are sent in an eighth of a second, and
-/// every beginning is reported.
+/// Causes all faults at once, repeatedly. At most four messages may be sent in an eighth of a
+/// second, and every beginning must be reported.
 #[test]
 fn all_faults_together_make_few_messages() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
@@ -354,7 +354,7 @@ fn all_faults_together_make_few_messages() {
         };
         detector.push(conversion, &mut ring, &diagnostics, outputs);
     }
-    // Four at the end of one eighth, and four at the beginning of the next.
+    // Four at the end of one eighth of a second, and four at the beginning of the next.
     let in_an_eighth = |from_us: u32| {
         reported
             .iter()
@@ -474,8 +474,8 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
             }
         }
     }
-    // After a hold could have been detected, the overload only removes its channel. If the window
-    // is shorter than that time, faults before the window count too.
+    // An overload longer ago than it takes to detect a hold only removes its channel. A more recent
+    // one makes the estimate doubtful, even if it came before the window.
     for (ago_us, window_s, status) in [
         (500_000, 1.0, Status::Good),
         (300_000, 1.0, Status::Doubtful),

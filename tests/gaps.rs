@@ -38,8 +38,8 @@ fn estimate(
     }
 }
 
-/// Fits 120 windows with 3 to 6 cycles. Returns the numbers of good fits, of good but wrong ones,
-/// and of doubtful ones.
+/// Fits 120 windows with 3 to 6 cycles. Returns the numbers of good fits, good but wrong fits, and
+/// doubtful fits.
 fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
     let mut estimator = Estimator::new(Settings::DEFAULT.with_plan(Plan::SINGLE));
     let mut fitter = Box::new(Fitter::new());
@@ -60,7 +60,7 @@ fn counts(is_missing: impl Fn(usize, usize) -> bool) -> (u32, u32, u32) {
     (good, wrong, doubtful)
 }
 
-/// Gaps shorter and longer than a tenth of the window, anywhere in it.
+/// Tests gaps shorter and longer than a tenth of the window, anywhere in it.
 #[test]
 fn a_window_with_a_long_gap_is_doubtful_and_one_with_a_short_gap_good() {
     for fraction in [0.0, 0.05, 0.09, 0.11, 0.2, 0.35, 0.45] {

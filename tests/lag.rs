@@ -35,7 +35,7 @@ struct Wave {
     overtone: f64,
     noise: f64,
     seed: u64,
-    /// One channel is dead, and one has thirty times the noise.
+    /// True if one channel is dead and one has thirty times the noise.
     damaged: bool,
 }
 
@@ -193,8 +193,9 @@ fn dead_and_noisy_channels_do_not_hurt() {
     );
 }
 
-/// In closed form, two phases of variance 2 sigma^2 / (N A^2) each (Rife and Boorstyn 1974, for a
-/// known tone with unknown offset and slope), times period^2 / (2 pi pitch).
+/// The closed form is the standard deviation of the difference of two phases, of variance 2 sigma^2
+/// / (N A^2) each (Rife and Boorstyn 1974, for a known tone with unknown offset and slope), times
+/// period^2 / (2 pi pitch).
 #[test]
 fn the_uncertainty_is_that_of_the_closed_form() {
     let travel = travel(&WAVE.fitted(&mut Tracker::new()), &ARRAY);
@@ -236,8 +237,8 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
     }
 }
 
-/// There is no lag with only one column, without a tone in one, or if no taxels respond alike in
-/// both columns.
+/// No lag must be reported with only one column, without a tone in one of the columns, or if no
+/// taxels respond alike in both.
 #[test]
 fn without_two_columns_there_is_nothing() {
     let mut fitted = WAVE.fitted(&mut Tracker::new());

@@ -152,7 +152,7 @@ fn the_slide_by_protocol_follows_the_paper() {
     let truth = scene.truth();
     let out = outcome(&run(scene, settings, all));
     let (start_s, end_s) = out.slides_s[0];
-    // Equations 4 and 5 must be right to within a frame of the spike.
+    // Start (after the spike) and length must agree with equations 4 and 5 to within a frame.
     assert!((start_s - (out.contacts_s[0] + 1.0)).abs() < 0.005);
     assert!((end_s - start_s - 55.0 / 30.0).abs() < 0.005);
     out.assert_one_slide("by protocol");
@@ -170,7 +170,7 @@ fn a_finger_in_the_air_greets_again_and_says_nothing_else() {
     );
 }
 
-/// If four scans are missing, a slide may have ended unnoticed.
+/// If four scans are missing, the slide may have ended unnoticed, so its fit is doubtful.
 #[test]
 fn lost_conversions_are_counted_and_their_frames_left_out() {
     for (hole, status) in [
@@ -181,8 +181,7 @@ fn lost_conversions_are_counted_and_their_frames_left_out() {
         let truth = scene.truth();
         let mut lost = 0;
         let events = run(scene, Settings::default(), |count, conversion| {
-            // One conversion in 997 is lost, and several scans and a half in the middle of the
-            // slide.
+            // Lose one conversion in 997, and several scans in the middle of the slide.
             let gone = count % 997 == 500 || hole.contains(&count);
             lost += gone as u32;
             (!gone).then_some(conversion)

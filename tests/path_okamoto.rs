@@ -28,8 +28,8 @@ const WINDOW: usize = 32;
 const STRIDE: usize = 4;
 /// Minimum number of cycles along the path for a window to be judged.
 const CYCLES: f64 = 1.5;
-/// Wavelengths in the paper, mm: first those that its figure 9 shows right, then those that it
-/// shows wrong.
+/// Wavelengths in the paper, mm: first those whose results in figure 9 are right, then those whose
+/// results are wrong.
 const RIGHT_MM: [f64; 4] = [0.5, 0.8, 1.0, 1.5];
 const WRONG_MM: [f64; 3] = [2.0, 2.5, 3.0];
 /// Amplitude of the tone, codes. The paper states no noise; ours is 20 dB below the tone.
@@ -225,7 +225,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
 }
 
 /// Speed changes smear a spectrum, so the paper gained nothing from longer windows. A fit along the
-/// path gains, even where the hand turns.
+/// path gains from them, even where the hand turns.
 #[test]
 fn a_longer_window_is_better() {
     let (right, wrong) = table(16, 4 * WINDOW);
@@ -238,8 +238,8 @@ fn a_longer_window_is_better() {
     }
 }
 
-/// The path turns within the window, more than once. At the same position the phase is the same
-/// again.
+/// The path turns more than once within the window. Whenever the hand returns to a position, the
+/// phase is the same again.
 #[test]
 fn a_hand_that_turns_back_reads_on() {
     for wavelength_mm in RIGHT_MM.into_iter().chain(WRONG_MM) {

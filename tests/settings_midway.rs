@@ -26,7 +26,7 @@ struct Board {
     fitter: Fitter,
     ring: Ring,
     diagnostics: Diagnostics,
-    /// Estimates, each with true if the settings had changed before.
+    /// Estimates, each preceded by true if the settings had changed by then.
     estimates: Vec<(bool, Estimate)>,
     is_changed: bool,
 }
@@ -128,7 +128,8 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
                     "{what}: {window:?}"
                 );
             }
-            // If there was time, there is a window before the change, and one after it.
+            // There must be a window before the change and one after it, wherever there was time
+            // for one.
             assert!(
                 changed_s < 0.85 + before.window_s || lengths_s[0] > 0,
                 "{what}: {lengths_s:?}"

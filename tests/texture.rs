@@ -29,7 +29,7 @@ struct Changing {
 }
 
 impl Changing {
-    /// The grating changes in the middle of the slide.
+    /// Creates a slide whose grating changes in the middle from `first` to `second`.
     fn new(first: Sliding, second: Sliding) -> Self {
         let gratings = [first, second].map(|grating| SlidingScene::new(grating).expect("a scene"));
         let changes_s = gratings[0].truth().slide_start_s + 0.5 * SLIDE_MM / SPEED_MM_S;

@@ -112,7 +112,8 @@ fn all_of_table_2_both_ways_within_the_bars() {
     );
 }
 
-/// Faster than any run in the paper: at 92 Hz the channels' slots are up to 7 % of a turn apart.
+/// A slide faster than any in the paper: at 92 Hz the channels' slots are up to 7 % of a turn
+/// apart.
 #[test]
 fn a_fast_grating_is_as_good_as_a_slow_one() {
     for reverse in [false, true] {

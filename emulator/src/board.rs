@@ -30,13 +30,13 @@ pub enum Board {
     FeatherF405,
     /// ST Nucleo-F446RE.
     NucleoF446re,
-    /// The Feather with sensors at the processor's own ADC instead of an ADS1258.
+    /// The Feather with sensors at the on-chip ADC instead of an ADS1258.
     FeatherF405Adc,
-    /// The Nucleo with sensors at the processor's own ADC.
+    /// The Nucleo with sensors at the on-chip ADC.
     NucleoF446reAdc,
     /// WeAct Black Pill with an STM32F411.
     BlackpillF411,
-    /// The Black Pill with sensors at the processor's own ADC.
+    /// The Black Pill with sensors at the on-chip ADC.
     BlackpillF411Adc,
     /// The Feather as a stylus, with an encoder and an actuator instead of the ADC.
     StylusF405,
@@ -64,7 +64,7 @@ pub(crate) struct StylusPins {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wiring {
     pub adc: Option<AdcPins>,
-    /// Pins of sensors at the processor's own ADC, in the order of the inputs.
+    /// Pins of sensors at the on-chip ADC, in the order of the inputs.
     pub inputs: &'static [Pin],
     pub stylus: Option<StylusPins>,
     /// Pin on which TIM10 outputs a clock for the ADC.
@@ -82,7 +82,7 @@ pub(crate) struct Wiring {
     pub has_dckcfgr: bool,
     /// True if PWR_CR has ADCDC1, and SYSCFG_PMC ADC1DC2 (crate `stm32f4` 0.16).
     pub has_adc_accuracy: bool,
-    /// Highest clocks of the processor, APB1 and APB2, hertz (DS8626, DS10693 and DS10314, general
+    /// Maximum clocks of the processor, APB1 and APB2, hertz (DS8626, DS10693 and DS10314, general
     /// operating conditions).
     pub limits_hz: [u64; 3],
     /// PWR_CR after a reset: VOS in bits 15 and 14 (from memory).
@@ -95,7 +95,7 @@ const PORT_A: u8 = 0;
 const PORT_B: u8 = 1;
 const PORT_C: u8 = 2;
 
-/// A0 to A5, D12, D11.
+/// Feather inputs: A0 to A5, D12, D11.
 const FEATHER_INPUTS: [Pin; 8] = [
     Pin(PORT_A, 4),
     Pin(PORT_A, 5),
@@ -107,7 +107,7 @@ const FEATHER_INPUTS: [Pin; 8] = [
     Pin(PORT_C, 3),
 ];
 
-/// PA0, PA1, PA4 to PA7, PB0, PB1, PC0 to PC5.
+/// Nucleo inputs: PA0, PA1, PA4 to PA7, PB0, PB1, PC0 to PC5.
 const NUCLEO_INPUTS: [Pin; 14] = [
     Pin(PORT_A, 0),
     Pin(PORT_A, 1),
@@ -125,7 +125,7 @@ const NUCLEO_INPUTS: [Pin; 14] = [
     Pin(PORT_C, 5),
 ];
 
-/// PA0, PA1, PA4 to PA7, PB0, PB1.
+/// Black Pill inputs: PA0, PA1, PA4 to PA7, PB0, PB1.
 const BLACKPILL_INPUTS: [Pin; 8] = *NUCLEO_INPUTS
     .first_chunk()
     .expect("they are the Nucleo's first");
@@ -134,7 +134,7 @@ impl Board {
     /// Finger boards with an ADS1258.
     pub const ALL: [Self; 3] = [Self::FeatherF405, Self::NucleoF446re, Self::BlackpillF411];
 
-    /// Finger boards with sensors at the processor's own ADC.
+    /// Finger boards with sensors at the on-chip ADC.
     pub const OWN_ADC: [Self; 3] = [
         Self::FeatherF405Adc,
         Self::NucleoF446reAdc,

@@ -34,7 +34,7 @@ rules! {
     PadSpeed,
     /// Pins have the functions in the board's table.
     PinFunction,
-    /// SPI in mode 0, 8 bits, most significant first (SBAS297G).
+    /// SPI runs in mode 0 with 8 bits, most significant bit first (SBAS297G).
     SpiMode,
     /// SCLK is at most half the ADC's clock (SBAS297G).
     SpiClock,
@@ -46,19 +46,19 @@ rules! {
     /// The clock output for the ADC is at most 16 MHz, and high for 40 to 60 % of a period
     /// (SBAS297G).
     AdcClock,
-    /// The own ADC's sequence, sampling times and clock do not change while it converts (RM0090,
-    /// 13.13).
+    /// The on-chip ADC's sequence, sampling times and clock do not change while it converts
+    /// (RM0090, 13.13).
     AdcSequence,
-    /// The own ADC has settled (tSTAB) before it converts (DS8626 and DS10693, ADC
+    /// The on-chip ADC has settled (tSTAB) before it converts (DS8626 and DS10693, ADC
     /// characteristics).
     AdcSettling,
-    /// ADCDC1 of PWR_CR is set only with the flash's prefetch off, ADCxDC2 of SYSCFG_PMC only with
-    /// the own ADC's clock at 30 MHz or more, and both never together (AN4073; RM0390, PWR_CR and
+    /// ADCDC1 in PWR_CR is set only with flash prefetch off, ADCxDC2 in SYSCFG_PMC only with the
+    /// on-chip ADC clocked at 30 MHz or more, and never both (AN4073; RM0390, PWR_CR and
     /// SYSCFG_PMC).
     AdcAccuracy,
-    /// No sample of the own ADC is lost.
+    /// No sample of the on-chip ADC is lost.
     AdcOverrun,
-    /// A stream of the DMA is configured only while it is off (RM0090, 9.5.5 to 9.5.10).
+    /// A DMA stream is configured only while it is off (RM0090, 9.5.5 to 9.5.10).
     DmaEnabled,
     /// A stream starts with its flags cleared (RM0090, 9.3.18).
     DmaFlags,

@@ -62,7 +62,7 @@ struct Shared {
     behind_ns: AtomicU64,
 }
 
-/// An emulated board in a thread, which ends when this is dropped.
+/// An emulated board in its own thread, which ends when the session is dropped.
 #[derive(Debug)]
 pub struct Session {
     sent: Receiver<Vec<u8>>,

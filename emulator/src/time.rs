@@ -14,7 +14,7 @@ pub(crate) struct Time {
 }
 
 impl Time {
-    /// Starts at power-up with a processor clock in hertz.
+    /// Creates the time of power-up, with a processor clock in hertz.
     pub const fn new(hz: u64) -> Self {
         Self {
             cycles: 0,

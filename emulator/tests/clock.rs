@@ -106,7 +106,8 @@ fn a_board_clocks_its_adc_from_reset_to_a_good_estimate() {
     }
 }
 
-/// The ADC's clock and the time stamps come from the same oscillator, so no rate reveals its error.
+/// The ADC's clock and the time stamps come from the same oscillator, so the frame rate cannot
+/// reveal the oscillator's error.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_estimate_is_good_where_an_internal_oscillator_clocks_the_adc_too() {

@@ -39,7 +39,7 @@ fn short_commands_and_usual_settings_arrive_while_the_chip_scans() {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_late_task_loses_no_byte_that_the_buffer_holds_and_counts_the_others() {
-    /// Interrupts per board: OTG_HS_EP1_IN for `report`, and that of the DMA stream.
+    /// Interrupt of `report`, OTG_HS_EP1_IN; `stream` is the interrupt of the board's DMA stream.
     const REPORT: u16 = 75;
     for (board, stream) in BOARDS.into_iter().zip([12, 16]) {
         for (bytes, losses) in [(100, 0..1), (1000, 129..1010)] {
@@ -95,8 +95,8 @@ fn times_of_edges_are_right_to_some_microseconds_also_while_bytes_arrive() {
     }
 }
 
-/// The processor stalls for 16 us per word of flash, and a byte takes 10.9 us, but the DMA fetches
-/// the bytes. The scan loses nothing either, and the settings are kept.
+/// The processor stalls for 16 us per word of flash, longer than a byte takes (10.9 us), but the
+/// DMA fetches the bytes. The scan must lose nothing either, and the settings must be kept.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_byte_is_lost_while_settings_are_kept() {
@@ -135,7 +135,8 @@ fn no_byte_is_lost_while_settings_are_kept() {
 }
 
 /// Requests wait in the buffer while settings are written. Meanwhile the buffer's half-full
-/// interrupt, whose priority is above the task that takes them, must not fire repeatedly.
+/// interrupt, whose priority is above that of the task that takes requests, must not fire
+/// repeatedly.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn requests_that_wait_behind_another_keep_no_task_from_running() {

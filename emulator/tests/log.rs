@@ -9,9 +9,9 @@ use ridgetone_emulator::Board;
 use ridgetone_proto::telemetry::Status;
 use std::path::Path;
 
-/// Decodes a frame of defmt's rzCOBS without its zero, from its end. A byte from 1 to 0x7F has one
-/// bit for each of seven bytes, set for a zero. 0x80 to 0xFE stand for a zero before 7 to 133 other
-/// bytes.
+/// Decodes a defmt rzCOBS frame, without its final zero, from the end. A byte from 1 to 0x7F has
+/// one bit for each of seven bytes, set for a zero. 0x80 to 0xFE stand for a zero before 7 to 133
+/// other bytes.
 fn decoded(frame: &[u8]) -> Vec<u8> {
     let mut bytes = frame.iter().rev().copied();
     let mut plain = Vec::new();

@@ -12,9 +12,9 @@ use ridgetone_finger::TimedConversion;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Span};
 
-/// Touches repeatedly for `seconds` seconds: the board reports, to the bit, what the library
-/// computes on this PC from the same conversions, and nothing is lost. The counter is at
-/// `counter_us` at the beginning.
+/// Touches repeatedly for `seconds` seconds. The board must report, bit for bit, what the library
+/// computes on this PC from the same conversions, and lose nothing. The microsecond counter starts
+/// at `counter_us`.
 fn touches(seconds: u32, counter_us: u32) {
     let scene = Repeated(SlidingScene::new(Sliding::default()).expect("the default scene"));
     let mut run = Run::new(Board::FeatherF405, scene, Start::default());

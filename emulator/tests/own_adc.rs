@@ -1,4 +1,4 @@
-//! Tests boards without an ADS1258: the processor's own ADC, its DMA, and the firmware's results.
+//! Tests boards without an ADS1258: the on-chip ADC, its DMA, and the firmware's results.
 
 mod common;
 
@@ -25,7 +25,8 @@ fn whole_slide(run: &Run) -> Estimate {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
 fn the_demo_is_good_without_another_chip() {
-    // Field L of ADC_SQR1 (bits 23 to 16) is one less than the inputs of a scan, eight or fourteen.
+    // Field L of ADC_SQR1 (bits 23 to 16) is one less than the number of inputs in a scan, eight or
+    // fourteen.
     for (board, sequence) in Board::OWN_ADC.into_iter().zip([0x70, 0xd0, 0x70]) {
         let mut run = Run::sliding(board);
         let greeting = run.run_to(1.0, hello);

@@ -1,5 +1,5 @@
-//! Every scan plan on the register model: set by a request, with its default windows and four
-//! harmonics, for three touches with a slide each.
+//! Tests every scan plan on the register model. Each is set by a request, with its default windows
+//! and four harmonics, and runs for three touches with a slide each.
 
 mod common;
 
@@ -201,8 +201,8 @@ fn touch(raw_frames: u32) -> (Vec<&'static str>, Health, u32) {
     (kinds.collect(), last.expect("health"), run.missing())
 }
 
-/// The line carries some 1,100 of 1,459 frames a second: the others are thinned out, and nothing
-/// else is lost.
+/// The line can carry only some 1,100 of 1,459 frames a second. The excess must be thinned out, and
+/// nothing else lost.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn raw_frames_that_do_not_fit_cost_no_event() {

@@ -47,7 +47,7 @@ fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
     }
 }
 
-/// The unmodified image jumps into a function of its own that is unused and panics.
+/// Makes the unmodified image jump to one of its functions that is otherwise unused and panics.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_panic_leaves_a_record() {

@@ -98,7 +98,7 @@ fn the_brown_out_level_is_that_of_the_option_bytes() {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_converter_is_reported_with_the_id_of_another_chip() {
-    // Has bit 4 set, which is zero on an ADS1258 (SBAS297G, ID register).
+    // An ID with bit 4 set, which is zero on an ADS1258 (SBAS297G, ID register).
     const OTHER: u8 = 0x9B;
     for board in BOARDS {
         let mut start = Start::default();
@@ -170,8 +170,8 @@ fn assert_all_doubted(events: &[Event], board: Board) {
     }
 }
 
-/// The frame rate cannot reveal an error of the own ADC's clock, which also counts the time stamps,
-/// or of 0.4 % with an ADS1258.
+/// The frame rate cannot reveal a clock error of the on-chip ADC, because the same clock counts the
+/// time stamps, or an error of 0.4 % with an ADS1258.
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn no_estimate_is_good_on_an_internal_oscillator() {

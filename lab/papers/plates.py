@@ -73,8 +73,8 @@ def run(steps, short, seed):
     regressions(steps)
     components(steps, 500 if short else 4000)
     intensities(steps)
-    # Runs as many in a short run, because 19 of 20 could be below the limit by chance, and 200 take
-    # only a second.
+    # A short run makes all 200 too: 19 of 20 could be below the limit by chance, and 200 take only
+    # a second.
     selection(steps, 200, seed)
     return {}
 

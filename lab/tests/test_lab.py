@@ -40,7 +40,8 @@ def test_the_bound_is_that_of_the_whole_covariance_as_a_matrix(kind):
 @pytest.mark.parametrize("kind", NOISES)
 def test_the_error_on_the_bound_has_the_mean_square_of_the_bound(kind):
     found = w.make(np.random.default_rng(1), 400, 96, kind, w.Tone((2, 6), (1, 0.4)))
-    # Within four standard deviations of a chi-square of 400, divided by its mean.
+    # Within four standard deviations of a chi-square with 400 degrees of freedom, divided by its
+    # mean.
     assert 0.72 < np.mean(np.square(found.luck / found.crb)) < 1.28
 
 

@@ -6,7 +6,7 @@
 //!
 //! Two timers work without the processor: TIM3 counts all four edges of the encoder's period; TIM6
 //! triggers the converter, which then outputs the code that the previous trigger's interrupt left
-//! in its holding register.
+//! in the holding register.
 
 // As in `src/board/`: registers and linker symbols.
 #![allow(unsafe_code)]
@@ -79,8 +79,8 @@ pub struct Board {
 pub struct Samples(());
 
 impl Samples {
-    /// Returns the encoder's counter, board time, and the microseconds since the trigger, whose
-    /// interrupt is cleared.
+    /// Clears the trigger's interrupt. Returns the encoder's counter, the board time, and the
+    /// microseconds since the trigger.
     #[inline(always)]
     pub fn read(&mut self) -> (u16, u32, u32) {
         // SAFETY: nothing else uses these timers once they run, and only the status bit is written.

@@ -3,15 +3,15 @@
 //!
 //! | task | priority | interrupt |
 //! |---|---|---|
-//! | `line` | 5 | USART3, transmitter empty or the end of a reception; pended by `report` |
+//! | `line` | 5 | USART3, transmitter empty or line idle; pended by `report` |
 //! | `sample` | 4 | TIM6, 10,000 times a second |
-//! | `report` | 2 | OTG_HS_EP1_IN, pended by `requests` and `line`, or half a buffer of the line's DMA |
+//! | `report` | 2 | OTG_HS_EP1_IN, pended by `requests`, `line` and the line's DMA (half buffer) |
 //! | `watch` | 2 | TIM4, twice a second |
 //! | `requests` | 1 | OTG_HS_WKUP, pended by `report`, and by `sample` every 4 ms |
 //! | `idle` | 0 | |
 //!
 //! `line` is above `sample` because it is short and a byte of telemetry lasts 10.9 us. The
-//! converter takes a sample when its timer triggers, so a delay of `sample` by nearly a period has
+//! converter outputs a sample when its timer triggers, so delaying `sample` by nearly a period has
 //! no effect.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
@@ -134,7 +134,7 @@ mod app {
         cx.local.line.run(cx.shared.shared);
     }
 
-    // No higher task takes this lock, so it masks nothing.
+    // No task of higher priority takes this lock, so locking masks nothing.
     #[task(binds = SAMPLE, priority = 4, local = [samples], shared = [sampler])]
     fn sample(mut cx: sample::Context) {
         let (counter, now_us, late_us) = cx.local.samples.read();

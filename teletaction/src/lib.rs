@@ -13,7 +13,7 @@
 //! | the command line | `cli` |
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_code)]
-// Messages quote files, boards and peers: `note!` escapes and cuts them.
+// Messages quote text from files, boards and peers; `note!` escapes and truncates it.
 #![deny(clippy::print_stderr)]
 // Not published, so a field whose name and unit are clear needs no doc.
 #![allow(missing_docs)]

@@ -1,4 +1,4 @@
-//! The command `ridgetone-teletaction`; its work is in the library of this package.
+//! The command `ridgetone-teletaction`, implemented in this package's library.
 #![forbid(unsafe_code)]
 
 use ridgetone_teletaction::cli::Cli;

@@ -37,6 +37,6 @@ pub const SAMPLE_HZ: u32 = 10_000;
 /// Time between samples, microseconds.
 pub const SAMPLE_US: u32 = 1_000_000 / SAMPLE_HZ;
 
-/// Samples between runs of the task `requests` without a request: 4 ms, so positions are reported
-/// 250 times a second.
+/// Number of samples after which the task `requests` runs even without a request: 4 ms, so
+/// positions are reported 250 times a second.
 pub const REPORT_SAMPLES: u32 = 40;

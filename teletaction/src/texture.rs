@@ -73,7 +73,7 @@ mod tests {
         let felt = reported(3.6, 1e-6, 0.0).expect("felt");
         let values = (felt.period_mm, felt.period_sigma_mm, felt.power);
         assert_eq!(values, (3.6, 0.01, 1e-6));
-        // The event's overtones, as sines.
+        // The event's cosine and sine parts become amplitudes and phases.
         assert_eq!(felt.overtones.map(|of| of.amplitude), [0.25, 0.5, 0.0]);
         assert_eq!(felt.overtones[0].phase_cycles, 0.0);
         for (period_mm, power_v2, overtone) in [

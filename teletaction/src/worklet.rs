@@ -25,8 +25,8 @@ fn with(work: impl FnOnce(&mut Vibration<POSITIONS>) -> bool) -> i32 {
     get(work).unwrap_or(false).into()
 }
 
-/// Runs `work` on the vibration, if any. Cannot panic: code that prints panics would be most of the
-/// file.
+/// Runs `work` on the vibration, if any. Cannot panic: the code that prints panics would make up
+/// most of the file.
 fn get<T>(work: impl FnOnce(&mut Vibration<POSITIONS>) -> T) -> Option<T> {
     VIBRATION
         .try_with(|cell| {
@@ -54,7 +54,8 @@ pub extern "C" fn begin(
         fade_s,
         ..Actuator::PIEZO
     };
-    // The command applies the amplitude law: a texture's power is the fraction.
+    // The command has applied the amplitude law, so here a texture's power is the amplitude
+    // fraction.
     let law = AmplitudeLaw {
         power_max: 1.0,
         ..AmplitudeLaw::OKAMOTO

@@ -137,7 +137,7 @@ fn neither_delay_nor_jitter_nor_loss_is_felt() {
         textures_sent,
         ..
     } = &report;
-    // Each request that changes a state adds one.
+    // 250 a second, and one more for each request that changes a state.
     assert!((2495..=2520).contains(positions_sent), "{report:?}");
     // 5 % are lost, with a standard deviation of 11. Messages on the way, for up to 0.28 s, are not
     // counted as lost.

@@ -41,8 +41,8 @@ fn felt(texture: Texture, latency_s: f32) -> Stimulus {
     stimulus
 }
 
-/// The hands: the paper's mean one, two as fast as in its experiments, and one that moves slowly
-/// back and forth.
+/// The hands: the paper's average hand, two at the speed of its experiments, and one that moves
+/// slowly back and forth.
 #[test]
 fn the_output_is_the_surface() {
     let hands: [fn(f64) -> f64; 4] = [
@@ -329,8 +329,8 @@ fn vibration<const N: usize>(
     vibration
 }
 
-/// Compares 2 s of sound with the surface that was under the hand the stated time before. A
-/// position arrives every 8 ms.
+/// Compares 2 s of sound with the surface under the hand one wait and delay earlier. A position
+/// arrives every 8 ms.
 #[test]
 fn the_sound_is_the_surface_under_the_hand_the_stated_time_ago() {
     for (period_mm, wait_s, delay_s) in [(1.0, 0.01, 0.0), (1.4, 0.02, 0.0), (2.0, 0.01, 0.12)] {
@@ -358,8 +358,8 @@ fn the_sound_is_the_surface_under_the_hand_the_stated_time_ago() {
     }
 }
 
-/// The hand is lifted every 90 ms. If the delay is longer, the hand is taken for resting, and a
-/// carrier is silent.
+/// The hand is lifted every 90 ms. If the delay is longer than that, the hand counts as resting,
+/// which silences a carrier.
 #[test]
 fn no_step_is_beyond_the_slew_whatever_hand_and_delay_do() {
     for (carrier_hz, delay_s) in [(None, 0.12), (Some(250.0), 0.02)] {

@@ -138,8 +138,8 @@ fn what_only_loads_the_finger_does_not_slide() {
         let crept = 1000.0 * (1.0 - (-(t - 1.0) / 0.8).exp());
         sign * (load(t, 5.0) + during(1.0..5.0, t, crept))
     };
-    // A spike of more than twelve times the hold's square is not a tap, because the finger stays
-    // down.
+    // A spike whose square is more than twelve times the hold's is not a tap, because the finger
+    // stays down.
     let high_spike: Signal<'_> =
         &|t, sign, _| sign * during(1.0..4.0, t, 1000.0 + 5000.0 * (-(t - 1.0) / 0.04).exp());
     let presses_more_and_less: Signal<'_> = &|t, sign, lag| {
@@ -205,12 +205,12 @@ fn slides_are_found_where_they_begin_and_end() {
         let tone = tone(t, 7.0, 3.1 * (t - 3.0).clamp(0.0, 2.0) + lag);
         sign * (load(t, 7.0) + 500.0 * (tone + knock(2.0) + knock(6.0)))
     };
-    // As strong as the noise, and averaging four frames removes most of a tone near 60 Hz.
+    // A tone as strong as the noise, at 60 Hz: averaging four frames removes most of it.
     let of_60_hz: Signal<'_> = &|t, sign, lag| {
         let tone = during(2.0..10.0, t, 141.0 * (TAU * (60.0 * (t - 2.0) + lag)).sin());
         sign * load(t, 11.0) + tone
     };
-    // A comparison over 0.25 s sees only a quarter of a cycle.
+    // A comparison over 0.25 s sees only a quarter of a cycle of the 1 Hz tone.
     let of_1_hz: Signal<'_> = &|t, sign, lag| {
         sign * (load(t, 11.0) + 141.0 * tone(t, 11.0, (t - 3.0).clamp(0.0, 5.0) + lag))
     };

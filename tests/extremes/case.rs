@@ -6,8 +6,8 @@ use std::ops::Range;
 
 /// Maximum error of a fit, in standard deviations of the f64 reference.
 pub const OFF_MAX: f64 = 4.5;
-/// Accepted ratio of one fit's sigma to the f64 reference's, which knows the noise. The fit
-/// estimates the noise from a few bins next to the lines.
+/// Accepted ratio of a fit's sigma to that of the f64 reference. The reference knows the noise; the
+/// fit estimates it from a few bins next to the lines.
 const SURE: Range<f64> = 0.5..2.2;
 /// Accepted ratio averaged over many windows: allowing for a varying speed costs up to a fifth in
 /// white noise.
@@ -26,7 +26,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// All frames valid, up to four harmonics.
+    /// Creates a case with all frames valid and up to four harmonics.
     pub fn new(values: Vec<[f32; 16]>) -> Self {
         Self {
             valid: vec![u16::MAX; values.len()],

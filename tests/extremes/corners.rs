@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 const LAST_DIGITS: f64 = 1e-6;
 /// Maximum error among thousands of corners, in standard deviations.
 const THOUSANDS_OFF_MAX: f64 = 6.0;
-/// Numbers of channels and of frames from which a tone must be found.
+/// Minimum numbers of channels and frames with which a tone must be found.
 const CLEAR: (usize, usize) = (4, 64);
 
 /// Number of frames in the longest window, which depends on how the estimator is built.
@@ -41,9 +41,10 @@ prop_compose! {
         long in 0.0..1.0,
         fraction in 0.0..1.0,
         scale in -30.0..30.0,
-        // 1 to 5 V over a microvolt.
+        // Log10 of the ratio of level to tone: from 1 up to 5e6 (5 V over a tone of 1 uV).
         over in 0.0..6.7,
-        // At least 15 dB: below that, the answer depends on how the channels are weighted.
+        // Log10 of amplitude over noise, at least 15 dB: below that, the answer depends on how the
+        // channels are weighted.
         clear in 0.9..2.5,
         alive in prop_oneof![Just(u16::MAX), (0u32..16).prop_map(|c| 1 << c), 1u16..],
         harmonics in 1u8..=4,
@@ -111,7 +112,8 @@ impl Corner {
         prop_assert!(fit.status.has_tone() || !self.is_clear(), "{fit:?}");
         if fit.status == Status::Good {
             let truth = self.cycles / self.frames as f64;
-            // An error of a whole line means a different tone, which other files test.
+            // An error of half a bin or more means that the fit found a different tone, which other
+            // files test.
             if (f64::from(fit.frequency) - truth).abs() * (self.frames as f64) < 0.5 {
                 let min = (LAST_DIGITS * truth).max(self.rounding());
                 let (off, _) = case.off_at_least(&fit, truth, min);
@@ -146,8 +148,8 @@ fn f32_is_beside_f64_in_every_corner_of_a_recording() {
     check(12, LONGEST, seed(), OFF_MAX);
 }
 
-/// Next to a strong tone of two cycles, a refinement explains its misfit by curvature. It must not
-/// stop there.
+/// With a strong tone of about two cycles, a refinement may explain a misfit by a curved baseline.
+/// The fit must not stop there.
 #[test]
 fn a_strong_tone_of_few_cycles_is_at_its_maximum() {
     for frames in [965, FRAMES_MAX.min(10_012)] {

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 const FREQUENCY: f64 = 0.0346;
 const FRAMES: usize = 241;
 
-/// True if a frame is missing.
+/// Returns true if the frame with this number is missing.
 type Gone = fn(usize) -> bool;
 
 #[test]
@@ -95,8 +95,8 @@ fn assert_not_good_and_wrong(what: &str, fit: &Fit, off: f64) {
     assert!(is_right, "{what}: {fit:?}");
 }
 
-/// Fits two tones in noise; `ratio` is that of their frequencies, `fraction` the second's relative
-/// amplitude.
+/// Fits two tones in noise; `ratio` and `fraction` are the second's frequency and amplitude
+/// relative to the first's.
 fn two_tones(ratio: f64, fraction: f64, noise_codes: f64, seed: u64) -> Fit {
     let mut noise = Noise::new(seed);
     let values = codes(FRAMES, |c, t| {
@@ -152,8 +152,8 @@ fn a_tone_that_starts_or_ends_inside_is_good_only_where_its_interval_holds() {
     assert!(100 * wrong.len() <= windows, "{wrong:#?} of {windows}");
 }
 
-/// A jump of the reference moves all channels by a fraction of their level. Such a step has
-/// overtones too, but must not be taken for a tone.
+/// A jump of the reference moves all channels by a fraction of their level. Such a step resembles a
+/// tone with overtones, but must not be taken for one.
 #[test]
 fn a_step_of_the_reference_is_no_tone() {
     const STEP_FRAMES: usize = 438;
@@ -176,7 +176,7 @@ fn a_step_of_the_reference_is_no_tone() {
     }
 }
 
-/// Either tone may be found. If one is a harmonic of the other, the lower one must be.
+/// Either tone may be found. If one is a harmonic of the other, the lower one must be found.
 #[test]
 fn two_tones_of_equal_strength() {
     for (ratio, common) in [
@@ -284,8 +284,8 @@ fn mains_folded_onto_zero() {
     fits.assert_sure();
 }
 
-/// Mains hum aliased to half the frame rate has only one phase. It is not subtracted and counts as
-/// noise.
+/// Mains hum aliased to half the frame rate has only a cosine part. It is not subtracted, so it
+/// counts as noise.
 #[test]
 fn mains_folded_onto_half_the_frame_rate() {
     for seed in 0..10 {

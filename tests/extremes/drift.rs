@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 const FRAMES: usize = 241;
 /// Amplitude of the tone, codes.
 const AMPLITUDE: f64 = 1000.0;
-/// Time constants, windows; the infinite one is a straight line.
+/// Time constants of the drift, windows; the infinite one makes it a straight line.
 const TIMES: [f64; 5] = [0.2, 0.5, 1.0, 3.0, f64::INFINITY];
 
 /// Drift from one at the window's start to zero at its end; `t` is in frames from the centre.
@@ -158,8 +158,8 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
 }
 
 /// With one to two cycles, at most 1 % of the good fits may be wrong, on any drift. On a slope,
-/// most fits are good from one and a half cycles on. On an exponential few are, because a
-/// polynomial resembles so few cycles.
+/// most fits are good from one and a half cycles on. On an exponential drift few fits are good,
+/// because a polynomial resembles so few cycles.
 #[test]
 fn one_cycle_or_two_on_a_drift_are_right() {
     let (mut count, mut wrong, mut few) = (0, Vec::new(), Vec::new());

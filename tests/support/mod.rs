@@ -186,7 +186,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
     out
 }
 
-/// Number of estimates, and those that are not good.
+/// Number of all estimates, and the estimates that are not good.
 #[derive(Debug, Default)]
 pub struct Rate {
     estimates: usize,

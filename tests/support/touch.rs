@@ -11,7 +11,8 @@ pub const SCANS: u64 = 820;
 
 pub const TONE_HZ: f64 = 8.3;
 
-/// The chip's own readings (SBAS297G): offset 0, supply 5 V, 25 degrees, gain 1, reference 4.096 V.
+/// The chip's internal readings (SBAS297G): offset 0, supply 5 V, 25 degrees, gain 1, reference
+/// 4.096 V.
 const OWN: [i32; 5] = [0, 3_932_160, 322_560, 7_864_320, 3_221_225];
 
 /// Returns scan `scan` of the touch, with the times of scan `number` on a wrapping counter that

@@ -171,8 +171,8 @@ impl Bus {
     fn write_peripheral(&mut self, address: u32, bytes: u32, value: u32) -> Result<(), Stop> {
         self.time.cycles += REGISTER_CYCLES;
         self.catch_up();
-        // The bridge repeats a short value over the whole word; only registers of up to 16 bits are
-        // written this way.
+        // The bridge repeats a short value over the whole word. This is not modelled, because only
+        // registers of up to 16 bits are written this way.
         let done = if address & 3 == 0 {
             self.set_register(address, part(value, 0, bytes))
         } else {
@@ -190,12 +190,12 @@ impl Bus {
     }
 }
 
-/// Number of the bit, modulo `bits`, that a word of a bit-band alias represents.
+/// Returns the number, modulo `bits`, of the bit that a word of a bit-band alias represents.
 fn bit_of(alias: u32, bits: u32) -> u32 {
     alias / 4 % bits
 }
 
-/// Extracts the bytes of a word at an address.
+/// Extracts the `bytes` bytes at `address` from their word.
 fn part(word: u32, address: u32, bytes: u32) -> u32 {
     if bytes == 4 {
         word

@@ -1,4 +1,4 @@
-//! The sensors at the processor's own ADC, and the DMA transfer of their samples to memory.
+//! The sensors at the on-chip ADC, and the DMA transfer of their samples to memory.
 
 use super::state::Bus;
 use crate::board::Pin;

@@ -30,8 +30,8 @@ const USART_DR: u32 = 0x04;
 const CNT: u32 = 0x24;
 const EGR: u32 = 0x14;
 
-/// Position of a peripheral's clock bit in RCC: the bus, as in [`crate::peripherals::rcc::Rcc`],
-/// and the bit.
+/// Returns the bus (numbered as in [`crate::peripherals::rcc::Rcc`]) and the bit of a peripheral's
+/// clock.
 const fn clock_of(base: u32) -> Option<(usize, u32)> {
     Some(match base {
         TIM2 => (3, 0),

@@ -59,7 +59,7 @@ pub(crate) struct Bus {
     pub dma: Stream,
     /// Stream that fetches bytes from the serial line.
     pub line_dma: Stream,
-    /// Sensors at the pins of the processor's own ADC.
+    /// Sensors at the pins of the on-chip ADC.
     pub sensors: Stm32Adc,
     /// Time of the sensors' first sample, nanoseconds since power-up.
     pub scene_zero_ns: Option<u64>,

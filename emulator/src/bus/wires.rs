@@ -1,4 +1,4 @@
-//! Circuits at the pins and the clocks, and the rules for both.
+//! Models the wiring of the pins, and the clocks, and checks the rules for both.
 
 use super::events::IRQ_OTG_FS;
 use super::state::Bus;
@@ -147,8 +147,8 @@ impl Bus {
         self.change_clocks();
     }
 
-    /// Processor cycles per clock of the timers on APB1, which is twice the APB's clock if that is
-    /// divided (RM0090, 7.2).
+    /// Processor cycles per timer clock on APB1. If the APB clock is divided, the timer clock is
+    /// twice the APB clock (RM0090, 7.2).
     pub fn timer_ratio(&self) -> u64 {
         let divider = self.apb_ratio(0);
         if divider == 1 { 1 } else { divider / 2 }
@@ -190,7 +190,7 @@ impl Bus {
         }
     }
 
-    /// Output of TIM10 on its pin, in clocks of the timer; `None` if there is no output.
+    /// Output of TIM10 on its pin, in timer clocks; `None` if there is no output.
     fn clock_output(&self) -> Option<Wave> {
         let Pin(_, pin) = self.wiring.clock;
         let has_function = self.port(self.wiring.clock).function(pin) == Some(AF_TIM10);

@@ -6,16 +6,15 @@ use crate::bus::Bus;
 use crate::scs::{HARD_FAULT, Masks};
 use crate::stop::Stop;
 
-/// Cycles of an entry, of a return, and of a return that continues with the next exception (DDI
-/// 0439B, 3.9).
+/// Cycles of an exception entry, a return, and a tail-chained return (DDI 0439B, 3.9).
 const ENTRY: u64 = 12;
 const RETURN: u64 = 10;
 
-/// Bytes of a frame without and with floating-point registers.
+/// Size of a frame, bytes, without and with floating-point registers.
 const BASIC: u32 = 0x20;
 const EXTENDED: u32 = 0x68;
 
-/// xPSR: the stack pointer was aligned to a multiple of 8.
+/// Bit of the stacked xPSR: the stack pointer was realigned to a multiple of 8.
 const ALIGNED: u32 = 1 << 9;
 
 impl Cpu {
@@ -27,7 +26,7 @@ impl Cpu {
         }
     }
 
-    /// Takes an exception. The caller must handle a fault while the frame is stored.
+    /// Takes an exception. The caller must handle a fault that occurs while the frame is stored.
     pub fn enter(&mut self, number: u16, bus: &mut Bus) -> Result<(), Stop> {
         self.is_asleep = false;
         bus.scs

@@ -127,7 +127,7 @@ impl Cpu {
             }
             Op::FloatToInt(d, m, signed, to_zero) => {
                 let value = value(&self.s, m);
-                // Out of range, both this cast and the chip saturate, and convert NaN to zero.
+                // Like the chip, the cast saturates values out of range and converts NaN to zero.
                 let value = if to_zero {
                     value
                 } else {

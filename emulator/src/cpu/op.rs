@@ -83,7 +83,7 @@ pub enum Op {
     Mul(Flags, u8, u8, u8),
     /// `d`, `n`, `m`, `a`, `subtract`.
     MulAdd(u8, u8, u8, u8, bool),
-    /// SMULxy and SMLAxy; `a` is [`SINK`](super::operands::SINK) without an addend.
+    /// SMULxy and SMLAxy; `a` is [`SINK`](super::operands::SINK) if there is no addend.
     HalfMul {
         d: u8,
         n: u8,
@@ -102,7 +102,7 @@ pub enum Op {
     },
     /// `d`, `n`, `m`, `signed`.
     Divide(u8, u8, u8, bool),
-    /// SXTB and similar; `n` is [`SINK`](super::operands::SINK) without an addend. Fields: `d`,
+    /// SXTB and similar; `n` is [`SINK`](super::operands::SINK) if there is no addend. Fields: `d`,
     /// `n`, `m`, `rotate`, `width`.
     Extend(u8, u8, u8, u8, Width),
     /// `d`, `n`, `lsb`, `width`.
@@ -157,7 +157,7 @@ pub enum Op {
     FloatPairToCore(u8, u8, u8),
     /// `t`, `t2`, `s`.
     CorePairToFloat(u8, u8, u8),
-    /// VMRS; 15 moves the flags to APSR. Fields: `t`.
+    /// VMRS; if `t` is 15, the flags go to APSR. Fields: `t`.
     FloatStatusToCore(u8),
     /// `t`.
     CoreToFloatStatus(u8),

@@ -42,7 +42,7 @@ pub enum Shift {
     Rrx,
 }
 
-/// Use of the offset for the address, and for the address register.
+/// Addressing mode: plain offset, pre-indexed or post-indexed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Index {
     Offset,

@@ -5,7 +5,7 @@ use super::op::Op;
 /// First address of the main flash (RM0090 and RM0390, memory map).
 pub(crate) const FLASH: u32 = 0x0800_0000;
 
-/// Cache entry that is not decoded yet: no instruction has zero bytes.
+/// Cache entry that is not decoded yet: its size is zero bytes, which no instruction has.
 pub const UNKNOWN: (Op, u8) = (Op::Nop, 0);
 
 pub(crate) struct Cpu {

@@ -11,7 +11,7 @@ use crate::scs::{FIRST_IRQ, Served};
 use crate::stop::Failure;
 use hal_mock::{Ads1258, Fault};
 
-/// A fault of the processor's own ADC.
+/// A fault of the on-chip ADC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OwnAdcFault {
     /// A sample is overwritten before it is fetched.
@@ -22,10 +22,10 @@ pub enum OwnAdcFault {
 
 const DBGMCU_CR: u32 = 4;
 
-/// Bits per second of the PC's end of the serial line.
+/// Baud rate of the PC's end of the serial line.
 const BAUD: u64 = 921_600;
 
-/// Returns a memory's bytes from `address` on, empty if outside.
+/// Returns the bytes of `memory`, which begins at `first`, from `address` on; none if outside.
 fn from(memory: &[u8], address: u32, first: u32) -> &[u8] {
     let at = address.wrapping_sub(first) as usize;
     memory.get(at..).unwrap_or(&[])
@@ -198,7 +198,7 @@ impl Emulator {
         self.bus.attend();
     }
 
-    /// Injects a fault into the processor's own ADC now.
+    /// Injects a fault into the on-chip ADC now.
     pub fn own_adc_fault(&mut self, fault: OwnAdcFault) {
         match fault {
             OwnAdcFault::Overrun => self.bus.own_adc.overrun(),
@@ -207,7 +207,7 @@ impl Emulator {
         self.bus.attend();
     }
 
-    /// Time of the first sample of the processor's own ADC, nanoseconds since power-up.
+    /// Time of the first sample of the on-chip ADC, nanoseconds since power-up.
     pub fn sensors_zero_ns(&self) -> Option<u64> {
         self.bus.scene_zero_ns
     }
@@ -245,7 +245,7 @@ impl Emulator {
         self.bus.dbgmcu.read(DBGMCU_CR)
     }
 
-    /// True if ADCDC1 is set and the flash's prefetch is off, which lowers the noise of the own ADC
+    /// True if ADCDC1 is set and flash prefetch is off, which lowers the noise of the on-chip ADC
     /// (AN4073, option 1).
     pub fn has_quiet_adc(&self) -> bool {
         self.bus.pwr.has_adcdc1() && !self.bus.flash.prefetches()

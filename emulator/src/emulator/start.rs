@@ -8,7 +8,7 @@ pub struct Start {
     /// Options of the simulated ADC. By default it is powered together with the board and does not
     /// answer for 2^18 tCLK.
     pub adc: Options,
-    /// Circuit between the sensors and the pins of the processor's own ADC. The default is the
+    /// Circuit between the sensors and the pins of the on-chip ADC. The default is the
     /// wiring page's amplifiers, with a gain of 20.
     pub amplifier: Amplifier,
     /// True if the crystal does not start.

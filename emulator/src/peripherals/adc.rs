@@ -149,7 +149,7 @@ impl Adc {
         }
     }
 
-    /// Exchanges a byte, given the times of its first and last edge of SCLK.
+    /// Exchanges a byte, given the times of its first and last SCLK edges.
     pub fn exchange(
         &mut self,
         out: u8,

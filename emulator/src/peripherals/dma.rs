@@ -6,7 +6,7 @@
 
 use crate::findings::Rule;
 
-/// Offsets of a stream's registers from its first one.
+/// Offsets of a stream's registers from its CR.
 const CR: u32 = 0x00;
 const NDTR: u32 = 0x04;
 const PAR: u32 = 0x08;
@@ -22,7 +22,7 @@ const CIRC: u32 = 1 << 8;
 const MINC: u32 = 1 << 10;
 const DBM: u32 = 1 << 18;
 const CT: u32 = 1 << 19;
-/// Direction, sizes, increments and channel.
+/// CR bits of the direction, sizes, increments and channel.
 const KIND: u32 = 3 << 6 | 1 << 9 | MINC | 3 << 11 | 3 << 13 | 7 << 25;
 /// Flags of a stream, relative to its first bit in the status register.
 const TEIF: u32 = 1 << 3;
@@ -79,7 +79,7 @@ pub struct Stream {
     source: &'static Source,
     flags: u32,
     cr: u32,
-    /// Number of transfers left, and of transfers per round.
+    /// Transfers left in this round, and transfers per round.
     left: u32,
     count: u32,
     par: u32,
@@ -91,12 +91,12 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Stream 0 of DMA2.
+    /// Creates stream 0 of DMA2, for ADC1.
     pub const fn adc1() -> Self {
         Self::of(&ADC1)
     }
 
-    /// The stream of DMA1 for a USART's receiver.
+    /// Creates the DMA1 stream for a USART's receiver.
     pub const fn receiver(usart: u8) -> Self {
         Self::of(if usart == 2 { &USART2_RX } else { &USART3_RX })
     }
@@ -135,7 +135,7 @@ impl Stream {
         (4 * (number / 4), [0, 6, 16, 22][number as usize % 4])
     }
 
-    /// Converts a register's offset to one from CR; a large number for the controller's own
+    /// Returns a register's offset from the stream's CR; a large number for the controller's own
     /// registers.
     const fn own(&self, offset: u32) -> u32 {
         offset.wrapping_sub(0x10 + 0x18 * self.source.number)
@@ -160,7 +160,7 @@ impl Stream {
         next.filter(|_| self.is_on()).map(u64::from)
     }
 
-    /// Makes a transfer. Returns its address, and true if the count reaches zero with it; `None` if
+    /// Makes a transfer. Returns its address, and true if it was the last of its round; `None` if
     /// the stream is off.
     pub fn transfer(&mut self) -> Option<(u32, bool)> {
         if !self.is_on() || self.left == 0 {

@@ -8,7 +8,7 @@ const BOTH_CHANNELS: u32 = 3;
 /// CCMR1: both channels are inputs, TI1 and TI2; any filter is allowed.
 const INPUTS: u32 = 0x0101;
 
-/// Position in counts at a time in nanoseconds since power-up.
+/// Returns the hand's position (counts) at a time in nanoseconds since power-up.
 pub type Hand = Box<dyn Fn(u64) -> i64>;
 
 pub struct Encoder {

@@ -62,7 +62,7 @@ impl Syscfg {
         (self.exticr[usize::from(line / 4)] >> (4 * (line % 4)) & 15) as u8
     }
 
-    /// True if an ADCxDC2 bit, which lowers the noise of the processor's ADC, is set.
+    /// True if an ADCxDC2 bit, which lowers the noise of the on-chip ADC, is set.
     pub const fn has_adc_dc2(&self) -> bool {
         self.pmc != 0
     }

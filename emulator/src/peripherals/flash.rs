@@ -29,8 +29,8 @@ pub struct Flash {
     pub erased: u64,
     /// Number of words that can still be programmed before power is lost; `None` for no limit.
     pub words_left: Option<u64>,
-    /// If set, power is lost within the next erase, and this computes each remaining byte from its
-    /// offset in the sector and its content.
+    /// If set, power is lost within the next erase, and the function computes each remaining byte
+    /// from its offset in the sector and its old content.
     pub erase_remains: Option<fn(usize, u8) -> u8>,
     /// FLASH_OPTCR: the option bytes.
     optcr: u32,

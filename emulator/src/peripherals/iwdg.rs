@@ -3,7 +3,7 @@
 /// Frequency of the low-speed oscillator, hertz; 17 to 47 kHz from chip to chip (DS8626, LSI
 /// characteristics).
 pub const LSI_HZ: u64 = 32_000;
-/// Maximum cycles of the oscillator until a new prescaler or reload value takes effect.
+/// Maximum number of oscillator cycles until a new prescaler or reload value takes effect.
 const UPDATE_CYCLES: u64 = 5;
 
 #[derive(Default)]

@@ -75,7 +75,7 @@ impl OwnAdc {
         }
     }
 
-    /// Channel at a position of the sequence: six in SQR3, six in SQR2, four in SQR1.
+    /// Channel at a position of the sequence: SQR3 and SQR2 hold six each, SQR1 four.
     pub const fn channel(&self, place: u32) -> u8 {
         let register = self.sqr[2 - (place / 6) as usize];
         (register >> (5 * (place % 6)) & 31) as u8

@@ -26,7 +26,7 @@ impl Default for Pwm {
     }
 }
 
-/// Output of the channel, in clocks of the timer.
+/// Output of the channel, in timer clocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wave {
     pub period: u32,

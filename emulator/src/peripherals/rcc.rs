@@ -96,7 +96,7 @@ impl Rcc {
     }
 
     /// Returns to the state after a reset. CSR's flags accumulate until they are cleared; BDCR is
-    /// in the backup domain.
+    /// in the backup domain, so it is kept.
     pub fn reset(&mut self, cause: ResetCause) {
         *self = Self {
             csr: self.csr & 0xFE00_0003 | cause as u32,
@@ -167,7 +167,7 @@ impl Rcc {
     }
 
     /// Returns the clocks selected by the registers and, if the PLL is the source, the frequencies
-    /// of its input and VCO, hertz. `hsi_hz` is that of the internal oscillator.
+    /// of its input and VCO, hertz. `hsi_hz` is the frequency of the internal oscillator.
     pub fn clocks(&self, wiring: &Wiring, hsi_hz: u64) -> (Clocks, Option<[u64; 2]>) {
         let (m, n) = (
             u64::from(self.pllcfgr & 63).max(1),

@@ -32,7 +32,7 @@ impl Pwr {
         }
     }
 
-    /// ADCDC1, which lowers the noise of the own ADC.
+    /// ADCDC1, which lowers the noise of the on-chip ADC.
     pub const fn has_adcdc1(&self) -> bool {
         self.cr & ADCDC1 != 0
     }

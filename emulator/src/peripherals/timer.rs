@@ -21,8 +21,8 @@ pub struct Timer {
 }
 
 impl Timer {
-    /// Creates a timer with the counter's maximum, which is also ARR after a reset: RM0090 has all
-    /// ones, the register descriptions zero.
+    /// Creates a timer. `top` is the counter's maximum, and ARR after a reset (all ones in RM0090,
+    /// but zero in the register descriptions).
     pub const fn new(top: u32) -> Self {
         let (psc, from) = ([0; 2], (0, 0));
         Self {

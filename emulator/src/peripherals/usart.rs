@@ -133,8 +133,8 @@ impl Usart {
         .min()
     }
 
-    /// Receives bytes until now, or until the DMA (if it is on) fetches one, which is returned.
-    /// `byte_cycles` is the duration of a byte.
+    /// Receives bytes until now, or until the DMA, if it is on, fetches a byte, which is then
+    /// returned. `byte_cycles` is the duration of a byte.
     pub fn receive(&mut self, now: u64, byte_cycles: u64, dma_is_on: bool) -> Option<u8> {
         loop {
             let arrival = self.arriving.front().copied();

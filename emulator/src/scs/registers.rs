@@ -94,7 +94,7 @@ impl Scs {
         Some(())
     }
 
-    /// Sets priorities, of which four bits exist (PM0214).
+    /// Sets priorities; only the upper four bits of each exist (PM0214).
     fn set_priorities(&mut self, at: usize, bytes: u32, value: u32) {
         for (k, byte) in value
             .to_le_bytes()

@@ -21,7 +21,7 @@ pub(crate) struct Masks {
 pub struct Served {
     /// Number of runs.
     pub times: u64,
-    /// Longest wait from pending to its first instruction, cycles.
+    /// Longest wait from the pending interrupt to its first instruction, cycles.
     pub longest_wait_cycles: u64,
     /// Sum of all waits, cycles.
     pub wait_cycles: u64,
@@ -113,8 +113,8 @@ impl Scs {
         };
     }
 
-    /// Charges cycles and instructions since the last call to exception `number`, 0 for the thread.
-    /// `now` are cycles and instructions since power-up.
+    /// Charges exception `number` (0 for the thread) with the cycles and instructions since the
+    /// last call. `now` is the cycles and instructions since power-up.
     pub fn charge(&mut self, number: u16, now: [u64; 2]) {
         let [cycles, instructions] = self.since_charged(now);
         let served = &mut self.served[usize::from(number)];
@@ -175,7 +175,7 @@ impl Scs {
         self.enabled |= 1 << (FIRST_IRQ + irq);
     }
 
-    /// Requests the NMI for the clock security system, which repeats this until its flag is
+    /// Requests the NMI for the clock security system, which repeats the request until its flag is
     /// cleared.
     pub fn request_nmi(&mut self) {
         if self.active & 1 << NMI == 0 {

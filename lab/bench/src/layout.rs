@@ -1,4 +1,4 @@
-//! Rows of the image in order, for both the image and its reader.
+//! Order of the rows of results, shared by the bench image and its reader.
 
 /// Scenes: names, and bits for the parts that differ from the default: 1 baseline, 2 coloured
 /// noise, 4 correlated noise, 8 impulses, 16 varying speed, 32 overtones.

@@ -11,12 +11,12 @@ use ridgetone_proto::telemetry::{Decoder, Event, Span};
 use serde_json::{Value, json};
 use std::error::Error;
 
-/// Window lengths, seconds. Each plan uses those that it allows, and its longest window if that is
-/// shorter than the last.
+/// Window lengths, seconds. Each plan uses those that it allows, and its own maximum if this is
+/// shorter than the last of them.
 const WINDOWS_S: [f64; 5] = [0.032, 0.064, 0.128, 0.4, 1.0];
 /// Frequency of the tone, Hz, within the band of every plan.
 const TONE_HZ: f64 = 100.0;
-/// Measuring time, seconds, for a few windows of each stride.
+/// Measuring time, seconds: enough for a few windows at any stride.
 const WATCHED_S: f64 = 1.5;
 /// Time from the report of the slide to the first window that counts, in addition to the window's
 /// length, seconds: the scan and its strides may start late.

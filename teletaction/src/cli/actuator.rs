@@ -78,7 +78,7 @@ pub struct HandOptions {
 }
 
 impl HandOptions {
-    /// Returns the hand that the options describe, with `default` for missing ones.
+    /// Returns the hand that the options describe, with `default` for missing options.
     pub fn hand(&self, default: Hand) -> Result<Hand> {
         let hand = Hand {
             speed_mm_s: self.speed_mm_s.unwrap_or(default.speed_mm_s),

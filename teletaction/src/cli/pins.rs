@@ -77,9 +77,9 @@ struct DisplayOptions {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Match {
-    /// Normal strain of the paper's thin slices, which give way across (plane stress).
+    /// Normal strain in the paper's thin slices, which expand sideways (plane stress).
     Strain,
-    /// Normal strain of a half space: a wide even touch hardly strains rubber, and needs more force.
+    /// Normal strain in a half space: an even touch hardly strains rubber, so it needs more force.
     HalfSpace,
     /// Normal stress.
     Stress,

@@ -131,7 +131,6 @@ impl BoardEnd {
         }
     }
 
-    /// Returns the simulated stylus, if this is one.
     pub fn simulated(&mut self) -> Option<&mut Simulated> {
         match &mut self.line {
             Line::Simulated(stylus) => Some(stylus),

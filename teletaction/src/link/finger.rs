@@ -14,7 +14,6 @@ pub const REPEAT_S: f64 = 0.25;
 /// that agrees with it.
 const MORE_PRECISE: f64 = 0.7;
 
-/// Origin of the period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PeriodBy {
@@ -33,9 +32,8 @@ pub struct FingerEnd {
     /// Run of the stylus' end that the path's positions belong to.
     hand_run: u32,
     path: HandPath,
-    /// Latest texture reported by the finger.
     reported: Option<Texture>,
-    /// Period from the path of the hand, and the power in that window.
+    /// Period from the hand's path in a window, and the power in the window.
     by_path: Option<(Length, f32)>,
     number: u32,
     sent_s: Option<f64>,
@@ -44,8 +42,9 @@ pub struct FingerEnd {
 }
 
 impl FingerEnd {
-    /// `run` is a number that no earlier run used in its messages. `follows` is true if the finger
-    /// moves as the hand does, so that [`Self::window`] returns periods.
+    /// Creates a finger's end. `run` is a number that no earlier run used in its messages.
+    /// `follows` is true if the finger moves as the hand does, so that [`Self::window`] returns
+    /// periods.
     pub fn new(run: u32, follows: bool) -> Self {
         Self {
             run,

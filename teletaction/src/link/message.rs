@@ -54,7 +54,7 @@ pub struct Receiver {
     run: u32,
     /// Next expected number; `None` before the first message of a run, which may have any number.
     next: Option<u32>,
-    /// Recently received numbers, indexed by their remainder.
+    /// Recently received numbers: number n is at index n modulo [`REMEMBERED`].
     seen: Vec<Option<u32>>,
 }
 
@@ -106,8 +106,8 @@ impl Receiver {
 }
 
 impl Message {
-    /// Checks the numbers, because a 32-bit checksum passes one in four thousand million damaged
-    /// messages.
+    /// Returns true if the values are in range: a 32-bit checksum passes one in four thousand
+    /// million damaged messages.
     fn is_possible(&self) -> bool {
         self.t_s.is_finite()
             && match &self.body {
@@ -166,8 +166,8 @@ mod tests {
             }
         );
         assert!(receiver.take(&good).is_some());
-        // The sender restarts; then a sender takes over that has sent messages to others before.
-        // Neither is a loss.
+        // The sender restarts; then a different sender takes over, which has already sent messages
+        // to others. Neither counts as a loss.
         let lost = receiver.counts.lost;
         for (run, number) in [(8, 0), (9, 15_000)] {
             let message = Message {

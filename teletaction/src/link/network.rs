@@ -37,7 +37,7 @@ impl Network {
         }
     }
 
-    /// Returns a message that has arrived by `t_s`; one with a short delay overtakes others.
+    /// Returns a message that has arrived by `t_s`; messages with a short delay overtake others.
     pub fn arrived(&mut self, t_s: f64) -> Option<Vec<u8>> {
         let (n, _) = (self.under_way.iter().enumerate())
             .filter(|(_, (arrives_s, _))| *arrives_s <= t_s)

@@ -34,15 +34,14 @@ pub struct StylusRequests {
     /// Texture that should be felt now.
     pub texture: Option<Texture>,
     done: Done,
-    /// Texture refused by the board.
     refused: Option<Texture>,
     sent: Option<Sent>,
     number: u16,
 }
 
 impl StylusRequests {
-    /// `first` is the number of the first request. It must differ from the board's last one, whose
-    /// reply the board would repeat.
+    /// `first` is the number of the first request. It must differ from the number of the board's
+    /// last request, whose reply the board would repeat.
     pub fn new(parameters: Parameters, first: u16) -> Self {
         Self {
             parameters,

@@ -89,7 +89,7 @@ pub struct Report {
 }
 
 impl Link {
-    /// `stylus` is the local one, if any.
+    /// Creates a link; `stylus` is the local stylus, if any.
     pub fn new(options: &Options, ends: Ends, stylus: Option<BoardEnd>) -> Result<Self> {
         let [mean_s, sigma_s] = [options.delay_ms, options.jitter_ms].map(|ms| (ms / 1e3) as f32);
         let delay = |seed: u64| Delay::new(mean_s, sigma_s, seed as u32);

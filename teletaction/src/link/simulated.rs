@@ -1,4 +1,4 @@
-//! A simulated stylus: the tasks of its image in this process and in the link's time, under a
+//! A simulated stylus, which runs the image's tasks in this process and in the link's time, under a
 //! simulated hand; and the error of its stimulus against the texture under the finger.
 
 use crate::stimulus::Texture;
@@ -184,8 +184,8 @@ impl Simulated {
         self.send(packets);
         let stimulus = self.tasks.sampler.stimulus();
         if stimulus.period_mm() != self.period_mm {
-            // The phase is continuous, because a hand cannot feel where a texture began. Half a
-            // count is converted with the new period.
+            // The phase is continuous, because a hand cannot feel where a texture began. The
+            // stimulus reports the phase at the count's lower edge, half a count below the anchor.
             self.period_mm = stimulus.period_mm();
             let half = 0.5 * self.count_mm / f64::from(self.period_mm);
             self.anchor = (

@@ -1,4 +1,4 @@
-//! The other end on another computer: one message per UDP datagram.
+//! Connection to the other end on a different computer: one message per UDP datagram.
 
 use anyhow::{Context, Result};
 use std::io::ErrorKind;
@@ -13,8 +13,8 @@ const NOTHING: [ErrorKind; 4] = [
     ErrorKind::Interrupted,
 ];
 
-/// Maximum length of a datagram, bytes. A longer one than the buffer is an error on Windows, and
-/// anybody may send one.
+/// Maximum length of a datagram, bytes. On Windows, a datagram longer than the buffer is an error,
+/// and anybody may send one.
 const LONGEST: usize = 65_536;
 
 pub struct Socket {

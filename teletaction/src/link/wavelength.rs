@@ -34,7 +34,6 @@ struct Point {
     step_mm: f64,
 }
 
-/// A length with its standard deviation, millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Length {
     pub mm: f64,

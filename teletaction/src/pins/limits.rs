@@ -74,7 +74,6 @@ impl Limits {
 pub struct Pins {
     limits: Limits,
     forces_n: Vec<f32>,
-    /// Seconds since the last update.
     since_s: f32,
 }
 
@@ -131,7 +130,8 @@ impl Pins {
     fn is_due(&mut self, dt_s: f32) -> Result<bool, Error> {
         within("dt_s", dt_s, 0.0, 1e3)?;
         self.since_s += dt_s;
-        // Subtract a thousandth, so that time steps that add up to an update's period make one.
+        // Allow a thousandth less, so that time steps that add up to an update period trigger the
+        // update despite rounding.
         let is_due = self.since_s >= 0.999 / self.limits.update_hz;
         if is_due {
             self.since_s = 0.0;

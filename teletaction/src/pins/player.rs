@@ -35,7 +35,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// 4 x 4 pins, 2 mm apart, under 2 mm of rubber.
+    /// Creates a setup of 4 x 4 pins, 2 mm apart, under 2 mm of rubber.
     pub fn new() -> Result<Self, Error> {
         Ok(Self {
             pins: Grid::new(4, 4, 2.0)?,
@@ -122,7 +122,7 @@ pub struct Player {
     display: Pins,
     skin: Skin,
     vref_v: f32,
-    /// Sum and number of each taxel's volts since the last update.
+    /// Sum (volts) and number of each taxel's readings since the last update.
     sums: [(f64, u32); TAXELS],
     updated_s: Option<f64>,
     starts: Starts,

@@ -11,8 +11,8 @@ use ridgetone_host::static_image::{PLACES, SIDE};
 use ridgetone_proto::settings::TAXELS;
 use std::collections::VecDeque;
 
-/// Number of frames for the idle level, and of frames before a reported contact that may already
-/// belong to it: 0.4 s and 0.1 s at 241 frames a second.
+/// Number of frames averaged for the idle level, and of frames before a reported contact that may
+/// already belong to the contact: 0.4 s and 0.1 s at 241 frames a second.
 const LEVEL_FRAMES: usize = 96;
 const LATE_FRAMES: usize = 24;
 
@@ -33,20 +33,19 @@ pub struct Skin {
 }
 
 impl Skin {
-    /// Takes a report of a contact or a release.
     pub fn touched(&mut self, is_touched: bool) {
         self.is_touched = is_touched;
         self.latest.clear();
     }
 
-    /// Takes a frame; returns volts above the idle level, once known.
+    /// Takes a frame; returns volts above the idle level, once the level is known.
     pub fn push(&mut self, frame: &Frame) -> Option<Volts> {
         if !self.is_touched {
             if self.latest.len() == LEVEL_FRAMES + LATE_FRAMES {
                 self.latest.pop_front();
             }
             self.latest.push_back(frame.volts);
-            // Minimum number of frames for a level: as many as may already belong to the contact.
+            // Average at least as many frames as may already belong to a contact.
             if self.latest.len() >= 2 * LATE_FRAMES {
                 let frames = || self.latest.iter().take(self.latest.len() - LATE_FRAMES);
                 self.level = Some(std::array::from_fn(|taxel| {

@@ -45,13 +45,14 @@ impl Delay {
         self.now_s
     }
 
-    /// Normal number: the sum of twelve uniform ones (variance 1/12 each).
+    /// Draws a nearly normal number: the sum of twelve uniform ones (variance 1/12 each), minus its
+    /// mean.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.even()).sum::<f64>() - 6.0
     }
 
-    /// Uniform number from 0 to 1: xorshift64* (Vigna, *An experimental exploration of Marsaglia's
-    /// xorshift generators, scrambled*, 2016).
+    /// Draws a uniform number from 0 to 1 with xorshift64* (Vigna, *An experimental exploration of
+    /// Marsaglia's xorshift generators, scrambled*, 2016).
     fn even(&mut self) -> f64 {
         self.state ^= self.state >> 12;
         self.state ^= self.state << 25;

@@ -79,8 +79,8 @@ impl<const N: usize> Vibration<N> {
     }
 
     /// Sets a tone of 150 to 250 Hz whose amplitude follows the texture: headphones cannot play the
-    /// 5 to 60 Hz of ridges under a slow hand, and skin is most sensitive in this range. `None`
-    /// plays the texture itself.
+    /// 5 to 60 Hz of ridges under a slow hand, and skin is most sensitive to the tone's
+    /// frequencies. `None` plays the texture itself.
     pub fn set_carrier(&mut self, carrier_hz: Option<f32>) -> Result<(), Error> {
         if let Some(frequency_hz) = carrier_hz {
             within("carrier_hz", frequency_hz, 150.0, 250.0)?;
@@ -114,8 +114,8 @@ impl<const N: usize> Vibration<N> {
         self.stimulus.lift();
     }
 
-    /// Returns the next sample, for a time one sample after the last: volts relative to half of the
-    /// actuator's, from -1 to 1.
+    /// Returns the next sample, -1 to 1: the voltage about its bias, relative to half of the
+    /// actuator's maximum. `t_s` is one sample period after the last.
     pub fn next(&mut self, t_s: f64) -> f32 {
         let at_s = t_s - self.wait_s;
         let is_late = self.is_down && self.path.last().is_some_and(|(last_s, _)| at_s > last_s);

@@ -7,7 +7,7 @@ use super::law::AmplitudeLaw;
 use super::texture::{HARMONICS_MAX, Texture};
 use core::f32::consts::FRAC_PI_2;
 
-/// One turn of a 32-bit phase: exact for any position, and wraps by itself.
+/// One cycle in units of a 32-bit phase, which is exact at any position and wraps by itself.
 pub(crate) const TURN: f32 = 4_294_967_296.0;
 
 /// A texture that is checked and converted to phase steps for an encoder: made by
@@ -198,7 +198,7 @@ impl Stimulus {
         self.output_v
     }
 
-    /// Phase of the texture at the middle of the latest count, cycles, 0 to 1.
+    /// Phase of the texture at the lower edge of the latest count, cycles, 0 to 1.
     pub fn phase_cycles(&self) -> f32 {
         self.phase_at(self.counts) as f32 / TURN
     }

@@ -90,7 +90,7 @@ mod tests {
             let settled = (0..1000).map(|_| dac.next(volts)).last();
             assert_eq!(settled, Some(code), "{volts}");
         }
-        // At least one code, however slow.
+        // The step is at least one code, however slow the actuator.
         let mut slow = Dac::new(&Actuator {
             slew_v_s: 1.0,
             ..Actuator::PIEZO

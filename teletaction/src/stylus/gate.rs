@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Minimum movement of the hand, counts: an encoder that rests on an edge jitters by one.
+/// Minimum movement of the hand, counts: an encoder that rests on an edge jitters by one count.
 const MOVED_COUNTS: u32 = 2;
 
 /// State of the stylus, including the reason why it is idle.
@@ -28,7 +28,8 @@ pub struct Gate {
     /// Samples without movement, and without a request, after which the stylus stops.
     still: u32,
     silence: u32,
-    /// Samples left until the stylus stops for either reason.
+    /// Samples left until the stylus stops because the hand is still, and because the line is
+    /// silent.
     still_left: u32,
     silence_left: u32,
     /// Counts at the last movement; `None` before the first sample.
@@ -39,8 +40,8 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// Starts disabled, without a texture. The stylus stops after `still` samples without movement,
-    /// or `silence` samples without a request.
+    /// Creates a gate that is disabled and has no texture. The stylus stops after `still` samples
+    /// without movement, or `silence` samples without a request.
     pub const fn new(still: u32, silence: u32) -> Self {
         Self {
             still,
@@ -69,7 +70,6 @@ impl Gate {
         self.heard();
     }
 
-    /// Takes a sample's counts.
     pub fn step(&mut self, counts: i32) {
         let anchor = *self.anchor.get_or_insert(counts);
         if counts.wrapping_sub(anchor).unsigned_abs() >= MOVED_COUNTS {

@@ -13,7 +13,7 @@ use ridgetone_proto::settings::SettingsError;
 use ridgetone_proto::telemetry::{self, Events, PacketDecoder, WIRE_MAX};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 
-/// Version of the stylus's wire contract; a reader refuses any other.
+/// Version of the stylus's protocol; a reader refuses any other version.
 pub const PROTOCOL: u8 = 3;
 
 /// The byte before every command and event, larger than any variant number of the finger's

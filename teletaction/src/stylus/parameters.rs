@@ -44,7 +44,7 @@ impl Parameters {
         silence_s: 0.5,
     };
 
-    /// Creates a stimulus with these parameters, or names the impossible one.
+    /// Creates a stimulus with these parameters, or names the impossible parameter.
     pub fn stimulus(&self) -> Result<Stimulus, SettingsError> {
         self.check().map_err(refusal)?;
         let encoder = Encoder {

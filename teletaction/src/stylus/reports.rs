@@ -23,7 +23,7 @@ pub struct Reports {
     parameters: Parameters,
     latest: Option<Reply>,
     boot: Boot,
-    /// Sample numbers of the latest position, health and greeting.
+    /// Sample numbers of the latest position report, health message and greeting.
     placed: u32,
     healthy: u32,
     greeted: Option<u32>,

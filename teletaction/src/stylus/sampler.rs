@@ -53,7 +53,7 @@ impl Default for Sampler {
 }
 
 impl Sampler {
-    /// Starts with the default parameters, at rest and without a texture.
+    /// Creates a sampler with the default parameters, at rest and without a texture.
     pub fn new() -> Self {
         let parameters = Parameters::DEFAULT;
         // A test ensures that the defaults are possible.

@@ -32,11 +32,11 @@ pub struct Follower {
     clock: Clock,
 }
 
-/// Period over which the smallest packet delay counts, seconds: crystals drift apart by less than 1
-/// ms in this time.
+/// Length of the blocks in which the smallest packet delay is sought, seconds: crystals drift apart
+/// by less than 1 ms in this time.
 const BLOCK_S: f64 = 10.0;
 
-/// The board's clock against this computer's, from the packets with the smallest delay.
+/// Compares the board's clock with this computer's, by the packets with the smallest delay.
 struct Clock {
     starts: Starts,
     begun: Instant,
@@ -56,7 +56,7 @@ impl Clock {
         }
     }
 
-    /// Takes an event that arrives now. Returns the time since its device time.
+    /// Returns the age of an event that arrives now: the time since its device time.
     fn age(&mut self, event: &Event) -> Duration {
         if self.starts.take(event) {
             self.offsets_s = [f64::INFINITY; 2];
@@ -100,7 +100,6 @@ impl Follower {
         }
     }
 
-    /// Returns the feed, for its counts.
     pub fn into_feed(self) -> Feed {
         self.listener.feed
     }

@@ -96,13 +96,13 @@ fn measure(browser: &mut Browser) -> Measured {
     }
 }
 
-/// Measures until undisturbed. If other programs delayed the browser by more than the wait, or its
-/// sound, their effect would be measured.
+/// Repeats the measurement until other programs disturb neither the pointer's positions nor the
+/// sound.
 pub fn measure_undisturbed(browser: &mut Browser, wait_s: f64) -> Measured {
     for _ in 0..10 {
         let measured = measure(browser);
-        // The first wait suits a pointer at 60 Hz. Its figures may include rare late positions,
-        // because no requirement applies to them.
+        // The first wait suits a pointer at 60 Hz. Rare late positions are allowed with this wait,
+        // because no requirement applies to its figures.
         let is_known = wait_s < 0.05 || measured.unknown_s < 0.8 * wait_s;
         // The sound has up to 79 cycles a second, so a latency in the middle of such a drift is off
         // by 0.02 cycles at either end.

@@ -10,12 +10,12 @@ const LIFCR: u32 = 0x4002_6008;
 const HALF: u32 = 1 << 10;
 const COMPLETE: u32 = 1 << 11;
 pub(super) const BUFFER: u32 = 0x2000_0100;
-/// Channel 4, bytes to memory, increment, circular, both interrupts, EN.
+/// CR bits: channel 4, bytes to memory, increment, circular, both interrupts, EN.
 pub(super) const ON: u32 = 4 << 25 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 3 | 1;
 const SR: u32 = USART3;
 const DR: u32 = USART3 + 0x04;
 const IDLE: u32 = 1 << 4;
-/// Processor cycles of a byte, ten bits of 46 cycles of APB1.
+/// Duration of a byte, processor cycles: ten bits of 46 APB1 cycles.
 const BYTE: u64 = 1840;
 
 /// Creates a line whose DMA stream is set up for a circular buffer of 16 bytes, but off.
@@ -37,7 +37,7 @@ pub(super) fn receiving() -> Bench {
     bench
 }
 
-/// Schedules bytes to end at these cycles from now.
+/// Schedules bytes that end these numbers of cycles from now.
 pub(super) fn arrive(bench: &mut Bench, ends: impl IntoIterator<Item = u64>) {
     let now = bench.0.time.cycles;
     for (byte, end) in (b'a'..).zip(ends) {
@@ -69,13 +69,13 @@ fn bytes_come_into_memory_while_the_processor_stands_still() {
     bench.keeps_all();
 }
 
-/// Tests that the idle flag is set once, one byte after the last one ended, and later if a byte has
-/// begun.
+/// Tests that the idle flag is set once, a byte's duration after the last byte ended, or later if a
+/// further byte has begun by then.
 #[test]
 fn the_line_becomes_idle_after_the_last_byte() {
     let mut bench = receiving();
-    // The second byte begins before the line is idle, the third after, the fourth as the third
-    // ends.
+    // The second byte begins before the line is idle, the third after that, and the fourth as the
+    // third ends.
     arrive(
         &mut bench,
         [BYTE, 2 * BYTE + 1000, 4 * BYTE + 2000, 5 * BYTE + 2000],

@@ -19,10 +19,10 @@ pub(super) const M0AR: u32 = 0x4002_641C;
 pub(super) const BUFFER: u32 = 0x2000_0100;
 
 const ADON: u32 = 1;
-/// DDS, DMA, CONT, ADON; with SWSTART.
+/// CR2 bits: DDS, DMA, CONT, ADON; `START` adds SWSTART.
 pub(super) const ON: u32 = 1 << 9 | 1 << 8 | 1 << 1 | ADON;
 pub(super) const START: u32 = ON | 1 << 30;
-/// Half words to memory, increment, circular, both interrupts.
+/// CR bits: half words to memory, increment, circular, both interrupts.
 pub(super) const TO_MEMORY: u32 = 1 << 13 | 1 << 11 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 3;
 pub(super) const EN: u32 = 1;
 pub(super) const FLAGS: u32 = 0x3D;
@@ -74,7 +74,7 @@ pub(super) fn converting() -> Bench {
 #[test]
 fn samples_come_into_memory_at_their_times() {
     let mut bench = converting();
-    // 68 periods of 21 MHz each, 3.24 us: four conversions after 12.95 us, eight after 25.9 us.
+    // A conversion takes 68 periods of 21 MHz, 3.24 us: four take 12.95 us, eight 25.9 us.
     assert_eq!(bench.wait_us(12).get(LISR) & FLAGS, 0);
     assert_eq!(bench.wait_us(1).get(LISR) & FLAGS, HALF);
     assert_eq!(bench.wait_us(13).get(LISR) & FLAGS, HALF | COMPLETE);

@@ -35,7 +35,7 @@ fn an_adc_without_another_clock_follows_the_boards() {
     bench.set(TIM10, 1);
     assert_eq!(bench.0.adc.clock_hz(), 15_272_727);
     assert!(bench.0.drdy_falls.is_some());
-    // The pin has a different alternate function, or none.
+    // Without the timer's alternate function on the pin, no clock is output.
     for moder in [0b10, 0] {
         let mut off = clock(1, 11, 5);
         off.set(GPIOB + AFRH, 0x774)

@@ -441,15 +441,15 @@ fn stream(table: &mut Table) {
         assert_eq!(bench.get(STREAM) & EN, 0);
         bench.set(NDTR, 8).set(STREAM, TO_MEMORY | EN);
     });
-    // To the peripheral; bytes; words; no increment; a different channel.
+    // Wrong: to the peripheral; bytes; words; no increment; a channel other than 0.
     for wrong in [1 << 6, 1 << 11, 1 << 12, 1 << 10, 1 << 25] {
         let what = "another direction, size or channel";
         table.breaks(DmaSetting, what, own_adc::bench(), |bench| {
             bench.set(STREAM, (TO_MEMORY | EN) ^ wrong);
         });
     }
-    // A different register; CCM; an odd address; half a buffer that is not a whole number of scans;
-    // no transfers.
+    // Wrong: source register; CCM; an odd address; half a buffer that is not a whole number of
+    // scans; no transfers.
     for (register, value) in [
         (PAR, SR),
         (M0AR, 0x1000_0000),

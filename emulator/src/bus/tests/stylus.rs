@@ -84,7 +84,7 @@ fn the_timer_triggers_the_converter() {
     let triggered = &bench.0.dac.outputs[2..];
     let codes: Vec<_> = triggered.iter().map(|output| output.code).collect();
     assert_eq!(codes, [Some(0x7FF), Some(0x800)]);
-    // Outputs follow their triggers by three cycles of 42 MHz, exactly one period apart.
+    // Outputs change three cycles of 42 MHz after their triggers, and exactly one period apart.
     let at_ns = triggered[0].at_ns - begun_ns;
     assert!((100_000..100_100).contains(&at_ns), "{at_ns}");
     assert!((triggered[1].at_ns - triggered[0].at_ns).abs_diff(100_000) <= 1);

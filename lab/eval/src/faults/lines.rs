@@ -14,10 +14,10 @@ use ridgetone_proto::store::RECORD_BYTES;
 const TELEMETRY_FRAMES: u64 = 100;
 const RANDOM_BYTES: u64 = 1000;
 const REQUESTS: u64 = 10;
-/// Numbers of random bytes and of requests per board.
+/// Numbers of random bytes and requests per board.
 const BYTES_A_BOARD: u64 = 1_000_000;
 const REQUESTS_A_BOARD: u64 = 10_000;
-/// Injections into the chip for each sweep over all power cuts, which has about 1,300.
+/// Number of injections into the chip per sweep over all power cuts; a sweep has about 1,300 cuts.
 const INJECTIONS_A_CUT: u64 = 2500;
 /// Records of settings per sector of the STM32F405.
 const RECORDS: u64 = 128 * 1024 / RECORD_BYTES as u64;
@@ -131,7 +131,8 @@ fn of_requests(title: Title<'_>, boards: &[Heard]) -> Row {
         altered,
         ..Counts::default()
     };
-    // If a board became deaf, it is unknown which frame caused it.
+    // If a board stopped answering, it is unknown which frame caused it, so recoveries are not
+    // counted.
     Row::without_touch(
         title,
         frames,

@@ -11,8 +11,8 @@ use ridgetone_proto::settings::{Settings, TRACK_STRIDE_S};
 
 /// Minimum scene time of the first injection, seconds: the chip runs, and the idle level is known.
 const FIRST_S: f64 = 0.35;
-/// Minimum time from the last injection to the end of injections, seconds, so that its episode ends
-/// and is reported.
+/// Minimum time from the end of the last fault to the end of the injection period, seconds, so that
+/// the fault's episode ends and is reported.
 const LAST_S: f64 = 0.5;
 /// Time after a fault's end within which the chip must be set up again, seconds. Each run lasts
 /// this long after its last fault.

@@ -50,7 +50,7 @@ impl Place {
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Delays {
     pub count: usize,
-    /// NaN if times are not measured, like `longest_s`.
+    /// Median delay, seconds; NaN, like `longest_s`, if times are not measured.
     pub median_s: f64,
     pub longest_s: f64,
 }

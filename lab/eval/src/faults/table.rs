@@ -95,7 +95,7 @@ fn numbers(campaign: &Campaign) -> Table {
     table
 }
 
-/// Returns the table with a row for each fault, in the places to show.
+/// Returns the table with a row for each fault in the places that `is_shown` accepts.
 pub fn table(campaign: &Campaign, is_shown: impl Fn(Place) -> bool) -> Table {
     let mut table = Table::new(
         "fault|on|injected|reported|unseen|reported after, median, ms|longest, ms|\
@@ -132,7 +132,7 @@ fn cells(row: &Row) -> Vec<Value> {
         counts.silent.into(),
         if row.loss_is_known { "yes" } else { "at most" }.into(),
         counts.excess.into(),
-        // It is unknown which of two reads the image took.
+        // Empty for the image, because it is unknown which of two reads the image took.
         if row.place == Place::Emulator {
             Value::Null
         } else {

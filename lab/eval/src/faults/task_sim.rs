@@ -21,7 +21,7 @@ fn writable(registers: &[u8]) -> &[u8] {
 #[derive(Clone, Debug, Default)]
 pub struct Ran {
     pub packets: Vec<Packet>,
-    /// Numbers of lost and of damaged packets.
+    /// Numbers of lost and damaged packets.
     pub line: (u32, u32),
     pub chip: Counters,
     /// Times when each injection took effect, nanoseconds of the simulated board.
