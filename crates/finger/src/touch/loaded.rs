@@ -128,7 +128,7 @@ fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Val
 
 /// Judges the change from `level` in the frames from `first` to `last`.
 pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: bool) -> Judged {
-    let (weights, taxels) = (frames.weights, frames.taxels.count);
+    let (weights, taxels) = (frames.motion.weights(), frames.motion.taxels.count);
     let all = last.wrapping_sub(first);
     let (from, until) = if all < 2 * LATE_FRAMES.0 {
         (all / 2, all)
