@@ -2,7 +2,7 @@
 
 use crate::converter::{Sample, Tag};
 use crate::ring::Ring;
-use crate::scan::{OWN, Scan};
+use crate::scan::{OWN, Scan, taxels};
 use ads1258::reading;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
@@ -114,12 +114,7 @@ impl Frame {
             (0..TAXELS).for_each(|c| values[c] = value(c));
             return;
         }
-        let mut rest = self.good;
-        while rest != 0 {
-            let c = rest.trailing_zeros() as usize % TAXELS;
-            values[c] = value(c);
-            rest &= rest - 1;
-        }
+        taxels(self.good).for_each(|c| values[c] = value(c));
     }
 }
 

@@ -239,7 +239,7 @@ impl ContactDetector {
 
     /// Processes a block. True if the finger was still, so that the noise can be learned from it.
     fn step(&mut self, block: Block, now: &mut Now) -> bool {
-        let (mean, number) = (self.motion.past().back(0), now.number);
+        let (mean, number) = (self.motion.past.back(0), now.number);
         match self.phase {
             Phase::Learning(blocks) => {
                 self.follow_idle(self.off_idle(mean));
@@ -308,9 +308,9 @@ impl ContactDetector {
         if knows_air && self.motion.still.is_multiple_of(LOAD_BLOCKS) {
             self.load = self.off(&self.held.level);
         }
-        let off = self.off(self.motion.past().back(0));
+        let off = self.off(self.motion.past.back(0));
         let back = BACK_AT_IDLE * self.load;
-        let was_back = |blocks| self.off(self.motion.past().back(blocks)) < back;
+        let was_back = |blocks| self.off(self.motion.past.back(blocks)) < back;
         // A change along the load alone is slow, so the oldest block counts too.
         let is_over = off < back && was_back(STILL_BLOCKS as usize - 1);
         let is_in_air = knows_air && !block.now && off < back && was_back(1);
@@ -347,7 +347,12 @@ impl ContactDetector {
             moving = moving.anew(number.wrapping_add(1));
             self.contact = number;
         }
-        self.sign_of_motion(&mut moving, block, off, now.report);
+        let sign = self.sign(moving.sign, block, off);
+        if sign != moving.sign && sign == Sign::Reported {
+            let since = self.condition.latest().wrapping_sub(BLOCK_FRAMES - 1);
+            (now.report)(Change::Moving(since));
+        }
+        moving.sign = sign;
         moving = moving.with(block);
         if self.finds_slides() && moving.is_slide() && !has_fallen {
             self.end_hold(now.report);
@@ -361,31 +366,24 @@ impl ContactDetector {
         false
     }
 
-    /// Reports the first block that shows a motion across the direction of the load, unless its
-    /// mean, which is `off` from idle, shows a finger that leaves. Channels are sampled one after
-    /// the other, so that in the first frame of a lift only some have lost their load: if the load
-    /// has fallen, the next block decides.
-    fn sign_of_motion(
-        &self,
-        moving: &mut Moving,
-        block: Block,
-        off: f32,
-        report: &mut dyn FnMut(Change),
-    ) {
-        if !block.across || moving.sign == Sign::Reported || !self.finds_slides() {
-            return;
+    /// Sign of a motion with one more block, whose mean is `off` from idle: the first block that
+    /// shows a motion across the direction of the load, unless its mean shows a finger that leaves.
+    /// Channels are sampled one after the other, so that in the first frame of a lift only some have
+    /// lost their load: if the load has fallen, the next block decides.
+    fn sign(&self, sign: Sign, block: Block, off: f32) -> Sign {
+        if !block.across || sign == Sign::Reported || !self.finds_slides() {
+            return sign;
         }
-        if self.air.is_known() {
-            let fall = self.motion.along(self.motion.latest(), &self.held.level);
-            let may_lift = fall > LIFTS && moving.sign == Sign::None;
-            if may_lift || off < IS_LOAD * self.load {
-                moving.sign = Sign::Unsure;
-                return;
-            }
+        let motion = &self.motion;
+        let may_lift = || {
+            let fall = motion.along(motion.latest(), &self.held.level);
+            fall > LIFTS && sign == Sign::None || off < IS_LOAD * self.load
+        };
+        if self.air.is_known() && may_lift() {
+            Sign::Unsure
+        } else {
+            Sign::Reported
         }
-        moving.sign = Sign::Reported;
-        let since = self.condition.latest().wrapping_sub(BLOCK_FRAMES - 1);
-        report(Change::Moving(since));
     }
 
     /// Begins the slide that a motion has become.
@@ -412,7 +410,7 @@ impl ContactDetector {
         if !blocks.is_multiple_of(LOAD_BLOCKS) {
             return is_still;
         }
-        let recent = motion.past().recent_mean();
+        let recent = motion.past.recent_mean();
         let off = self.off(&recent);
         if self.air.is_known() && off > IS_LOAD * self.load {
             self.aim(&recent);
@@ -423,7 +421,7 @@ impl ContactDetector {
     /// Ends a phase with the latest block: the present level decides what the phase was and what
     /// comes next.
     fn end_phase(&mut self, now: &mut Now) {
-        let level = self.motion.past().mean_of_four(0);
+        let level = self.motion.past.mean_of_four(0);
         let off = self.off(&level);
         let is_at_idle = off < BACK_AT_IDLE * self.load;
         let before = self.still_level.replace(level);
@@ -471,7 +469,7 @@ impl ContactDetector {
                 Some(before) if knows_air && !is_at_idle => {
                     // The level just after the fall: the skin has crept on since.
                     let since = self.motion.still_quick.saturating_sub(STILL_BLOCKS) as usize;
-                    let fallen = self.motion.past().mean_of_four(since.min(FURTHEST));
+                    let fallen = self.motion.past.mean_of_four(since.min(FURTHEST));
                     self.frames(now.ring).fall(before, &fallen, now.number)
                 }
                 _ => self.frames(now.ring).arrival(&level, now.number),
@@ -609,7 +607,7 @@ impl ContactDetector {
     /// shaken all the time a longer mean decides.
     fn is_back_from_spike(&self, off: f32) -> bool {
         let motion = &self.motion;
-        let of_recent = self.off(&motion.past().recent_mean());
+        let of_recent = self.off(&motion.past.recent_mean());
         let is_still = motion.still_quick >= SPIKE_STILL_BLOCKS;
         let off = if is_still || off < of_recent {
             off
@@ -632,7 +630,7 @@ impl ContactDetector {
         );
         let is_still = self.motion.still >= SPIKE_STILL_BLOCKS && passed > SPIKE_FRAMES;
         // A slide passes the level before it, but does not stay there; a tap is short.
-        let off = |back| self.off(self.motion.past().back(back));
+        let off = |back| self.off(self.motion.past.back(back));
         let off = greater(off(0), off(STILL_BLOCKS as usize - 1));
         if passed < 2 * SPIKE_FRAMES && self.is_back_from_spike(off) {
             return true;
@@ -668,7 +666,7 @@ impl ContactDetector {
         let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else {
             return false;
         };
-        let (motion, past) = (&self.motion, self.motion.past());
+        let (motion, past) = (&self.motion, &self.motion.past);
         let fall = FALLEN * motion.in_noise(self.first_load);
         let is_down = |level| self.has_left(level) || motion.along(level, before) > fall;
         // A change along the load alone is slow, so the oldest block counts too.
@@ -678,7 +676,7 @@ impl ContactDetector {
     /// Notes the level before a motion that the latest block shows.
     fn note_still_level(&mut self) {
         // Right after another motion the level at which that motion ended is kept.
-        let past = self.motion.past();
+        let past = &self.motion.past;
         if past.count > HELD_BACK {
             let skip = past.count.saturating_sub(4).clamp(HELD_BACK, STILL_BACK);
             self.still_level = Some(past.mean_of_four(skip));

@@ -94,7 +94,7 @@ impl Idle {
         let fraction = 1.0 / (blocks * (blocks + 1.0));
         let to_level = (4.0 * blocks - 2.0) * fraction;
         let to_slope = if blocks > 1.0 { 6.0 * fraction } else { 0.0 };
-        let (mean, weights) = (motion.past().back(0), motion.weights());
+        let (mean, weights) = (motion.past.back(0), motion.weights());
         let mut square = 0.0;
         for c in 0..TAXELS {
             let rise = if is_known { 0.0 } else { self.slope[c] };

@@ -145,12 +145,13 @@ pub struct Motion {
     /// Number of taxels.
     pub taxels: Taxels,
     noise: Noise,
-    past: Past,
+    /// Means of the latest blocks.
+    pub past: Past,
     /// Direction that is ignored, codes; and true if there is one.
     load: Values,
     has_load: bool,
     /// `load` times the weights: the product with a difference is its length along the load.
-    pull: Values,
+    pub pull: Values,
     /// The greatest long comparison since the last restart.
     greatest_bend: f32,
     /// Still blocks until the noise is learned again.
@@ -295,14 +296,9 @@ impl Motion {
         // In units of the noise: a mean of four frames has a quarter of the variance of one, a
         // first difference of such means twice that, a second difference six times.
         let frames = BLOCK_FRAMES as f32;
-        let (of_change, of_bend) = (
-            if known >= 1 { frames / 2.0 } else { 0.0 },
-            if known >= 2 * SHORT {
-                frames / 6.0
-            } else {
-                0.0
-            },
-        );
+        let of_change = if known >= 1 { frames / 2.0 } else { 0.0 };
+        let is_bend = known >= 2 * SHORT;
+        let of_bend = if is_bend { frames / 6.0 } else { 0.0 };
         self.within.value = within;
         self.beside.value = change.square() * of_change;
         self.short.value = bend.square() * of_bend;
@@ -322,13 +318,12 @@ impl Motion {
         let creep = CREEP_FRACTION * self.greatest_bend;
         // Wandering noise is twice as large in means of eight blocks as in means of four.
         let wander = OVER_TYPICAL * (2.0 * self.long.typical - self.taxels.count);
-        let Self {
-            within,
-            beside,
-            short,
-            swing,
-            ..
-        } = self;
+        let [within, beside, short, swing] = [
+            &mut self.within,
+            &mut self.beside,
+            &mut self.short,
+            &mut self.swing,
+        ];
         let both = within.capped() + BESIDE * beside.capped();
         let typical = within.typical + BESIDE * beside.typical;
         let faint = within.is_faint(within.capped(), within.typical)
@@ -368,16 +363,22 @@ impl Motion {
         block
     }
 
+    /// Length of a difference.
+    #[inline(always)]
+    fn apart(&self, off: impl Fn(usize) -> f32) -> Apart {
+        let mut apart = Apart::NONE;
+        for c in 0..TAXELS {
+            apart.add(off(c), self.noise.weights[c], self.pull[c]);
+        }
+        apart
+    }
+
     /// Squared changes from frame to frame in the block under way, without what the load explains.
     fn steps_across(&self) -> f32 {
         let mut before = self.before.as_ref().unwrap_or(&self.frames[0]);
         let mut sum = 0.0;
         for frame in &self.frames {
-            let mut step = Apart::NONE;
-            for c in 0..TAXELS {
-                step.add(frame[c] - before[c], self.noise.weights[c], self.pull[c]);
-            }
-            sum += across(step, 0.0);
+            sum += across(self.apart(|c| frame[c] - before[c]), 0.0);
             before = frame;
         }
         sum
@@ -385,28 +386,19 @@ impl Motion {
 
     /// Squared deviation from a straight line of the mean of the latest four blocks, and two before
     /// it at a distance of [`LONG`].
-    #[inline]
     fn long_bend(&self) -> f32 {
         const FAR: usize = LONG / 2;
         let [a, b, c, d, e, f] =
             [0, 1, FAR, FAR + 1, 2 * FAR, 2 * FAR + 1].map(|back| self.past.pair(back));
-        let mut bend = Apart::NONE;
-        for taxel in 0..TAXELS {
-            let off = a[taxel] + b[taxel] + e[taxel] + f[taxel] - 2.0 * (c[taxel] + d[taxel]);
-            bend.add(off, self.noise.weights[taxel], self.pull[taxel]);
-        }
-        bend.square() * (1.0 / 16.0)
+        let off = |k: usize| a[k] + b[k] + e[k] + f[k] - 2.0 * (c[k] + d[k]);
+        self.apart(off).square() * (1.0 / 16.0)
     }
 
     /// Squared deviation of means of eight blocks from a straight line: the latest one, and two
     /// before it at a distance of two.
     fn longest_bend(&self) -> f32 {
         let [near, middle, far] = [0, 2, 4].map(|back| self.past.eight(back));
-        let mut bend = Apart::NONE;
-        for taxel in 0..TAXELS {
-            let off = near[taxel] + far[taxel] - 2.0 * middle[taxel];
-            bend.add(off, self.noise.weights[taxel], self.pull[taxel]);
-        }
+        let bend = self.apart(|c| near[c] + far[c] - 2.0 * middle[c]);
         bend.square() * (1.0 / 64.0)
     }
 
@@ -444,12 +436,18 @@ impl Motion {
     }
 
     fn each(&mut self, change: fn(&mut Comparison)) {
-        change(&mut self.within);
-        change(&mut self.beside);
-        change(&mut self.short);
-        change(&mut self.long);
-        change(&mut self.longest);
-        change(&mut self.swing);
+        let Self {
+            within,
+            beside,
+            short,
+            long,
+            longest,
+            swing,
+            ..
+        } = self;
+        [within, beside, short, long, longest, swing]
+            .into_iter()
+            .for_each(change);
     }
 
     /// Learns the typical values anew, and soon the noise: a drift by `slope` in each block was
@@ -492,11 +490,6 @@ impl Motion {
         &self.frames[BLOCK_FRAMES as usize - 1]
     }
 
-    /// Means of the latest blocks.
-    pub const fn past(&self) -> &Past {
-        &self.past
-    }
-
     /// Squared distance of two levels, in units of one frame's noise.
     pub fn distance(&self, a: &Values, b: &Values) -> f32 {
         distance(&self.noise.weights, a, b)
@@ -520,11 +513,6 @@ impl Motion {
             1.0,
             greater(self.beside.typical, self.long.typical) / self.taxels.count,
         )
-    }
-
-    /// Factor from a product with a difference to its length along the ignored direction.
-    pub const fn pull(&self) -> &Values {
-        &self.pull
     }
 
     /// One over the variance of each taxel's frames.

@@ -142,7 +142,7 @@ impl Frames<'_> {
         let Search {
             last, for_start, ..
         } = search;
-        let (weights, pull) = (self.motion.weights(), self.motion.pull());
+        let (weights, pull) = (self.motion.weights(), &self.motion.pull);
         let of = |limit| self.motion.taxels.limit(limit);
         let [mut single, mut sharp] = [Extremes::at(last, of(PAST)); 2];
         let past_of_means = if for_start { 0.5 } else { 1.0 };
@@ -247,7 +247,7 @@ impl Frames<'_> {
     /// The first of the frames up to `last` that have gone most of the way from one level to
     /// another along the load. The creep of a skin after the load is less.
     pub fn fall(&self, from: &Values, to: &Values, last: u32) -> u32 {
-        let (pull, mut buffer) = (self.motion.pull(), [0.0; TAXELS]);
+        let (pull, mut buffer) = (&self.motion.pull, [0.0; TAXELS]);
         let max = FALL_FRACTION * along(pull, from, to);
         for frame in (0..=SEARCH_FRAMES).map(|back| last.wrapping_sub(back)) {
             let values = self.values(frame, &mut buffer);
