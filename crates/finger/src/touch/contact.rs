@@ -18,9 +18,9 @@ use crate::touch::onset::Frames;
 use crate::touch::past::FURTHEST;
 use crate::touch::slide::{Moved, Moving, Phase, Sign, Sliding, planned, slide_end};
 use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
-use crate::touch::values::{difference, greater, length};
+use crate::touch::values::{difference, greater, length, lesser};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{Slide, SlideRule};
+use ridgetone_proto::settings::{Slide, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
 
@@ -224,7 +224,7 @@ impl ContactDetector {
         if is_always != matches!(self.phase, Phase::Always(_)) {
             self.finish(number, report);
             if is_always {
-                self.motion.ignore(None);
+                self.motion.ignore([0.0; TAXELS]);
                 self.planned = None;
                 (self.air, self.was_in_air) = (Air::Known(None), false);
                 self.phase = Phase::Always(Sliding::new(number, false));
@@ -240,6 +240,7 @@ impl ContactDetector {
     /// Processes a block. True if the finger was still, so that the noise can be learned from it.
     fn step(&mut self, block: Block, now: &mut Now) -> bool {
         let (mean, number) = (self.motion.past.back(0), now.number);
+        let is_averaged = self.condition.is_averaged();
         match self.phase {
             Phase::Learning(blocks) => {
                 self.follow_idle(self.off_idle(mean));
@@ -273,7 +274,7 @@ impl ContactDetector {
                 self.enter(Phase::Idle);
             }
             Phase::Spike(since) => {
-                self.follow_motion(block, number);
+                self.moved.follow(block, number, is_averaged);
                 let is_due = number.wrapping_sub(since) >= SPIKE_FRAMES
                     || self.motion.still_quick >= SPIKE_STILL_BLOCKS;
                 // With the protocol every touch begins with a contact.
@@ -285,7 +286,7 @@ impl ContactDetector {
             Phase::Hold | Phase::Moving(_) => return self.hold(block, now),
             Phase::Slide(slide) if self.planned.is_none() => {
                 let blocks = slide.blocks.wrapping_add(1);
-                self.follow_motion(block, number);
+                self.moved.follow(block, number, is_averaged);
                 self.phase = Phase::Slide(Sliding { blocks, ..slide });
                 if self.is_over(slide.is_slow, blocks) {
                     self.end_phase(now);
@@ -294,11 +295,6 @@ impl ContactDetector {
             Phase::Slide(_) | Phase::Starting(_) | Phase::Always(_) => {}
         }
         false
-    }
-
-    fn follow_motion(&mut self, block: Block, number: u32) {
-        let is_averaged = self.condition.is_averaged();
-        self.moved.follow(block, number, is_averaged);
     }
 
     /// Processes a block of a hold or of a motion in it. True if nothing moves in a hold.
@@ -393,11 +389,8 @@ impl ContactDetector {
             || contact.wrapping_add(HIDDEN_FRAMES),
             |level| self.frames(ring).departure(level, moving.since, contact),
         );
-        let start = if reached(left, contact) {
-            left
-        } else {
-            contact
-        };
+        let is_later = reached(left, contact);
+        let start = if is_later { left } else { contact };
         self.begin_slide(Sliding::new(start, moving.is_slow()), report);
     }
 
@@ -480,7 +473,7 @@ impl ContactDetector {
             self.air = Air::Known(knows_air.then_some(self.idle.level));
             self.idle.restart(level, &self.condition);
             self.planned = None;
-            self.motion.ignore(None);
+            self.motion.ignore([0.0; TAXELS]);
             self.enter(Phase::Idle);
             return;
         }
@@ -502,8 +495,7 @@ impl ContactDetector {
 
     /// Ignores changes along the line from idle to this level.
     fn aim(&mut self, level: &Values) {
-        let load = difference(level, &self.idle.level);
-        self.motion.ignore(Some(load));
+        self.motion.ignore(difference(level, &self.idle.level));
     }
 
     /// Makes the idle level follow the latest block, which is `off` from that level.
@@ -609,10 +601,10 @@ impl ContactDetector {
         let motion = &self.motion;
         let of_recent = self.off(&motion.past.recent_mean());
         let is_still = motion.still_quick >= SPIKE_STILL_BLOCKS;
-        let off = if is_still || off < of_recent {
+        let off = if is_still {
             off
         } else {
-            of_recent
+            lesser(off, of_recent)
         };
         let at_idle = self.idle.touched(motion.taxels) * (1.0 / BLOCK_FRAMES as f32);
         off < greater(

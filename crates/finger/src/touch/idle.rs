@@ -4,7 +4,7 @@ use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::chi_square::{Limit, Taxels, limit};
 use crate::touch::condition::Condition;
 use crate::touch::motion::Motion;
-use crate::touch::values::{add_times, greater};
+use crate::touch::values::{add_times, greater, lesser};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -77,12 +77,7 @@ impl Idle {
     pub fn follow(&mut self, off: f32, motion: &mut Motion, condition: &mut Condition) {
         let (taxels, is_known) = (motion.taxels, condition.drifts());
         if self.blocks >= 4.0 {
-            let blocks = if self.blocks < 32.0 {
-                self.blocks
-            } else {
-                32.0
-            };
-            self.typical += (off - self.typical) * (1.0 / blocks);
+            self.typical += (off - self.typical) * (1.0 / lesser(self.blocks, 32.0));
         }
         let (min, max) = BLOCKS;
         if off > taxels.limit(BENT) && self.blocks > min {

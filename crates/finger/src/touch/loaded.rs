@@ -127,7 +127,8 @@ fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Val
 pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: bool) -> Judged {
     let (weights, taxels) = (frames.motion.weights(), frames.motion.taxels.count);
     let all = last.wrapping_sub(first);
-    let (from, until) = if all < 2 * LATE_FRAMES.0 {
+    let is_short = all < 2 * LATE_FRAMES.0;
+    let (from, until) = if is_short {
         (all / 2, all)
     } else {
         LATE_FRAMES

@@ -9,7 +9,7 @@ pub use crate::touch::block::{BLOCK_FRAMES, Block};
 use crate::touch::chi_square::{Apart, Limit, Taxels, along, distance, limit, root};
 use crate::touch::noise::{KNOWN_BLOCKS, NOISE_BLOCKS, Noise};
 use crate::touch::past::{EIGHTS, Past};
-use crate::touch::values::{greater, length};
+use crate::touch::values::{greater, length, lesser};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
@@ -108,12 +108,7 @@ impl Comparison {
 
     /// Value for an average, limited to that of a motion in a single block.
     fn capped(&self) -> f32 {
-        let limit = self.limit();
-        if self.value > limit {
-            limit
-        } else {
-            self.value
-        }
+        lesser(self.value, self.limit())
     }
 
     /// Takes a block's value into the average. True if the average is motion.
@@ -129,11 +124,9 @@ impl Comparison {
     /// Learns from a still block, unless there was nothing to compare.
     fn learn(&mut self) {
         if self.value > 0.0 {
-            self.learned += if self.learned < NOISE_BLOCKS {
-                1.0
-            } else {
-                0.0
-            };
+            if self.learned < NOISE_BLOCKS {
+                self.learned += 1.0;
+            }
             self.typical += (self.value - self.typical) / self.learned;
         }
     }
@@ -147,9 +140,8 @@ pub struct Motion {
     noise: Noise,
     /// Means of the latest blocks.
     pub past: Past,
-    /// Direction that is ignored, codes; and true if there is one.
+    /// Direction that is ignored, codes; zero without one.
     load: Values,
-    has_load: bool,
     /// `load` times the weights: the product with a difference is its length along the load.
     pub pull: Values,
     /// The greatest long comparison since the last restart.
@@ -158,11 +150,11 @@ pub struct Motion {
     until_learning: u32,
     /// Number of blocks from which nothing can be learned: some of their frames contain a drift.
     unfit: u32,
-    /// Frames of the block under way.
-    frames: [Values; BLOCK_FRAMES as usize],
+    /// The frame before the block under way, or a copy of the very first one; and the block's
+    /// frames, `count` so far.
+    frames: [Values; 1 + BLOCK_FRAMES as usize],
     count: usize,
-    /// The frame before the block under way, if there was one.
-    before: Option<Values>,
+    has_begun: bool,
     /// Squared changes from frame to frame in the latest block.
     squares: Values,
     /// Squares of the block's averaged frames about their means, which hide faster changes.
@@ -194,7 +186,8 @@ impl Motion {
         let taxels = Taxels::new(plan.channels());
         let freedom = (BLOCK_FRAMES * (plan.frames_averaged() - 1)) as f32 * plan.channels() as f32;
         // Standard deviation over mean.
-        let spread = if freedom > 0.0 {
+        let is_averaged = freedom > 0.0;
+        let spread = if is_averaged {
             root(2.0 / freedom)
         } else {
             0.0
@@ -206,14 +199,13 @@ impl Motion {
             noise: Noise::new(),
             past: Past::new(),
             load: [0.0; TAXELS],
-            has_load: false,
             pull: [0.0; TAXELS],
             greatest_bend: 0.0,
             until_learning: 0,
             unfit: 0,
-            frames: [[0.0; TAXELS]; BLOCK_FRAMES as usize],
+            frames: [[0.0; TAXELS]; 1 + BLOCK_FRAMES as usize],
             count: 0,
-            before: None,
+            has_begun: false,
             squares: [0.0; TAXELS],
             swung: 0.0,
             seeks_across: false,
@@ -259,7 +251,10 @@ impl Motion {
         if let Some(squares) = squares {
             self.swung += along(&self.noise.weights, &[0.0; TAXELS], squares);
         }
-        self.frames[self.count % BLOCK_FRAMES as usize] = *values;
+        if !core::mem::replace(&mut self.has_begun, true) {
+            self.frames[0] = *values;
+        }
+        self.frames[1 + self.count % BLOCK_FRAMES as usize] = *values;
         self.count += 1;
         if self.count < BLOCK_FRAMES as usize {
             return None;
@@ -269,8 +264,7 @@ impl Motion {
     }
 
     fn evaluate(&mut self) -> Block {
-        let [first, second, third, fourth] = &self.frames;
-        let before = self.before.as_ref().unwrap_or(first);
+        let [before, first, second, third, fourth] = &self.frames;
         let [latest, near, far] = [0, SHORT - 1, 2 * SHORT - 1].map(|back| self.past.back(back));
         // One loop: this is the costliest step of a frame.
         let mut within = 0.0;
@@ -352,7 +346,7 @@ impl Motion {
             longest: self.longest.value > greater(greater(self.longest.limit(), wander), creep),
             across,
         };
-        self.before = Some(self.frames[BLOCK_FRAMES as usize - 1]);
+        self.frames[0] = *self.latest();
         for (still, moves) in [
             (&mut self.still_quick, block.quick),
             (&mut self.still_longest, block.longest),
@@ -375,13 +369,8 @@ impl Motion {
 
     /// Squared changes from frame to frame in the block under way, without what the load explains.
     fn steps_across(&self) -> f32 {
-        let mut before = self.before.as_ref().unwrap_or(&self.frames[0]);
-        let mut sum = 0.0;
-        for frame in &self.frames {
-            sum += across(self.apart(|c| frame[c] - before[c]), 0.0);
-            before = frame;
-        }
-        sum
+        let step = |k: usize| self.apart(|c| self.frames[k + 1][c] - self.frames[k][c]);
+        (0..BLOCK_FRAMES as usize).fold(0.0, |sum, k| sum + across(step(k), 0.0))
     }
 
     /// Squared deviation from a straight line of the mean of the latest four blocks, and two before
@@ -415,18 +404,13 @@ impl Motion {
             return;
         }
         // A level that is well known needs only one block of eight.
-        self.until_learning = if self.until_learning > 0 {
-            self.until_learning - 1
-        } else {
-            LEARN_EVERY - 1
-        };
+        let until = self.until_learning.checked_sub(1);
+        self.until_learning = until.unwrap_or(LEARN_EVERY - 1);
         if self.until_learning > 0 && self.within.learned >= NOISE_BLOCKS {
             return;
         }
         self.noise.learn(&self.past, &self.squares);
-        if self.has_load {
-            self.aim();
-        }
+        self.aim();
         if self.noise.learned >= KNOWN_BLOCKS {
             self.each(Comparison::learn);
             if self.swing.learned >= KNOWN_BLOCKS {
@@ -459,10 +443,10 @@ impl Motion {
         self.noise.forget(slope);
     }
 
-    /// Ignores changes along this direction from now on, if there is one: the finger presses more
+    /// Ignores changes along this direction from now on, if it is not zero: the finger presses more
     /// or less, or its skin creeps.
-    pub fn ignore(&mut self, load: Option<Values>) {
-        (self.load, self.has_load) = (load.unwrap_or([0.0; TAXELS]), load.is_some());
+    pub fn ignore(&mut self, load: Values) {
+        self.load = load;
         self.aim();
     }
 
@@ -475,19 +459,14 @@ impl Motion {
             (square, fourth) = (square + one, fourth + one * one);
         }
         let is_wide = square * square > LOADED_MIN * fourth;
-        let fraction = if is_wide {
-            1.0 / ridgetone_tone::sqrt(square)
-        } else {
-            0.0
-        };
-        for c in 0..TAXELS {
-            self.pull[c] = load[c] * weights[c] * fraction;
-        }
+        let length = ridgetone_tone::sqrt(square);
+        let fraction = if is_wide { 1.0 / length } else { 0.0 };
+        self.pull = core::array::from_fn(|c| load[c] * weights[c] * fraction);
     }
 
     /// The latest frame of the latest block.
     pub const fn latest(&self) -> &Values {
-        &self.frames[BLOCK_FRAMES as usize - 1]
+        &self.frames[BLOCK_FRAMES as usize]
     }
 
     /// Squared distance of two levels, in units of one frame's noise.

@@ -8,7 +8,7 @@ use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::chi_square::{Apart, Limit, along, limit};
 use crate::touch::condition::Condition;
 use crate::touch::motion::Motion;
-use crate::touch::values::{add, greater, scale};
+use crate::touch::values::{add, greater, lesser, scale};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -60,6 +60,12 @@ pub struct StillLevel<'a> {
     pub creep: Option<&'a Values>,
 }
 
+impl<'a> StillLevel<'a> {
+    pub const fn new(level: &'a Values) -> Self {
+        Self { level, creep: None }
+    }
+}
+
 /// Frames to search, backwards from `last`.
 struct Search {
     last: u32,
@@ -72,51 +78,45 @@ struct Search {
 /// Evidence from frames and from means of four; and from frames by a greater limit, if a motion
 /// begins or ends abruptly: the curve of a skin's creep is no motion.
 struct Evidence {
-    single: Extremes,
-    mean: Extremes,
-    sharp: Option<Extremes>,
+    single: Sum,
+    mean: Sum,
+    sharp: Option<Sum>,
 }
 
-/// A sum over frames, latest first, with its maximum and minimum.
+/// Sum of the evidence in frames, latest first, and its maximum. Evidence is a squared distance
+/// less the limit `between` a still level and a motion, or the limit less the distance.
 #[derive(Clone, Copy)]
-struct Extremes {
+struct Sum {
+    between: f32,
+    /// See [`PAST`].
+    past: f32,
     sum: f32,
     max: f32,
     max_from: u32,
-    min: f32,
-    min_from: u32,
-    /// See [`PAST`].
-    past: f32,
 }
 
-impl Extremes {
-    const fn at(last: u32, past: f32) -> Self {
+impl Sum {
+    const fn new(between: f32, past: f32, last: u32) -> Self {
         Self {
+            between,
+            past,
             sum: 0.0,
             max: 0.0,
             max_from: last,
-            min: 0.0,
-            min_from: last,
-            past,
         }
     }
 
-    /// True if the search is far past the extreme.
-    fn is_past(&self, max: bool) -> bool {
-        let (max_by, min_by) = (self.max - self.sum, self.sum - self.min);
-        (if max { max_by } else { min_by }) > self.past
+    /// True if the search is far past the maximum.
+    fn is_past(&self) -> bool {
+        self.max - self.sum > self.past
     }
 
-    /// Adds evidence for motion: a squared distance, whose mean in noise alone is the number of
-    /// taxels.
-    fn add(&mut self, apart: f32, between: f32, frame: u32) {
-        let max = MAX * between;
-        self.sum += if apart > max { max } else { apart } - between;
+    /// Adds the evidence in a squared distance, whose mean in noise alone is the number of taxels.
+    fn add(&mut self, apart: f32, sign: f32, frame: u32) {
+        let apart = lesser(apart, MAX * self.between);
+        self.sum += sign * (apart - self.between);
         if self.sum > self.max {
             (self.max, self.max_from) = (self.sum, frame);
-        }
-        if self.sum < self.min {
-            (self.min, self.min_from) = (self.sum, frame);
         }
     }
 }
@@ -133,26 +133,25 @@ impl Frames<'_> {
         values.is_some_and(|values| motion.distance(values, level) > motion.taxels.limit(DEPARTED))
     }
 
-    /// Looks back from frame `last` and adds up the evidence for motion away from a still level,
-    /// ignoring changes along the load. Returns the frames from which on the evidence is the most
-    /// and the least. Means of four frames show a slow motion earlier than single frames do, and a
-    /// motion near 60 Hz not at all.
+    /// Looks back from frame `last` and adds up the evidence for motion away from a still level, or
+    /// against it, ignoring changes along the load. Returns the frames from which on it is the most.
+    /// Means of four frames show a slow motion earlier than single frames do, and a motion near
+    /// 60 Hz not at all.
     fn search(&self, still: StillLevel<'_>, search: Search) -> Evidence {
         let StillLevel { level, creep } = still;
-        let Search {
-            last, for_start, ..
-        } = search;
+        let Search { last, .. } = search;
         let (weights, pull) = (self.motion.weights(), &self.motion.pull);
         let of = |limit| self.motion.taxels.limit(limit);
-        let [mut single, mut sharp] = [Extremes::at(last, of(PAST)); 2];
-        let past_of_means = if for_start { 0.5 } else { 1.0 };
-        let mut mean = Extremes::at(last, past_of_means * of(PAST));
-        let (is_sharp, between_sharp) = if for_start { SHARP_START } else { SHARP_END };
-        let (is_sharp, between_sharp) = (of(is_sharp), of(between_sharp));
-        let (between, between_means) = (of(BETWEEN), of(BETWEEN_MEANS));
-        let mut peak = 0.0;
+        let (sign, past_of_means, (is_sharp, between_sharp)) = if search.for_start {
+            (1.0, 0.5, SHARP_START)
+        } else {
+            (-1.0, 1.0, SHARP_END)
+        };
+        let mut single = Sum::new(of(BETWEEN), of(PAST), last);
+        let mut sharp = Sum::new(of(between_sharp), of(PAST), last);
+        let mut mean = Sum::new(of(BETWEEN_MEANS), past_of_means * of(PAST), last);
+        let (mut peak, mut buffer) = (0.0, [0.0; TAXELS]);
         let fraction = 1.0 / self.motion.wander();
-        let mut buffer = [0.0; TAXELS];
         // Side by side, so that they are read together.
         let mut taxels: [[f32; 4]; TAXELS] =
             core::array::from_fn(|c| [level[c], weights[c], pull[c], 0.0]);
@@ -177,24 +176,21 @@ impl Frames<'_> {
             }
             let square = apart.square() * fraction;
             peak = greater(peak, square);
-            single.add(square, between, frame);
-            sharp.add(square, between_sharp, frame);
+            single.add(square, sign, frame);
+            sharp.add(square, sign, frame);
             if back % BLOCK_FRAMES == BLOCK_FRAMES - 1 {
                 apart = Apart::NONE;
                 for [_, weight, pull, four] in &mut taxels {
                     apart.add(core::mem::take(four), *weight, *pull);
                 }
                 let square = apart.square() * fraction * (1.0 / BLOCK_FRAMES as f32);
-                mean.add(square, between_means, frame);
-                if [&single, &mean, &sharp]
-                    .iter()
-                    .all(|sums| sums.is_past(for_start))
-                {
+                mean.add(square, sign, frame);
+                if single.is_past() && mean.is_past() && sharp.is_past() {
                     break;
                 }
             }
         }
-        let sharp = (peak > is_sharp).then_some(sharp);
+        let sharp = (peak > of(is_sharp)).then_some(sharp);
         Evidence {
             single,
             mean,
@@ -214,7 +210,7 @@ impl Frames<'_> {
             stride: 1,
             for_start: true,
         };
-        let found = self.search(StillLevel { level, creep: None }, search);
+        let found = self.search(StillLevel::new(level), search);
         let Evidence { single, mean, .. } = found;
         if let Some(sharp) = found.sharp {
             return sharp.max_from;
@@ -259,7 +255,7 @@ impl Frames<'_> {
     }
 
     /// The first still frame after a motion that is over in frame `last`: from there on the
-    /// evidence for motion is the least. No earlier than `earliest`. Looks at one frame of
+    /// evidence against a motion is the most. No earlier than `earliest`. Looks at one frame of
     /// `stride`.
     pub fn motion_end(&self, still: StillLevel<'_>, last: u32, earliest: u32, stride: u32) -> u32 {
         let search = Search {
@@ -270,13 +266,10 @@ impl Frames<'_> {
         };
         let found = self.search(still, search);
         if let Some(sharp) = found.sharp {
-            return sharp.min_from;
+            return sharp.max_from;
         }
-        let single_from = found.single.min_from;
-        let mean_from = found
-            .mean
-            .min_from
-            .wrapping_sub(stride * (BLOCK_FRAMES - 1));
+        let (single_from, mean_from) = (found.single.max_from, found.mean.max_from);
+        let mean_from = mean_from.wrapping_sub(stride * (BLOCK_FRAMES - 1));
         match mean_from.wrapping_sub(single_from) {
             _ if reached(single_from, mean_from) => single_from,
             // One mean more may be noise.
@@ -303,15 +296,7 @@ impl Frames<'_> {
     pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
         let level = self.mean(last, PLATEAU_FRAMES);
-        let held = self.motion_end(
-            StillLevel {
-                level: &level,
-                creep: None,
-            },
-            last,
-            earliest,
-            2,
-        );
+        let held = self.motion_end(StillLevel::new(&level), last, earliest, 2);
         let is_short = last.wrapping_sub(held) < PLATEAU_FRAMES;
         if is_short { lifted } else { held }
     }

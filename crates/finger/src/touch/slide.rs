@@ -211,10 +211,8 @@ pub fn planned(slide: &Slide, contact: u32, condition: &Condition) -> Option<(u3
         return None;
     }
     let start = contact.wrapping_add(condition.frames_in(slide.delay_s));
-    Some((
-        start,
-        start.wrapping_add(condition.frames_in(slide.length_mm / slide.speed_mm_s)),
-    ))
+    let frames = condition.frames_in(slide.length_mm / slide.speed_mm_s);
+    Some((start, start.wrapping_add(frames)))
 }
 
 /// The first frame after a slide: the taxels have arrived at the trend along which the skin creeps
@@ -225,21 +223,18 @@ pub fn slide_end(frames: &Frames, level: &Values, moved: Moved, over: u32) -> u3
     if moved.is_loose {
         let last = over.wrapping_sub(2 * BLOCK_FRAMES);
         let stride = last.wrapping_sub(earliest) / END_FRAMES + 1;
-        return frames.motion_end(StillLevel { level, creep: None }, last, earliest, stride);
+        return frames.motion_end(StillLevel::new(level), last, earliest, stride);
     }
     // Blocks between the mean soon after the slide and that of the last four.
     let still = over.wrapping_sub(moved.until) / BLOCK_FRAMES;
     let skip = still.saturating_sub(SOON_BLOCKS + 4);
-    let soon = frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
+    let soon = &frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
     // Two means of sixteen frames each: only a difference beyond their noise is a creep.
-    let apart = frames.motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32;
+    let apart = frames.motion.distance(level, soon) * (2 * BLOCK_FRAMES) as f32;
     let is_creep = skip >= CREEP_BLOCKS && apart > frames.motion.taxels.limit(CREEPS);
-    let mut creep = difference(level, &soon);
+    let mut creep = difference(level, soon);
     scale(&mut creep, 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32);
+    let creep = is_creep.then_some(&creep);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
-    let still = StillLevel {
-        level: &soon,
-        creep: is_creep.then_some(&creep),
-    };
-    frames.motion_end(still, middle, earliest, 1)
+    frames.motion_end(StillLevel { level: soon, creep }, middle, earliest, 1)
 }

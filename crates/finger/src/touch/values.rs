@@ -44,3 +44,8 @@ pub fn length(values: &Values) -> f32 {
 pub const fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
+
+/// See [`greater`].
+pub const fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
