@@ -19,7 +19,7 @@ use rtic_core::Mutex;
 
 /// Maximum number of frames read under one lock of the ring. `detect` waits for the work on them, in which
 /// its queue fills up at the chip's highest rate.
-const LOCKED_FRAMES: usize = 8;
+const LOCKED_FRAMES: usize = 4;
 
 /// State that only this task uses.
 pub struct Fit<'a, S> {
