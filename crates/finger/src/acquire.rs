@@ -25,9 +25,9 @@ mod watch;
 use crate::converter::{Converter, Sample, Scanned, Tag};
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::TimedConversion;
+use crate::samples::SampleQueue;
 use crate::scan::{Order, Scan};
 use embedded_hal::delay::DelayNs;
-use heapless::spsc::Producer;
 use resolve::{Reads, Resolved, resolve};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::{HealthReadings, Plan};
@@ -43,9 +43,6 @@ const CHECK_EDGES: u8 = 8;
 const fn edge_ns(plan: &Plan) -> u32 {
     Scan::new(plan).edge_ns()
 }
-
-/// The queue to the detector.
-type Samples<'a> = Producer<'a, TimedConversion>;
 
 /// Instruction to the caller, about the interrupt of DRDY.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -220,7 +217,7 @@ impl<C: Converter> Acquisition<C> {
     pub fn edge(
         &mut self,
         edge_us: impl FnOnce() -> u32,
-        samples: &mut Samples<'_>,
+        samples: &SampleQueue,
         diagnostics: &Diagnostics,
     ) -> Drdy {
         let first = self.converter.read();
@@ -247,7 +244,7 @@ impl<C: Converter> Acquisition<C> {
         &mut self,
         t_us: u32,
         conversion: Sample,
-        samples: &mut Samples<'_>,
+        samples: &SampleQueue,
         diagnostics: &Diagnostics,
     ) -> Drdy {
         self.storm_count = self.storm_count.saturating_sub(1);
@@ -274,7 +271,7 @@ impl<C: Converter> Acquisition<C> {
         &mut self,
         t_us: u32,
         conversion: Sample,
-        samples: &mut Samples<'_>,
+        samples: &SampleQueue,
         diagnostics: &Diagnostics,
     ) {
         self.early = false;
@@ -287,11 +284,7 @@ impl<C: Converter> Acquisition<C> {
         if self.is_unannounced {
             self.announce(t_us, samples);
         }
-        if self.is_unannounced
-            || samples
-                .enqueue(TimedConversion::new(t_us, conversion))
-                .is_err()
-        {
+        if self.is_unannounced || !samples.enqueue(TimedConversion::new(t_us, conversion)) {
             self.count_lost(1, diagnostics);
         }
     }
@@ -308,10 +301,8 @@ impl<C: Converter> Acquisition<C> {
     }
 
     /// Puts the mark of a new plan into the queue, if there is room.
-    fn announce(&mut self, t_us: u32, samples: &mut Samples<'_>) {
-        self.is_unannounced = samples
-            .enqueue(TimedConversion::of_plan(&self.plan, t_us))
-            .is_err();
+    fn announce(&mut self, t_us: u32, samples: &SampleQueue) {
+        self.is_unannounced = !samples.enqueue(TimedConversion::of_plan(&self.plan, t_us));
     }
 
     /// Handles two reads that are not both the expected conversion.
@@ -319,7 +310,7 @@ impl<C: Converter> Acquisition<C> {
         &mut self,
         reads: Reads,
         t_us: u32,
-        samples: &mut Samples<'_>,
+        samples: &SampleQueue,
         diagnostics: &Diagnostics,
     ) -> Drdy {
         self.unexpected_us = t_us;

@@ -24,6 +24,9 @@ pub struct TimedConversion {
 const MARK: u8 = 0x1f;
 
 impl TimedConversion {
+    /// All zeros: no conversion.
+    pub(crate) const NONE: Self = Self { t_us: 0, bits: 0 };
+
     /// A sample of any converter as read, and the time of its edge, microseconds.
     #[inline(always)]
     pub fn new(t_us: u32, sample: impl Into<Sample>) -> Self {

@@ -2,27 +2,26 @@
 
 use super::outbox::Outbox;
 use super::shared::{Platform, Shared, Task};
+use crate::assembler::Next;
 use crate::detector::{Detector, Outputs};
 use crate::frame::TimedConversion;
 use crate::ring::Ring;
+use crate::samples::SampleQueue;
 use crate::window::Window;
 use core::sync::atomic::Ordering::Relaxed;
-use heapless::spsc::{Consumer, Producer};
+use heapless::spsc::Producer;
 use ridgetone_proto::telemetry::{Event, Span};
 
 /// State that only this task uses.
 pub struct Detect<'a> {
-    samples: Consumer<'a, TimedConversion>,
+    samples: &'a SampleQueue,
     windows: Producer<'a, Window>,
     is_greeted: bool,
 }
 
 impl<'a> Detect<'a> {
     /// `samples`: from `drdy`; `windows`: to `fit`.
-    pub const fn new(
-        samples: Consumer<'a, TimedConversion>,
-        windows: Producer<'a, Window>,
-    ) -> Self {
+    pub const fn new(samples: &'a SampleQueue, windows: Producer<'a, Window>) -> Self {
         Self {
             samples,
             windows,
@@ -31,7 +30,7 @@ impl<'a> Detect<'a> {
     }
 
     /// The next conversion in the queue.
-    pub fn next(&self) -> Option<&TimedConversion> {
+    pub fn next(&self) -> Option<TimedConversion> {
         self.samples.peek()
     }
 
@@ -59,7 +58,7 @@ impl<'a> Detect<'a> {
             detector.add_standing_faults(platform.now_us(), diagnostics);
         }
         loop {
-            let next = fill(samples, detector);
+            let next = detector.fill(samples);
             if next == Next::Nothing {
                 shared.touched.store(detector.is_touched(), Relaxed);
                 if shared.look.swap(false, Relaxed) {
@@ -93,30 +92,6 @@ impl<'a> Detect<'a> {
         }
         shared.liveness.detected.bump();
     }
-}
-
-/// Next entry of the queue.
-#[derive(Clone, Copy, PartialEq)]
-enum Next {
-    /// A scan's worth of conversions, in the detector's buffer.
-    Scan,
-    /// A mark: conversions of another plan follow.
-    Mark(u32),
-    Nothing,
-}
-
-/// Moves conversions into the detector's buffer. A separate loop: it runs for each conversion.
-#[inline(never)]
-fn fill(samples: &mut Consumer<TimedConversion>, detector: &mut Detector) -> Next {
-    while let Some(conversion) = samples.dequeue() {
-        if let Some(mark) = conversion.as_mark() {
-            return Next::Mark(mark);
-        }
-        if detector.buffer(&conversion) {
-            return Next::Scan;
-        }
-    }
-    Next::Nothing
 }
 
 /// Hands a due window to the fit through `put`, which is false if there is no space, or counts the
