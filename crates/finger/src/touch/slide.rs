@@ -229,9 +229,11 @@ pub fn slide_end(frames: &Frames, level: &Values, moved: Moved, over: u32) -> u3
     let still = over.wrapping_sub(moved.until) / BLOCK_FRAMES;
     let skip = still.saturating_sub(SOON_BLOCKS + 4);
     let soon = &frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
-    // Two means of sixteen frames each: only a difference beyond their noise is a creep.
+    // Two means of sixteen frames each: only a difference beyond their noise, which may wander, is a
+    // creep.
     let apart = frames.motion.distance(level, soon) * (2 * BLOCK_FRAMES) as f32;
-    let is_creep = skip >= CREEP_BLOCKS && apart > frames.motion.taxels.limit(CREEPS);
+    let noise = frames.motion.wander() * frames.motion.taxels.limit(CREEPS);
+    let is_creep = skip >= CREEP_BLOCKS && apart > noise;
     let mut creep = difference(level, soon);
     scale(&mut creep, 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32);
     let creep = is_creep.then_some(&creep);
