@@ -46,7 +46,7 @@ mod app {
     use ridgetone_finger::Detector;
     use ridgetone_finger::Estimator;
     use ridgetone_finger::Ring;
-    use ridgetone_finger::TimedConversion;
+    use ridgetone_finger::SampleQueue;
     use ridgetone_finger::Window;
     use ridgetone_finger::converter::Converter as _;
     use ridgetone_finger::tasks::Detect;
@@ -55,7 +55,7 @@ mod app {
     use ridgetone_finger::tasks::Report;
     use ridgetone_finger::tasks::Requests;
     use ridgetone_finger::tasks::WatchdogPolicy;
-    use ridgetone_finger::tasks::{BYTES, Platform, SAMPLES, Shared, Task, WINDOWS};
+    use ridgetone_finger::tasks::{BYTES, Platform, Samples, Shared, Task, WINDOWS};
     use ridgetone_finger::tasks::{Idle, Next, Slept, Stack};
     use ridgetone_finger::tasks::{Mail, Outbox};
     use ridgetone_finger::tasks::{RequestInbox, SerialLine, receive_all};
@@ -117,7 +117,7 @@ mod app {
 
     #[init(local = [
         ring: Ring = Ring::new(),
-        samples: Queue<TimedConversion, SAMPLES> = Queue::new(),
+        samples: Samples = Samples::new(),
         windows: Queue<Window, WINDOWS> = Queue::new(),
         bytes: Queue<u8, BYTES> = Queue::new(),
         detector: Detector = Detector::wired(Settings::DEFAULT, board::WIRING),
@@ -163,7 +163,7 @@ mod app {
             );
         }
 
-        let (samples_in, samples_out) = cx.local.samples.split();
+        let samples: &'static SampleQueue = cx.local.samples;
         let (windows_in, windows_out) = cx.local.windows.split();
         let (bytes_in, bytes_out) = cx.local.bytes.split();
         // The greeting is sent even if the chip is silent.
@@ -177,13 +177,13 @@ mod app {
                 shared,
             },
             Local {
-                drdy: Drdy::new(acquisition, drdy, samples_in),
+                drdy: Drdy::new(acquisition, drdy, samples),
                 line: SerialLine {
                     port: line,
                     bytes: bytes_out,
                 },
                 receiver,
-                detect: Detect::new(samples_out, windows_in),
+                detect: Detect::new(samples, windows_in),
                 report: Report::new(bytes_in),
                 fit: Fit {
                     estimator: Estimator::new(settings),

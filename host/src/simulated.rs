@@ -23,7 +23,7 @@ use ridgetone_finger::tasks::Fit;
 use ridgetone_finger::tasks::Report;
 use ridgetone_finger::tasks::Requests;
 use ridgetone_finger::tasks::WatchdogPolicy;
-use ridgetone_finger::tasks::{BYTES, Platform, SAMPLES, Shared, Task, WINDOWS};
+use ridgetone_finger::tasks::{BYTES, Platform, Samples, Shared, Task, WINDOWS};
 use ridgetone_finger::tasks::{Drdy, DrdyPin};
 use ridgetone_finger::tasks::{Mail, Outbox};
 use ridgetone_finger::tasks::{Received, RequestInbox, receive};
@@ -109,21 +109,17 @@ fn run_until_restart<F: NorFlash>(
     let acquisition = Acquisition::new(converter, start.settings.plan);
     wait.delay_us(crate::replay::START_US);
 
-    let mut queues = (
-        Queue::<_, SAMPLES>::new(),
-        Queue::<_, WINDOWS>::new(),
-        Queue::<_, BYTES>::new(),
-    );
-    let (samples_in, samples_out) = queues.0.split();
-    let (windows_in, windows_out) = queues.1.split();
-    let (bytes_in, bytes_out) = queues.2.split();
+    let samples = &Samples::new();
+    let mut queues = (Queue::<_, WINDOWS>::new(), Queue::<_, BYTES>::new());
+    let (windows_in, windows_out) = queues.0.split();
+    let (bytes_in, bytes_out) = queues.1.split();
     let interrupt = Interrupt::default();
     let pin = Pin {
         board,
         interrupt: &interrupt,
         edge_us: 0,
     };
-    let drdy = RefCell::new(Drdy::new(acquisition, pin, samples_in));
+    let drdy = RefCell::new(Drdy::new(acquisition, pin, samples));
     let shared = Shared::new(
         Simulated {
             board,
@@ -143,7 +139,7 @@ fn run_until_restart<F: NorFlash>(
     let mut detector = Box::new(Detector::new(start.settings));
     detector.boot(start.settings, start.source, start.boot);
     let mut tasks = Tasks {
-        detect: Detect::new(samples_out, windows_in),
+        detect: Detect::new(samples, windows_in),
         fit: Fit {
             estimator: Estimator::new(start.settings),
             fitter: &mut fitter,
@@ -312,7 +308,7 @@ impl<F: NorFlash> Tasks<'_, F> {
     /// Runs every task once, and the line until there is nothing to send or receive.
     fn run(&mut self, shared: &Shared<Simulated<'_>>) -> Result<()> {
         let board = shared.platform.board;
-        if let Some(conversion) = self.detect.next().copied() {
+        if let Some(conversion) = self.detect.next() {
             self.around.read(&conversion, board);
         }
         let Self {

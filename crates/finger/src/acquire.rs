@@ -25,9 +25,9 @@ mod watch;
 use crate::converter::{Converter, Sample, Scanned, Tag};
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::TimedConversion;
+use crate::samples::SampleQueue;
 use crate::scan::{Order, Scan};
 use embedded_hal::delay::DelayNs;
-use heapless::spsc::Producer;
 use resolve::{Reads, Resolved, resolve};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::{HealthReadings, Plan};
@@ -43,9 +43,7 @@ const fn edge_ns(plan: &Plan) -> u32 {
     Scan::new(plan).edge_ns()
 }
 
-type Samples<'a> = Producer<'a, TimedConversion>;
-
-/// Instruction to the caller about the interrupt of DRDY.
+/// Instruction to the caller, about the interrupt of DRDY.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Drdy {
@@ -215,7 +213,7 @@ impl<C: Converter> Acquisition<C> {
     pub fn edge(
         &mut self,
         edge_us: impl FnOnce() -> u32,
-        samples: &mut Samples<'_>,
+        samples: &SampleQueue,
         diagnostics: &Diagnostics,
     ) -> Drdy {
         let first = self.converter.read();
@@ -241,7 +239,7 @@ impl<C: Converter> Acquisition<C> {
         &mut self,
         t_us: u32,
         conversion: Sample,
-        samples: &mut Samples<'_>,
+        samples: &SampleQueue,
         diagnostics: &Diagnostics,
     ) -> Drdy {
         self.storm_count = self.storm_count.saturating_sub(1);
@@ -269,7 +267,7 @@ impl<C: Converter> Acquisition<C> {
         &mut self,
         t_us: u32,
         conversion: Sample,
-        samples: &mut Samples<'_>,
+        samples: &SampleQueue,
         diagnostics: &Diagnostics,
     ) {
         self.early = false;
@@ -282,11 +280,7 @@ impl<C: Converter> Acquisition<C> {
         if self.is_unannounced {
             self.announce(t_us, samples);
         }
-        if self.is_unannounced
-            || samples
-                .enqueue(TimedConversion::new(t_us, conversion))
-                .is_err()
-        {
+        if self.is_unannounced || !samples.enqueue(TimedConversion::new(t_us, conversion)) {
             self.count_lost(1, diagnostics);
         }
     }
@@ -303,10 +297,8 @@ impl<C: Converter> Acquisition<C> {
     }
 
     /// Puts the mark of a new plan into the queue, if there is room.
-    fn announce(&mut self, t_us: u32, samples: &mut Samples<'_>) {
-        self.is_unannounced = samples
-            .enqueue(TimedConversion::of_plan(&self.plan, t_us))
-            .is_err();
+    fn announce(&mut self, t_us: u32, samples: &SampleQueue) {
+        self.is_unannounced = !samples.enqueue(TimedConversion::of_plan(&self.plan, t_us));
     }
 
     /// Handles two reads of which at least one is not the expected conversion.
@@ -314,7 +306,7 @@ impl<C: Converter> Acquisition<C> {
         &mut self,
         reads: Reads,
         t_us: u32,
-        samples: &mut Samples<'_>,
+        samples: &SampleQueue,
         diagnostics: &Diagnostics,
     ) -> Drdy {
         self.unexpected_us = t_us;

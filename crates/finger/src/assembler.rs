@@ -11,8 +11,8 @@ mod service_delay;
 
 use crate::converter::{Scanned, Tag};
 use crate::frame::{Frame, Readings, TimedConversion};
+use crate::samples::{Copied, SampleQueue};
 use crate::scan::{OWN, Order, SLOTS_MAX, Scan, own_of};
-use heapless::Vec;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::{Plan, Sampling};
 use ridgetone_proto::scan::TAXELS;
@@ -79,7 +79,17 @@ struct OffTime {
     has_gap: bool,
 }
 
-/// Assembles frames.
+/// Next entry of the queue of conversions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// A scan's worth of conversions, in the buffer.
+    Scan,
+    /// A mark: conversions of another plan follow.
+    Mark(u32),
+    Nothing,
+}
+
+/// Puts frames together.
 #[derive(Clone, Debug)]
 pub struct Assembler {
     /// Reference, volts.
@@ -94,7 +104,11 @@ pub struct Assembler {
     /// True if the scan was interrupted for health readings, so that the time until the next
     /// conversion shows no loss.
     has_paused: bool,
-    buffer: Vec<TimedConversion, SLOTS_MAX>,
+    /// Conversions of the scan under way, and their number.
+    buffer: [TimedConversion; SLOTS_MAX],
+    buffered: usize,
+    /// The lowest byte is not zero if one of them is not flawless.
+    off: u32,
     /// Slot of the latest conversion that was taken.
     pub latest_slot: Option<u32>,
     /// Set if the latest conversion came too early or too late.
@@ -135,7 +149,9 @@ impl Assembler {
             flawless,
             taxels,
             has_paused: false,
-            buffer: Vec::new(),
+            buffer: [TimedConversion::NONE; SLOTS_MAX],
+            buffered: 0,
+            off: 0,
             latest_slot: None,
             off_time: None,
             lateness: ServiceDelay::NONE,
@@ -165,7 +181,7 @@ impl Assembler {
         self.order = Order::new(plan, Scanned::Inputs);
         self.times = Times::new(&self.scan);
         (self.flawless, self.taxels) = table(self.order, &self.scan);
-        self.buffer.clear();
+        (self.buffered, self.off) = (0, 0);
         (self.has_paused, self.is_open, self.off_time) = (true, false, None);
         self.latest_slot = self.latest_slot.map(|_| self.scan.slots - 1);
     }
@@ -185,8 +201,38 @@ impl Assembler {
     #[inline(always)]
     pub fn buffer(&mut self, timed: &TimedConversion) -> bool {
         // The buffer is never full here.
-        let _ = self.buffer.push(*timed);
-        self.buffer.len() >= self.scan.slots as usize
+        let statuses = self.flawless.iter();
+        if let Some((to, status)) = self.buffer.iter_mut().zip(statuses).nth(self.buffered) {
+            *to = *timed;
+            self.off |= timed.bits ^ *status as u32;
+            self.buffered += 1;
+        }
+        self.buffered >= self.scan.slots as usize
+    }
+
+    /// Moves conversions of the queue into the buffer, up to a scan's worth or a mark.
+    #[inline(never)]
+    pub fn fill(&mut self, samples: &SampleQueue) -> Next {
+        if samples.is_empty() {
+            return Next::Nothing;
+        }
+        let range = self.buffered..self.scan.slots as usize;
+        let free = self.buffer.get_mut(range.clone()).unwrap_or_default();
+        let statuses = self.flawless.get(range).unwrap_or_default();
+        let Copied { count, off } = samples.copy(free, statuses);
+        // A mark is not flawless.
+        let suspects = if off as u8 == 0 { 0 } else { count };
+        let mut suspects = free.iter().take(suspects).enumerate();
+        let mark = suspects.find_map(|(at, timed)| Some((at, timed.as_mark()?)));
+        let (taken, next) = match mark {
+            Some((at, mark)) => (at, Next::Mark(mark)),
+            None if count == free.len() => (count, Next::Scan),
+            None => (count, Next::Nothing),
+        };
+        samples.release(taken + mark.is_some() as usize);
+        self.buffered += taken;
+        self.off |= off;
+        next
     }
 
     /// Takes one conversion and calls `done` with every completed frame.
@@ -204,8 +250,11 @@ impl Assembler {
 
     /// Ends the signal: takes the conversions that are still buffered.
     pub fn finish(&mut self, done: &mut impl FnMut(&Frame)) {
-        for timed in core::mem::take(&mut self.buffer) {
-            self.take(&timed, done);
+        let buffer = self.buffer;
+        let buffered = core::mem::take(&mut self.buffered);
+        self.off = 0;
+        for timed in buffer.iter().take(buffered) {
+            self.take(timed, done);
         }
     }
 
@@ -213,13 +262,12 @@ impl Assembler {
     /// expected time. Otherwise returns false, having changed only codes that belong to no frame.
     pub fn try_fast_path(&mut self) -> bool {
         let Self {
-            scan,
-            times,
-            buffer,
-            flawless,
-            frame,
-            ..
+            scan, times, frame, ..
         } = self;
+        if self.off as u8 != 0 {
+            return false;
+        }
+        let buffer = self.buffer.get(..self.buffered).unwrap_or_default();
         let Times {
             jitter_us,
             step_us,
@@ -255,47 +303,25 @@ impl Assembler {
         if !is_on_time(span_us, expected_us) {
             return false;
         }
-        // Compare in sevens and without a branch per conversion: nearly always all are flawless.
-        let mut off = 0;
-        let (sevens, rest) = buffer.as_chunks::<7>();
-        let (seven_statuses, rest_statuses) = flawless.as_chunks::<7>();
-        for (seven, statuses) in sevens.iter().zip(seven_statuses) {
-            seven
-                .iter()
-                .zip(statuses)
-                .for_each(|(timed, status)| off |= timed.bits ^ *status as u32);
-        }
-        let statuses = rest_statuses
-            .iter()
-            .chain(seven_statuses.get(sevens.len()).into_iter().flatten());
-        rest.iter()
-            .zip(statuses)
-            .for_each(|(timed, status)| off |= timed.bits ^ *status as u32);
-        if off as u8 != 0 {
-            return false;
-        }
         let (taxels, own) = buffer.split_at((scan.channels as usize).min(buffer.len()));
         // No frame is open here, so these codes belong to none.
         let mut clipped = 0;
         if let Ok(taxels) = <&[TimedConversion; TAXELS]>::try_from(taxels) {
             for (place, timed) in frame.codes.iter_mut().zip(taxels) {
                 *place = timed.code();
+                clipped |= to_clip(timed.bits);
             }
-            clipped = frame
-                .codes
-                .iter()
-                .fold(0, |clipped, code| clipped | to_clip(*code));
         } else {
             for (taxel, timed) in self.taxels.iter().zip(taxels) {
                 frame.codes[*taxel as usize % TAXELS] = timed.code();
-                clipped |= to_clip(timed.code());
+                clipped |= to_clip(timed.bits);
             }
         }
-        if clipped > 0x7f_ffff {
+        if clipped > CLIPPED {
             return false;
         }
-        for (code, timed) in self.own.iter_mut().zip(own) {
-            *code = Some(timed.code());
+        if let Ok(own) = <&[TimedConversion; OWN]>::try_from(own) {
+            self.own = own.map(|timed| Some(timed.code()));
         }
         (self.board_us, self.lateness) = (last_us, lateness);
         self.latest_slot = Some(scan.slots - 1);
@@ -303,7 +329,7 @@ impl Assembler {
         frame.t_us = self.now_us.wrapping_add(passed_us as u64);
         (frame.present, frame.good) = (scan.inputs, scan.inputs);
         self.now_us = frame.t_us.wrapping_add(span_us as u64);
-        self.buffer.clear();
+        (self.buffered, self.off) = (0, 0);
         self.frames = self.frames.wrapping_add(1);
         true
     }
@@ -311,7 +337,9 @@ impl Assembler {
     /// Takes the buffered conversions one by one. Conversions after the last slot of a scan stay in
     /// the buffer, so that the next scan can take the fast path.
     pub fn slow_path(&mut self, done: &mut impl FnMut(&Frame)) {
-        let buffer = core::mem::take(&mut self.buffer);
+        let (all, buffered) = (self.buffer, core::mem::take(&mut self.buffered));
+        self.off = 0;
+        let buffer = all.get(..buffered).unwrap_or_default();
         let last_id = self.order.last_id();
         let is_last = |timed: &TimedConversion| timed.tag().id() == last_id;
         let taken = buffer
@@ -322,7 +350,7 @@ impl Assembler {
             if at < taken {
                 self.take(timed, done);
             } else {
-                let _ = self.buffer.push(*timed);
+                self.buffer(timed);
             }
         }
     }
@@ -484,13 +512,17 @@ const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
 /// True if a code is at either end of the scale, where the chip clips (SBAS297G: 800000h and
 /// 7FFFFFh).
 const fn is_clipped(code: i32) -> bool {
-    to_clip(code) > 0x7f_ffff
+    to_clip((code as u32) << 8) > CLIPPED
 }
 
-/// Returns a value above 7FFFFFh if a code is clipped; `|` combines the values of several codes.
-const fn to_clip(code: i32) -> u32 {
-    // Distance from zero (from minus one, if negative) plus one.
-    (code ^ code >> 31) as u32 + 1
+/// See [`to_clip`].
+const CLIPPED: u32 = 0x7fff_ffff;
+
+/// Above [`CLIPPED`] if a conversion's code, in the upper three bytes, is clipped. The results of
+/// several may be joined by `|`.
+const fn to_clip(bits: u32) -> u32 {
+    // Distance of a code from zero, or from minus one, plus one.
+    (bits ^ (bits as i32 >> 31) as u32) + 0x100
 }
 
 #[cfg(test)]

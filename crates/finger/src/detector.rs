@@ -2,13 +2,14 @@
 
 mod tracker;
 
-use crate::assembler::Assembler;
+use crate::assembler::{Assembler, Next};
 use crate::converter::Facts;
 use crate::faults::diagnostics::Diagnostics;
 use crate::faults::episodes::{FaultEpisodes, add_flaws};
 use crate::frame::{Frame, PlainFrame, TimedConversion};
 use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
+use crate::samples::SampleQueue;
 use crate::window::Window;
 use crate::wiring::Wiring;
 use heapless::String;
@@ -154,16 +155,15 @@ impl Detector {
         diagnostics: &Diagnostics,
         outputs: &mut Outputs<'_>,
     ) {
-        if self.buffer(&conversion) {
+        if self.assembler.buffer(&conversion) {
             self.scan(ring, diagnostics, outputs);
         }
     }
 
-    /// Buffers one conversion. Returns true if the buffer now holds a scan's worth, for
-    /// [`Self::scan`].
+    /// Moves conversions out of the queue, up to the end of a scan, for [`Self::scan`].
     #[inline(always)]
-    pub(crate) fn buffer(&mut self, conversion: &TimedConversion) -> bool {
-        self.assembler.buffer(conversion)
+    pub(crate) fn fill(&mut self, samples: &SampleQueue) -> Next {
+        self.assembler.fill(samples)
     }
 
     /// Takes a plain frame of a different converter, instead of conversions. The settings' plan is
@@ -367,9 +367,11 @@ impl Detector {
         true
     }
 
-    /// Applies the settings that wait for the plan with this [`Plan::mark`], to which the next
-    /// conversions belong. Ends the scan and the touch under way; frame numbers and times continue,
-    /// and the idle level is measured again.
+    /// Applies the settings that wait for the plan with this [`Plan::mark`]: the next conversions
+    /// are of that plan. Anything open is closed; frame numbers and times continue, and the level
+    /// without touch is measured again.
+    // Not inlined: its addresses would be computed before each scan.
+    #[inline(never)]
     pub fn begin(
         &mut self,
         mark: u32,

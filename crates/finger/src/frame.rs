@@ -2,7 +2,7 @@
 
 use crate::converter::{Sample, Tag};
 use crate::ring::Ring;
-use crate::scan::{OWN, Scan};
+use crate::scan::{OWN, Scan, taxels};
 use ads1258::reading;
 use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
@@ -24,7 +24,10 @@ pub struct TimedConversion {
 const MARK: u8 = 0x1f;
 
 impl TimedConversion {
-    /// Creates a conversion from any converter's sample and the time of its edge, microseconds.
+    /// All zeros: no conversion.
+    pub(crate) const NONE: Self = Self { t_us: 0, bits: 0 };
+
+    /// A sample of any converter as read, and the time of its edge, microseconds.
     #[inline(always)]
     pub fn new(t_us: u32, sample: impl Into<Sample>) -> Self {
         Self::of_sample(t_us, sample.into())
@@ -114,12 +117,7 @@ impl Frame {
             (0..TAXELS).for_each(|c| values[c] = value(c));
             return;
         }
-        let mut rest = self.good;
-        while rest != 0 {
-            let c = rest.trailing_zeros() as usize % TAXELS;
-            values[c] = value(c);
-            rest &= rest - 1;
-        }
+        taxels(self.good).for_each(|c| values[c] = value(c));
     }
 }
 

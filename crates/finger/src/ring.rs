@@ -5,7 +5,7 @@
 //! a lock for each block, so that higher-priority tasks wait for only microseconds. A reader is
 //! told if frames were overwritten.
 
-use crate::scan::Scan;
+use crate::scan::{Scan, taxels};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{RING_FRAMES, TAXELS};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
@@ -142,14 +142,11 @@ impl Ring {
         if place == 0 {
             (*mask, *t) = (0, t_us);
         }
-        let (mut rest, mut at) = (self.inputs, place as usize);
-        // Clear the valid bits of the old frames from here on.
+        // Clears the values of the frame that was there before.
         *mask &= ((1u32 << place) - 1) as u16;
-        while rest != 0 {
-            let taxel = rest.trailing_zeros() as usize % TAXELS;
+        for (taxel, at) in taxels(self.inputs).zip(place as usize..) {
             to[at % TAXELS] = values[taxel];
             *mask |= (valid >> taxel & 1) << (at % TAXELS);
-            (rest, at) = (rest & (rest - 1), at + 1);
         }
     }
 
@@ -180,19 +177,17 @@ impl Ring {
 
     /// Copies a frame out of a shared row. Returns the frame's mask.
     fn unpack(&self, at: u32, to: &mut Values) -> u16 {
-        let (row, mut place) = (
+        let (row, place) = (
             (at / self.in_row.max(1)) as usize,
             (at % self.in_row.max(1) * self.channels) as usize,
         );
         let (Some(from), Some(mask)) = (self.values.get(row), self.valid.get(row)) else {
             return 0;
         };
-        let (mut rest, mut valid) = (self.inputs, 0);
-        while rest != 0 {
-            let taxel = rest.trailing_zeros() as usize % TAXELS;
+        let mut valid = 0;
+        for (taxel, place) in taxels(self.inputs).zip(place..) {
             to[taxel] = from[place % TAXELS];
             valid |= (mask >> (place % TAXELS) & 1) << taxel;
-            (rest, place) = (rest & (rest - 1), place + 1);
         }
         valid
     }
@@ -247,15 +242,13 @@ impl Ring {
             *mean = sums.map(|sum| sum * fraction);
             return true;
         }
-        let (mut rest, mut first) = (self.inputs, 0);
-        while rest != 0 {
+        for (taxel, first) in taxels(self.inputs).zip(0..) {
             let (mut sum, mut at) = (0.0, first);
             for _ in 0..self.in_row {
                 sum += sums[at % TAXELS];
                 at += self.channels as usize;
             }
-            mean[rest.trailing_zeros() as usize % TAXELS] = sum * fraction;
-            (rest, first) = (rest & (rest - 1), first + 1);
+            mean[taxel] = sum * fraction;
         }
         true
     }

@@ -30,7 +30,18 @@ pub(crate) fn own_of(id: u8) -> Option<usize> {
     OWN_IDS.iter().position(|own| *own == id)
 }
 
-/// Order of a scan's conversions.
+/// The taxels of a mask.
+#[inline(always)]
+pub(crate) fn taxels(mut inputs: u16) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let taxel = inputs.trailing_zeros() as usize % TAXELS;
+        let is_one = inputs != 0;
+        inputs &= inputs.wrapping_sub(1);
+        is_one.then_some(taxel)
+    })
+}
+
+/// The order of a scan's conversions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Order {
     /// Bit n: channel id n is converted.

@@ -36,4 +36,4 @@ pub use liveness::{WATCHDOG_S, WatchdogPolicy};
 pub use outbox::{Mail, Outbox, Posted};
 pub use report::Report;
 pub use requests::{Requests, Targets};
-pub use shared::{BYTES, FRAMES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
+pub use shared::{BYTES, FRAMES, PACKETS, Platform, SAMPLES, Samples, Shared, Task, WINDOWS};

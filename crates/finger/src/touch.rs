@@ -15,7 +15,6 @@ pub(crate) mod motion;
 mod noise;
 mod onset;
 mod past;
-mod phase;
 mod slide;
 mod spike;
 mod values;

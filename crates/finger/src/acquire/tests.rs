@@ -9,8 +9,8 @@ use core::convert::Infallible;
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use hal_mock::board::{ChipSpi, ResetPin, StartPin};
 use hal_mock::{Constant, Fault, Options, SimulatedBoard};
-use heapless::spsc::Queue;
 extern crate std;
+use std::boxed::Box;
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::vec::Vec;
@@ -55,7 +55,7 @@ struct Bench {
     board: SimulatedBoard,
     trouble: Rc<RefCell<Trouble>>,
     acquisition: Acquisition<WiredAds1258<Wire, StartPin, ResetPin>>,
-    queue: Queue<TimedConversion, 64>,
+    queue: Box<SampleQueue>,
     diagnostics: Diagnostics,
 }
 
@@ -88,7 +88,7 @@ impl Bench {
             board,
             trouble,
             acquisition,
-            queue: Queue::new(),
+            queue: Box::new(SampleQueue::<[_; 64]>::new()),
             diagnostics,
         }
     }
@@ -101,7 +101,7 @@ impl Bench {
     fn serve(&mut self) -> Drdy {
         let t_us = self.now_us();
         self.acquisition
-            .edge(|| t_us, &mut self.queue.split().0, &self.diagnostics)
+            .edge(|| t_us, &self.queue, &self.diagnostics)
     }
 
     /// Serves the next conversion at its edge.
@@ -207,8 +207,7 @@ impl Bench {
     }
 
     fn taken(&mut self) -> Vec<TimedConversion> {
-        let mut out = self.queue.split().1;
-        core::iter::from_fn(|| out.dequeue()).collect()
+        core::iter::from_fn(|| self.queue.dequeue()).collect()
     }
 
     fn count(&self, kind: FaultKind) -> u32 {

@@ -78,11 +78,7 @@ fn a_loss_leaves_its_taxels_out_and_the_next_scan_is_whole() {
                 "{gone:?}"
             );
         }
-        assert_eq!(
-            (assembler.lost, assembler.buffer.len()),
-            (lost, 0),
-            "{gone:?}"
-        );
+        assert_eq!((assembler.lost, assembler.buffered), (lost, 0), "{gone:?}");
     }
 }
 

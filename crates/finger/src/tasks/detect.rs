@@ -2,27 +2,26 @@
 
 use super::outbox::Outbox;
 use super::shared::{Platform, Shared, Task};
+use crate::assembler::Next;
 use crate::detector::{Detector, Outputs};
 use crate::frame::TimedConversion;
 use crate::ring::Ring;
+use crate::samples::SampleQueue;
 use crate::window::Window;
 use core::sync::atomic::Ordering::Relaxed;
-use heapless::spsc::{Consumer, Producer};
+use heapless::spsc::Producer;
 use ridgetone_proto::telemetry::{Event, Span};
 
 /// State that only this task uses.
 pub struct Detect<'a> {
-    samples: Consumer<'a, TimedConversion>,
+    samples: &'a SampleQueue,
     windows: Producer<'a, Window>,
     is_greeted: bool,
 }
 
 impl<'a> Detect<'a> {
-    /// `samples` come from `drdy`; `windows` go to `fit`.
-    pub const fn new(
-        samples: Consumer<'a, TimedConversion>,
-        windows: Producer<'a, Window>,
-    ) -> Self {
+    /// `samples`: from `drdy`; `windows`: to `fit`.
+    pub const fn new(samples: &'a SampleQueue, windows: Producer<'a, Window>) -> Self {
         Self {
             samples,
             windows,
@@ -30,8 +29,8 @@ impl<'a> Detect<'a> {
         }
     }
 
-    /// Next conversion in the queue.
-    pub fn next(&self) -> Option<&TimedConversion> {
+    /// The next conversion in the queue.
+    pub fn next(&self) -> Option<TimedConversion> {
         self.samples.peek()
     }
 
@@ -60,7 +59,7 @@ impl<'a> Detect<'a> {
             detector.add_standing_faults(platform.now_us(), diagnostics);
         }
         loop {
-            let next = fill(samples, detector);
+            let next = detector.fill(samples);
             if next == Next::Nothing {
                 shared.touched.store(detector.is_touched(), Relaxed);
                 if shared.look.swap(false, Relaxed) {
@@ -96,32 +95,9 @@ impl<'a> Detect<'a> {
     }
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Next {
-    /// A scan's worth of conversions, in the detector's buffer.
-    Scan,
-    /// A mark: conversions of a different plan follow.
-    Mark(u32),
-    Nothing,
-}
-
-/// Moves conversions into the detector's buffer, in a separate loop that runs for each conversion.
-#[inline(never)]
-fn fill(samples: &mut Consumer<TimedConversion>, detector: &mut Detector) -> Next {
-    while let Some(conversion) = samples.dequeue() {
-        if let Some(mark) = conversion.as_mark() {
-            return Next::Mark(mark);
-        }
-        if detector.buffer(&conversion) {
-            return Next::Scan;
-        }
-    }
-    Next::Nothing
-}
-
-/// Passes a due window to the fit through `put`, which returns false if there is no space. A stride
-/// is passed only if the fit keeps up, a whole slide always. A window that is not passed is counted
-/// as skipped.
+/// Hands a due window to the fit through `put`, which is false if there is no space, or counts the
+/// window as skipped. A stride is handed over only if it would be fitted before the next stride; a
+/// whole slide always is.
 pub fn admit<P: Platform>(
     window: Window,
     keeps_up: bool,

@@ -3,10 +3,9 @@
 use super::shared::{Platform, Shared, Task};
 use crate::acquire::{self, Acquisition};
 use crate::converter::Converter;
-use crate::frame::TimedConversion;
+use crate::samples::SampleQueue;
 use core::sync::atomic::Ordering::Relaxed;
 use embedded_hal::delay::DelayNs;
-use heapless::spsc::Producer;
 
 /// DRDY's pin and its interrupt.
 pub trait DrdyPin {
@@ -32,18 +31,14 @@ pub struct Drdy<'a, C, PIN> {
     /// DRDY's pin.
     pub pin: PIN,
     /// Queue to `detect`.
-    pub samples: Producer<'a, TimedConversion>,
-    /// Number of the latest request for a plan that was carried out.
+    pub samples: &'a SampleQueue,
+    /// Number of the request for the plan in force.
     request: u32,
 }
 
 impl<'a, C: Converter, PIN> Drdy<'a, C, PIN> {
-    /// Creates the state from the chip, DRDY, and the queue to `detect`.
-    pub const fn new(
-        acquisition: Acquisition<C>,
-        pin: PIN,
-        samples: Producer<'a, TimedConversion>,
-    ) -> Self {
+    /// The chip, DRDY, and the queue to `detect`.
+    pub const fn new(acquisition: Acquisition<C>, pin: PIN, samples: &'a SampleQueue) -> Self {
         Self {
             acquisition,
             pin,

@@ -17,9 +17,9 @@ use ridgetone_proto::telemetry::{Estimate, Event, Span, Track};
 use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
-/// Maximum number of frames read under one lock of the ring. `detect` waits while they are
-/// processed, and its queue fills up at the chip's highest rate.
-const LOCKED_FRAMES: usize = 8;
+/// Maximum number of frames read under one lock of the ring. `detect` waits for the work on them, in which
+/// its queue fills up at the chip's highest rate.
+const LOCKED_FRAMES: usize = 4;
 
 /// State that only this task uses.
 pub struct Fit<'a, S> {

@@ -3,7 +3,8 @@
 use super::liveness::Liveness;
 use super::plan_request::PlanRequest;
 use crate::faults::diagnostics::Diagnostics;
-use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use crate::samples::SampleQueue;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{Headline, WIRE_MAX};
 
@@ -11,8 +12,11 @@ use ridgetone_proto::telemetry::{Headline, WIRE_MAX};
 /// 23,336; the longest step of `detect` takes 0.14 ms. A queue holds one entry less than its size.
 pub const SAMPLES: usize = 40;
 
-/// Size of the queue of windows from `detect` to `fit`: one stride may wait, and the rest is for
-/// whole slides.
+/// The queue of conversions.
+pub type Samples = SampleQueue<[[AtomicU32; 2]; SAMPLES]>;
+
+/// Size of the queue of windows from `detect` to `fit`: one stride may wait, the other places are
+/// for whole slides.
 pub const WINDOWS: usize = 4;
 
 /// Size of the queue of bytes from `report` to `line`: the next packet is encoded while the last 63

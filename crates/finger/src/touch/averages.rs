@@ -4,6 +4,7 @@
 //! A mean hides faster changes, so the squares of the frames about their means go with it.
 
 use crate::ring::Ring;
+use crate::scan::taxels;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 use ridgetone_tone::Values;
@@ -63,19 +64,17 @@ pub struct Averager {
     sums: Values,
     squares: Values,
     count: u32,
-    /// The latest mean, and the squares of its frames about it.
+    /// The latest mean. If it has just ended, `squares` are those of its frames about it.
     mean: Values,
-    /// True if a mean has just ended: `squares` are those of its frames about it.
     has_ended: bool,
 }
 
 impl Averager {
     /// An averager before the first frame.
     pub const fn new(plan: &Plan) -> Self {
-        let frames = plan.frames_averaged();
         Self {
             grid: Grid {
-                frames,
+                frames: plan.frames_averaged(),
                 number: 0,
                 first: 0,
             },
@@ -89,22 +88,17 @@ impl Averager {
 
     /// Starts again with frame `first`.
     pub fn restart(&mut self, first: u32) {
-        self.grid = Grid {
-            number: if self.grid.frames == 1 {
-                first
-            } else {
-                self.grid.number
-            },
-            first,
-            ..self.grid
-        };
+        if self.grid.frames == 1 {
+            self.grid.number = first;
+        }
+        self.grid.first = first;
         self.begin();
         self.mean = [0.0; TAXELS];
     }
 
     fn begin(&mut self) {
-        (self.sums, self.squares, self.count, self.has_ended) =
-            ([0.0; TAXELS], [0.0; TAXELS], 0, false);
+        (self.sums, self.squares) = ([0.0; TAXELS], [0.0; TAXELS]);
+        (self.count, self.has_ended) = (0, false);
     }
 
     /// Position of the means in the ring.
@@ -131,77 +125,61 @@ impl Averager {
             (self.grid.number, self.grid.first) = (number.wrapping_add(1), number.wrapping_add(1));
             return is_valid.then_some(number);
         }
-        self.add(number, values, inputs, is_valid)
+        self.add(number, is_valid.then_some(values), inputs)
     }
 
-    fn add(&mut self, number: u32, values: &Values, inputs: u16, is_valid: bool) -> Option<u32> {
+    fn add(&mut self, number: u32, values: Option<&Values>, inputs: u16) -> Option<u32> {
         let frames = self.grid.frames.max(1);
-        let mut beyond = number.wrapping_sub(self.grid.first);
-        if self.has_ended {
+        let beyond = number.wrapping_sub(self.grid.first);
+        // The last frames of a mean may be missing.
+        if self.has_ended || beyond >= frames {
             self.begin();
         }
-        if beyond >= frames {
-            // The last frames of a mean are missing.
-            self.skip(beyond / frames);
-            self.begin();
-            beyond %= frames;
-        }
-        if is_valid {
+        self.skip(beyond / frames);
+        if let Some(values) = values {
             self.count += 1;
-            let mut rest = inputs;
-            while rest != 0 {
-                let c = rest.trailing_zeros() as usize % TAXELS;
+            for c in taxels(inputs) {
                 // Relative to the latest mean, since squares of large numbers would be rounded.
                 let off = values[c] - self.mean[c];
                 self.sums[c] += off;
                 self.squares[c] += off * off;
-                rest &= rest - 1;
             }
         }
-        if beyond + 1 < frames {
+        if beyond % frames + 1 < frames {
             return None;
         }
         let ended = self.grid.number;
         self.skip(1);
-        if self.count == 0 {
+        self.has_ended = self.count > 0;
+        if !self.has_ended {
             return None;
         }
-        self.end(inputs);
-        Some(ended)
-    }
-
-    fn skip(&mut self, means: u32) {
-        self.grid.number = self.grid.number.wrapping_add(means);
-        self.grid.first = self
-            .grid
-            .first
-            .wrapping_add(means.wrapping_mul(self.grid.frames));
-    }
-
-    fn end(&mut self, inputs: u16) {
         let fraction = 1.0 / self.count as f32;
         // Missing frames are taken to have the squares of the others.
-        let times = self.grid.frames as f32 * fraction;
-        let mut rest = inputs;
-        while rest != 0 {
-            let c = rest.trailing_zeros() as usize % TAXELS;
-            rest &= rest - 1;
+        let times = frames as f32 * fraction;
+        for c in taxels(inputs) {
             let off = self.sums[c] * fraction;
             self.squares[c] = (self.squares[c] - self.sums[c] * off) * times;
             self.mean[c] += off;
         }
-        self.has_ended = true;
+        Some(ended)
+    }
+
+    fn skip(&mut self, means: u32) {
+        let Grid {
+            frames,
+            number,
+            first,
+        } = &mut self.grid;
+        *number = number.wrapping_add(means);
+        *first = first.wrapping_add(means.wrapping_mul(*frames));
     }
 
     /// The mean that has just ended, and the squares of its frames about it, if frames are
     /// averaged.
     #[inline(always)]
     pub fn latest(&self) -> Option<(&Values, &Values)> {
-        if self.grid.frames == 1 {
-            None
-        } else {
-            Some((&self.mean, &self.squares))
-        }
+        (self.grid.frames != 1).then_some((&self.mean, &self.squares))
     }
 }
 
@@ -232,41 +210,33 @@ mod tests {
             if is_missing(n) && n % 53 != 7 {
                 continue;
             }
-            if let Some(mean) = averager.push(number, &values, inputs, !is_missing(n)) {
-                ended.push(mean);
-                let group = mean * frames..(mean + 1) * frames;
-                let there: Vec<u32> = group.filter(|n| !is_missing(*n)).collect();
-                let (means, about) = averager.latest().unwrap();
-                let mut buffer = [0.0; TAXELS];
-                let of_ring = *Averages::new(&ring, averager.grid())
-                    .frame(mean, &mut buffer)
-                    .unwrap();
-                for c in (0..TAXELS).filter(|c| inputs >> c & 1 == 1) {
-                    let expected = there.iter().map(|n| f64::from(value(*n, c))).sum::<f64>()
-                        / there.len() as f64;
-                    let squares = there
-                        .iter()
-                        .map(|n| (f64::from(value(*n, c)) - expected).powi(2))
-                        .sum::<f64>();
-                    let squares = squares * f64::from(frames) / there.len() as f64;
-                    assert!((f64::from(means[c]) - expected).abs() < 1.0, "{mean}");
-                    assert!((f64::from(of_ring[c]) - expected).abs() < 3.0, "{mean}");
-                    // The first mean is far from zero, from which its squares are taken.
-                    if mean > 0 {
-                        assert!(
-                            (f64::from(about[c]) / squares - 1.0).abs() < 1e-3,
-                            "{mean}: {} {squares}",
-                            about[c]
-                        );
-                    }
-                }
+            let Some(mean) = averager.push(number, &values, inputs, !is_missing(n)) else {
+                continue;
+            };
+            ended.push(mean);
+            let there = (mean * frames..(mean + 1) * frames).filter(|n| !is_missing(*n));
+            let (means, about) = averager.latest().unwrap();
+            let mut buffer = [0.0; TAXELS];
+            let averages = Averages::new(&ring, averager.grid());
+            let of_ring = averages.frame(mean, &mut buffer).unwrap();
+            for c in taxels(inputs) {
+                let values: Vec<f64> = there.clone().map(|n| value(n, c).into()).collect();
+                let count = values.len() as f64;
+                let expected = values.iter().sum::<f64>() / count;
+                let squares = values
+                    .iter()
+                    .map(|value| (value - expected).powi(2))
+                    .sum::<f64>();
+                let squares = squares * f64::from(frames) / count;
+                assert!((f64::from(means[c]) - expected).abs() < 1.0, "{mean}");
+                assert!((f64::from(of_ring[c]) - expected).abs() < 3.0, "{mean}");
+                // The first mean is far from zero, from which its squares are taken.
+                let off = f64::from(about[c]) / squares - 1.0;
+                assert!(mean == 0 || off.abs() < 1e-3, "{mean}: {off}");
             }
         }
         let wanted: Vec<u32> = (0..37).filter(|mean| !(18..23).contains(mean)).collect();
-        assert_eq!(ended, wanted);
-        assert_eq!(
-            averager.grid().first_frame(3),
-            first.wrapping_add(3 * frames)
-        );
+        let third = averager.grid().first_frame(3);
+        assert_eq!((ended, third), (wanted, first.wrapping_add(3 * frames)));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::touch::averages::Averages;
 use crate::touch::block::BLOCK_FRAMES;
-use crate::touch::values::{add_times, scale};
+use crate::touch::values::add_times;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Values, phase};
@@ -21,7 +21,6 @@ pub struct Condition {
     new_mains_hz: Option<f32>,
     /// Drift, codes, up to frame `latest`; and drift per frame (`rate`), `None` without a drift.
     drifted: Values,
-    has_drifted: bool,
     rate: Option<Values>,
     latest: u32,
     /// True if neither hum nor drift is subtracted.
@@ -37,7 +36,6 @@ impl Condition {
             notch: None,
             new_mains_hz: None,
             drifted: [0.0; TAXELS],
-            has_drifted: false,
             rate: None,
             latest: 0,
             is_plain: true,
@@ -62,13 +60,6 @@ impl Condition {
         (self.new_mains_hz, self.is_plain) = (Some(interferer_hz), false);
     }
 
-    fn tune(&mut self, interferer_hz: f32) {
-        let twice_cos = 2.0 * phase::cos_sin(phase::from_turns(interferer_hz / self.rate_hz)).0;
-        let gain = 2.0 - twice_cos;
-        self.notch =
-            (interferer_hz > 0.0 && gain > GAIN_MIN).then_some((-twice_cos / gain, 1.0 / gain));
-    }
-
     /// True if a drift is known.
     pub const fn drifts(&self) -> bool {
         self.rate.is_some()
@@ -79,12 +70,14 @@ impl Condition {
         self.latest
     }
 
+    /// True if neither hum nor drift is subtracted.
+    pub const fn is_plain(&self) -> bool {
+        self.is_plain
+    }
+
     /// Sets the rise of the levels per block from now on, if any.
     pub fn set_drift(&mut self, per_block: Option<&Values>) {
-        self.rate = per_block.copied();
-        self.rate
-            .iter_mut()
-            .for_each(|rate| scale(rate, 1.0 / BLOCK_FRAMES as f32));
+        self.rate = per_block.map(|rise| rise.map(|rise| rise * (1.0 / BLOCK_FRAMES as f32)));
         self.is_plain &= self.rate.is_none();
     }
 
@@ -101,20 +94,19 @@ impl Condition {
 
     fn reach_cleaned(&mut self, number: u32) -> u32 {
         if let Some(mains_hz) = self.new_mains_hz.take() {
-            self.tune(mains_hz);
+            let twice_cos = 2.0 * phase::cos_sin(phase::from_turns(mains_hz / self.rate_hz)).0;
+            let gain = 2.0 - twice_cos;
+            let is_filtered = mains_hz > 0.0 && gain > GAIN_MIN;
+            self.notch = is_filtered.then_some((-twice_cos / gain, 1.0 / gain));
         }
-        let number = if self.notch.is_some() {
-            number.wrapping_sub(1)
-        } else {
-            number
-        };
+        let number = number.wrapping_sub(self.notch.is_some().into());
         if let Some(rate) = &self.rate {
             let passed = number.wrapping_sub(self.latest) as f32;
             add_times(&mut self.drifted, passed, rate);
-            self.has_drifted = true;
         }
         self.latest = number;
-        self.is_plain = self.notch.is_none() && self.rate.is_none() && !self.has_drifted;
+        let has_drifted = self.rate.is_some() || self.drifted != [0.0; TAXELS];
+        self.is_plain = self.notch.is_none() && !has_drifted;
         number
     }
 
@@ -127,7 +119,7 @@ impl Condition {
         number: u32,
         buffer: &'a mut Values,
     ) -> Option<&'a Values> {
-        if self.is_plain() {
+        if self.is_plain {
             return ring.frame(number, buffer);
         }
         *buffer = self.cleaned(ring, number)?;
@@ -136,38 +128,23 @@ impl Condition {
 
     /// A frame's values where hum or drift is subtracted.
     pub fn cleaned(&self, ring: Averages, number: u32) -> Option<Values> {
-        let mut buffer = [0.0; TAXELS];
-        ring.frame(number, &mut buffer)
-            .map(|values| self.clean(ring, number, values))
-    }
-
-    fn clean(&self, ring: Averages, number: u32, values: &Values) -> Values {
-        let mut values = *values;
-        if let Some((middle, beside)) = self.notch {
-            let [mut one, mut other] = [[0.0; TAXELS]; 2];
-            let (before, behind) = (number.wrapping_sub(1), number.wrapping_add(1));
-            let neighbours = ring
-                .frame(before, &mut one)
-                .zip(ring.frame(behind, &mut other));
-            // Without both adjacent frames the hum stays.
-            if let Some((before, behind)) = neighbours {
-                (0..TAXELS).for_each(|c| {
-                    values[c] = middle * values[c] + beside * (before[c] + behind[c])
-                });
+        let [mut own, mut one, mut other] = [[0.0; TAXELS]; 3];
+        let mut values = *ring.frame(number, &mut own)?;
+        let (before, behind) = (number.wrapping_sub(1), number.wrapping_add(1));
+        // Without both adjacent frames the hum stays.
+        if let Some((middle, beside)) = self.notch
+            && let Some(before) = ring.frame(before, &mut one)
+            && let Some(behind) = ring.frame(behind, &mut other)
+        {
+            for c in 0..TAXELS {
+                values[c] = middle * values[c] + beside * (before[c] + behind[c]);
             }
         }
+        add_times(&mut values, -1.0, &self.drifted);
         if let Some(rate) = &self.rate {
             let back = self.latest.wrapping_sub(number) as i32 as f32;
-            add_times(&mut values, -1.0, &self.drifted);
             add_times(&mut values, back, rate);
-        } else if self.has_drifted {
-            add_times(&mut values, -1.0, &self.drifted);
         }
-        values
-    }
-
-    /// True if neither hum nor drift is subtracted.
-    pub const fn is_plain(&self) -> bool {
-        self.is_plain
+        Some(values)
     }
 }

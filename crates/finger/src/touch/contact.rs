@@ -6,24 +6,21 @@
 //! and ends when they stop. Both times are searched for in the ring, as soon as a block of frames
 //! shows that there is one to find.
 
-mod evidence;
-
 use crate::ring::reached;
 use crate::touch::averages::Averages;
 use crate::touch::change::{Change, HoldMean};
 use crate::touch::condition::Condition;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
-use crate::touch::idle::{Idle, Noise};
-use crate::touch::loaded::Air;
+use crate::touch::idle::Idle;
+use crate::touch::loaded::{Air, Judged, judge};
 use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::touch::onset::Frames;
 use crate::touch::past::FURTHEST;
-use crate::touch::phase::{Ended, Phase};
-use crate::touch::slide::{Moved, Moving, Sign, Sliding, planned, slide_end};
-use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
-use crate::touch::values::{difference, length};
+use crate::touch::slide::{Moved, Moving, Phase, Sign, Sliding, planned, slide_end};
+use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
+use crate::touch::values::{difference, greater, length, lesser};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{Slide, SlideRule};
+use ridgetone_proto::settings::{Slide, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
 
@@ -32,18 +29,19 @@ use ridgetone_tone::Values;
 const LEARN_BLOCKS: u32 = 8;
 /// Blocks in a row without any change after which something is still: 66 ms.
 const STILL_BLOCKS: u32 = 4;
-/// Blocks after which the load of a hold is measured anew: 133 ms.
+/// Blocks after which the load of a hold, or its direction in a slide, is measured anew: 133 ms.
 const LOAD_BLOCKS: u32 = 8;
 /// Latest blocks excluded from the level before a motion: a slow motion may have begun in them. 133
 /// ms.
 const STILL_BACK: usize = 8;
-/// Blocks after which the direction of the load is measured anew in a slide: 133 ms.
-const AIM_BLOCKS: u32 = 8;
 /// Standard deviations by which the load falls in the latest frame of a finger that may be leaving.
 const LIFTS: f32 = 3.0;
 /// Frames from the contact to a slide that began before the spike was over: 50 ms, within which a
 /// spike hides the slide.
 const HIDDEN_FRAMES: u32 = 12;
+/// Fraction of the touch's first load that falls at once in a release: a skin that has crept since
+/// the contact stays behind.
+const FALLEN: f32 = 0.55;
 
 /// The state machine.
 #[derive(Clone, Debug)]
@@ -83,6 +81,13 @@ pub struct Observed<'a> {
     pub values: &'a Values,
     /// Squares of the frames about the mean; `None` for a single frame.
     pub squares: Option<&'a Values>,
+}
+
+/// End of a block: its last frame, the ring up to there, and the receiver of changes.
+struct Now<'a> {
+    number: u32,
+    ring: Averages<'a>,
+    report: &'a mut dyn FnMut(Change),
 }
 
 impl ContactDetector {
@@ -146,7 +151,6 @@ impl ContactDetector {
         ring: Averages,
         report: &mut dyn FnMut(Change),
     ) {
-        let Observed { values, squares } = frame;
         if self.slides_always(number, report) {
             return;
         }
@@ -157,20 +161,16 @@ impl ContactDetector {
         }
         let cleaned;
         let values = if self.condition.is_plain() {
-            values
+            frame.values
         } else {
-            let Some(frame) = self.condition.cleaned(ring, number) else {
-                return;
-            };
-            cleaned = frame;
-            &cleaned
+            cleaned = self.condition.cleaned(ring, number);
+            let Some(values) = &cleaned else { return };
+            values
         };
+        let weights = self.motion.weights();
         match self.phase {
-            Phase::Slide(_) => self.air.follow_slide(values, self.motion.weights()),
-            Phase::Spike(_) => {
-                self.spike
-                    .follow(number, values, &self.idle.level, self.motion.weights())
-            }
+            Phase::Slide(_) => self.air.follow_slide(values, weights),
+            Phase::Spike(_) => self.spike.follow(number, values, &self.idle.level, weights),
             _ => {}
         }
         self.motion.seeks_across = match &self.phase {
@@ -178,14 +178,21 @@ impl ContactDetector {
             Phase::Moving(moving) => moving.sign != Sign::Reported,
             _ => false,
         };
-        let Some(block) = self.motion.push(values, squares) else {
+        let Some(block) = self.motion.push(values, frame.squares) else {
             return;
         };
         if core::mem::take(&mut self.skips_block) {
             if matches!(self.phase, Phase::Idle | Phase::Learning(_)) {
                 self.enter(self.phase);
             }
-        } else if self.step(number, block, ring, report) {
+        } else if self.step(
+            block,
+            &mut Now {
+                number,
+                ring,
+                report,
+            },
+        ) {
             self.motion.learn();
         }
     }
@@ -200,14 +207,11 @@ impl ContactDetector {
                 self.enter(Phase::Learning(0));
                 report(Change::SlideEnd(slide.start, number));
             }
-            Phase::Slide(Sliding { start, .. }) => {
+            Phase::Slide(slide) => {
                 self.phase = Phase::Hold;
-                let end = if self.planned.is_some() {
-                    number
-                } else {
-                    self.moved.until
-                };
-                report(Change::SlideEnd(start, end));
+                let is_planned = self.planned.is_some();
+                let end = if is_planned { number } else { self.moved.until };
+                report(Change::SlideEnd(slide.start, end));
             }
             _ => {}
         }
@@ -220,7 +224,7 @@ impl ContactDetector {
         if is_always != matches!(self.phase, Phase::Always(_)) {
             self.finish(number, report);
             if is_always {
-                self.motion.ignore(None);
+                self.motion.ignore([0.0; TAXELS]);
                 self.planned = None;
                 (self.air, self.was_in_air) = (Air::Known(None), false);
                 self.phase = Phase::Always(Sliding::new(number, false));
@@ -233,16 +237,10 @@ impl ContactDetector {
         is_always
     }
 
-    /// Processes a block that ends with frame `number`. True if the finger was still, so that the
-    /// noise can be learned from the block.
-    fn step(
-        &mut self,
-        number: u32,
-        block: Block,
-        ring: Averages,
-        report: &mut dyn FnMut(Change),
-    ) -> bool {
-        let mean = self.motion.past().back(0);
+    /// Processes a block. True if the finger was still, so that the noise can be learned from it.
+    fn step(&mut self, block: Block, now: &mut Now) -> bool {
+        let (mean, number) = (self.motion.past.back(0), now.number);
+        let is_averaged = self.condition.is_averaged();
         match self.phase {
             Phase::Learning(blocks) => {
                 self.follow_idle(self.off_idle(mean));
@@ -250,7 +248,7 @@ impl ContactDetector {
                 if blocks + 1 == LEARN_BLOCKS {
                     self.enter(Phase::Idle);
                 }
-                true
+                return true;
             }
             Phase::Idle => {
                 let off = self.off_idle(mean);
@@ -259,280 +257,236 @@ impl ContactDetector {
                     return true;
                 }
                 let idle = &self.idle.level;
-                let is_nearer = |before: &Values| {
+                let is_back = |before: &Values| {
                     self.motion.distance(mean, before) < self.motion.distance(idle, before)
                 };
-                if matches!(&self.air, Air::Known(Some(before)) if is_nearer(before)) {
+                if matches!(&self.air, Air::Known(Some(before)) if is_back(before)) {
                     self.enter(Phase::CreepingBack);
                 } else {
-                    self.spike = Spike::begin(number, idle, &self.frames(ring));
+                    self.spike = Spike::begin(number, idle, &self.frames(now.ring));
                     // The end of an earlier motion may be anywhere by now: numbers wrap.
                     self.moved = Moved::until(number);
                     self.enter(Phase::Spike(number));
                 }
-                false
             }
             Phase::CreepingBack => {
                 self.idle.restart(*mean, &self.condition);
                 self.enter(Phase::Idle);
-                false
             }
             Phase::Spike(since) => {
-                self.moved
-                    .follow(block, number, self.condition.is_averaged());
-                let passed = number.wrapping_sub(since);
-                let is_due =
-                    passed >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS;
+                self.moved.follow(block, number, is_averaged);
+                let is_due = number.wrapping_sub(since) >= SPIKE_FRAMES
+                    || self.motion.still_quick >= SPIKE_STILL_BLOCKS;
                 // With the protocol every touch begins with a contact.
-                if is_due
-                    && (self.was_in_air
-                        || !self.finds_slides()
-                        || self.is_contact(since, number, ring))
-                {
-                    self.end_phase(Ended::Spike, number, ring, report);
+                let is_sure = self.was_in_air || !self.finds_slides();
+                if is_due && (is_sure || self.is_contact(since, now)) {
+                    self.end_phase(now);
                 }
-                false
             }
-            Phase::Hold | Phase::Moving(_) => {
-                // The level of a hold changes slowly.
-                if self.air.is_known() && self.motion.still.is_multiple_of(LOAD_BLOCKS) {
-                    self.load = self.motion.distance(&self.held.level, &self.idle.level);
+            Phase::Hold | Phase::Moving(_) => return self.hold(block, now),
+            Phase::Slide(slide) if self.planned.is_none() => {
+                let blocks = slide.blocks.wrapping_add(1);
+                self.moved.follow(block, number, is_averaged);
+                self.phase = Phase::Slide(Sliding { blocks, ..slide });
+                if self.is_over(slide.is_slow, blocks) {
+                    self.end_phase(now);
                 }
-                let off = self.motion.distance(mean, &self.idle.level);
-                // A change along the load alone is slow, so the oldest block counts too.
-                let back = BACK_AT_IDLE * self.load;
-                let is_back = |blocks: usize| {
-                    self.motion
-                        .distance(self.motion.past().back(blocks), &self.idle.level)
-                        < back
-                };
-                let is_over = off < back && is_back(STILL_BLOCKS as usize - 1);
-                let is_in_air = self.air.is_known() && !block.now && off < back && is_back(1);
-                // A slow slide falls as far as a release does, but it rises again.
-                let is_quiet = self.motion.still_quick >= STILL_BLOCKS;
-                let has_fallen = is_quiet && self.has_fallen();
-                if is_quiet && is_over || has_fallen && self.motion.still >= STILL_BLOCKS {
-                    self.end_hold(report);
-                    self.end_phase(Ended::Hold, number, ring, report);
-                    return false;
-                }
-                if let Phase::Moving(mut moving) = self.phase {
-                    if block.quick && moving.is_creep() {
-                        self.note_still_level();
-                        moving.since = number.wrapping_sub(BLOCK_FRAMES - 1);
-                    }
-                    if is_in_air {
-                        // In the air for two blocks: the motion so far was no slide, and a slide
-                        // may begin now.
-                        moving = moving.anew(number.wrapping_add(1));
-                        self.contact = number;
-                    }
-                    self.sign_of_motion(&mut moving, block, off, report);
-                    self.moving(moving.with(block), has_fallen, report);
-                    return false;
-                }
-                self.hold(number, off, block, report)
             }
-            Phase::Slide(mut slide) => {
-                if self.planned.is_none() {
-                    slide.blocks = slide.blocks.wrapping_add(1);
-                    self.moved
-                        .follow(block, number, self.condition.is_averaged());
-                    self.slide(slide, number, ring, report);
-                }
-                false
-            }
-            Phase::Starting(_) | Phase::Always(_) => false,
+            Phase::Slide(_) | Phase::Starting(_) | Phase::Always(_) => {}
         }
+        false
     }
 
-    /// Processes a block of a hold, whose mean is `off` from idle. True if nothing moves.
-    fn hold(
-        &mut self,
-        number: u32,
-        off: f32,
-        block: Block,
-        report: &mut dyn FnMut(Change),
-    ) -> bool {
-        let moves = block.moves();
-        // As long as the level in the air is unknown, only a motion shows a release.
-        if moves && (self.finds_slides() || !self.air.is_known()) {
+    /// Processes a block of a hold or of a motion in it. True if nothing moves in a hold.
+    fn hold(&mut self, block: Block, now: &mut Now) -> bool {
+        let (number, knows_air) = (now.number, self.air.is_known());
+        // The level of a hold changes slowly.
+        if knows_air && self.motion.still.is_multiple_of(LOAD_BLOCKS) {
+            self.load = self.off(&self.held.level);
+        }
+        let off = self.off(self.motion.past.back(0));
+        let back = BACK_AT_IDLE * self.load;
+        let was_back = |blocks| self.off(self.motion.past.back(blocks)) < back;
+        // A change along the load alone is slow, so the oldest block counts too.
+        let is_over = off < back && was_back(STILL_BLOCKS as usize - 1);
+        let is_in_air = knows_air && !block.now && off < back && was_back(1);
+        // A slow slide falls as far as a release does, but it rises again.
+        let is_quiet = self.motion.still_quick >= STILL_BLOCKS;
+        let has_fallen = is_quiet && self.has_fallen();
+        if is_quiet && is_over || has_fallen && self.motion.still >= STILL_BLOCKS {
+            self.end_hold(now.report);
+            self.end_phase(now);
+            return false;
+        }
+        let first = number.wrapping_sub(BLOCK_FRAMES - 1);
+        let mut moving = match self.phase {
+            Phase::Moving(moving) => moving,
+            // As long as the level in the air is unknown, only a motion shows a release.
+            _ if block.moves() && (self.finds_slides() || !knows_air) => Moving::since(first),
+            _ if block.moves() => return false,
+            _ => {
+                if self.motion.still <= HELD_BACK as u32 {
+                    self.held.restart();
+                } else if off > IS_LOAD * self.load {
+                    self.held.extend(number, &self.motion);
+                }
+                return true;
+            }
+        };
+        let is_new = self.phase == Phase::Hold;
+        if is_new || block.quick && moving.is_creep() {
             self.note_still_level();
-            let mut moving = Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1));
-            self.sign_of_motion(&mut moving, block, off, report);
-            self.phase = Phase::Moving(moving.with(block));
-        } else if !moves && self.motion.still <= HELD_BACK as u32 {
-            self.held.restart();
-        } else if !moves && off > IS_LOAD * self.load {
-            self.held.extend(number, &self.motion);
+            moving.since = first;
         }
-        !moves
-    }
-
-    /// Reports the first block that shows a motion across the direction of the load, unless its
-    /// mean, which is `off` from idle, shows a finger that leaves. Channels are sampled one after
-    /// the other, so that in the first frame of a lift only some have lost their load: if the load
-    /// has fallen, the next block decides.
-    fn sign_of_motion(
-        &self,
-        moving: &mut Moving,
-        block: Block,
-        off: f32,
-        report: &mut dyn FnMut(Change),
-    ) {
-        if !block.across || moving.sign == Sign::Reported || !self.finds_slides() {
-            return;
+        if is_in_air && !is_new {
+            // In the air for two blocks: the motion so far was no slide, and a slide may begin now.
+            moving = moving.anew(number.wrapping_add(1));
+            self.contact = number;
         }
-        if self.air.is_known() {
-            let fall = self.motion.along(self.motion.latest(), &self.held.level);
-            let may_lift = fall > LIFTS && moving.sign == Sign::None;
-            if may_lift || off < IS_LOAD * self.load {
-                moving.sign = Sign::Unsure;
-                return;
-            }
+        let sign = self.sign(moving.sign, block, off);
+        if sign != moving.sign && sign == Sign::Reported {
+            let since = self.condition.latest().wrapping_sub(BLOCK_FRAMES - 1);
+            (now.report)(Change::Moving(since));
         }
-        moving.sign = Sign::Reported;
-        let since = self.condition.latest().wrapping_sub(BLOCK_FRAMES - 1);
-        report(Change::Moving(since));
-    }
-
-    /// Processes a block while something moves: the motion becomes a slide, or is over.
-    fn moving(&mut self, moving: Moving, has_fallen: bool, report: &mut dyn FnMut(Change)) {
+        moving.sign = sign;
+        moving = moving.with(block);
         if self.finds_slides() && moving.is_slide() && !has_fallen {
-            self.end_hold(report);
+            self.end_hold(now.report);
             self.phase = Phase::Starting(moving);
-        } else if self.motion.still >= STILL_BLOCKS && self.motion.still_longest >= STILL_BLOCKS {
+        } else if self.motion.still.min(self.motion.still_longest) >= STILL_BLOCKS {
             self.phase = Phase::Hold;
             self.motion.restart_lately();
         } else {
             self.phase = Phase::Moving(moving);
         }
+        false
+    }
+
+    /// Sign of a motion with one more block, whose mean is `off` from idle: the first block that
+    /// shows a motion across the direction of the load, unless its mean shows a finger that leaves.
+    /// Channels are sampled one after the other, so that in the first frame of a lift only some have
+    /// lost their load: if the load has fallen, the next block decides.
+    fn sign(&self, sign: Sign, block: Block, off: f32) -> Sign {
+        if !block.across || sign == Sign::Reported || !self.finds_slides() {
+            return sign;
+        }
+        let motion = &self.motion;
+        let may_lift = || {
+            let fall = motion.along(motion.latest(), &self.held.level);
+            fall > LIFTS && sign == Sign::None || off < IS_LOAD * self.load
+        };
+        if self.air.is_known() && may_lift() {
+            Sign::Unsure
+        } else {
+            Sign::Reported
+        }
     }
 
     /// Begins the slide that a motion has become.
     fn start_slide(&mut self, moving: Moving, ring: Averages, report: &mut dyn FnMut(Change)) {
-        let left = match &self.still_level {
-            Some(level) => self
-                .frames(ring)
-                .departure(level, moving.since, self.contact),
-            None => self.contact.wrapping_add(HIDDEN_FRAMES),
-        };
-        let start = if reached(left, self.contact) {
-            left
-        } else {
-            self.contact
-        };
+        let contact = self.contact;
+        let left = self.still_level.as_ref().map_or_else(
+            || contact.wrapping_add(HIDDEN_FRAMES),
+            |level| self.frames(ring).departure(level, moving.since, contact),
+        );
+        let is_later = reached(left, contact);
+        let start = if is_later { left } else { contact };
         self.begin_slide(Sliding::new(start, moving.is_slow()), report);
     }
 
-    /// Processes a block of a slide.
-    fn slide(
-        &mut self,
-        slide: Sliding,
-        number: u32,
-        ring: Averages,
-        report: &mut dyn FnMut(Change),
-    ) {
-        self.phase = Phase::Slide(slide);
-        // Still, or in the air: there a slide is over even if something goes on shaking the finger.
-        let mut is_over = self.motion.still >= STILL_BLOCKS
-            && (self.motion.still_longest >= STILL_BLOCKS
-                || !slide.is_slow
-                || !self.motion.is_weak());
-        if slide.blocks.is_multiple_of(AIM_BLOCKS) {
-            let recent = self.motion.past().recent_mean();
-            let off = self.motion.distance(&recent, &self.idle.level);
-            is_over |= off < BACK_AT_IDLE * self.load;
-            if self.air.is_known() && off > IS_LOAD * self.load {
-                self.aim(&recent);
-            }
+    /// True if a slide is over, which goes on for `blocks`: the finger is still, or in the air, even
+    /// if something goes on shaking it there.
+    fn is_over(&mut self, is_slow: bool, blocks: u32) -> bool {
+        let motion = &self.motion;
+        let is_still = motion.still >= STILL_BLOCKS
+            && (motion.still_longest >= STILL_BLOCKS || !is_slow || !motion.is_weak());
+        if !blocks.is_multiple_of(LOAD_BLOCKS) {
+            return is_still;
         }
-        if is_over {
-            self.end_phase(Ended::Slide(slide), number, ring, report);
+        let recent = motion.past.recent_mean();
+        let off = self.off(&recent);
+        if self.air.is_known() && off > IS_LOAD * self.load {
+            self.aim(&recent);
         }
+        is_still || off < BACK_AT_IDLE * self.load
     }
 
-    /// Ends a phase with the latest block, which ends with frame `over`: the present level decides
-    /// what the phase was and what comes next.
-    fn end_phase(
-        &mut self,
-        ended: Ended,
-        over: u32,
-        ring: Averages,
-        report: &mut dyn FnMut(Change),
-    ) {
-        let level = self.motion.past().mean_of_four(0);
-        let off = self.motion.distance(&level, &self.idle.level);
+    /// Ends a phase with the latest block: the present level decides what the phase was and what
+    /// comes next.
+    fn end_phase(&mut self, now: &mut Now) {
+        let level = self.motion.past.mean_of_four(0);
+        let off = self.off(&level);
+        let is_at_idle = off < BACK_AT_IDLE * self.load;
         let before = self.still_level.replace(level);
         self.skips_block = true;
-        let mut arrived = None;
-        let is_released = match ended {
-            Ended::Spike => {
+        let is_spike = matches!(self.phase, Phase::Spike(_));
+        let (mut arrived, mut has_slid) = (None, false);
+        let is_released = match self.phase {
+            Phase::Spike(_) => {
                 let is_released = self.is_back_from_spike(off);
                 if self.motion.still_quick < SPIKE_STILL_BLOCKS {
                     self.still_level = None;
                 }
-                if is_released
-                    && self.spike.height(self.motion.weights()) < self.motion.taxels.limit(TAP)
-                {
-                    self.enter(Phase::Idle);
-                    return;
+                let height = self.spike.height(self.motion.weights());
+                if is_released && height < self.motion.taxels.limit(TAP) {
+                    return self.enter(Phase::Idle);
                 }
-                self.report_contact(report);
+                self.report_contact(now.report);
                 is_released
             }
-            Ended::Hold => true,
-            Ended::Slide(Sliding { start, .. }) => {
+            Phase::Slide(Sliding { start, .. }) => {
                 // A finger that is shaken in the air shows nothing else.
-                let frames = self.frames(ring);
-                let is_released = off < BACK_AT_IDLE * self.load || self.has_left(&level);
+                let frames = self.frames(now.ring);
+                has_slid = true;
+                let is_released = is_at_idle || self.has_left(&level);
                 let end = if self.motion.still_quick < STILL_BLOCKS {
                     self.moved.until
                 } else if is_released {
-                    let lifted = frames.arrival(&level, over);
+                    let lifted = frames.arrival(&level, now.number);
                     arrived = Some(lifted);
                     frames.hold_before(lifted, start)
                 } else {
-                    slide_end(&frames, &self.motion, &level, self.moved, over)
+                    slide_end(&frames, &level, self.moved, now.number)
                 };
-                report(Change::SlideEnd(start, end));
+                (now.report)(Change::SlideEnd(start, end));
                 is_released
             }
+            _ => {
+                has_slid = self.held.hold == Hold::AfterSlide;
+                true
+            }
         };
+        let knows_air = self.air.is_known();
         if is_released {
             let arrived = arrived.unwrap_or_else(|| match &before {
-                Some(before) if self.air.is_known() && off >= BACK_AT_IDLE * self.load => {
+                Some(before) if knows_air && !is_at_idle => {
                     // The level just after the fall: the skin has crept on since.
                     let since = self.motion.still_quick.saturating_sub(STILL_BLOCKS) as usize;
-                    let fallen = self.motion.past().mean_of_four(since.min(FURTHEST));
-                    self.frames(ring).fall(before, &fallen, over)
+                    let fallen = self.motion.past.mean_of_four(since.min(FURTHEST));
+                    self.frames(now.ring).fall(before, &fallen, now.number)
                 }
-                _ => self.frames(ring).arrival(&level, over),
+                _ => self.frames(now.ring).arrival(&level, now.number),
             });
-            report(Change::Release(arrived));
+            (now.report)(Change::Release(arrived));
             // Nothing slides in the air: the level after a slide is that in the air.
-            let has_slid = ended != Ended::Spike
-                && (ended != Ended::Hold || self.held.hold == Hold::AfterSlide);
-            self.was_in_air |= self.air.is_known() && has_slid;
-            self.air = Air::Known(self.air.is_known().then_some(self.idle.level));
+            self.was_in_air |= knows_air && has_slid;
+            self.air = Air::Known(knows_air.then_some(self.idle.level));
             self.idle.restart(level, &self.condition);
             self.planned = None;
-            self.motion.ignore(None);
+            self.motion.ignore([0.0; TAXELS]);
             self.enter(Phase::Idle);
             return;
         }
-        if !self.air.is_known() {
-            self.begin_hold(Hold::AfterSlide);
-            return;
+        if knows_air {
+            if is_spike || off > IS_LOAD * self.load {
+                (self.held.level, self.load) = (level, off);
+            }
+            if is_spike {
+                self.first_load = length(&difference(&level, &self.idle.level));
+            }
+            self.aim(&level);
         }
-        if ended == Ended::Spike || off > IS_LOAD * self.load {
-            (self.held.level, self.load) = (level, off);
-        }
-        if ended == Ended::Spike {
-            self.first_load = length(&difference(&level, &self.idle.level));
-        }
-        self.aim(&level);
-        self.begin_hold(if ended == Ended::Spike {
+        self.begin_hold(if is_spike && knows_air {
             Hold::BeforeSlide
         } else {
             Hold::AfterSlide
@@ -541,8 +495,7 @@ impl ContactDetector {
 
     /// Ignores changes along the line from idle to this level.
     fn aim(&mut self, level: &Values) {
-        self.motion
-            .ignore(Some(difference(level, &self.idle.level)));
+        self.motion.ignore(difference(level, &self.idle.level));
     }
 
     /// Makes the idle level follow the latest block, which is `off` from that level.
@@ -553,22 +506,17 @@ impl ContactDetector {
             condition,
             ..
         } = self;
-        if idle.follow(
-            motion.past().back(0),
-            off,
-            Noise {
-                weights: motion.weights(),
-                taxels: motion.taxels,
-            },
-            condition,
-        ) {
-            motion.forget(condition.drifts().then_some(&idle.slope));
-        }
+        idle.follow(off, motion, condition);
+    }
+
+    /// Squared distance of a level from idle, in units of one frame's noise.
+    fn off(&self, level: &Values) -> f32 {
+        self.motion.distance(level, &self.idle.level)
     }
 
     /// Squared distance of a block's mean from idle, in units of the mean's noise.
     fn off_idle(&self, mean: &Values) -> f32 {
-        self.motion.distance(mean, &self.idle.level) * BLOCK_FRAMES as f32
+        self.off(mean) * BLOCK_FRAMES as f32
     }
 
     /// Reports the contact: the taxel with the highest spike gives the time.
@@ -634,19 +582,96 @@ impl ContactDetector {
     }
 
     fn frames<'a>(&'a self, ring: Averages<'a>) -> Frames<'a> {
-        let motion = &self.motion;
         Frames {
             ring,
-            taxels: motion.taxels,
             condition: &self.condition,
-            weights: motion.weights(),
-            wander: motion.wander(),
-            pull: motion.pull(),
+            motion: &self.motion,
         }
     }
 
     fn enter(&mut self, phase: Phase) {
         self.phase = phase;
         self.motion.restart();
+    }
+
+    /// True if a level, which is `off` from idle, is in the air after a spike. The spike may be
+    /// many times as high as the hold, so only a level next to idle counts. For a finger that is
+    /// shaken all the time a longer mean decides.
+    fn is_back_from_spike(&self, off: f32) -> bool {
+        let motion = &self.motion;
+        let of_recent = self.off(&motion.past.recent_mean());
+        let is_still = motion.still_quick >= SPIKE_STILL_BLOCKS;
+        let off = if is_still {
+            off
+        } else {
+            lesser(off, of_recent)
+        };
+        let at_idle = self.idle.touched(motion.taxels) * (1.0 / BLOCK_FRAMES as f32);
+        off < greater(
+            at_idle,
+            BACK_FROM_SPIKE * self.spike.height(motion.weights()),
+        )
+    }
+
+    /// True if the change since the block that ends with frame `since` is a contact. Otherwise a
+    /// finger that was on something before slides, or it is unclear as yet.
+    fn is_contact(&mut self, since: u32, now: &Now) -> bool {
+        let (passed, first) = (
+            now.number.wrapping_sub(since),
+            since.wrapping_sub(BLOCK_FRAMES - 1),
+        );
+        let is_still = self.motion.still >= SPIKE_STILL_BLOCKS && passed > SPIKE_FRAMES;
+        // A slide passes the level before it, but does not stay there; a tap is short.
+        let off = |back| self.off(self.motion.past.back(back));
+        let off = greater(off(0), off(STILL_BLOCKS as usize - 1));
+        if passed < 2 * SPIKE_FRAMES && self.is_back_from_spike(off) {
+            return true;
+        }
+        let (frames, idle) = (self.frames(now.ring), &self.idle.level);
+        match judge(&frames, idle, first, now.number, is_still) {
+            Judged::Contact { has_spike } => {
+                self.was_in_air = has_spike;
+                return true;
+            }
+            Judged::Slide(moments) => {
+                self.air = Air::Unknown(moments);
+                (self.load, self.contact) = (0.0, first.wrapping_sub(SPIKE_FRAMES));
+                self.held.restart();
+                self.still_level = Some(self.idle.level);
+                // The next block begins the slide.
+                self.phase = Phase::Moving(Moving::sliding_since(first));
+            }
+            Judged::Unclear => {}
+        }
+        false
+    }
+
+    /// True if a finger whose idle level is not known has left the levels of its slide.
+    fn has_left(&self, level: &Values) -> bool {
+        let Motion { taxels, .. } = &self.motion;
+        self.air.is_left(level, self.motion.weights(), taxels.count)
+    }
+
+    /// True if the load fell in the latest motion, whatever the idle level is by now: the level may
+    /// have drifted, and a skin creeps back to it.
+    fn has_fallen(&self) -> bool {
+        let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else {
+            return false;
+        };
+        let (motion, past) = (&self.motion, &self.motion.past);
+        let fall = FALLEN * motion.in_noise(self.first_load);
+        let is_down = |level| self.has_left(level) || motion.along(level, before) > fall;
+        // A change along the load alone is slow, so the oldest block counts too.
+        is_down(past.back(STILL_BLOCKS as usize - 1)) && is_down(past.back(0))
+    }
+
+    /// Notes the level before a motion that the latest block shows.
+    fn note_still_level(&mut self) {
+        // Right after another motion the level at which that motion ended is kept.
+        let past = &self.motion.past;
+        if past.count > HELD_BACK {
+            let skip = past.count.saturating_sub(4).clamp(HELD_BACK, STILL_BACK);
+            self.still_level = Some(past.mean_of_four(skip));
+        }
     }
 }

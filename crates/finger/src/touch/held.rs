@@ -3,7 +3,6 @@
 
 use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::motion::Motion;
-use crate::touch::values::approach;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
@@ -62,11 +61,10 @@ impl HeldLevel {
             self.from = self.until.wrapping_sub(BLOCK_FRAMES);
         }
         self.blocks = self.blocks.saturating_add(1);
-        approach(
-            &mut self.level,
-            motion.past().back(HELD_BACK),
-            1.0 / self.blocks as f32,
-        );
+        let (latest, fraction) = (motion.past.back(HELD_BACK), 1.0 / self.blocks as f32);
+        for (level, latest) in self.level.iter_mut().zip(latest) {
+            *level += fraction * (latest - *level);
+        }
     }
 
     pub const fn frames(&self) -> u32 {

@@ -3,7 +3,8 @@
 use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::chi_square::{Limit, Taxels, limit};
 use crate::touch::condition::Condition;
-use crate::touch::values::greater;
+use crate::touch::motion::Motion;
+use crate::touch::values::{add_times, greater, lesser};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -40,14 +41,6 @@ pub struct Idle {
     typical: f32,
 }
 
-/// Noise of the taxels.
-pub struct Noise<'a> {
-    /// One over the variance of each taxel's frames.
-    pub weights: &'a Values,
-    /// The taxels that count.
-    pub taxels: Taxels,
-}
-
 impl Idle {
     pub const fn new() -> Self {
         Self {
@@ -79,27 +72,14 @@ impl Idle {
         greater(taxels.limit(TOUCHED), OVER_TYPICAL * self.typical)
     }
 
-    /// Follows one more block in the air, with its mean and squared distance from the level, and
-    /// measures the drift. True if the noise is to be learned anew, because the drift was taken for
-    /// noise.
-    #[must_use]
-    pub fn follow(
-        &mut self,
-        mean: &Values,
-        off: f32,
-        noise: Noise<'_>,
-        condition: &mut Condition,
-    ) -> bool {
-        let Noise { weights, taxels } = noise;
-        let (min, max) = BLOCKS;
+    /// Follows the latest block, which is in the air and `off` from the level, and measures the
+    /// drift. The noise is learned anew if the drift was taken for noise.
+    pub fn follow(&mut self, off: f32, motion: &mut Motion, condition: &mut Condition) {
+        let (taxels, is_known) = (motion.taxels, condition.drifts());
         if self.blocks >= 4.0 {
-            let fraction = if self.blocks < 32.0 {
-                1.0 / self.blocks
-            } else {
-                1.0 / 32.0
-            };
-            self.typical += (off - self.typical) * fraction;
+            self.typical += (off - self.typical) * (1.0 / lesser(self.blocks, 32.0));
         }
+        let (min, max) = BLOCKS;
         if off > taxels.limit(BENT) && self.blocks > min {
             self.blocks = greater(min, 0.5 * self.blocks);
         } else if self.blocks < max {
@@ -107,18 +87,13 @@ impl Idle {
         }
         let blocks = self.blocks;
         let fraction = 1.0 / (blocks * (blocks + 1.0));
-        let (to_level, to_slope) = (
-            (4.0 * blocks - 2.0) * fraction,
-            if blocks > 1.0 { 6.0 * fraction } else { 0.0 },
-        );
-        let is_known = condition.drifts();
+        let to_level = (4.0 * blocks - 2.0) * fraction;
+        let to_slope = if blocks > 1.0 { 6.0 * fraction } else { 0.0 };
+        let (mean, weights) = (motion.past.back(0), motion.weights());
         let mut square = 0.0;
         for c in 0..TAXELS {
-            let expected = if is_known {
-                self.level[c]
-            } else {
-                self.level[c] + self.slope[c]
-            };
+            let rise = if is_known { 0.0 } else { self.slope[c] };
+            let expected = self.level[c] + rise;
             let off = mean[c] - expected;
             self.level[c] = expected + to_level * off;
             self.slope[c] += to_slope * off;
@@ -132,14 +107,15 @@ impl Idle {
         let wander = greater(1.0, self.typical / taxels.count);
         let times = square * (BLOCK_FRAMES as f32 / 12.0) * blocks * blocks * blocks;
         let drifts = times > taxels.limit(DRIFTS) * wander * wander;
-        if blocks >= DRIFT_BLOCKS || is_known {
-            condition.set_drift(drifts.then_some(&self.slope));
-            if drifts != is_known {
-                let ahead = if drifts { AHEAD } else { -AHEAD };
-                (0..TAXELS).for_each(|c| self.level[c] += ahead * self.slope[c]);
-                return true;
-            }
+        if blocks < DRIFT_BLOCKS && !is_known {
+            return;
         }
-        false
+        let slope = drifts.then_some(&self.slope);
+        condition.set_drift(slope);
+        if drifts != is_known {
+            let ahead = if drifts { AHEAD } else { -AHEAD };
+            add_times(&mut self.level, ahead, &self.slope);
+            motion.forget(slope);
+        }
     }
 }

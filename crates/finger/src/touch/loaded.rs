@@ -8,7 +8,7 @@
 
 use crate::touch::chi_square::{along, distance};
 use crate::touch::onset::Frames;
-use crate::touch::values::{difference, greater, multiply};
+use crate::touch::values::greater;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -67,13 +67,6 @@ impl Moments {
     fn spread(&self, taxels: f32) -> f32 {
         self.squares / greater(self.frames, 1.0) - taxels
     }
-
-    /// True if a level does not belong to the motion.
-    fn is_beside(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
-        self.frames > 0.0
-            && distance(weights, level, &self.mean)
-                > BESIDE_MOTION * greater(self.spread(taxels), taxels)
-    }
 }
 
 /// Level in the air, as far as it is known.
@@ -100,7 +93,11 @@ impl Air {
 
     /// True if the finger has left the levels of its slides.
     pub fn is_left(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
-        matches!(self, Self::Unknown(moments) if moments.is_beside(level, weights, taxels))
+        let Self::Unknown(slides) = self else {
+            return false;
+        };
+        let max = BESIDE_MOTION * greater(slides.spread(taxels), taxels);
+        slides.frames > 0.0 && distance(weights, level, &slides.mean) > max
     }
 }
 
@@ -128,9 +125,10 @@ fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Val
 
 /// Judges the change from `level` in the frames from `first` to `last`.
 pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: bool) -> Judged {
-    let (weights, taxels) = (frames.weights, frames.taxels.count);
+    let (weights, taxels) = (frames.motion.weights(), frames.motion.taxels.count);
     let all = last.wrapping_sub(first);
-    let (from, until) = if all < 2 * LATE_FRAMES.0 {
+    let is_short = all < 2 * LATE_FRAMES.0;
+    let (from, until) = if is_short {
         (all / 2, all)
     } else {
         LATE_FRAMES
@@ -161,8 +159,7 @@ pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: b
         return Judged::Unclear;
     }
     // The part of the motion that is along the way from the level to its mean.
-    let mut way = difference(&late.mean, level);
-    multiply(&mut way, weights);
+    let way = core::array::from_fn(|c| (late.mean[c] - level[c]) * weights[c]);
     let (mut squares, mut count) = (0.0, 0.0);
     look_at(frames, first, all, &mut |at, values| {
         if at >= from {
@@ -184,23 +181,19 @@ mod tests {
 
     /// Against the definition, in f64.
     #[test]
-    fn a_course_has_the_mean_and_the_mean_square_of_its_frames() {
+    fn moments_have_the_mean_and_the_mean_square_of_their_frames() {
         let value = |n: u16, c: usize| f32::from((n * 37 + 11 * c as u16) % 101) + f32::from(n);
         let weights: Values = core::array::from_fn(|c| 1.0 + c as f32);
         let mut moments = Moments::new();
         (0..50).for_each(|n| moments.add(&core::array::from_fn(|c| value(n, c)), &weights));
-        let mut squares = 0.0;
+        let mut spread = -16.0;
         for c in 0..TAXELS {
-            let mean = (0..50).map(|n| f64::from(value(n, c))).sum::<f64>() / 50.0;
+            let values = (0..50).map(|n| f64::from(value(n, c)));
+            let mean = values.clone().sum::<f64>() / 50.0;
             assert!((f64::from(moments.mean[c]) - mean).abs() < 1e-3, "{c}");
-            squares += f64::from(weights[c])
-                * (0..50)
-                    .map(|n| (f64::from(value(n, c)) - mean).powi(2))
-                    .sum::<f64>();
+            let square = values.map(|value| (value - mean).powi(2)).sum::<f64>();
+            spread += f64::from(weights[c]) * square / 50.0;
         }
-        assert!(
-            (f64::from(moments.spread(16.0)) - (squares / 50.0 - 16.0)).abs()
-                < 1e-4 * squares / 50.0
-        );
+        assert!((f64::from(moments.spread(16.0)) / spread - 1.0).abs() < 1e-4);
     }
 }

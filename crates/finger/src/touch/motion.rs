@@ -9,7 +9,7 @@ pub use crate::touch::block::{BLOCK_FRAMES, Block};
 use crate::touch::chi_square::{Apart, Limit, Taxels, along, distance, limit, root};
 use crate::touch::noise::{KNOWN_BLOCKS, NOISE_BLOCKS, Noise};
 use crate::touch::past::{EIGHTS, Past};
-use crate::touch::values::{greater, length};
+use crate::touch::values::{greater, length, lesser};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
@@ -108,12 +108,7 @@ impl Comparison {
 
     /// Value for an average, limited to that of a motion in a single block.
     fn capped(&self) -> f32 {
-        let limit = self.limit();
-        if self.value > limit {
-            limit
-        } else {
-            self.value
-        }
+        lesser(self.value, self.limit())
     }
 
     /// Takes a block's value into the average. True if the average is motion.
@@ -129,11 +124,9 @@ impl Comparison {
     /// Learns from a still block, unless there was nothing to compare.
     fn learn(&mut self) {
         if self.value > 0.0 {
-            self.learned += if self.learned < NOISE_BLOCKS {
-                1.0
-            } else {
-                0.0
-            };
+            if self.learned < NOISE_BLOCKS {
+                self.learned += 1.0;
+            }
             self.typical += (self.value - self.typical) / self.learned;
         }
     }
@@ -145,23 +138,23 @@ pub struct Motion {
     /// Number of taxels.
     pub taxels: Taxels,
     noise: Noise,
-    past: Past,
-    /// Direction that is ignored, codes; and true if there is one.
+    /// Means of the latest blocks.
+    pub past: Past,
+    /// Direction that is ignored, codes; zero without one.
     load: Values,
-    has_load: bool,
     /// `load` times the weights: the product with a difference is its length along the load.
-    pull: Values,
+    pub pull: Values,
     /// The greatest long comparison since the last restart.
     greatest_bend: f32,
     /// Still blocks until the noise is learned again.
     until_learning: u32,
     /// Number of blocks from which nothing can be learned: some of their frames contain a drift.
     unfit: u32,
-    /// Frames of the block under way.
-    frames: [Values; BLOCK_FRAMES as usize],
+    /// The frame before the block under way, or a copy of the very first one; and the block's
+    /// frames, `count` so far.
+    frames: [Values; 1 + BLOCK_FRAMES as usize],
     count: usize,
-    /// The frame before the block under way, if there was one.
-    before: Option<Values>,
+    has_begun: bool,
     /// Squared changes from frame to frame in the latest block.
     squares: Values,
     /// Squares of the block's averaged frames about their means, which hide faster changes.
@@ -193,7 +186,8 @@ impl Motion {
         let taxels = Taxels::new(plan.channels());
         let freedom = (BLOCK_FRAMES * (plan.frames_averaged() - 1)) as f32 * plan.channels() as f32;
         // Standard deviation over mean.
-        let spread = if freedom > 0.0 {
+        let is_averaged = freedom > 0.0;
+        let spread = if is_averaged {
             root(2.0 / freedom)
         } else {
             0.0
@@ -205,14 +199,13 @@ impl Motion {
             noise: Noise::new(),
             past: Past::new(),
             load: [0.0; TAXELS],
-            has_load: false,
             pull: [0.0; TAXELS],
             greatest_bend: 0.0,
             until_learning: 0,
             unfit: 0,
-            frames: [[0.0; TAXELS]; BLOCK_FRAMES as usize],
+            frames: [[0.0; TAXELS]; 1 + BLOCK_FRAMES as usize],
             count: 0,
-            before: None,
+            has_begun: false,
             squares: [0.0; TAXELS],
             swung: 0.0,
             seeks_across: false,
@@ -258,7 +251,10 @@ impl Motion {
         if let Some(squares) = squares {
             self.swung += along(&self.noise.weights, &[0.0; TAXELS], squares);
         }
-        self.frames[self.count % BLOCK_FRAMES as usize] = *values;
+        if !core::mem::replace(&mut self.has_begun, true) {
+            self.frames[0] = *values;
+        }
+        self.frames[1 + self.count % BLOCK_FRAMES as usize] = *values;
         self.count += 1;
         if self.count < BLOCK_FRAMES as usize {
             return None;
@@ -268,8 +264,7 @@ impl Motion {
     }
 
     fn evaluate(&mut self) -> Block {
-        let [first, second, third, fourth] = &self.frames;
-        let before = self.before.as_ref().unwrap_or(first);
+        let [before, first, second, third, fourth] = &self.frames;
         let [latest, near, far] = [0, SHORT - 1, 2 * SHORT - 1].map(|back| self.past.back(back));
         // One loop: this is the costliest step of a frame.
         let mut within = 0.0;
@@ -295,14 +290,9 @@ impl Motion {
         // In units of the noise: a mean of four frames has a quarter of the variance of one, a
         // first difference of such means twice that, a second difference six times.
         let frames = BLOCK_FRAMES as f32;
-        let (of_change, of_bend) = (
-            if known >= 1 { frames / 2.0 } else { 0.0 },
-            if known >= 2 * SHORT {
-                frames / 6.0
-            } else {
-                0.0
-            },
-        );
+        let of_change = if known >= 1 { frames / 2.0 } else { 0.0 };
+        let is_bend = known >= 2 * SHORT;
+        let of_bend = if is_bend { frames / 6.0 } else { 0.0 };
         self.within.value = within;
         self.beside.value = change.square() * of_change;
         self.short.value = bend.square() * of_bend;
@@ -322,13 +312,12 @@ impl Motion {
         let creep = CREEP_FRACTION * self.greatest_bend;
         // Wandering noise is twice as large in means of eight blocks as in means of four.
         let wander = OVER_TYPICAL * (2.0 * self.long.typical - self.taxels.count);
-        let Self {
-            within,
-            beside,
-            short,
-            swing,
-            ..
-        } = self;
+        let [within, beside, short, swing] = [
+            &mut self.within,
+            &mut self.beside,
+            &mut self.short,
+            &mut self.swing,
+        ];
         let both = within.capped() + BESIDE * beside.capped();
         let typical = within.typical + BESIDE * beside.typical;
         let faint = within.is_faint(within.capped(), within.typical)
@@ -357,7 +346,7 @@ impl Motion {
             longest: self.longest.value > greater(greater(self.longest.limit(), wander), creep),
             across,
         };
-        self.before = Some(self.frames[BLOCK_FRAMES as usize - 1]);
+        self.frames[0] = *self.latest();
         for (still, moves) in [
             (&mut self.still_quick, block.quick),
             (&mut self.still_longest, block.longest),
@@ -368,45 +357,37 @@ impl Motion {
         block
     }
 
+    /// Length of a difference.
+    #[inline(always)]
+    fn apart(&self, off: impl Fn(usize) -> f32) -> Apart {
+        let mut apart = Apart::NONE;
+        for c in 0..TAXELS {
+            apart.add(off(c), self.noise.weights[c], self.pull[c]);
+        }
+        apart
+    }
+
     /// Squared changes from frame to frame in the block under way, without what the load explains.
     fn steps_across(&self) -> f32 {
-        let mut before = self.before.as_ref().unwrap_or(&self.frames[0]);
-        let mut sum = 0.0;
-        for frame in &self.frames {
-            let mut step = Apart::NONE;
-            for c in 0..TAXELS {
-                step.add(frame[c] - before[c], self.noise.weights[c], self.pull[c]);
-            }
-            sum += across(step, 0.0);
-            before = frame;
-        }
-        sum
+        let step = |k: usize| self.apart(|c| self.frames[k + 1][c] - self.frames[k][c]);
+        (0..BLOCK_FRAMES as usize).fold(0.0, |sum, k| sum + across(step(k), 0.0))
     }
 
     /// Squared deviation from a straight line of the mean of the latest four blocks, and two before
     /// it at a distance of [`LONG`].
-    #[inline]
     fn long_bend(&self) -> f32 {
         const FAR: usize = LONG / 2;
         let [a, b, c, d, e, f] =
             [0, 1, FAR, FAR + 1, 2 * FAR, 2 * FAR + 1].map(|back| self.past.pair(back));
-        let mut bend = Apart::NONE;
-        for taxel in 0..TAXELS {
-            let off = a[taxel] + b[taxel] + e[taxel] + f[taxel] - 2.0 * (c[taxel] + d[taxel]);
-            bend.add(off, self.noise.weights[taxel], self.pull[taxel]);
-        }
-        bend.square() * (1.0 / 16.0)
+        let off = |k: usize| a[k] + b[k] + e[k] + f[k] - 2.0 * (c[k] + d[k]);
+        self.apart(off).square() * (1.0 / 16.0)
     }
 
     /// Squared deviation of means of eight blocks from a straight line: the latest one, and two
     /// before it at a distance of two.
     fn longest_bend(&self) -> f32 {
         let [near, middle, far] = [0, 2, 4].map(|back| self.past.eight(back));
-        let mut bend = Apart::NONE;
-        for taxel in 0..TAXELS {
-            let off = near[taxel] + far[taxel] - 2.0 * middle[taxel];
-            bend.add(off, self.noise.weights[taxel], self.pull[taxel]);
-        }
+        let bend = self.apart(|c| near[c] + far[c] - 2.0 * middle[c]);
         bend.square() * (1.0 / 64.0)
     }
 
@@ -423,18 +404,13 @@ impl Motion {
             return;
         }
         // A level that is well known needs only one block of eight.
-        self.until_learning = if self.until_learning > 0 {
-            self.until_learning - 1
-        } else {
-            LEARN_EVERY - 1
-        };
+        let until = self.until_learning.checked_sub(1);
+        self.until_learning = until.unwrap_or(LEARN_EVERY - 1);
         if self.until_learning > 0 && self.within.learned >= NOISE_BLOCKS {
             return;
         }
         self.noise.learn(&self.past, &self.squares);
-        if self.has_load {
-            self.aim();
-        }
+        self.aim();
         if self.noise.learned >= KNOWN_BLOCKS {
             self.each(Comparison::learn);
             if self.swing.learned >= KNOWN_BLOCKS {
@@ -444,12 +420,18 @@ impl Motion {
     }
 
     fn each(&mut self, change: fn(&mut Comparison)) {
-        change(&mut self.within);
-        change(&mut self.beside);
-        change(&mut self.short);
-        change(&mut self.long);
-        change(&mut self.longest);
-        change(&mut self.swing);
+        let Self {
+            within,
+            beside,
+            short,
+            long,
+            longest,
+            swing,
+            ..
+        } = self;
+        [within, beside, short, long, longest, swing]
+            .into_iter()
+            .for_each(change);
     }
 
     /// Learns the typical values anew, and soon the noise: a drift by `slope` in each block was
@@ -461,10 +443,10 @@ impl Motion {
         self.noise.forget(slope);
     }
 
-    /// Ignores changes along this direction from now on, if there is one: the finger presses more
+    /// Ignores changes along this direction from now on, if it is not zero: the finger presses more
     /// or less, or its skin creeps.
-    pub fn ignore(&mut self, load: Option<Values>) {
-        (self.load, self.has_load) = (load.unwrap_or([0.0; TAXELS]), load.is_some());
+    pub fn ignore(&mut self, load: Values) {
+        self.load = load;
         self.aim();
     }
 
@@ -477,24 +459,14 @@ impl Motion {
             (square, fourth) = (square + one, fourth + one * one);
         }
         let is_wide = square * square > LOADED_MIN * fourth;
-        let fraction = if is_wide {
-            1.0 / ridgetone_tone::sqrt(square)
-        } else {
-            0.0
-        };
-        for c in 0..TAXELS {
-            self.pull[c] = load[c] * weights[c] * fraction;
-        }
+        let length = ridgetone_tone::sqrt(square);
+        let fraction = if is_wide { 1.0 / length } else { 0.0 };
+        self.pull = core::array::from_fn(|c| load[c] * weights[c] * fraction);
     }
 
     /// The latest frame of the latest block.
     pub const fn latest(&self) -> &Values {
-        &self.frames[BLOCK_FRAMES as usize - 1]
-    }
-
-    /// Means of the latest blocks.
-    pub const fn past(&self) -> &Past {
-        &self.past
+        &self.frames[BLOCK_FRAMES as usize]
     }
 
     /// Squared distance of two levels, in units of one frame's noise.
@@ -520,11 +492,6 @@ impl Motion {
             1.0,
             greater(self.beside.typical, self.long.typical) / self.taxels.count,
         )
-    }
-
-    /// Factor from a product with a difference to its length along the ignored direction.
-    pub const fn pull(&self) -> &Values {
-        &self.pull
     }
 
     /// One over the variance of each taxel's frames.

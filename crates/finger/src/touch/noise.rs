@@ -2,7 +2,7 @@
 
 use crate::touch::block::BLOCK_FRAMES;
 use crate::touch::past::Past;
-use crate::touch::values::greater;
+use crate::touch::values::{greater, lesser};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -43,11 +43,7 @@ impl Noise {
     /// alone would be too small for some taxel. The weights follow with the next block that is
     /// learned from.
     pub fn forget(&mut self, slope: Option<&Values>) {
-        self.learned = if self.learned < KNOWN_BLOCKS {
-            self.learned
-        } else {
-            KNOWN_BLOCKS
-        };
+        self.learned = lesser(self.learned, KNOWN_BLOCKS);
         let Some(slope) = slope else { return };
         for c in 0..TAXELS {
             // In a block it adds four squares of a quarter of the slope, and one of all of it to

@@ -5,9 +5,10 @@
 use crate::ring::reached;
 use crate::touch::averages::Averages;
 use crate::touch::block::BLOCK_FRAMES;
-use crate::touch::chi_square::{Apart, Limit, Taxels, along, distance, limit};
+use crate::touch::chi_square::{Apart, Limit, along, limit};
 use crate::touch::condition::Condition;
-use crate::touch::values::{add, greater, scale};
+use crate::touch::motion::Motion;
+use crate::touch::values::{add, greater, lesser, scale};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -47,15 +48,8 @@ const LIFTING_FRAMES: u32 = 4;
 #[derive(Clone, Copy, Debug)]
 pub struct Frames<'a> {
     pub ring: Averages<'a>,
-    /// Number of taxels.
-    pub taxels: Taxels,
     pub condition: &'a Condition,
-    /// One over the variance of each taxel's frames.
-    pub weights: &'a Values,
-    /// See [`Motion::wander`](crate::touch::motion::Motion::wander).
-    pub wander: f32,
-    /// See [`Motion::pull`](crate::touch::motion::Motion::pull).
-    pub pull: &'a Values,
+    pub motion: &'a Motion,
 }
 
 /// Level of the taxels while nothing moves.
@@ -64,6 +58,12 @@ pub struct StillLevel<'a> {
     pub level: &'a Values,
     /// Creep of the skin: rise of the level per frame.
     pub creep: Option<&'a Values>,
+}
+
+impl<'a> StillLevel<'a> {
+    pub const fn new(level: &'a Values) -> Self {
+        Self { level, creep: None }
+    }
 }
 
 /// Frames to search, backwards from `last`.
@@ -77,104 +77,86 @@ struct Search {
 
 /// Evidence from frames and from means of four; and from frames by a greater limit, if a motion
 /// begins or ends abruptly: the curve of a skin's creep is no motion.
-struct Spoken {
-    single: Extremes,
-    mean: Extremes,
-    sharp: Option<Extremes>,
+struct Evidence {
+    single: Sum,
+    mean: Sum,
+    sharp: Option<Sum>,
 }
 
-/// A sum over frames, latest first, with its maximum and minimum.
+/// Sum of the evidence in frames, latest first, and its maximum. Evidence is a squared distance
+/// less the limit `between` a still level and a motion, or the limit less the distance.
 #[derive(Clone, Copy)]
-struct Extremes {
+struct Sum {
+    between: f32,
+    /// See [`PAST`].
+    past: f32,
     sum: f32,
     max: f32,
     max_from: u32,
-    min: f32,
-    min_from: u32,
-    /// See [`PAST`].
-    past: f32,
 }
 
-impl Extremes {
-    const fn at(last: u32, past: f32) -> Self {
+impl Sum {
+    const fn new(between: f32, past: f32, last: u32) -> Self {
         Self {
+            between,
+            past,
             sum: 0.0,
             max: 0.0,
             max_from: last,
-            min: 0.0,
-            min_from: last,
-            past,
         }
     }
 
-    /// True if the search is far past the extreme.
-    fn is_past(&self, max: bool) -> bool {
-        if max {
-            self.max - self.sum > self.past
-        } else {
-            self.sum - self.min > self.past
-        }
+    /// True if the search is far past the maximum.
+    fn is_past(&self) -> bool {
+        self.max - self.sum > self.past
     }
 
-    /// Adds evidence for motion: a squared distance, whose mean in noise alone is the number of
-    /// taxels.
-    fn add(&mut self, apart: f32, between: f32, frame: u32) {
-        self.sum += if apart > MAX * between {
-            MAX * between
-        } else {
-            apart
-        } - between;
+    /// Adds the evidence in a squared distance, whose mean in noise alone is the number of taxels.
+    fn add(&mut self, apart: f32, sign: f32, frame: u32) {
+        let apart = lesser(apart, MAX * self.between);
+        self.sum += sign * (apart - self.between);
         if self.sum > self.max {
             (self.max, self.max_from) = (self.sum, frame);
-        }
-        if self.sum < self.min {
-            (self.min, self.min_from) = (self.sum, frame);
         }
     }
 }
 
 impl Frames<'_> {
-    /// A frame without hum and drift, if present. [`Self::speak`], the costliest search, has this
-    /// inlined.
+    /// A frame without hum and drift, if present. [`Self::search`], the costliest, has this inlined.
     pub fn values<'a>(&'a self, frame: u32, buffer: &'a mut Values) -> Option<&'a Values> {
         self.condition.frame(self.ring, frame, buffer)
     }
 
     fn is_off(&self, level: &Values, frame: u32) -> bool {
-        let mut buffer = [0.0; TAXELS];
+        let (motion, mut buffer) = (self.motion, [0.0; TAXELS]);
         let values = self.values(frame, &mut buffer);
-        values.is_some_and(|values| {
-            distance(self.weights, values, level) > self.taxels.limit(DEPARTED)
-        })
+        values.is_some_and(|values| motion.distance(values, level) > motion.taxels.limit(DEPARTED))
     }
 
-    /// Looks back from frame `last` and adds up the evidence for motion away from a still level,
-    /// ignoring changes along the load. Returns the frames from which on the evidence is the most
-    /// and the least. Means of four frames show a slow motion earlier than single frames do, and a
-    /// motion near 60 Hz not at all.
-    fn speak(&self, still: StillLevel<'_>, search: Search) -> Spoken {
+    /// Looks back from frame `last` and adds up the evidence for motion away from a still level, or
+    /// against it, ignoring changes along the load. Returns the frames from which on it is the most.
+    /// Means of four frames show a slow motion earlier than single frames do, and a motion near
+    /// 60 Hz not at all.
+    fn search(&self, still: StillLevel<'_>, search: Search) -> Evidence {
         let StillLevel { level, creep } = still;
-        let Search {
-            last,
-            frames,
-            stride,
-            for_start,
-        } = search;
-        let of = |limit| self.taxels.limit(limit);
-        let [mut single, mut sharp] = [Extremes::at(last, of(PAST)); 2];
-        let past_of_means = if for_start { 0.5 } else { 1.0 };
-        let mut mean = Extremes::at(last, past_of_means * of(PAST));
-        let (is_sharp, between_sharp) = if for_start { SHARP_START } else { SHARP_END };
-        let (is_sharp, between_sharp) = (of(is_sharp), of(between_sharp));
-        let (between, between_means) = (of(BETWEEN), of(BETWEEN_MEANS));
-        let mut peak = 0.0;
-        let fraction = 1.0 / self.wander;
-        let mut buffer = [0.0; TAXELS];
+        let Search { last, .. } = search;
+        let (weights, pull) = (self.motion.weights(), &self.motion.pull);
+        let of = |limit| self.motion.taxels.limit(limit);
+        let (sign, past_of_means, (is_sharp, between_sharp)) = if search.for_start {
+            (1.0, 0.5, SHARP_START)
+        } else {
+            (-1.0, 1.0, SHARP_END)
+        };
+        let mut single = Sum::new(of(BETWEEN), of(PAST), last);
+        let mut sharp = Sum::new(of(between_sharp), of(PAST), last);
+        let mut mean = Sum::new(of(BETWEEN_MEANS), past_of_means * of(PAST), last);
+        let (mut peak, mut buffer) = (0.0, [0.0; TAXELS]);
+        let fraction = 1.0 / self.motion.wander();
         // Side by side, so that they are read together.
         let mut taxels: [[f32; 4]; TAXELS] =
-            core::array::from_fn(|c| [level[c], self.weights[c], self.pull[c], 0.0]);
-        for back in 0..frames {
-            let frame = last.wrapping_sub(back * stride);
+            core::array::from_fn(|c| [level[c], weights[c], pull[c], 0.0]);
+        for back in 0..search.frames {
+            let frame = last.wrapping_sub(back * search.stride);
             let mut apart = Apart::NONE;
             if let Some(values) = self.condition.frame(self.ring, frame, &mut buffer) {
                 // Four at a time: the loop took a quarter of the instructions of one taxel.
@@ -188,37 +170,31 @@ impl Frames<'_> {
                 }
             }
             if let Some(creep) = creep {
-                taxels
-                    .iter_mut()
-                    .zip(creep)
-                    .for_each(|([level, ..], creep)| *level -= creep);
+                for ([level, ..], creep) in taxels.iter_mut().zip(creep) {
+                    *level -= creep;
+                }
             }
             let square = apart.square() * fraction;
             peak = greater(peak, square);
-            single.add(square, between, frame);
-            sharp.add(square, between_sharp, frame);
+            single.add(square, sign, frame);
+            sharp.add(square, sign, frame);
             if back % BLOCK_FRAMES == BLOCK_FRAMES - 1 {
                 apart = Apart::NONE;
                 for [_, weight, pull, four] in &mut taxels {
                     apart.add(core::mem::take(four), *weight, *pull);
                 }
-                mean.add(
-                    apart.square() * fraction * (1.0 / BLOCK_FRAMES as f32),
-                    between_means,
-                    frame,
-                );
-                if [&single, &mean, &sharp]
-                    .iter()
-                    .all(|sums| sums.is_past(for_start))
-                {
+                let square = apart.square() * fraction * (1.0 / BLOCK_FRAMES as f32);
+                mean.add(square, sign, frame);
+                if single.is_past() && mean.is_past() && sharp.is_past() {
                     break;
                 }
             }
         }
-        Spoken {
+        let sharp = (peak > of(is_sharp)).then_some(sharp);
+        Evidence {
             single,
             mean,
-            sharp: (peak > is_sharp).then_some(sharp),
+            sharp,
         }
     }
 
@@ -226,27 +202,17 @@ impl Frames<'_> {
     /// later.
     pub fn departure(&self, level: &Values, since: u32, earliest: u32) -> u32 {
         let (before, behind) = START_FRAMES;
-        let last = since.wrapping_add(behind);
-        let last = if reached(last, self.condition.latest()) {
-            self.condition.latest()
-        } else {
-            last
+        let (last, latest) = (since.wrapping_add(behind), self.condition.latest());
+        let last = if reached(last, latest) { latest } else { last };
+        let search = Search {
+            last,
+            frames: last.wrapping_sub(earliest).min(before + behind),
+            stride: 1,
+            for_start: true,
         };
-        let frames = last.wrapping_sub(earliest).min(before + behind);
-        let Spoken {
-            single,
-            mean,
-            sharp,
-        } = self.speak(
-            StillLevel { level, creep: None },
-            Search {
-                last,
-                frames,
-                stride: 1,
-                for_start: true,
-            },
-        );
-        if let Some(sharp) = sharp {
+        let found = self.search(StillLevel::new(level), search);
+        let Evidence { single, mean, .. } = found;
+        if let Some(sharp) = found.sharp {
             return sharp.max_from;
         }
         // A mean may be off its level by its last frame alone.
@@ -277,11 +243,11 @@ impl Frames<'_> {
     /// The first of the frames up to `last` that have gone most of the way from one level to
     /// another along the load. The creep of a skin after the load is less.
     pub fn fall(&self, from: &Values, to: &Values, last: u32) -> u32 {
-        let (max, mut buffer) = (FALL_FRACTION * along(self.pull, from, to), [0.0; TAXELS]);
-        for back in 0..=SEARCH_FRAMES {
-            let frame = last.wrapping_sub(back);
+        let (pull, mut buffer) = (&self.motion.pull, [0.0; TAXELS]);
+        let max = FALL_FRACTION * along(pull, from, to);
+        for frame in (0..=SEARCH_FRAMES).map(|back| last.wrapping_sub(back)) {
             let values = self.values(frame, &mut buffer);
-            if values.is_some_and(|values| along(self.pull, from, values) > max) {
+            if values.is_some_and(|values| along(pull, from, values) > max) {
                 return frame.wrapping_add(1);
             }
         }
@@ -289,32 +255,25 @@ impl Frames<'_> {
     }
 
     /// The first still frame after a motion that is over in frame `last`: from there on the
-    /// evidence for motion is the least. No earlier than `earliest`. Looks at one frame of
+    /// evidence against a motion is the most. No earlier than `earliest`. Looks at one frame of
     /// `stride`.
     pub fn motion_end(&self, still: StillLevel<'_>, last: u32, earliest: u32, stride: u32) -> u32 {
-        let frames = (last.wrapping_sub(earliest) / stride).min(END_FRAMES);
-        let Spoken {
-            single,
-            mean,
-            sharp,
-        } = self.speak(
-            still,
-            Search {
-                last,
-                frames,
-                stride,
-                for_start: false,
-            },
-        );
-        if let Some(sharp) = sharp {
-            return sharp.min_from;
+        let search = Search {
+            last,
+            frames: (last.wrapping_sub(earliest) / stride).min(END_FRAMES),
+            stride,
+            for_start: false,
+        };
+        let found = self.search(still, search);
+        if let Some(sharp) = found.sharp {
+            return sharp.max_from;
         }
-        let mean_from = mean.min_from.wrapping_sub(stride * (BLOCK_FRAMES - 1));
-        let later = mean_from.wrapping_sub(single.min_from);
-        match later {
-            _ if reached(single.min_from, mean_from) => single.min_from,
+        let (single_from, mean_from) = (found.single.max_from, found.mean.max_from);
+        let mean_from = mean_from.wrapping_sub(stride * (BLOCK_FRAMES - 1));
+        match mean_from.wrapping_sub(single_from) {
+            _ if reached(single_from, mean_from) => single_from,
             // One mean more may be noise.
-            _ if later <= stride * BLOCK_FRAMES => single.min_from.wrapping_add(later / 2),
+            later if later <= stride * BLOCK_FRAMES => single_from.wrapping_add(later / 2),
             _ => mean_from,
         }
     }
@@ -337,19 +296,8 @@ impl Frames<'_> {
     pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
         let level = self.mean(last, PLATEAU_FRAMES);
-        let held = self.motion_end(
-            StillLevel {
-                level: &level,
-                creep: None,
-            },
-            last,
-            earliest,
-            2,
-        );
-        if last.wrapping_sub(held) < PLATEAU_FRAMES {
-            lifted
-        } else {
-            held
-        }
+        let held = self.motion_end(StillLevel::new(&level), last, earliest, 2);
+        let is_short = last.wrapping_sub(held) < PLATEAU_FRAMES;
+        if is_short { lifted } else { held }
     }
 }

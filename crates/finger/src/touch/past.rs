@@ -147,12 +147,10 @@ mod tests {
                 assert!(off == 0.0 || off == 1.0, "{skip}: {off}");
             }
             let (latest, oldest) = (past.eight(0)[3] / 8.0, past.eight(EIGHTS - 1)[3] / 8.0);
-            assert!(
-                (3.5..11.5).contains(&(number - latest)),
-                "{number}: {latest}"
-            );
+            let age = number - latest;
+            assert!((3.5..11.5).contains(&age), "{number}: {latest}");
             assert_eq!(latest - oldest, 8.0 * (EIGHTS - 1) as f32);
-            assert_eq!(past.eight_is_new, number - latest == 3.5);
+            assert_eq!(past.eight_is_new, age == 3.5);
         }
     }
 }

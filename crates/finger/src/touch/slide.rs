@@ -1,10 +1,11 @@
-//! Slides: when a motion is a slide, until when it moved for sure, and when it ended.
+//! Phases of a touch, and its slides: when a motion is a slide, until when it moved for sure, and
+//! when it ended.
 
 use crate::ring::reached;
 use crate::touch::block::{BLOCK_FRAMES, Block};
 use crate::touch::chi_square::{Limit, limit};
 use crate::touch::condition::Condition;
-use crate::touch::motion::{FAINT_BLOCKS, LONG_BLOCKS, LONGEST_BLOCKS, Motion, SHORT_BLOCKS};
+use crate::touch::motion::{FAINT_BLOCKS, LONG_BLOCKS, LONGEST_BLOCKS, SHORT_BLOCKS};
 use crate::touch::onset::{END_FRAMES, Frames, StillLevel};
 use crate::touch::values::{difference, scale};
 use ridgetone_proto::settings::{Slide, SlideRule};
@@ -38,6 +39,28 @@ const CREEP_BLOCKS: u32 = 4;
 /// Squared distance of two means, in units of its noise, that is a creep: 61 for 16 taxels, as in
 /// [`crate::touch::motion`].
 const CREEPS: Limit = limit(1.0, 45.0);
+
+/// Phase of a touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    /// The idle level is learned: number of blocks so far.
+    Learning(u32),
+    Idle,
+    /// The skin creeps back to where it was before the latest touch: the next block's mean is the
+    /// idle level.
+    CreepingBack,
+    /// Touched since the block that ends with this frame; the spike's peak is looked for.
+    Spike(u32),
+    Hold,
+    /// Something moves, a slide or only a step.
+    Moving(Moving),
+    /// The motion is a slide. Its start is looked for with the next frame: in this one the hold's
+    /// pressure map is reported.
+    Starting(Moving),
+    Slide(Sliding),
+    /// A slide by [`SlideRule::Always`]: nothing is looked for.
+    Always(Sliding),
+}
 
 /// The first sign of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +99,7 @@ impl Moving {
         }
     }
 
-    /// A motion whose start was none: it may begin with frame `since`.
+    /// The motion so far was none: it may begin with frame `since`.
     pub const fn anew(self, since: u32) -> Self {
         Self {
             sign: self.sign,
@@ -87,12 +110,9 @@ impl Moving {
     /// A motion that has lasted long enough, since a block that begins with frame `since`.
     pub const fn sliding_since(since: u32) -> Self {
         Self {
-            since,
             quick: SLIDE_BLOCKS,
-            faint: 0,
             any: 1,
-            longest: 0,
-            sign: Sign::None,
+            ..Self::since(since)
         }
     }
 
@@ -191,44 +211,32 @@ pub fn planned(slide: &Slide, contact: u32, condition: &Condition) -> Option<(u3
         return None;
     }
     let start = contact.wrapping_add(condition.frames_in(slide.delay_s));
-    Some((
-        start,
-        start.wrapping_add(condition.frames_in(slide.length_mm / slide.speed_mm_s)),
-    ))
+    let frames = condition.frames_in(slide.length_mm / slide.speed_mm_s);
+    Some((start, start.wrapping_add(frames)))
 }
 
 /// The first frame after a slide: the taxels have arrived at the trend along which the skin creeps
 /// when nothing moves any more. The latest block, which ends with frame `over`, shows that the
 /// slide has ended. `level` is the mean of the last four blocks.
-pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moved: Moved, over: u32) -> u32 {
-    let moving_until = moved.until;
+pub fn slide_end(frames: &Frames, level: &Values, moved: Moved, over: u32) -> u32 {
+    let earliest = moved.until.wrapping_sub(UNSURE_FRAMES);
     if moved.is_loose {
-        let earliest = moving_until.wrapping_sub(UNSURE_FRAMES);
         let last = over.wrapping_sub(2 * BLOCK_FRAMES);
-        return frames.motion_end(
-            StillLevel { level, creep: None },
-            last,
-            earliest,
-            last.wrapping_sub(earliest) / END_FRAMES + 1,
-        );
+        let stride = last.wrapping_sub(earliest) / END_FRAMES + 1;
+        return frames.motion_end(StillLevel::new(level), last, earliest, stride);
     }
     // Blocks between the mean soon after the slide and that of the last four.
-    let still = over.wrapping_sub(moving_until) / BLOCK_FRAMES;
+    let still = over.wrapping_sub(moved.until) / BLOCK_FRAMES;
     let skip = still.saturating_sub(SOON_BLOCKS + 4);
-    let soon = frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
-    // Two means of sixteen frames each: only a difference beyond their noise is a creep.
-    let is_creep = skip >= CREEP_BLOCKS
-        && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > motion.taxels.limit(CREEPS);
-    let mut creep = difference(level, &soon);
+    let soon = &frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
+    // Two means of sixteen frames each: only a difference beyond their noise, which may wander, is a
+    // creep.
+    let apart = frames.motion.distance(level, soon) * (2 * BLOCK_FRAMES) as f32;
+    let noise = frames.motion.wander() * frames.motion.taxels.limit(CREEPS);
+    let is_creep = skip >= CREEP_BLOCKS && apart > noise;
+    let mut creep = difference(level, soon);
     scale(&mut creep, 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32);
+    let creep = is_creep.then_some(&creep);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
-    frames.motion_end(
-        StillLevel {
-            level: &soon,
-            creep: is_creep.then_some(&creep),
-        },
-        middle,
-        moving_until.wrapping_sub(UNSURE_FRAMES),
-        1,
-    )
+    frames.motion_end(StillLevel { level: soon, creep }, middle, earliest, 1)
 }

@@ -64,7 +64,7 @@ impl Spike {
         };
         for number in (0..BLOCK_FRAMES + LOOK_BACK).map(|frames| first.wrapping_add(frames)) {
             if let Some(values) = frames.values(number, &mut [0.0; TAXELS]) {
-                spike.follow(number, values, idle, frames.weights);
+                spike.follow(number, values, idle, frames.motion.weights());
             }
         }
         spike

@@ -30,14 +30,6 @@ pub fn scale(values: &mut Values, by: f32) {
         .for_each(|value| *value *= by);
 }
 
-/// Multiplies each by another one.
-pub fn multiply(values: &mut Values, by: &Values) {
-    values
-        .iter_mut()
-        .zip(by)
-        .for_each(|(value, by)| *value *= by);
-}
-
 /// Difference of values.
 pub fn difference(values: &Values, less: &Values) -> Values {
     core::array::from_fn(|c| values[c] - less[c])
@@ -48,14 +40,12 @@ pub fn length(values: &Values) -> f32 {
     ridgetone_tone::sqrt(along(values, &[0.0; TAXELS], values))
 }
 
-/// Moves a level by a fraction of its way to another one.
-pub fn approach(level: &mut Values, to: &Values, fraction: f32) {
-    for (level, to) in level.iter_mut().zip(to) {
-        *level += fraction * (to - *level);
-    }
-}
-
 /// `f32::max` is a function call on the chip, because it heeds NaN.
 pub const fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
+}
+
+/// See [`greater`].
+pub const fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }

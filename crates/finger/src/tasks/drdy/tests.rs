@@ -2,7 +2,6 @@ use super::*;
 use crate::converter::WiredAds1258;
 use ads1258::Ads1258;
 use hal_mock::{Constant, Fault, Options, SimulatedBoard};
-use heapless::spsc::Queue;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 
@@ -61,8 +60,7 @@ fn check_before_edges(is_urgent: bool) {
         Options::default(),
     );
     board.set_sclk_hz(5_250_000);
-    let mut queue = Queue::<_, 88>::new();
-    let (samples, mut taken) = queue.split();
+    let samples: &SampleQueue = &SampleQueue::<[_; 88]>::new();
     let pins = (board.start_pin(), board.reset_pin());
     let converter = WiredAds1258::new(Ads1258::new(board.spi()), pins.0, pins.1);
     let mut acquisition = Acquisition::new(converter, Plan::SINGLE);
@@ -93,7 +91,7 @@ fn check_before_edges(is_urgent: bool) {
         let ahead_ns = drdy.pin.ahead_ns.expect("the chip scans");
         board.advance_ns(ahead_ns.saturating_sub(board.now_ns()));
         drdy.run(&shared, &mut wait);
-        while taken.dequeue().is_some() {}
+        while samples.dequeue().is_some() {}
         match run {
             // The health readings are over by this run.
             100 => before = lost(),
@@ -106,7 +104,7 @@ fn check_before_edges(is_urgent: bool) {
                 shared.urgent.store(true, Relaxed);
                 drdy.run(&shared, &mut wait);
                 assert!(!shared.check.load(Relaxed), "the check is not done");
-                while taken.dequeue().is_some() {}
+                while samples.dequeue().is_some() {}
             }
             _ if run > 100 && run % 10 == 0 => {
                 // A conversion takes 42.9 us, a check 15.
