@@ -70,7 +70,7 @@ pub enum FittedPart {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct TableFit {
-    /// Rows a second.
+    /// Number of rows per second.
     pub rate_hz: f64,
     /// Standard deviation of the rate by the time stamps.
     pub rate_sigma_hz: f64,

@@ -106,7 +106,7 @@ pub struct Plan {
 pub struct Gives {
     /// Frames per second at the converter's nominal clock.
     pub frame_rate_hz: f32,
-    /// Half of it: tones from there on alias, hertz.
+    /// Half of the frame rate (hertz): tones above it alias.
     pub nyquist_hz: f32,
     /// The longest window, seconds.
     pub window_max_s: f32,

@@ -35,8 +35,8 @@ pub struct Message {
     pub receipt: Option<Received>,
 }
 
-/// When a message was received, and its own time in UTC. Lines that come from a board, or from a
-/// recording of one, have it.
+/// When a message was received, and its own time in UTC: only in lines from a board, or from a
+/// recording of one.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Received {
@@ -44,7 +44,7 @@ pub struct Received {
     pub received_utc_s: f64,
     /// `t_s` in UTC, since 1970; null before the relation of the clocks is known.
     pub utc_s: Option<f64>,
-    /// Standard deviation of `utc_s`; null in the first quarter of a second, in which it is not
+    /// Standard deviation of `utc_s`; null in the first quarter of a second, when it is not yet
     /// known.
     pub utc_sigma_s: Option<f64>,
     #[serde(flatten)]
@@ -160,7 +160,7 @@ pub struct Record {
     pub death: Death,
     /// The board's counter at the end; it wraps after 71.6 minutes.
     pub board_time_s: f64,
-    /// Address of the instruction, after a HardFault.
+    /// Address of the faulting instruction, after a HardFault.
     pub pc: String,
     /// Return address of the function, after a HardFault.
     pub lr: String,
@@ -196,7 +196,7 @@ impl From<&wire::Hello> for Hello {
     }
 }
 
-/// The contact spike is over.
+/// A contact: the spike is over.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Contact {
@@ -208,7 +208,7 @@ pub struct Contact {
     pub height_v: f32,
     /// When the load began to rise; for a load that creeps in, long before the spike.
     pub onset_s: f64,
-    /// From `t_s` until the event left the board's detector.
+    /// Time from `t_s` until the event left the board's detector.
     pub reported_after_s: f64,
 }
 
@@ -231,7 +231,7 @@ impl From<&wire::Contact> for Contact {
 pub struct Moving {
     /// Device time of the first frame that shows the motion.
     pub t_s: f64,
-    /// From `t_s` until the event left the board's detector.
+    /// Time from `t_s` until the event left the board's detector.
     pub reported_after_s: f64,
 }
 
@@ -244,8 +244,8 @@ impl From<&wire::Moving> for Moving {
     }
 }
 
-/// The sliding phase begins, or ends; without a `contact` before it if the finger was on something
-/// from the start.
+/// Start or end of the sliding phase. If the finger was already touching something at start-up, no
+/// `contact` precedes it.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Slide {
@@ -257,7 +257,7 @@ pub struct Slide {
     pub end_s: Option<f64>,
     /// Beginning or end of the slide.
     pub state: State,
-    /// From `t_s` until the event left the board's detector.
+    /// Time from `t_s` until the event left the board's detector.
     pub reported_after_s: f64,
 }
 
@@ -311,7 +311,7 @@ pub struct Estimate {
     /// Kinds of faults in the window that may have changed the frequency.
     #[cfg_attr(test, schemars(with = "Vec<FaultKind>"))]
     pub faults: FaultSet,
-    /// Whether period, speed and direction are known, and how.
+    /// Whether and how period, speed and direction are known.
     pub travel: TravelStatus,
     /// Direction in which the grating moves; null if it is not known.
     pub direction: Option<Direction>,
@@ -389,13 +389,13 @@ impl From<&wire::Track> for Track {
     }
 }
 
-/// The finger is off again.
+/// The finger has left the surface.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Release {
     /// Device time.
     pub t_s: f64,
-    /// From `t_s` until the event left the board's detector.
+    /// Time from `t_s` until the event left the board's detector.
     pub reported_after_s: f64,
 }
 
@@ -424,9 +424,9 @@ pub struct Health {
     pub overruns: u32,
     /// Messages that were dropped because the line was slow.
     pub messages_dropped: u32,
-    /// Times that the ADC was set up again, or that this failed.
+    /// Number of times that the ADC was set up again, or that setting it up failed.
     pub chip_restarts: u32,
-    /// Times that each kind of fault was seen.
+    /// Number of times that each kind of fault was seen.
     pub faults: FaultCounts,
     /// Requests that arrived damaged.
     pub requests_damaged: u32,
@@ -577,7 +577,7 @@ pub struct Fault {
     pub from_s: f64,
     /// Device time at which it was last seen; null while it lasts.
     pub until_s: Option<f64>,
-    /// Times that this kind was seen since start-up.
+    /// Number of times that this kind was seen since start-up.
     pub count: u32,
     /// Beginning or end of the fault.
     pub state: State,
@@ -602,7 +602,7 @@ impl From<&ridgetone_proto::fault::Fault> for Fault {
 pub struct Reply {
     /// Number of the request.
     pub number: u16,
-    /// What became of the request: `done`, `done_erased`, or why it was refused.
+    /// Outcome of the request: `done`, `done_erased`, or why it was refused.
     pub outcome: &'static str,
     /// Name, value and bounds of a setting that is out of its bounds.
     #[serde(flatten)]
@@ -771,7 +771,7 @@ pub struct Lost {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(test, derive(JsonSchema))]
 pub struct Missed {
-    /// How many messages.
+    /// Number of messages.
     pub count: u64,
 }
 

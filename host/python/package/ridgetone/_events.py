@@ -42,7 +42,7 @@ class Event(Object):
     utc_s: float | None
     """`t_s` in UTC, since 1970; null before the relation of the clocks is known [s]."""
     utc_sigma_s: float | None
-    """Standard deviation of `utc_s`; null in the first quarter of a second, in which it is not known [s]."""
+    """Standard deviation of `utc_s`; null in the first quarter of a second, when it is not yet known [s]."""
     clock_offset_s: float | None
     """With `health`: UTC less board time at board time 0 [s]."""
     clock_skew_ppm: float | None
@@ -81,7 +81,7 @@ class Hello(Event):
 
 
 class Contact(Event):
-    """The contact spike is over."""
+    """A contact: the spike is over."""
 
     t_s: float
     """Device time of the spike [s]."""
@@ -92,7 +92,7 @@ class Contact(Event):
     onset_s: float
     """When the load began to rise; for a load that creeps in, long before the spike [s]."""
     reported_after_s: float
-    """From `t_s` until the event left the board's detector [s]."""
+    """Time from `t_s` until the event left the board's detector [s]."""
 
 
 class Moving(Event):
@@ -102,12 +102,12 @@ class Moving(Event):
     t_s: float
     """Device time of the first frame that shows the motion [s]."""
     reported_after_s: float
-    """From `t_s` until the event left the board's detector [s]."""
+    """Time from `t_s` until the event left the board's detector [s]."""
 
 
 class Slide(Event):
-    """The sliding phase begins, or ends; without a `contact` before it if the finger was on something from the
-    start."""
+    """Start or end of the sliding phase. If the finger was already touching something at start-up, no `contact`
+    precedes it."""
 
     t_s: float
     """Device time of the beginning or, once it is over, of the end [s]."""
@@ -118,7 +118,7 @@ class Slide(Event):
     state: Literal["start", "end"]
     """Beginning or end of the slide."""
     reported_after_s: float
-    """From `t_s` until the event left the board's detector [s]."""
+    """Time from `t_s` until the event left the board's detector [s]."""
 
 
 class Estimate(Event):
@@ -157,7 +157,7 @@ class Estimate(Event):
     faults: list[Literal["lost", "repeated", "bus", "bus_dead", "channel", "silent", "storm", "registers", "no_answer", "supply", "reference", "clock", "overload"]]
     """Kinds of faults in the window that may have changed the frequency."""
     travel: Literal["nothing", "unique", "ambiguous", "out_of_range", "given", "contradicted", "uncalibrated"]
-    """Whether period, speed and direction are known, and how."""
+    """Whether and how period, speed and direction are known."""
     direction: Literal["unknown", "forward", "backward"] | None
     """Direction in which the grating moves; null if it is not known."""
     spatial_period_mm: float | None
@@ -211,12 +211,12 @@ class Texture(Event):
 
 
 class Release(Event):
-    """The finger is off again."""
+    """The finger has left the surface."""
 
     t_s: float
     """Device time [s]."""
     reported_after_s: float
-    """From `t_s` until the event left the board's detector [s]."""
+    """Time from `t_s` until the event left the board's detector [s]."""
 
 
 class Image(Event):
@@ -248,7 +248,7 @@ class Fault(Event):
     until_s: float | None
     """Device time at which it was last seen; null while it lasts [s]."""
     count: int
-    """Times that this kind was seen since start-up."""
+    """Number of times that this kind was seen since start-up."""
     state: Literal["start", "end"]
     """Beginning or end of the fault."""
 
@@ -259,11 +259,11 @@ class Reply(Event):
     number: int
     """Number of the request."""
     outcome: str
-    """What became of the request: `done`, `done_erased`, or why it was refused."""
+    """Outcome of the request: `done`, `done_erased`, or why it was refused."""
     frame_rate_hz: float | None
     """Frames per second at the converter's nominal clock [Hz]."""
     nyquist_hz: float | None
-    """Half of it: tones from there on alias, hertz [Hz]."""
+    """Half of the frame rate (hertz): tones above it alias [Hz]."""
     window_max_s: float | None
     """The longest window, seconds [s]."""
 
@@ -301,9 +301,9 @@ class Health(Event):
     messages_dropped: int
     """Messages that were dropped because the line was slow."""
     chip_restarts: int
-    """Times that the ADC was set up again, or that this failed."""
+    """Number of times that the ADC was set up again, or that setting it up failed."""
     faults: Object
-    """Times that each kind of fault was seen."""
+    """Number of times that each kind of fault was seen."""
     requests_damaged: int
     """Requests that arrived damaged."""
     bytes_overrun: int
@@ -375,7 +375,7 @@ class Missed(Event):
     """A reader fell behind and missed messages."""
 
     count: int
-    """How many messages."""
+    """Number of messages."""
 
 
 class Fit(Object):
@@ -386,7 +386,7 @@ class Fit(Object):
     file: str
     """Name of the file."""
     rate_hz: float
-    """Rows a second [Hz]."""
+    """Number of rows per second [Hz]."""
     rate_sigma_hz: float
     """Standard deviation of the rate by the time stamps [Hz]."""
     part: Literal["slide", "whole", "given"]
