@@ -10,7 +10,7 @@ use crate::hypotheses::{Noise, Other, Tested, Z_LINE};
 use crate::impulses::{self, Impulses};
 use crate::late::{Delays, Late};
 use crate::lean::follow::{Loop, ROWS, Tracked};
-use crate::lean::{self, Lean, Reference, Task};
+use crate::lean::{self, CYCLES_CURVED, Lean, Reference, Task};
 use crate::legendre::legendre;
 use crate::limits::{CHANNELS_MAX, DEGREE_MAX, FRAMES_MIN};
 use crate::lines::Lines;
@@ -38,8 +38,6 @@ const CYCLES_MIN: f32 = 0.45;
 const CANDIDATES_APART: f32 = 0.1;
 /// A tone within this distance of hum is subtracted with the hum, cycles per window.
 const HUM_CYCLES: f32 = 1.5;
-/// Number of cycles below which a curved baseline is tried for every candidate.
-const CYCLES_CURVED: f32 = 5.0;
 
 /// Frequency estimator, with the memory of its steps.
 #[derive(Debug)]
@@ -91,22 +89,22 @@ impl Fitter {
         let mut task = Task {
             scene: scene.plain(),
             reference: Reference::default(),
-            usable: None,
+            may_have_more: !Lean::takes(span, scene),
         };
-        if !Lean::takes(span, &task.scene) {
+        let few = span.frequency(CYCLES_CURVED);
+        let is_excluded =
+            task.may_have_more && span.expected.is_some_and(|expected| expected < few);
+        if is_excluded || !Lean::takes(span, &task.scene) {
             return Ok(false);
-        }
-        let is_lean = Lean::takes(span, scene);
-        if !is_lean {
-            task.usable = usable_of_plain(span)?;
-            if task.usable.is_none() {
-                return Ok(false);
-            }
         }
         task.reference = Reference::new(span)?;
         let mut solution = lean::Solution::NONE;
         self.fit_lean(span, &task, &mut solution, fit)?;
-        Ok(is_lean || fit.status == Status::Good)
+        if !task.may_have_more {
+            return Ok(true);
+        }
+        // Clipping and ramps show in the frames alone.
+        Ok(fit.status == Status::Good && usable_of_plain(span)? == Some(fit.usable))
     }
 
     /// Tracks the line of the latest fit through the frames after its window, one by one: the span

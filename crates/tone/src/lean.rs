@@ -44,7 +44,7 @@ const STARTS: [f32; 3] = [0.0, -0.5, 0.5];
 /// tone.
 const EXPECTED_NEAR: f32 = 0.45;
 /// Number of cycles below which a curved baseline resembles a tone.
-const CYCLES_CURVED: f32 = 5.0;
+pub const CYCLES_CURVED: f32 = 5.0;
 /// Minimum number of cycles of a subharmonic of a peak.
 const CYCLES_PART: f32 = 0.8;
 /// Threshold for keeping a line: one in a thousand by chance.
@@ -54,8 +54,8 @@ const Z_KEPT: f32 = 3.1;
 pub struct Task {
     pub scene: Scene,
     pub reference: Reference,
-    /// Mask of the usable channels if the window may contain more than the lean scene, else `None`.
-    pub usable: Option<u16>,
+    /// True if the window may contain more than the lean scene.
+    pub may_have_more: bool,
 }
 
 /// The lean path, with memory that is free between fits.
@@ -112,10 +112,7 @@ impl<'m> Lean<'m> {
             return Ok(());
         }
         self.fit_any(span, task, fit)?;
-        if let Some(usable) = task.usable
-            && fit.status == Status::Good
-            && !(fit.usable == usable && self.is_plain(span, task, fit)?)
-        {
+        if task.may_have_more && fit.status == Status::Good && !self.is_plain(span, task, fit)? {
             fit.status = Status::Unsteady;
         }
         Ok(())
@@ -184,6 +181,10 @@ impl<'m> Lean<'m> {
             ..band
         };
         let peak = self.search.peak(span, &task.reference, lines)?;
+        if task.may_have_more && peak.cycles < CYCLES_CURVED {
+            fit.status = Status::Ambiguous;
+            return Ok(());
+        }
         self.fit_at(span, task, &peak, fit)?;
         if harmonics == 1 || !matches!(fit.status, Status::Ambiguous | Status::NoTone) {
             return Ok(());
