@@ -42,7 +42,7 @@ impl Svg {
         self.body.push('\n');
     }
 
-    /// Draws a text on one line; `y` is its baseline, `anchor` one of `start`, `middle` and `end`.
+    /// Draws a line of text; `y` is its baseline, `anchor` is `start`, `middle` or `end`.
     fn text(&mut self, [x, y]: [f64; 2], anchor: &str, class: &str, text: &str) {
         let text = escape(text);
         self.push(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{text}</text>"));

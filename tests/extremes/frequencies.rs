@@ -89,8 +89,8 @@ fn the_shortest_window_and_the_longest() {
     let (shortest, longest) = (0.1, 3.9);
     assert!(accepts(shortest) && !accepts(0.99 * shortest));
     assert!(accepts(longest) && !accepts(1.01 * longest));
-    // `min` is the minimum fraction of good windows. With up to four harmonics, 1.2 cycles may be
-    // less than one cycle of a different tone; and with 24 frames, fifteen unknowns are many.
+    // `min` is the minimum fraction of good windows: low where a good fit cannot be expected, as
+    // with 24 frames for fifteen unknowns.
     for (window_s, cycles, carried, max, min) in [
         (shortest, 1.0, 1, 1, 0.0),
         (shortest, 1.3, 1, 4, 0.95),

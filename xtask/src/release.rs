@@ -138,8 +138,8 @@ fn segments(elf: &[u8]) -> Result<Vec<Segment>> {
     Ok(segments)
 }
 
-/// Joins segments to raw bytes, starting at the first segment's address. Gaps are filled like
-/// erased flash.
+/// Joins segments into raw bytes, starting at the first segment's address. Gaps are filled with
+/// 0xFF, as in erased flash.
 fn raw(segments: &[Segment]) -> Result<Vec<u8>> {
     let first = segments.first().context("nothing to load")?.address;
     let mut bytes = Vec::new();

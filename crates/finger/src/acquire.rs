@@ -34,8 +34,7 @@ use ridgetone_proto::plan::{HealthReadings, Plan};
 use unseen::Unseen;
 
 /// Excess of unexpected over expected edges of DRDY at which DRDY is muted. At the default scan's
-/// 5064 conversions a second, 256 edges take at least 50 ms; at one edge per microsecond, a few
-/// milliseconds.
+/// 5064 conversions a second, 256 edges take at least 50 ms.
 const STORM_EDGES: u16 = 256;
 /// Number of unexpected edges between two requests for a check, while checks find faults.
 const CHECK_EDGES: u8 = 8;

@@ -388,8 +388,8 @@ impl Bins {
         i as f32 * self.step
     }
 
-    /// Normal deviate of a line at a bin over its noise bands; minus infinity with too few clear
-    /// bins.
+    /// Normal deviate of a line at bin `i` against the noise bins beside it; minus infinity if the
+    /// bin is not clear, or too few beside it are.
     fn deviate(&self, i: usize, power: &dyn Fn(usize) -> f32) -> f32 {
         let own = power(i);
         if !self.is_clear(i) {

@@ -385,8 +385,9 @@ fn not_interrupted() -> Result<()> {
     Ok(())
 }
 
-/// Returns probes by their lengths on the wire (bytes): a greeting, and settings without a window,
-/// which the board must refuse. Each of their six masks takes one to three bytes.
+/// Returns probe commands by their length on the wire (bytes): a greeting, and settings with a
+/// window of zero, which the board must refuse. Six masks of one to three bytes each vary the
+/// length.
 fn probes() -> Result<BTreeMap<usize, Command>> {
     let mut commands = vec![Command::Greet];
     for mask in [1, 1 << 7, 1 << 14] {

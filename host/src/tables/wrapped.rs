@@ -10,7 +10,8 @@ const WIDTH_MIN: usize = 3;
 /// Maximum ratio of steps within rows to steps between rows, in a single series.
 const RATIO_MAX: f64 = 1.5;
 
-/// Maximum difference of the columns' means in a single series, standard deviations.
+/// Maximum deviation of a column's mean from the overall mean in a single series, in standard
+/// deviations.
 const MEANS_APART: f64 = 0.5;
 
 /// True if the columns are consecutive samples: the step from the end of a row to the beginning of

@@ -15,8 +15,8 @@ use ridgetone_tone::Values;
 const LASTING_BLOCKS: u32 = 11;
 /// [`LASTING_BLOCKS`] for a slow motion, whose first blocks do not show: 116 ms.
 const SLOW_LASTING_BLOCKS: u32 = 7;
-/// Blocks with quick changes after which a motion is a slide: after its end a motion stays in the
-/// comparison for some blocks.
+/// Number of blocks with quick changes that make a motion a slide. A motion still shows in the
+/// comparison for [`SHORT_BLOCKS`] after it has ended.
 const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
 /// Blocks with quick or faint changes after which a motion is a slide.
 const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;

@@ -72,7 +72,7 @@ impl Spike {
 
     /// Equation 3: takes the next frame.
     pub fn follow(&mut self, number: u32, values: &Values, idle: &Values, weights: &Values) {
-        // A spike is over after fewer than 255 frames.
+        // A spike lasts fewer than 255 frames.
         let frame = number.wrapping_sub(self.first).min(u8::MAX.into()) as u8;
         for c in 0..TAXELS {
             let off = values[c] - idle[c];

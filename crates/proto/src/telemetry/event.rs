@@ -59,8 +59,8 @@ pub struct Hello {
     pub source: SettingsSource,
     /// Reason for the board's start.
     pub boot: Boot,
-    /// Device time, microseconds. Zero until the first conversion, so the first event after
-    /// start-up has zero.
+    /// Device time, microseconds. Zero before the first conversion, and so in the first greeting
+    /// after start-up.
     pub t_us: u64,
 }
 
