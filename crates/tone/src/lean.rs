@@ -128,7 +128,7 @@ impl<'m> Lean<'m> {
     ) -> Result<bool, Overwritten> {
         let per_cycle = span.frequency(1.0);
         let (cycles, harmonics) = (fit.tests.cycles, usize::from(task.scene.harmonics()));
-        if fit.tests.beside > plain::Z
+        if fit.tests.beside > plain::Z_OF_SEVEN
             || cycles < CYCLES_CURVED
             || Self::lines(span, cycles, harmonics) < harmonics.min(LINES)
             || !self.is_lowest_strongest
@@ -170,7 +170,10 @@ impl<'m> Lean<'m> {
             };
             self.fit_at(span, task, &peak, fit)?;
             let moved = f32::abs(fit.frequency / per_cycle - peak.cycles);
-            if fit.status == Status::Good && moved < EXPECTED_NEAR {
+            let is_near = moved < EXPECTED_NEAR && fit.status.has_tone();
+            // Near a tone that is not good, the whole fit does better than another search.
+            let is_whole_fit_due = task.may_have_more && self.is_lowest_strongest;
+            if is_near && (fit.status == Status::Good || is_whole_fit_due) {
                 return Ok(());
             }
         }
@@ -186,7 +189,8 @@ impl<'m> Lean<'m> {
             return Ok(());
         }
         self.fit_at(span, task, &peak, fit)?;
-        if harmonics == 1 || !matches!(fit.status, Status::Ambiguous | Status::NoTone) {
+        let may_be_part = matches!(fit.status, Status::Ambiguous | Status::NoTone);
+        if harmonics == 1 || !may_be_part || task.may_have_more {
             return Ok(());
         }
         // The peak may be a harmonic.

@@ -21,7 +21,9 @@ use crate::source::{Overwritten, Values};
 use core::f32::consts::{FRAC_1_PI, PI};
 
 /// Threshold of each test: one in a hundred by chance.
-pub const Z: f32 = 2.33;
+const Z: f32 = 2.33;
+/// Threshold for each of some seven tests of one kind: one in a hundred by chance for all of them.
+pub const Z_OF_SEVEN: f32 = 2.98;
 /// Threshold for an impulse among some thousands of values, standard deviations.
 const Z_IMPULSE: f32 = 4.8;
 /// Highest degree of a trend of phase or amplitude.
@@ -37,8 +39,9 @@ pub struct Fitted<'f> {
 
 /// Outcome of the tests.
 pub struct Plain {
-    /// Largest deviate.
+    /// Largest deviate, and that of the [`PARTS`].
     worst: f32,
+    part: f32,
     has_impulse: bool,
     /// Step from the fit to the optimum over the frames, cycles per window.
     pub step: f32,
@@ -51,7 +54,7 @@ pub struct Plain {
 impl Plain {
     /// True if the frames contain only what was fitted.
     pub fn is_met(&self) -> bool {
-        self.worst <= Z && !self.has_impulse
+        self.worst <= Z && self.part <= Z_OF_SEVEN && !self.has_impulse
     }
 
     /// Movement of a tone of `cycles` cycles per window. `per_unit` converts a slope by `u`.
@@ -296,15 +299,16 @@ impl<'m> Sums<'m> {
             let count = (DEGREE + 1 - first) as f32;
             deviate(square / (information * count), count, freedom)
         };
-        let mut worst = colour
+        let worst = colour
             .max(shared)
             .max(trend(&self.phase, 2, self.information))
             .max(trend(&self.fading, 1, self.power));
+        let mut part = 0.0f32;
         for [cosines, sines] in self.of_parts.iter().take(self.part_count) {
             let pairs = cosines.iter().zip(sines).zip(&solution.weights);
             let power: f32 = pairs.map(|((c, s), weight)| weight * (c * c + s * s)).sum();
             let ratio = power / (width * self.frames);
-            worst = worst.max(deviate(ratio, 2.0 * width, freedom));
+            part = part.max(deviate(ratio, 2.0 * width, freedom));
         }
         let mut phase = self.phase;
         for (score, degree) in phase.iter_mut().zip(degrees) {
@@ -313,6 +317,7 @@ impl<'m> Sums<'m> {
         let turn = self.phase[1] * solution.turn_sigma * solution.turn_sigma;
         Plain {
             worst,
+            part,
             has_impulse: self.square_max > Z_IMPULSE * Z_IMPULSE,
             step: turn * FRAC_1_PI,
             phase,
