@@ -372,7 +372,7 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
         "static image after",
         "health: OK",
         "no raw frames",
-        "8.33343 ± 0.00023 Hz",
+        "8.33342 ± 0.00022 Hz",
         "q quit",
     ] {
         assert!(
