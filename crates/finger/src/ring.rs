@@ -329,6 +329,11 @@ impl Default for Ring {
     }
 }
 
+/// Maximum number of frames that a fit reads at once. On the board `detect` waits for the work on
+/// them, in which its queue fills up at the chip's highest rate. Everywhere else the same number
+/// keeps sums over frames equal to the bit.
+const FIT_FRAMES: usize = 4;
+
 impl FrameSource for &Ring {
     fn read(
         &mut self,
@@ -336,7 +341,7 @@ impl FrameSource for &Ring {
         max: usize,
         show: &mut dyn FnMut(&[Values], &[u16]),
     ) -> Result<(), Overwritten> {
-        Ring::read(self, first, max, show).ok_or(Overwritten)
+        Ring::read(self, first, max.min(FIT_FRAMES), show).ok_or(Overwritten)
     }
 }
 

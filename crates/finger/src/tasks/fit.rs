@@ -17,10 +17,6 @@ use ridgetone_proto::telemetry::{Estimate, Event, Span, Track};
 use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
-/// Maximum number of frames read under one lock of the ring. `detect` waits for the work on them, in which
-/// its queue fills up at the chip's highest rate.
-const LOCKED_FRAMES: usize = 4;
-
 /// State that only this task uses.
 pub struct Fit<'a, S> {
     /// The estimator.
@@ -168,8 +164,7 @@ impl<M: Mutex<T: DerefMut<Target = Ring>>> FrameSource for Locked<'_, '_, M> {
         if self.span == Span::Window && next.is_some_and(|next| next.span == Span::Slide) {
             return Err(Overwritten);
         }
-        let max = most.min(LOCKED_FRAMES);
         self.ring
-            .lock(|ring| ring.read(first, max, show).ok_or(Overwritten))
+            .lock(|ring| FrameSource::read(&mut &**ring, first, most, show))
     }
 }
