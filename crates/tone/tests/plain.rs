@@ -93,7 +93,7 @@ fn is_plain(values: &[f32]) -> bool {
 #[test]
 fn only_windows_of_lines_in_white_noise_take_the_lean_path() {
     for (beside, expected) in [
-        // Each of eight tests fails by chance in one window of a hundred.
+        // By chance, one window of 25 fails a test.
         (Beside::Nothing, 35..=40),
         (Beside::Impulse, 0..=0),
         (Beside::Clipping, 0..=0),
