@@ -15,9 +15,9 @@ use ridgetone_tone::{FRAMES_MIN, Values};
 pub const TRIM_FRAMES: u32 = 5;
 /// Number of frames by which a whole slide must be shorter than the ring, at 241 Hz. The ring
 /// continues to fill for 20 blocks of 4 frames before a slide's end is noticed, for one more before
-/// it is known what follows, and for up to 9 before the end is located. The other 40 frames, 0.17
-/// s, are left for the fit to read the oldest frames.
-const LATE_FRAMES: u32 = 160;
+/// it is known what follows, and for up to 9 before the end is located. The other 56 frames, 0.23
+/// s, are left for the fit to read the oldest frames: it may fit the slide twice.
+const LATE_FRAMES: u32 = 176;
 /// Minimum number of frames of a growing window, equal to that of the shortest window in the
 /// settings.
 pub const GROWING_FRAMES_MIN: u32 = 24;
