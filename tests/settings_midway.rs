@@ -97,7 +97,7 @@ fn every_window_is_of_one_length_within_the_slide_and_right() {
     };
     let (long, short) = (of(1.0, 0.25), of(0.4, 0.1));
     for (before, after) in [(long, short), (short, long)] {
-        // Changes from before the slide until after it, at different points of the stride.
+        // Change the settings at frames from before the slide until after it.
         for changed in (150..700).step_by(37) {
             let changed_s = changed as f32 / FRAME_RATE_HZ;
             let estimates = touch(before, after, changed);

@@ -9,7 +9,7 @@ mod find;
 
 use crate::frame::Frame;
 use crate::limits::{CHANNELS_MAX, IMPULSES_MAX};
-pub use find::replace;
+pub use find::{Z_IMPULSE, replace};
 
 /// Places per frame, one for each channel.
 const CHANNELS: u32 = CHANNELS_MAX as u32;

@@ -225,7 +225,7 @@ impl Scs {
         }
     }
 
-    /// Priority of the running code: a smaller number is higher; 256 in a thread.
+    /// Priority of the running code: smaller numbers come first, and thread mode has 256.
     fn running(&self) -> i32 {
         numbers(self.active)
             .map(|number| self.priority_of(number))

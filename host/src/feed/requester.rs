@@ -1,4 +1,4 @@
-//! Sends requests to the board of a feed, and either waits for the reply or reads packets
+//! Sends requests to a feed's board, and either waits for the reply or reads packets
 //! meanwhile.
 
 use super::decoded::Feed;

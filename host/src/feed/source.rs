@@ -9,7 +9,7 @@ use std::time::Duration;
 pub enum FeedEvent<T> {
     /// The board is connected, under this name.
     Connected(String),
-    /// The board of this name is disconnected, with the system's message. The source waits for it.
+    /// The board is disconnected: its name, and the system's message. The source waits for it.
     Disconnected(String, String),
     Data(T),
     /// No more data will come.

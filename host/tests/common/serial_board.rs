@@ -1,4 +1,4 @@
-//! A board at a pseudo-terminal. It greets, answers requests and sends frames in real time.
+//! A simulated board on a pseudo-terminal. It greets, answers requests and sends frames in real time.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use ridgetone_finger::{CONVERSION_NS, FRAME_NS};

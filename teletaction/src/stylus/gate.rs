@@ -28,7 +28,7 @@ pub struct Gate {
     /// Samples without movement, and without a request, after which the stylus stops.
     still: u32,
     silence: u32,
-    /// Samples left until the stylus stops because the hand is still, and because the line is
+    /// Samples left until the stylus stops: first if the hand is still, second if the line is
     /// silent.
     still_left: u32,
     silence_left: u32,

@@ -10,7 +10,7 @@ use crate::trajectory::Trajectory;
 use crate::window_frames::WindowFrames;
 
 /// Threshold for an impulse among some thousands of values, standard deviations.
-const Z_IMPULSE: f32 = 4.8;
+pub const Z_IMPULSE: f32 = 4.8;
 /// Threshold for a step between adjacent values, relative to that for a value: about the root of 2,
 /// as a step has the noise of two values.
 const STEP: f32 = 1.41;

@@ -13,6 +13,7 @@ use super::reference::Reference;
 use super::solve::Solution;
 use crate::fit::Movement;
 use crate::frame_span::{FrameSpan, READ_FRAMES};
+use crate::impulses::Z_IMPULSE;
 use crate::legendre::legendre;
 use crate::limits::CHANNELS_MAX;
 use crate::phase::{Wave, cos_sin, from_turns, times};
@@ -24,8 +25,6 @@ use core::f32::consts::{FRAC_1_PI, PI};
 const Z: f32 = 2.33;
 /// Threshold for each of some seven tests of one kind: one in a hundred by chance for all of them.
 pub const Z_OF_SEVEN: f32 = 2.98;
-/// Threshold for an impulse among some thousands of values, standard deviations.
-const Z_IMPULSE: f32 = 4.8;
 /// Highest degree of a trend of phase or amplitude.
 const DEGREE: usize = 4;
 
@@ -80,7 +79,8 @@ fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Reads the frames and tests the residuals of a fit. `memory` has two rows for each of [`PARTS`].
+/// Reads the frames and tests the residuals of a fit. `memory` has [`READ_FRAMES`] rows, and two
+/// more for each of [`PARTS`].
 #[inline(never)]
 pub fn test(
     span: &mut FrameSpan,
