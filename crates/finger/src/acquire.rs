@@ -156,11 +156,17 @@ impl<C: Converter> Acquisition<C> {
     /// Interrupts the plan's scan for a scan of the health readings, if the plan's scan has none.
     /// Returns true if it did; the caller then unmutes DRDY.
     pub fn read_health(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
-        let is_due = self.has_health_scan() && self.is_set_up && !self.is_health;
+        let is_due = self.is_health_due();
         if is_due {
             let _ = self.set_up(diagnostics, wait);
         }
         is_due
+    }
+
+    /// True if [`Self::read_health`] would interrupt the scan.
+    #[inline]
+    pub fn is_health_due(&self) -> bool {
+        self.has_health_scan() && self.is_set_up && !self.is_health
     }
 
     /// True if the health readings have a separate scan.

@@ -93,10 +93,13 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             if has_checked {
                 break;
             }
+            // Clear it after an edge too: left set, it would let the next check begin at any moment.
+            let is_urgent = shared.urgent.load(Relaxed);
+            if is_urgent {
+                shared.urgent.store(false, Relaxed);
+            }
             // Right after a read the next conversion is furthest away.
-            let may_check = edge.is_some()
-                || shared.urgent.swap(false, Relaxed)
-                || acquisition.is_quiet(platform.now_us());
+            let may_check = edge.is_some() || is_urgent || acquisition.is_quiet(platform.now_us());
             if may_check && check.load(Relaxed) {
                 check.store(false, Relaxed);
                 if platform.has_ended() {
@@ -128,7 +131,8 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
                     .plan
                     .number()
                     .is_some_and(|number| number != self.request);
-                let is_due = health.load(Relaxed) || is_requested;
+                let is_health_due = health.load(Relaxed) && acquisition.is_health_due();
+                let is_due = is_health_due || is_requested;
                 if may_check && is_due && acquisition.can_begin(platform.now_us()) {
                     self.begin_scan(shared, wait);
                 }
@@ -158,7 +162,7 @@ impl<C: Converter, PIN: DrdyPin> Drdy<'_, C, PIN> {
             }
             _ => acquisition.plan(),
         };
-        let is_health_due = shared.health.swap(false, Relaxed);
+        let is_health_due = shared.health.swap(false, Relaxed) && acquisition.is_health_due();
         if shared.platform.has_ended() {
             return;
         }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::converter::WiredAds1258;
 use ads1258::Ads1258;
+use core::sync::atomic::AtomicBool;
 use hal_mock::{Constant, Fault, Options, SimulatedBoard};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
@@ -32,6 +33,8 @@ impl DrdyPin for Pin {
     }
 }
 
+const SCLK_HZ: u32 = 5_250_000;
+
 struct Clock(SimulatedBoard);
 
 impl Platform for Clock {
@@ -39,6 +42,78 @@ impl Platform for Clock {
 
     fn now_us(&self) -> u32 {
         (self.0.now_ns() / 1000) as u32
+    }
+}
+
+fn simulated() -> SimulatedBoard {
+    let scene = Constant {
+        end_s: f64::INFINITY,
+        ..Constant::default()
+    };
+    let board = SimulatedBoard::new(scene, Options::default());
+    board.set_sclk_hz(SCLK_HZ);
+    board
+}
+
+/// Sets the chip up for a plan.
+fn set_up<'a>(
+    board: &SimulatedBoard,
+    plan: Plan,
+    samples: &'a SampleQueue,
+) -> (
+    Drdy<'a, impl Converter + use<>, Pin>,
+    Shared<Clock>,
+    impl DelayNs + use<>,
+) {
+    let pins = (board.start_pin(), board.reset_pin());
+    let converter = WiredAds1258::new(Ads1258::new(board.spi()), pins.0, pins.1);
+    let mut acquisition = Acquisition::new(converter, plan);
+    let shared = Shared::new(Clock(board.clone()), plan);
+    let mut wait = board.delay();
+    assert!(acquisition.set_up(&shared.diagnostics, &mut wait));
+    let pin = Pin {
+        board: board.clone(),
+        ahead_ns: None,
+        edge_us: 0,
+    };
+    let mut drdy = Drdy::new(acquisition, pin, samples);
+    drdy.pin.unmute();
+    (drdy, shared, wait)
+}
+
+/// A check that nothing makes urgent waits for the next conversion, also if an earlier one was
+/// urgent, and is made once: with the default plan the health readings need no other scan.
+#[test]
+fn a_check_that_can_wait_follows_a_conversion() {
+    let board = &simulated();
+    let samples: &SampleQueue = &SampleQueue::<[_; 88]>::new();
+    let (mut drdy, shared, mut wait) = set_up(board, Plan::PAPER, samples);
+    let requests: [(&str, &[&AtomicBool]); 4] = [
+        ("nothing", &[]),
+        ("a check", &[&shared.check]),
+        ("an urgent check", &[&shared.check, &shared.urgent]),
+        ("health readings", &[&shared.health]),
+    ];
+    let bytes_since =
+        |from_ns| (board.now_ns() - from_ns + 500) * u64::from(SCLK_HZ) / 8_000_000_000;
+    // Bytes on the bus after an edge, and without one: the registers are read by a command and nine
+    // bytes.
+    let edge_bytes = [10, 20, 20, 10];
+    for ((name, flags), expected) in requests.into_iter().zip(edge_bytes) {
+        for _ in 0..30 {
+            let ahead_ns = drdy.pin.ahead_ns.expect("the chip scans");
+            board.advance_ns(ahead_ns.saturating_sub(board.now_ns()));
+            flags.iter().for_each(|flag| flag.store(true, Relaxed));
+            let before_ns = board.now_ns();
+            drdy.run(&shared, &mut wait);
+            assert_eq!(bytes_since(before_ns), expected, "after an edge, {name}");
+            // Between two edges.
+            shared.check.store(true, Relaxed);
+            drdy.run(&shared, &mut wait);
+            assert_eq!(bytes_since(before_ns), expected, "without an edge, {name}");
+            shared.check.store(false, Relaxed);
+            while samples.dequeue().is_some() {}
+        }
     }
 }
 
@@ -52,31 +127,9 @@ fn a_conversion_that_ends_during_a_check_is_read() {
 }
 
 fn check_before_edges(is_urgent: bool) {
-    let board = SimulatedBoard::new(
-        Constant {
-            end_s: f64::INFINITY,
-            ..Constant::default()
-        },
-        Options::default(),
-    );
-    board.set_sclk_hz(5_250_000);
+    let board = &simulated();
     let samples: &SampleQueue = &SampleQueue::<[_; 88]>::new();
-    let pins = (board.start_pin(), board.reset_pin());
-    let converter = WiredAds1258::new(Ads1258::new(board.spi()), pins.0, pins.1);
-    let mut acquisition = Acquisition::new(converter, Plan::SINGLE);
-    let shared = Shared::new(Clock(board.clone()), Plan::SINGLE);
-    let mut wait = board.delay();
-    assert!(acquisition.set_up(&shared.diagnostics, &mut wait));
-    let mut drdy = Drdy::new(
-        acquisition,
-        Pin {
-            board: board.clone(),
-            ahead_ns: None,
-            edge_us: 0,
-        },
-        samples,
-    );
-    drdy.pin.unmute();
+    let (mut drdy, shared, mut wait) = set_up(board, Plan::SINGLE, samples);
     let lost = || board.with_chip(|chip| chip.counters().lost);
     let (mut before, mut edges) = (0, 0);
     for run in 0..1000 {
