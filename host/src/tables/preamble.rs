@@ -3,7 +3,7 @@
 use super::units::per_second;
 
 /// Words before a number that make it a rate.
-const RATES: [&str; 22] = [
+const RATES: [&str; 27] = [
     "sample rate",
     "sampling rate",
     "samplerate",
@@ -26,7 +26,16 @@ const RATES: [&str; 22] = [
     "srate",
     "sfreq",
     "frequency of sampling",
+    "samples per second",
+    "abtastrate",
+    "abtastfrequenz",
+    "rate",
+    "sampling",
 ];
+
+/// Those of [`RATES`] and [`INTERVALS`] that mean something else after another word, as in
+/// `laser repetition rate`, `autosave interval` or `accelerometer FS`.
+const ALONE: [&str; 7] = ["rate", "sampling", "fs", "odr", "interval", "delta", "dt"];
 
 /// Words before a number that make it an interval.
 const INTERVALS: [&str; 14] = [
@@ -47,25 +56,44 @@ const INTERVALS: [&str; 14] = [
 ];
 
 /// Words that mark a rate or an interval as unrelated to the rows.
-const OTHERS: [&str; 11] = [
+const OTHERS: [&str; 12] = [
     "baud", "bit", "cutoff", "filter", "heart", "refresh", "wheel", "screen", "video", "report",
-    "flush",
+    "flush", "save",
 ];
 
+/// Words of a line that make the rows slower than the stated rate.
+const THINNED: [&str; 3] = ["decimation", "downsampl", "averaging"];
+
 /// Units of a rate, in hertz.
-const UNITS: [(&str, f64); 12] = [
+const UNITS: [(&str, f64); 28] = [
     ("hz", 1.0),
+    ("hertz", 1.0),
     ("khz", 1e3),
+    ("k", 1e3),
+    ("mhz", 1e6),
+    ("ghz", 1e9),
     ("sps", 1.0),
     ("ksps", 1e3),
+    ("msps", 1e6),
+    ("gsps", 1e9),
+    ("sa/s", 1.0),
+    ("ksa/s", 1e3),
+    ("msa/s", 1e6),
+    ("gsa/s", 1e9),
+    ("s/s", 1.0),
+    ("ks/s", 1e3),
+    ("ms/s", 1e6),
     ("samples/s", 1.0),
     ("samples/sec", 1.0),
     ("samples/second", 1.0),
+    ("samples/min", 1.0 / 60.0),
+    ("samples/minute", 1.0 / 60.0),
+    ("samples/hour", 1.0 / 3600.0),
     ("rows/s", 1.0),
     ("fps", 1.0),
     ("frames/s", 1.0),
-    ("s/s", 1.0),
     ("1/s", 1.0),
+    ("1/min", 1.0 / 60.0),
 ];
 
 /// A rate, and the line that states it.
@@ -75,8 +103,13 @@ pub struct Stated {
     pub line: String,
 }
 
-/// Returns the rate stated in the lines; `None` if there is none, or if rates differ.
+/// Returns the rate stated in the lines; `None` if there is none, if rates differ, or if the rows
+/// may be slower than the rate.
 pub fn stated(text: &str) -> Option<Stated> {
+    let lower = text.to_lowercase();
+    if THINNED.iter().any(|word| lower.contains(word)) {
+        return None;
+    }
     let mut found: Option<Stated> = None;
     for line in text.lines() {
         for hz in rates(line) {
@@ -101,67 +134,99 @@ pub fn stated(text: &str) -> Option<Stated> {
 }
 
 fn rates(line: &str) -> Vec<f64> {
-    let line = line.to_lowercase();
-    let tokens = tokens(&line);
+    let tokens = tokens(&line.to_lowercase());
     let mut found = Vec::new();
     for (at, token) in tokens.iter().enumerate() {
         let Some(value) = number(token).filter(|value| *value > 0.0) else {
             continue;
         };
-        let start = tokens[..at]
-            .iter()
-            .rposition(|word| number(word).is_some())
-            .map_or(0, |at| at + 1);
-        let words = &tokens[start.max(at.saturating_sub(4))..at];
-        let key = words.join(" ").replace('_', " ");
-        let key = key.trim_start_matches(['/', '#', '%', ' ']);
-        let unit = tokens.get(at + 1).map_or("", String::as_str);
-        let hz_of = |unit: &str| {
-            UNITS
-                .iter()
-                .find(|(name, _)| *name == unit)
-                .map(|(_, hz)| *hz)
-        };
+        let (key, key_unit) = key(&tokens[..at]);
         if OTHERS.iter().any(|other| key.contains(other)) {
             continue;
         }
-        let ends = |known: &[&str]| {
-            known.iter().any(|word| {
-                key.strip_suffix(" hz")
-                    .unwrap_or(key)
-                    .strip_suffix(word)
-                    .is_some_and(|before| before.is_empty() || before.ends_with(' '))
-            })
+        let unit = match unit(&tokens[at + 1..]) {
+            "" => key_unit.unwrap_or_default(),
+            unit => unit,
         };
+        let hz_of = |unit: &str| UNITS.iter().find(|(name, _)| *name == unit);
+        let by_rate = hz_of(unit).map(|(_, hz)| value * hz);
+        let by_interval = per_second(unit).map(|per_second| per_second / value);
         let per_sample = unit.strip_suffix("/sample").and_then(per_second);
         let hz = if let Some(per_second) = per_sample {
             Some(per_second / value)
-        } else if ends(&INTERVALS) {
-            match unit {
-                "" => Some(1.0 / value),
-                unit => per_second(unit)
-                    .map(|per_second| per_second / value)
-                    .or_else(|| number(unit).map(|_| 1.0 / value)),
-            }
-        } else if ends(&RATES) {
-            hz_of(unit)
-                .or_else(|| {
-                    (unit.is_empty() || !UNITS.iter().any(|(name, _)| unit.ends_with(name)))
-                        .then_some(1.0)
-                })
-                .map(|hz| value * hz)
-        } else if matches!(unit, "sps" | "ksps")
-            || unit.starts_with("samples/s")
-            || key.ends_with("rate") && unit.ends_with("hz")
-        {
-            hz_of(unit).map(|hz| value * hz)
+        } else if ends(&key, &INTERVALS) {
+            by_interval.or(unit.is_empty().then_some(1.0 / value))
+        } else if ends(&key, &RATES) {
+            // Some write the interval for the rate.
+            let by_rate = by_rate.or(by_interval);
+            by_rate.or(unit.is_empty().then_some(value))
         } else {
-            None
+            let is_of_samples = unit.ends_with("sps") || unit.starts_with("samples/");
+            by_rate.filter(|_| is_of_samples)
         };
-        found.extend(hz.filter(|hz| (1e-3..1e8).contains(hz)));
+        found.extend(hz.filter(|hz| (1e-3..1e10).contains(hz)));
     }
     found
 }
+
+/// Words that name a number, and their unit if the last of them is one: `Sample Interval (ms)`.
+fn key(before: &[String]) -> (String, Option<&str>) {
+    let is_break = |word: &String| word == SEPARATOR || number(word).is_some();
+    let end = before
+        .iter()
+        .rposition(|word| word != SEPARATOR && word != EQUALS)
+        .map_or(0, |at| at + 1);
+    let start = before[..end]
+        .iter()
+        .rposition(is_break)
+        .map_or(0, |at| at + 1);
+    let parts = before[start.max(end.saturating_sub(5))..end].iter();
+    let mut words: Vec<&str> = parts
+        .filter(|word| *word != EQUALS)
+        .flat_map(|word| word.split('_'))
+        .map(|word| word.trim_start_matches(['/', '#', '%']))
+        .filter(|word| !word.is_empty())
+        .collect();
+    let is_unit =
+        |word: &&str| UNITS.iter().any(|(name, _)| name == word) || per_second(word).is_some();
+    let is_whole = ends(&words.join(" "), &RATES);
+    let last = words.last().copied();
+    let unit = last.filter(|word| words.len() > 1 && !is_whole && is_unit(word));
+    if unit.is_some() {
+        words.pop();
+    }
+    (words.join(" "), unit)
+}
+
+/// Unit after a number; empty if the line ends there, or goes on with another key or number.
+fn unit(after: &[String]) -> &str {
+    let is_key = after.get(1).is_some_and(|word| word == EQUALS);
+    let is_cell = after.first().is_some_and(|word| word == SEPARATOR);
+    let word = after.iter().find(|word| *word != SEPARATOR);
+    let word = word.map_or("", |word| word.trim_end_matches('.'));
+    let word = ["/channel", "/chan", "/ch"]
+        .iter()
+        .find_map(|of| word.strip_suffix(of))
+        .unwrap_or(word);
+    let is_known = UNITS.iter().any(|(name, _)| *name == word) || per_second(word).is_some();
+    if is_key || number(word).is_some() || is_cell && !is_known {
+        return "";
+    }
+    word
+}
+
+/// True if a key is one of these words, or ends with one that may follow others.
+fn ends(key: &str, known: &[&str]) -> bool {
+    known.iter().any(|word| {
+        key.strip_suffix(word).is_some_and(|before| {
+            before.is_empty() || before.ends_with(' ') && !ALONE.contains(word)
+        })
+    })
+}
+
+/// Tokens for a comma or a semicolon, and for an equals sign or a colon.
+const SEPARATOR: &str = ";";
+const EQUALS: &str = "=";
 
 fn number(token: &str) -> Option<f64> {
     token
@@ -169,20 +234,33 @@ fn number(token: &str) -> Option<f64> {
         .then(|| token.parse().ok())?
 }
 
-/// Splits a line into words and numbers; a unit directly after a number is a separate word.
+/// Splits a line into words, numbers and separators; a unit directly after a number is a separate
+/// word. `12'800` and `10 000` are one number each. `25,600` is no number, as the comma may separate
+/// thousands or be a decimal one.
 fn tokens(line: &str) -> Vec<String> {
     let chars: Vec<char> = line.chars().collect();
+    let is_digit = |at: Option<usize>| {
+        at.and_then(|at| chars.get(at))
+            .is_some_and(char::is_ascii_digit)
+    };
+    let group = |at: usize| (1..4).all(|step| is_digit(Some(at + step))) && !is_digit(Some(at + 4));
     let mut spaced = String::new();
     for (at, c) in chars.iter().enumerate() {
-        let before = at.checked_sub(1).map(|at| chars[at]);
-        let after = chars.get(at + 1);
-        let is_digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+        let before = at.checked_sub(1);
+        let word = spaced.rsplit(' ').next().unwrap_or_default();
+        let is_short = matches!(word.len(), 1..=3) && word.chars().all(|c| c.is_ascii_digit());
+        let is_thousands = is_short && !word.starts_with('0') && group(at);
         match c {
-            ',' if is_digit(before) && is_digit(after.copied()) => spaced.push('.'),
-            ',' | ';' | '=' | ':' | '"' | '(' | ')' | '[' | ']' | '\'' => spaced.push(' '),
+            ' ' | '\'' | '\u{a0}' | '\u{2009}' | '\u{202f}' if is_thousands => {}
+            // Stays in the word, which is then no number.
+            ',' if is_thousands => spaced.push(','),
+            ',' if is_digit(before) && is_digit(Some(at + 1)) => spaced.push('.'),
+            ',' | ';' => spaced.push_str(" ; "),
+            '=' | ':' => spaced.push_str(" = "),
+            '"' | '(' | ')' | '[' | ']' | '\'' | '\t' => spaced.push(' '),
             c if c.is_alphabetic() && is_digit(before) => {
                 // A digit that ends a word stays with it.
-                let word = spaced.rsplit(' ').next().unwrap_or_default();
+                let after = chars.get(at + 1);
                 if number(word).is_some()
                     && !matches!((c, after), ('e', Some('-' | '+' | '0'..='9')))
                 {
@@ -223,6 +301,33 @@ mod tests {
                 Some(200.0),
             ),
             ("Delta_X\t0,004\t0,004", Some(250.0)),
+            ("Sampling frequency: 12'800 Hz", Some(12_800.0)),
+            ("Sample rate: 10 000 Hz", Some(10_000.0)),
+            ("Sample Rate: 25,600 Hz", None),
+            ("Sample rate = 51.2k", Some(51_200.0)),
+            (
+                "Recorded 3 May 2024. Sampling rate: 2 kHz. 16 bit.",
+                Some(2000.0),
+            ),
+            ("Sample Rate: 2 kSa/s", Some(2000.0)),
+            ("Sampling Rate,500 MSa/s", Some(5e8)),
+            ("Sample rate: 2.5 kHz/channel", Some(2500.0)),
+            ("Logging rate: 60 samples/min", Some(1.0)),
+            ("Sample rate: 5 ms", Some(200.0)),
+            ("Sample Interval (ms): 5", Some(200.0)),
+            ("SAMPLING_INTERVAL_S: 0.005000", Some(200.0)),
+            ("Abtastrate [Hz];500", Some(500.0)),
+            ("Samples per second: 400", Some(400.0)),
+            ("ODR 104 Hz, FS 4 g", Some(104.0)),
+            ("fs=200 channels=3", Some(200.0)),
+            ("Data rate: 9600 bps", None),
+            ("MPU6050 accel FS=8 g", None),
+            ("FS=8 g", None),
+            ("I2C rate: 400 kHz", None),
+            ("Autosave interval: 60 s", None),
+            ("Scan rate: 100 mV/s", None),
+            ("Laser repetition rate: 10 Hz", None),
+            ("Sample Rate: 1000 Hz\nDecimation: 10", None),
             ("EMG (5 - 250 Hz)", None),
             ("baud rate 115200", None),
             ("low-pass filter cutoff frequency 50 Hz", None),
