@@ -93,7 +93,14 @@ impl Layout {
             .iter()
             .filter(|byte| **byte == b'\n')
             .count() as u64;
-        found.stated = stated(&String::from_utf8_lossy(&text[..found.byte]));
+        let above = String::from_utf8_lossy(&text[..found.byte]);
+        found.stated = stated(&above);
+        if let Some((at, line)) = factor(&above) {
+            let why = format!(
+                "{line:?} above the table, as MATLAB prints it, is a factor of its values, which is not read: print the table with `format long g`, or write it with `writematrix`"
+            );
+            return Err(Refused::new(Some(at), why));
+        }
         found.find_time(&lines, time)?;
         found.find_wrapped(&lines);
         found.byte += skip;
@@ -225,6 +232,11 @@ impl Layout {
             return refuse(format!(
                 "column {name} goes back in time from row to row: sort the rows; in Python, ridgetone.fit(pandas.read_csv(FILE).sort_values({name:?}))"
             ));
+        }
+        if look.is_clock && rows.iter().all(|row| ends_in_video_frames(&row.cells[at])) {
+            // Their number a second is not known.
+            self.columns[at].is_left_out = true;
+            return Ok(());
         }
         let unit = match declared {
             _ if look.is_clock => Some(Unit::Clock),
@@ -622,4 +634,21 @@ fn no_rows(lines: &[HeadLine]) -> Refused {
         }
     };
     Refused::new(line, why)
+}
+
+/// True for a time code such as `10:00:00:05`; milliseconds have three digits, or one at times.
+fn ends_in_video_frames(cell: &str) -> bool {
+    let parts: Vec<&str> = cell.split(':').collect();
+    let are_numbers = cell.chars().all(|c| c.is_ascii_digit() || c == ':');
+    are_numbers && parts.len() == 4 && parts[3].len() == 2
+}
+
+/// Number of a line such as `1.0e+03 *`, and the line.
+fn factor(above: &str) -> Option<(u64, &str)> {
+    let is_factor = |line: &str| {
+        let number = line.strip_suffix('*').map(str::trim);
+        number.is_some_and(|number| number.parse::<f64>().is_ok())
+    };
+    let mut lines = (1..).zip(above.lines().map(str::trim));
+    lines.find(|(_, line)| is_factor(line))
 }

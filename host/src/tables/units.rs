@@ -198,6 +198,9 @@ pub fn declared_time(name: &str) -> Declared {
             .split(is_between)
             .filter(|word| !word.is_empty())
             .collect();
+        if words.iter().any(|word| PARTS.contains(word)) {
+            return Declared::Unknown(inside.to_owned());
+        }
         if let Some(at) = words.iter().position(|word| per_second(word).is_some()) {
             // A number next to a unit multiplies or divides it; which one is unclear: `s x 100`.
             let beside = [
@@ -250,6 +253,19 @@ fn is_factor(word: &str) -> bool {
             .trim_start_matches('x')
             .starts_with(|c: char| c.is_ascii_digit())
 }
+
+/// Words for a part of a unit, as in `hundredths of a second`.
+const PARTS: [&str; 9] = [
+    "half",
+    "tenth",
+    "tenths",
+    "hundredth",
+    "hundredths",
+    "thousandth",
+    "thousandths",
+    "millionth",
+    "millionths",
+];
 
 pub fn is_count(unit: &str) -> bool {
     unit.split(|c: char| !c.is_alphanumeric())

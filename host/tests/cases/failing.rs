@@ -165,7 +165,7 @@ const FILES: [Case; 57] = [
 ];
 
 /// Generated files of the same kinds, with a tone of 12.34 Hz.
-const TWINS: [Case; 65] = [
+const TWINS: [Case; 68] = [
     ("long_fast.csv", &[], Noted(160.0, &["around 160.00 Hz"])),
     ("two_phases.csv", &[], Hz(65.0)),
     ("time_min.csv", &[], Noted(12.34, &["in minutes"])),
@@ -186,6 +186,13 @@ const TWINS: [Case; 65] = [
     ("time_milli.csv", &[], TONE),
     ("time_parts.csv", &[], TONE),
     ("time_factor.csv", &[], Refused(&["\"s x 100\""])),
+    (
+        "time_in_words.csv",
+        &[],
+        Refused(&["hundredths of a second", "--time-column"]),
+    ),
+    ("time_code.csv", &[], Refused(&["--rate HZ"])),
+    ("time_code.csv", &["--rate", "250"], TONE),
     (
         "time_x10ms.csv",
         &[],

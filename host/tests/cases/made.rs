@@ -289,6 +289,12 @@ fn failing(name: &str) -> Vec<u8> {
         "time_milli.csv" => stamped("time(1e-3 s)", &|_, t_s| format!("{:.0}", 1e3 * t_s)),
         "time_parts.csv" => stamped("Time (s/100)", &|_, t_s| format!("{:.1}", 1e2 * t_s)),
         "time_factor.csv" => stamped("Time (s x 100)", &|_, t_s| format!("{:.1}", 1e2 * t_s)),
+        "time_in_words.csv" => stamped("Time (hundredths of a second)", &|_, t_s| {
+            format!("{:.1}", 1e2 * t_s)
+        }),
+        "time_code.csv" => stamped("Timecode", &|row, _| {
+            format!("10:00:{:02}:{:02}", row / 25, row % 25)
+        }),
         "time_x10ms.csv" => stamped("time x10 ms", &|_, t_s| format!("{:.1}", 1e2 * t_s)),
         "time_samples.csv" => stamped("Time (samples)", &|row, _| row.to_string()),
         "ticks_10us.csv" => stamped("Ticks (10 us)", &|_, t_s| format!("{:.0}", 1e5 * t_s)),
