@@ -51,7 +51,7 @@ fn touch(board: Board, window_s: f32) -> (Run, Vec<(f64, Event)>) {
 
 fn quantiles(mut values: Vec<f64>) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
-    [0.5, 0.95].map(|share| values[(share * (values.len() - 1) as f64) as usize])
+    [0.5, 0.95].map(|fraction| values[(fraction * (values.len() - 1) as f64) as usize])
 }
 
 #[test]

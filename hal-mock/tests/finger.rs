@@ -249,7 +249,7 @@ fn powers(finger: Finger) -> Vec<(f64, f64)> {
 /// wide as a ridge or a little wider. A smooth skin has none.
 #[test]
 fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
-    let greatest = |powers: &[(f64, f64)], until_mm: f64| {
+    let max = |powers: &[(f64, f64)], until_mm: f64| {
         let those = powers.iter().filter(|(mm, _)| *mm < until_mm);
         those.copied().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
     };
@@ -263,7 +263,7 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
             skin_ridge_mm,
             ..Finger::default()
         });
-        let (peak_mm, peak) = greatest(&powers, 2.2);
+        let (peak_mm, peak) = max(&powers, 2.2);
         let (trough_mm, trough) = min_beyond(&powers, peak_mm);
         println!(
             "{skin_ridge_mm} mm: {peak:.2e} V^2 at {peak_mm:.2} mm, {trough:.2e} at {trough_mm:.2} mm"
@@ -285,7 +285,7 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
             depth_mm,
             ..Finger::default()
         });
-        let (peak_mm, peak) = greatest(&powers, 2.0);
+        let (peak_mm, peak) = max(&powers, 2.0);
         peak / min_beyond(&powers, peak_mm).1
     };
     let (near, far) = (over(0.8), over(1.3));
@@ -387,14 +387,14 @@ fn the_pull_of_the_contacts_ends_is_the_closed_form() {
             let apart = 4.0 * b / (a * a - b * b);
             // The first piezoresistor responds to shear; without its normal sensitivity, to nothing
             // else.
-            for (input, normal_share, expected) in [
+            for (input, normal_fraction, expected) in [
                 (1, 0.5, apart * (z - 3.0 * z / (1.0 + 3.0 * k * z))),
                 (0, 0.0, apart * (z - 1.0 / k)),
             ] {
                 let scene = on_grating(
                     period_mm,
                     Finger {
-                        normal_share,
+                        normal_fraction,
                         ..finger
                     },
                 );

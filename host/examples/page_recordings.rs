@@ -40,7 +40,7 @@ fn unsteady(mut packets: Vec<Packet>) -> Vec<Packet> {
         };
         estimate.other_tone = Some(OtherTone {
             frequency: 12.5,
-            share: 0.25,
+            fraction: 0.25,
         });
     }
     (0..)

@@ -190,8 +190,8 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
             continue;
         }
         let by_y = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
-        let (least, greatest) = (column.iter().min_by(by_y), column.iter().max_by(by_y));
-        let mut inner: Vec<(f64, f64)> = least.into_iter().chain(greatest).copied().collect();
+        let (min, max) = (column.iter().min_by(by_y), column.iter().max_by(by_y));
+        let mut inner: Vec<(f64, f64)> = min.into_iter().chain(max).copied().collect();
         inner.sort_by(|a, b| a.0.total_cmp(&b.0));
         out.extend(
             column
@@ -308,13 +308,12 @@ impl Scale {
     /// Makes an axis from the pixel `from` to the pixel `to`.
     fn axis(&self, values: impl Iterator<Item = f64>, from: f64, to: f64) -> Axis {
         let usable = values.filter(|value| value.is_finite() && (!self.is_log || *value > 0.0));
-        let (least, most) = usable.fold(
-            (f64::INFINITY, f64::NEG_INFINITY),
-            |(least, most), value| (value.min(least), value.max(most)),
-        );
-        let found = match (self.is_log, least < most) {
-            (true, true) => (0.9 * least, 1.1 * most),
-            (false, true) => (least - 0.05 * (most - least), most + 0.05 * (most - least)),
+        let (min, max) = usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), value| {
+            (value.min(min), value.max(max))
+        });
+        let found = match (self.is_log, min < max) {
+            (true, true) => (0.9 * min, 1.1 * max),
+            (false, true) => (min - 0.05 * (max - min), max + 0.05 * (max - min)),
             (_, false) => (1.0, 10.0),
         };
         Axis {

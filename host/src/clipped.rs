@@ -50,9 +50,9 @@ impl Ends {
 
     /// True if the outermost value is more frequent than in any sine, allowing for chance.
     fn is_limit(&self) -> bool {
-        let most = 1.0 + 2f64.sqrt();
-        let more = self.outer_count - most * self.next_count;
-        more > BY_CHANCE * (self.outer_count + most * most * self.next_count).sqrt()
+        let max = 1.0 + 2f64.sqrt();
+        let more = self.outer_count - max * self.next_count;
+        more > BY_CHANCE * (self.outer_count + max * max * self.next_count).sqrt()
     }
 }
 

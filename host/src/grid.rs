@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail, ensure};
 const MISSING_MAX: f64 = 0.2;
 
 /// Length of a gap, as a fraction of the whole time, above which it separates two recordings.
-const PAUSE_SHARE: f64 = 0.5;
+const PAUSE_FRACTION: f64 = 0.5;
 
 /// Maximum distance of stamps from multiples of a supplied spacing, as a fraction of the spacing.
 /// Stamps closer than this show which rows are missing.
@@ -214,7 +214,7 @@ fn check_pause(time_s: &[f64], name_row: &dyn Fn(usize) -> String) -> Result<()>
     let spacing = |row: &usize| time_s[row + 1] - time_s[*row];
     let widest = (0..time_s.len() - 1).max_by(|a, b| spacing(a).total_cmp(&spacing(b)));
     let (widest, length_s) = (widest.unwrap_or(0), time_s[time_s.len() - 1] - time_s[0]);
-    if spacing(&widest) > PAUSE_SHARE * length_s {
+    if spacing(&widest) > PAUSE_FRACTION * length_s {
         bail!(
             "{}: a gap of {} s in {} s of data; use --from and --to to stay out of it",
             name_row(widest + 1),

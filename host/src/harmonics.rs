@@ -39,7 +39,7 @@ pub fn fit(
 ) -> Option<Harmonics> {
     let half_s = t_s
         .iter()
-        .fold(f64::MIN_POSITIVE, |most, t_s| most.max(t_s.abs()));
+        .fold(f64::MIN_POSITIVE, |max, t_s| max.max(t_s.abs()));
     let lines: Vec<f64> = (1..=count)
         .map(|k| f64::from(k) * frequency_hz)
         .chain(interferer_hz)

@@ -76,13 +76,13 @@ impl Listener {
 
     /// Waits for the next event, at most for `most`, and sends the request that is due.
     /// Fails if the board refuses a request or does not answer, or if the source cannot go on.
-    pub fn next(&mut self, most: Duration) -> Result<Option<Heard>> {
+    pub fn next(&mut self, max: Duration) -> Result<Option<Heard>> {
         if self.joining.is_none()
             && let Some(heard) = self.held.pop_front()
         {
             return Ok(Some(heard));
         }
-        let heard = self.hear(most)?;
+        let heard = self.hear(max)?;
         let Some(since) = self.joining else {
             return Ok(heard);
         };
@@ -114,8 +114,8 @@ impl Listener {
         Ok(())
     }
 
-    fn hear(&mut self, most: Duration) -> Result<Option<Heard>> {
-        let event = self.feed.next(most)?;
+    fn hear(&mut self, max: Duration) -> Result<Option<Heard>> {
+        let event = self.feed.next(max)?;
         let heard = event.map(|event| match event {
             FeedEvent::Data(packet) => Heard::Packet(Box::new(packet), self.feed.receipt()),
             FeedEvent::Connected(name) => Heard::Connected(name),

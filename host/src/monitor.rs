@@ -111,14 +111,14 @@ impl Monitor {
         true
     }
 
-    fn take(&mut self, most: Duration) -> Result<()> {
+    fn take(&mut self, max: Duration) -> Result<()> {
         let begun = Instant::now();
         loop {
-            let left = most.saturating_sub(begun.elapsed());
+            let left = max.saturating_sub(begun.elapsed());
             let event = self.following.next(left)?;
             self.following.fold(event.as_ref(), &mut self.live);
             self.view.raw = self.following.raw.clone();
-            if begun.elapsed() >= most {
+            if begun.elapsed() >= max {
                 return Ok(());
             }
         }

@@ -76,8 +76,8 @@ fn levels(decibels: &[Vec<f64>]) -> Vec<Vec<u8>> {
     all.sort_by(f64::total_cmp);
     let top = all.get(all.len() * 995 / 1000).copied().unwrap_or(0.0);
     let shade = |db: &f64| {
-        let share = 1.0 + (db - top) / RANGE_DB;
-        (f64::from(SHADES) * share.clamp(0.0, 1.0)).round() as u8
+        let fraction = 1.0 + (db - top) / RANGE_DB;
+        (f64::from(SHADES) * fraction.clamp(0.0, 1.0)).round() as u8
     };
     let column = |column: &Vec<f64>| column.iter().map(shade).collect();
     decibels.iter().map(column).collect()
@@ -89,8 +89,8 @@ impl Recorded {
         let mut rows = samples.open()?;
         let chosen = columns(&*rows, selection)?;
         let row_bytes = size_of::<f64>() * (1 + rows.names().len());
-        let most = max_bytes / row_bytes;
-        let part = Part::read(&mut *rows, selection, most, &mut |_| {})?;
+        let max = max_bytes / row_bytes;
+        let part = Part::read(&mut *rows, selection, max, &mut |_| {})?;
         ensure!(
             part.rows() > 1,
             "{}: one row alone has no rate and no tone",
@@ -236,11 +236,11 @@ fn extremes(values: &[f64]) -> [f64; 2] {
             .enumerate()
             .filter(|(_, value)| !value.is_nan())
     };
-    let least = known().min_by(|a, b| a.1.total_cmp(b.1));
-    let most = known().max_by(|a, b| a.1.total_cmp(b.1));
-    match (least, most) {
-        (Some((at, least)), Some((later, most))) if at <= later => [*least, *most],
-        (Some((_, least)), Some((_, most))) => [*most, *least],
+    let min = known().min_by(|a, b| a.1.total_cmp(b.1));
+    let max = known().max_by(|a, b| a.1.total_cmp(b.1));
+    match (min, max) {
+        (Some((at, min)), Some((later, max))) if at <= later => [*min, *max],
+        (Some((_, min)), Some((_, max))) => [*max, *min],
         _ => [f64::NAN; 2],
     }
 }
@@ -291,12 +291,12 @@ mod tests {
             assert!(inside || from_s > 5.0, "{from_s}");
             assert!(thin.t_s.len() <= 2 * steps.max(60), "{}", thin.t_s.len());
             assert!(thin.t_s.is_sorted() && thin.values[0].len() == thin.t_s.len());
-            let least = thin.values[0]
+            let min = thin.values[0]
                 .iter()
                 .flatten()
                 .copied()
                 .fold(f32::MAX, f32::min);
-            assert!((f64::from(least) + thin.levels[0] - 900.0).abs() < 0.1);
+            assert!((f64::from(min) + thin.levels[0] - 900.0).abs() < 0.1);
         }
         let near = recorded.overview(5.776, 5.778, 100);
         assert_eq!(

@@ -165,7 +165,7 @@ impl Part {
     pub fn read(
         rows: &mut dyn RowReader,
         selection: &Selection,
-        most: usize,
+        max: usize,
         progress: &mut dyn FnMut(u64),
     ) -> Result<Self> {
         let file = rows.file().to_owned();
@@ -219,9 +219,9 @@ impl Part {
                 continue;
             }
             ensure!(
-                part.rows() < most,
-                "{file}: {} rows or more in the window, at most {most} can be taken: choose a part with --from and --to",
-                most + 1
+                part.rows() < max,
+                "{file}: {} rows or more in the window, at most {max} can be taken: choose a part with --from and --to",
+                max + 1
             );
             // Called even for values in memory, because it refuses values that are not finite.
             rows.values(&mut values)?;

@@ -296,7 +296,7 @@ impl Board {
         let steps = ((last_s - first_s) / RELATION_S)
             .ceil()
             .clamp(1.0, RELATIONS_MAX);
-        let (mut relations, mut most_s) = (Vec::new(), 0f64);
+        let (mut relations, mut max_s) = (Vec::new(), 0f64);
         for step in 0..=steps as usize {
             let t_s = first_s + (last_s - first_s) * step as f64 / steps;
             let utc = self.clock.utc(t_s);
@@ -305,9 +305,9 @@ impl Board {
                 bail!("{name}: too short to align its clock: record 0.5 s or more");
             };
             relations.push((t_s, utc.utc_s() - t_s));
-            most_s = most_s.max(sigma_s);
+            max_s = max_s.max(sigma_s);
         }
-        Ok((Clock { relations }, most_s))
+        Ok((Clock { relations }, max_s))
     }
 
     /// Returns the time in seconds from a frame's stamp to the middle of its conversions, where the

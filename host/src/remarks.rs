@@ -37,14 +37,18 @@ pub fn remarks(status: Status, domain: Domain, tone: &Tone) -> Vec<(&'static str
         let found = plus_minus(value, sigma);
         remarks.push(("chirp", format!("{found} {chirp_unit}")));
     }
-    if let Some(OtherTone { frequency, share }) = tone.other_tone() {
+    if let Some(OtherTone {
+        frequency,
+        fraction,
+    }) = tone.other_tone()
+    {
         let frequency = significant(frequency.into(), 4);
         remarks.push((
             "other tone",
             format!(
                 "{frequency} {}, {:.0} % of the power",
                 domain.unit(),
-                100.0 * share
+                100.0 * fraction
             ),
         ));
     }
@@ -73,7 +77,7 @@ mod tests {
         };
         let other_tone = Some(OtherTone {
             frequency: 12.3063,
-            share: 0.42,
+            fraction: 0.42,
         });
         let tone = |domain, movement, other_tone| {
             let frequency = WithSigma {

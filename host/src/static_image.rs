@@ -76,7 +76,7 @@ pub fn text(image: &Image, indent: &str) -> String {
 }
 
 /// Returns the largest standard error of an image, in volts; `None` if all taxels are dead.
-pub fn greatest_sigma_v(image: &Image) -> Option<f32> {
+pub fn max_sigma_v(image: &Image) -> Option<f32> {
     image
         .taxels
         .iter()
@@ -161,9 +161,9 @@ mod tests {
         ];
         let text = text(&image(), "|");
         assert_eq!(text.lines().collect::<Vec<_>>(), expected);
-        assert_eq!(greatest_sigma_v(&image()), Some(16e-6));
+        assert_eq!(max_sigma_v(&image()), Some(16e-6));
         assert_eq!(
-            greatest_sigma_v(&Image {
+            max_sigma_v(&Image {
                 taxels: Default::default(),
                 ..image()
             }),

@@ -300,17 +300,17 @@ fn fit_on(
     } = long::estimate(file, &scaled, &motion, grid, selection)?;
     let frames_per_s = grid.rate_hz / slots_per_frame as f64;
 
-    let rate_share = grid.rate_sigma_hz / grid.rate_hz;
-    let delay_share = selection.alignment.as_ref().map_or(0.0, |alignment| {
+    let rate_fraction = grid.rate_sigma_hz / grid.rate_hz;
+    let delay_fraction = selection.alignment.as_ref().map_or(0.0, |alignment| {
         alignment.sigma_fraction(&motion.positions, grid.rate_hz)
     });
     // A position column does not depend on the sample rate, so the rate's uncertainty does not
     // enter.
-    let (domain, per_unit, scale_share) = match position {
+    let (domain, per_unit, scale_fraction) = match position {
         Some(ref column) if column.quantity() == Quantity::Position => (Domain::Position, 1.0, 0.0),
-        Some(_) => (Domain::Position, 1.0, rate_share),
+        Some(_) => (Domain::Position, 1.0, rate_fraction),
         None if !grid.uneven_s.is_empty() => (Domain::Time, 1.0, 0.0),
-        None => (Domain::Time, frames_per_s, rate_share),
+        None => (Domain::Time, frames_per_s, rate_fraction),
     };
     let (frequency, sigma) = (
         (f64::from(found.frequency) + shift) * per_unit,
@@ -321,7 +321,7 @@ fn fit_on(
         domain,
         has_tone.then(|| WithSigma {
             value: frequency,
-            sigma: sigma.hypot(frequency * scale_share.hypot(delay_share)),
+            sigma: sigma.hypot(frequency * scale_fraction.hypot(delay_fraction)),
         }),
         has_tone.then(|| ridgetone_finger::movement(&found, per_unit as f32)),
         ridgetone_finger::other_tone(&found, per_unit as f32).map(|other| OtherTone {

@@ -116,7 +116,7 @@ impl Tone {
         let both = Self {
             wander_percent: movement.map(|m| 100.0 * m.wander),
             wander_sigma_percent: movement.map(|m| 100.0 * m.wander_sigma),
-            other_tone_fraction: other_tone.map(|other| other.share),
+            other_tone_fraction: other_tone.map(|other| other.fraction),
             interferer_hz,
             ..Self::default()
         };
@@ -178,7 +178,7 @@ impl Tone {
         Self {
             other_tone_hz: self.other_tone_hz.and(frequency),
             other_tone_per_mm: self.other_tone_per_mm.and(frequency),
-            other_tone_fraction: Some(other.share),
+            other_tone_fraction: Some(other.fraction),
             ..self
         }
     }
@@ -195,8 +195,11 @@ impl Tone {
     /// Returns the second tone in the domain's unit.
     pub fn other_tone(&self) -> Option<OtherTone> {
         let frequency = self.other_tone_hz.or(self.other_tone_per_mm).flatten()?;
-        let share = self.other_tone_fraction?;
-        Some(OtherTone { frequency, share })
+        let fraction = self.other_tone_fraction?;
+        Some(OtherTone {
+            frequency,
+            fraction,
+        })
     }
 }
 

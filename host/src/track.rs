@@ -242,10 +242,10 @@ mod tests {
         let Spectrogram { levels, max_hz, .. } = &track.spectrogram;
         for (column, powers) in levels.iter().enumerate() {
             let t_s = 8.0 * (column as f64 + 0.5) / levels.len() as f64;
-            let most = powers.iter().max().copied().unwrap_or_default();
+            let max = powers.iter().max().copied().unwrap_or_default();
             let highest = powers
                 .iter()
-                .position(|level| *level == most)
+                .position(|level| *level == max)
                 .unwrap_or_default();
             let hz = max_hz * (highest as f64 + 0.5) / powers.len() as f64;
             assert!(

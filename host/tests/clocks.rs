@@ -58,14 +58,14 @@ impl Source for Board {
         format!("a board at {}", self.pace)
     }
 
-    fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+    fn next(&mut self, max: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
         let Some((due_s, _)) = self.sent.front() else {
             return Ok(Some(FeedEvent::Over));
         };
         let wait = (self.begun + Duration::from_secs_f64(due_s / self.pace))
             .saturating_duration_since(Instant::now());
-        std::thread::sleep(wait.min(most));
-        Ok((wait <= most)
+        std::thread::sleep(wait.min(max));
+        Ok((wait <= max)
             .then(|| self.sent.pop_front())
             .flatten()
             .map(|(_, bytes)| FeedEvent::Data(bytes)))
@@ -148,7 +148,7 @@ fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [V
         };
         paces.map(spawn).map(|board| board.join().expect("a board"))
     });
-    let (mut least_s, mut most_s) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut min_s, mut max_s) = (f64::INFINITY, f64::NEG_INFINITY);
     for (stamps, pace) in boards.iter().zip(paces) {
         for Stamp {
             kind,
@@ -162,7 +162,7 @@ fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [V
                 off_s.abs() < 1e-3 && *sigma_s < 2e-3,
                 "{pace}: {kind} at {t_s} s is off {off_s} +- {sigma_s} s"
             );
-            (least_s, most_s) = (least_s.min(*off_s), most_s.max(*off_s));
+            (min_s, max_s) = (min_s.min(*off_s), max_s.max(*off_s));
         }
         println!(
             "{pace}: {} messages, skew and its standard deviation in ppm {:?}",
@@ -170,13 +170,9 @@ fn agree(paces: [f64; 2], board: impl Fn(&Path, f64) -> Vec<Stamp> + Sync) -> [V
             last_skew(stamps)
         );
     }
-    println!(
-        "from {:.3} to {:.3} ms after UTC",
-        1e3 * least_s,
-        1e3 * most_s
-    );
+    println!("from {:.3} to {:.3} ms after UTC", 1e3 * min_s, 1e3 * max_s);
     // No two messages of the boards may disagree by more than a millisecond.
-    assert!(most_s - least_s < 1e-3, "{least_s} and {most_s} s");
+    assert!(max_s - min_s < 1e-3, "{min_s} and {max_s} s");
     boards
 }
 
@@ -276,8 +272,8 @@ impl Source for Firmware {
         format!("the emulated board at {}", self.pace)
     }
 
-    fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
-        let (now, bytes) = match self.telemetry.recv_timeout(most) {
+    fn next(&mut self, max: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+        let (now, bytes) = match self.telemetry.recv_timeout(max) {
             Ok(data) => data,
             Err(RecvTimeoutError::Timeout) => return Ok(None),
             Err(RecvTimeoutError::Disconnected) => return Ok(Some(FeedEvent::Over)),
@@ -287,8 +283,8 @@ impl Source for Firmware {
         // A line does not reorder bytes.
         self.arrived_ns = self.arrived_ns.max(at_ns);
         if bytes.contains(&PACKET_END) {
-            let share = (f64::from(self.random.next_u32()) + 0.5) / 4_294_967_296.0;
-            self.late_s = -share.ln() * 1e-3
+            let fraction = (f64::from(self.random.next_u32()) + 0.5) / 4_294_967_296.0;
+            self.late_s = -fraction.ln() * 1e-3
                 + if self.random.next_u32() > u32::MAX / 10 * 9 {
                     16e-3
                 } else {

@@ -190,8 +190,8 @@ fn record(scene: impl Scene + 'static, plan: Plan, path: &Path, seed: u64) -> f6
         let mut wire = [0; WIRE_MAX];
         let used = encode(&Packet { sequence, event }, &mut wire).expect("it fits");
         sequence = sequence.wrapping_add(1);
-        let share = (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
-        let received_s = now_s * (1.0 + SLOW) + used as f64 * BYTE_S - 0.3e-3 * share.ln();
+        let fraction = (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
+        let received_s = now_s * (1.0 + SLOW) + used as f64 * BYTE_S - 0.3e-3 * fraction.ln();
         let receipt = Receipt {
             utc_ns: ((EPOCH_S + received_s) * 1e9) as u64,
             byte_s: BYTE_S,

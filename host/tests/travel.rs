@@ -112,8 +112,8 @@ fn an_array_that_nobody_calibrated_says_so() {
         assert_eq!(estimate["travel"], "uncalibrated", "{estimate}");
         assert!(estimate["direction"].is_null(), "{estimate}");
         let number = |name: &str| estimate[name].as_f64().expect("a number");
-        let share = number("spatial_period_sigma_mm") / number("spatial_period_mm");
-        assert!((0.06..0.09).contains(&share), "{estimate}");
+        let fraction = number("spatial_period_sigma_mm") / number("spatial_period_mm");
+        assert!((0.06..0.09).contains(&fraction), "{estimate}");
         assert!(
             number("speed_sigma_mm_s") > 0.06 * number("speed_mm_s"),
             "{estimate}"

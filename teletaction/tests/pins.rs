@@ -52,7 +52,7 @@ fn the_emulated_touch_is_on_the_pins() {
         "--json",
     ]));
     assert!(updates.len() > 100, "{}", updates.len());
-    let mut greatest = 0.0f64;
+    let mut max = 0.0f64;
     for (before, now) in updates.iter().zip(&updates[1..]) {
         let [before_n, now_n] = [before, now].map(|update| numbers(update, "forces_n"));
         assert!(now_n.iter().all(|n| (0.0..=2.0).contains(n)), "{now}");
@@ -64,7 +64,7 @@ fn the_emulated_touch_is_on_the_pins() {
                 .all(|(now, before)| (now - before).abs() < 1.0001),
             "{now}"
         );
-        greatest = greatest.max(now_n.iter().sum());
+        max = max.max(now_n.iter().sum());
     }
     let at = |t_s: f64| {
         updates
@@ -87,5 +87,5 @@ fn the_emulated_touch_is_on_the_pins() {
         "{off}: {hold}"
     );
     // The ridges press more during the slide than the hold does.
-    assert!(greatest > 1.5 * all_n, "{greatest} {all_n}");
+    assert!(max > 1.5 * all_n, "{max} {all_n}");
 }

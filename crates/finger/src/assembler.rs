@@ -38,10 +38,10 @@ struct Times {
 
 impl Times {
     const fn new(scan: &Scan) -> Self {
-        let share_us = scan.edge_ns() * 3 / 8000;
+        let fraction_us = scan.edge_ns() * 3 / 8000;
         Self {
-            jitter_us: if share_us < JITTER_US {
-                share_us
+            jitter_us: if fraction_us < JITTER_US {
+                fraction_us
             } else {
                 JITTER_US
             },

@@ -318,7 +318,7 @@ pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
 pub fn other_tone(fit: &Fit, per_unit: f32) -> Option<OtherTone> {
     fit.other_tone.map(|other| OtherTone {
         frequency: other.frequency * per_unit,
-        share: other.share,
+        fraction: other.fraction,
     })
 }
 
@@ -351,7 +351,7 @@ mod tests {
         };
         fit.other_tone = Some(ridgetone_tone::OtherTone {
             frequency: 0.25,
-            share: 0.5,
+            fraction: 0.5,
         });
         let expected = Movement {
             wander: 0.02,
@@ -364,7 +364,7 @@ mod tests {
             other_tone(&fit, 4.0),
             Some(OtherTone {
                 frequency: 1.0,
-                share: 0.5
+                fraction: 0.5
             })
         );
     }

@@ -404,13 +404,13 @@ const FRAME_BOUNDS: [Bounds; 2] = [
 
 /// Checks values. The error is the first one outside its bounds.
 pub fn within(bounds: &[Bounds], values: &[f32]) -> Result<(), PlanError> {
-    for (&(field, min, greatest), &value) in bounds.iter().zip(values) {
+    for (&(field, min, max), &value) in bounds.iter().zip(values) {
         // A NaN is outside all bounds.
-        if !(value >= min && value <= greatest) {
+        if !(value >= min && value <= max) {
             return Err(PlanError {
                 field,
                 value,
-                bounds: (min, greatest),
+                bounds: (min, max),
             });
         }
     }

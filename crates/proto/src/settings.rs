@@ -87,7 +87,7 @@ table::settings! {
         14 edge_phase_sigma_rad: f32 = UNCALIBRATED_RAD, "rad", Between(0.0, PI),
             because "`ridgetone calibrate` finds it";
         /// Shortest possible spatial period.
-        15 period_min_mm: f32 = 2.3, "mm", Between(0.1, PERIOD_GREATEST_MM);
+        15 period_min_mm: f32 = 2.3, "mm", Between(0.1, PERIOD_MAX_MM);
         /// Longest possible spatial period; between one pitch and two the answer is unique.
         16 period_max_mm: f32 = 4.2, "mm", By(longest_period),
             because "the longest possible period is not below the shortest";
@@ -137,7 +137,7 @@ pub const TRACK_STRIDE_S: f32 = 0.05;
 /// Lower limit of the longest stride, seconds: short windows may be far apart.
 const STRIDE_MAX_FLOOR_S: f32 = 1.0;
 /// Maximum spatial period, millimetres.
-const PERIOD_GREATEST_MM: f32 = 100.0;
+const PERIOD_MAX_MM: f32 = 100.0;
 
 fn window(settings: &Settings) -> Limits {
     Limits::new(settings.plan.window_min_s(), settings.plan.window_max_s())
@@ -156,7 +156,7 @@ fn speed(settings: &Settings) -> Limits {
 }
 
 fn longest_period(settings: &Settings) -> Limits {
-    Limits::new(settings.array.period_min_mm, PERIOD_GREATEST_MM)
+    Limits::new(settings.array.period_min_mm, PERIOD_MAX_MM)
 }
 
 /// At least one direction must be possible, or no travel can be determined.

@@ -145,10 +145,10 @@ impl Scale {
         let [mut seen, mut squares, mut power, mut weights, mut weighted] = [0.0; 5];
         for member in noise_bins.members() {
             let weight = followed.weights[lines.index(usize::from(member.line)) % HARMONICS_MAX];
-            let share = weight * sees(noise_bins.distance(member));
-            seen += share;
-            squares += share * share;
-            power += share * member.power;
+            let fraction = weight * sees(noise_bins.distance(member));
+            seen += fraction;
+            squares += fraction * fraction;
+            power += fraction * member.power;
             weights += weight;
             weighted += weight * member.power;
         }
@@ -234,13 +234,16 @@ pub struct Reading {
     /// Cycles per window.
     pub cycles: f32,
     /// Power relative to the reported tone.
-    pub share: f32,
+    pub fraction: f32,
 }
 
 impl Reading {
     /// A frequency with the same power as the tone.
     fn of(cycles: f32) -> Self {
-        Self { cycles, share: 1.0 }
+        Self {
+            cycles,
+            fraction: 1.0,
+        }
     }
 }
 
@@ -298,8 +301,10 @@ impl Figures<'_> {
         let (tests, cycles) = (self.tests, self.tests.cycles);
         let min = if tests.one_shape { CYCLES_ONE } else { CYCLES };
         if self.other.deviate > Z_TEST {
-            let Other { cycles, share, .. } = *self.other;
-            return Some(Reading { cycles, share });
+            let Other {
+                cycles, fraction, ..
+            } = *self.other;
+            return Some(Reading { cycles, fraction });
         }
         let reading = if self.other.own > Z_LINE {
             self.other.own_cycles
@@ -319,7 +324,7 @@ impl Figures<'_> {
             line as f32 * self.mean.cycles
         } else if cycles < CYCLES_ONE && self.strongest > 1 {
             self.strongest as f32 * self.mean.cycles
-        } else if tests.beside > Z_TEST && tests.beside_share > SECOND_TONE {
+        } else if tests.beside > Z_TEST && tests.beside_fraction > SECOND_TONE {
             self.nearest
         } else if self.nyquist.max - cycles < min {
             2.0 * self.nyquist.max - self.mean.cycles

@@ -99,9 +99,10 @@ impl Samples {
             .map(|k| (ratio(k) - mean) * (ratio(k) - mean))
             .sum::<f32>()
             / width;
-        let share = (2.0 / self.effective * mean * mean / spread.max(f32::MIN_POSITIVE)).min(1.0);
+        let fraction =
+            (2.0 / self.effective * mean * mean / spread.max(f32::MIN_POSITIVE)).min(1.0);
         for k in 0..count {
-            variances[k] = share * mean * all[k] + (1.0 - share) * own[k];
+            variances[k] = fraction * mean * all[k] + (1.0 - fraction) * own[k];
         }
         variances
     }

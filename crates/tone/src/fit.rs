@@ -65,7 +65,7 @@ pub struct OtherTone {
     /// Frequency, in the unit of [`Fit::frequency`].
     pub frequency: f32,
     /// Power relative to the reported tone.
-    pub share: f32,
+    pub fraction: f32,
 }
 
 /// Test statistics behind a status, for diagnosis.
@@ -84,7 +84,7 @@ pub struct Tests {
     /// Normal deviate of the power outside the lines.
     pub beside: f32,
     /// Power outside the lines relative to the tone.
-    pub beside_share: f32,
+    pub beside_fraction: f32,
     /// RMS phase beyond the fitted degrees, radians.
     pub unfollowed: f32,
     /// RMS change of the amplitude, as a fraction.

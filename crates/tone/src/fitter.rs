@@ -585,7 +585,7 @@ impl<'w> Window<'w, '_, '_> {
             fit.status = Status::Ambiguous;
             fit.other_tone = Some(OtherTone {
                 frequency: other.frequency,
-                share: 1.0,
+                fraction: 1.0,
             });
         }
     }
@@ -616,7 +616,7 @@ impl<'w> Window<'w, '_, '_> {
             fit.sigma = fit.frequency;
             fit.other_tone = Some(OtherTone {
                 frequency: frequency(competing),
-                share: 1.0,
+                fraction: 1.0,
             });
             Concluded::UNKNOWN
         })
@@ -702,7 +702,7 @@ impl<'w> Window<'w, '_, '_> {
         if fit.status.has_tone() {
             fit.other_tone = reading.map(|reading| OtherTone {
                 frequency: span.frequency(reading.cycles),
-                share: reading.share,
+                fraction: reading.fraction,
             });
             fit.frequency = span.frequency(mean.cycles);
             // Sigma is at least the rounding of the reported frequency.

@@ -50,7 +50,7 @@ pub struct Other {
     /// Frequency, cycles per window.
     pub cycles: f32,
     /// Power relative to the tone.
-    pub share: f32,
+    pub fraction: f32,
     /// Normal deviate of the most significant line in any channel that lacks the tone.
     pub own: f32,
     /// Frequency of the line in the channel that lacks the tone, cycles per window.
@@ -184,7 +184,7 @@ impl<'t> Tested<'t> {
             tests.line
         };
         tests.beside = noise_bins.near_over_far(channels);
-        tests.beside_share = noise_bins.nearest / self.power;
+        tests.beside_fraction = noise_bins.nearest / self.power;
     }
 
     /// Normal deviate of a line in all channels over the loudest noise bin next to it; minus
@@ -272,16 +272,16 @@ impl<'t> Tested<'t> {
             }
         }
         for i in 1..places.last {
-            let share = spectrum.plain(i) / self.plain;
+            let fraction = spectrum.plain(i) / self.plain;
             // A line stronger than the tone cannot be an overtone that was left out.
-            if share <= OTHER || share < 1.0 && places.is_multiple(i) {
+            if fraction <= OTHER || fraction < 1.0 && places.is_multiple(i) {
                 continue;
             }
             let deviate = places.deviate(i, &|i| spectrum.power(i));
             if deviate > found.deviate {
                 found.deviate = deviate;
                 found.cycles = places.at(i);
-                found.share = share;
+                found.fraction = fraction;
             }
         }
         found

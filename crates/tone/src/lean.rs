@@ -180,7 +180,7 @@ impl<'m> Lean<'m> {
         let band = scene.band.over(per_cycle);
         // Harmonics may be above the band of the fundamental.
         let lines = Band {
-            most: band.most * harmonics as f32,
+            max: band.max * harmonics as f32,
             ..band
         };
         let peak = self.search.peak(span, &task.reference, lines)?;
@@ -199,8 +199,11 @@ impl<'m> Lean<'m> {
             Some(Part::Likelier(peak)) => self.fit_at(span, task, &peak, fit)?,
             Some(Part::Close(cycles)) => {
                 let frequency = span.frequency(cycles);
-                let share = 1.0;
-                fit.other_tone = Some(OtherTone { frequency, share });
+                let fraction = 1.0;
+                fit.other_tone = Some(OtherTone {
+                    frequency,
+                    fraction,
+                });
             }
         }
         Ok(())

@@ -62,22 +62,22 @@ pub struct Scene {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Band {
     /// Minimum frequency.
-    pub least: f32,
+    pub min: f32,
     /// Maximum frequency; 0 means half the frame rate.
-    pub most: f32,
+    pub max: f32,
 }
 
 impl Band {
     /// Converts the band to multiples of `unit`.
     pub(crate) fn over(&self, unit: f32) -> Self {
         Self {
-            least: self.least / unit,
-            most: self.most / unit,
+            min: self.min / unit,
+            max: self.max / unit,
         }
     }
 
     pub(crate) fn has(&self, frequency: f32) -> bool {
-        frequency >= self.least && (self.most <= 0.0 || frequency <= self.most)
+        frequency >= self.min && (self.max <= 0.0 || frequency <= self.max)
     }
 }
 
@@ -90,10 +90,7 @@ impl Scene {
         channels: Channels::MayShare,
         speed: Speed::Steady,
         impulses: true,
-        band: Band {
-            least: 0.0,
-            most: 0.0,
-        },
+        band: Band { min: 0.0, max: 0.0 },
     };
 
     /// Minimal scene: one harmonic in white noise with a slope.

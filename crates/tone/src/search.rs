@@ -45,11 +45,11 @@ pub fn candidates(
 ) -> [f32; PEAKS] {
     let unit = window.span.frequency(1.0);
     let mut end = window.cycles_max() - 0.25;
-    if scene.band.most > 0.0 {
+    if scene.band.max > 0.0 {
         // A peak may be an overtone of a fundamental within the band.
-        end = end.min(scene.band.most / unit * f32::from(scene.harmonics()));
+        end = end.min(scene.band.max / unit * f32::from(scene.harmonics()));
     }
-    let (mut found, mut from) = ([Peak::default(); PEAKS], scene.band.least / unit);
+    let (mut found, mut from) = ([Peak::default(); PEAKS], scene.band.min / unit);
     let mut each = window.frames_each();
     // A long window takes several passes: each halves the frames per point, which doubles the band
     // at half the resolution.

@@ -29,7 +29,7 @@ pub trait FrameSource {
     fn read(
         &mut self,
         first: u32,
-        most: usize,
+        max: usize,
         show: &mut dyn FnMut(&[Values], &[u16]),
     ) -> Result<(), Overwritten>;
 }
@@ -66,7 +66,7 @@ impl FrameSource for Frames<'_> {
     fn read(
         &mut self,
         first: u32,
-        most: usize,
+        max: usize,
         show: &mut dyn FnMut(&[Values], &[u16]),
     ) -> Result<(), Overwritten> {
         // The fit reads at most 16 frames at a time.
@@ -79,7 +79,7 @@ impl FrameSource for Frames<'_> {
         let places = values.iter_mut().zip(&mut valid);
         for (frame, (values, valid)) in from
             .chunks_exact(self.channels.max(1))
-            .take(most)
+            .take(max)
             .zip(places)
         {
             for (c, (value, place)) in frame
@@ -117,11 +117,11 @@ impl FrameSource for Table<'_> {
     fn read(
         &mut self,
         first: u32,
-        most: usize,
+        max: usize,
         show: &mut dyn FnMut(&[Values], &[u16]),
     ) -> Result<(), Overwritten> {
         let first = first as usize;
-        let end = first.saturating_add(most).min(self.values.len());
+        let end = first.saturating_add(max).min(self.values.len());
         match (self.values.get(first..end), self.valid.get(first..end)) {
             (Some(values), Some(valid)) if first < end => show(values, valid),
             _ => return Err(Overwritten),

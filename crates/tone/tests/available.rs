@@ -26,8 +26,8 @@ impl Window {
             even();
         }
         let start = even();
-        let most = frames as f64 * if harmonics == 1 { 0.45 } else { 0.11 };
-        let cycles = 1.6 * (most / 1.6).powf(even());
+        let max = frames as f64 * if harmonics == 1 { 0.45 } else { 0.11 };
+        let cycles = 1.6 * (max / 1.6).powf(even());
         let lines: Vec<[f64; 2]> = (1..=harmonics)
             .map(|h| [if h == 1 { 1.0 } else { 0.5 * even() }, even()])
             .collect();
@@ -77,8 +77,8 @@ fn answers_are_good_and_right_and_their_intervals_hold() {
             }
         }
     }
-    let share = f64::from(held_in_all) / f64::from(good_in_all);
-    assert!((0.93..0.98).contains(&share), "{share}");
+    let fraction = f64::from(held_in_all) / f64::from(good_in_all);
+    assert!((0.93..0.98).contains(&fraction), "{fraction}");
 }
 
 /// With two and a half cycles, four harmonics and little noise, the error must come from the noise

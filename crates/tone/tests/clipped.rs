@@ -26,10 +26,10 @@ fn clip(frames: &mut [Vec<f64>], channel: usize, fraction: f64, ends: usize) {
     let mut sorted: Vec<f64> = frames.iter().map(|frame| frame[channel]).collect();
     sorted.sort_by(f64::total_cmp);
     let count = (fraction * FRAMES as f64 / ends as f64) as usize;
-    let least = if ends == 2 { sorted[count] } else { sorted[0] };
-    let most = sorted[FRAMES - 1 - count];
+    let min = if ends == 2 { sorted[count] } else { sorted[0] };
+    let max = sorted[FRAMES - 1 - count];
     for frame in frames {
-        frame[channel] = frame[channel].clamp(least, most);
+        frame[channel] = frame[channel].clamp(min, max);
     }
 }
 

@@ -40,7 +40,9 @@ fn fit(
                 .into_iter()
                 .zip(phases);
             let sum: f64 = lines
-                .map(|((number, share), phase)| share * (TAU * (number * cycles * t + phase)).cos())
+                .map(|((number, fraction), phase)| {
+                    fraction * (TAU * (number * cycles * t + phase)).cos()
+                })
                 .sum();
             values.push((SECOND * sum + noise(channel)) as f32);
         }

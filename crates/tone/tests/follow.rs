@@ -81,8 +81,8 @@ impl Figures {
 
 impl std::fmt::Display for Figures {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let ([over_sigma, share], percent) = (self.rms(), 100.0 * self.coverage());
-        let rms = 100.0 * share;
+        let ([over_sigma, fraction], percent) = (self.rms(), 100.0 * self.coverage());
+        let rms = 100.0 * fraction;
         write!(
             f,
             "RMS {rms:.4} %, {over_sigma:.3} sigma, coverage {percent:.1} %"
@@ -161,11 +161,11 @@ fn answers_cover_the_mean_over_the_window_and_one_of_twelve_is_a_fit() {
         );
         println!("{all}");
         assert!(fits < 0.12 && good > 0.99, "{all}");
-        let least = fitted.coverage().min(0.94) - 0.02;
-        assert!((least..0.98).contains(&followed.coverage()), "{all}");
+        let min = fitted.coverage().min(0.94) - 0.02;
+        assert!((min..0.98).contains(&followed.coverage()), "{all}");
         // Below two cycles the level is less certain at the window's end.
-        let most = if window < 48 { 1.25 } else { 1.15 };
-        assert!(followed.rms()[1] < most * fitted.rms()[1], "{all}");
+        let max = if window < 48 { 1.25 } else { 1.15 };
+        assert!(followed.rms()[1] < max * fitted.rms()[1], "{all}");
     }
 }
 

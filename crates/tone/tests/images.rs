@@ -155,7 +155,7 @@ fn a_tone_is_not_taken_for_the_image_of_an_overtone() {
 #[test]
 fn overtones_above_half_the_frame_rate_are_the_tones_own() {
     for harmonics in HARMONICS {
-        for (noise, least) in [(0.001, 200), (0.03, 250)] {
+        for (noise, min) in [(0.001, 200), (0.03, 250)] {
             let (mut good, mut wrong) = (0, 0);
             for number in 0..300 {
                 let window =
@@ -166,7 +166,7 @@ fn overtones_above_half_the_frame_rate_are_the_tones_own() {
                 wrong += u32::from(fit.status == Status::Good && is_off);
             }
             assert!(
-                wrong <= 3 && good >= least,
+                wrong <= 3 && good >= min,
                 "{harmonics:?}, noise {noise}: {good} good, {wrong} of them wrong"
             );
         }

@@ -53,7 +53,7 @@ impl Case {
         for _ in 0..4 {
             even();
         }
-        let most = if self.overtones.is_some() {
+        let max = if self.overtones.is_some() {
             0.11
         } else if self.extra == Extra::Overtone {
             0.2
@@ -61,7 +61,7 @@ impl Case {
             0.42
         };
         let overtones = self.overtones.unwrap_or_default();
-        let cycles = 2.0 * (most * n / 2.0).powf(even());
+        let cycles = 2.0 * (max * n / 2.0).powf(even());
         let power: f64 = 1.0 + overtones.iter().map(|x| x * x).sum::<f64>();
         let amplitude = (2.0 / power).sqrt() * 10f64.powf(self.snr_db / 20.0);
         let shared: Vec<f64> = (0..self.frames).map(|_| normal()).collect();

@@ -81,10 +81,10 @@ fn good_and_wrong(channels: usize, noise: Noise, snr_db: f64, seed: u64) -> (u32
 
 #[test]
 fn sixteen_channels_find_a_tone_that_one_does_not() {
-    for (channels, snr_db, least) in [(16, -8.0, 97), (16, -10.0, 90), (4, -6.0, 85)] {
+    for (channels, snr_db, min) in [(16, -8.0, 97), (16, -10.0, 90), (4, -6.0, 85)] {
         let (good, wrong) = good_and_wrong(channels, Noise::White, snr_db, 31);
         assert!(
-            wrong == 0 && 100 * good >= least * WINDOWS,
+            wrong == 0 && 100 * good >= min * WINDOWS,
             "{channels} channels, {snr_db} dB: {good} good, {wrong} wrong of {WINDOWS}"
         );
     }

@@ -277,11 +277,11 @@ fn a_tone_is_looked_for_in_the_band_alone() {
             values.push((line(20.0) + 2.0 * line(8.0) + 0.05 * (even.next() - 0.5)) as f32);
         }
     }
-    for (least, most, cycles) in [(7.2, 9.5, 8.0), (15.0, 30.0, 20.0)] {
+    for (min, max, cycles) in [(7.2, 9.5, 8.0), (15.0, 30.0, 20.0)] {
         let scene = Scene {
             band: Band {
-                least: least / 240.0,
-                most: most / 240.0,
+                min: min / 240.0,
+                max: max / 240.0,
             },
             ..Scene::DEFAULT
         };

@@ -28,9 +28,9 @@ export class Fit extends Plot {
     const mv = (values) => values?.map((value) => (value === null ? null : 1e3 * value)) ?? curves.t_s.map(() => null);
     const [read, fit, tone] = [curves.read_v, curves.fit_v, curves.tone_v].map((all) => mv(all[taxel]));
     const rest = read.map((value, at) => (value === null || fit[at] === null ? null : value - fit[at]));
-    const [least, most] = robust([...(robust(read) ?? [0]), ...fit, ...tone], 0) ?? [-1, 1];
-    const span = Math.max(1e-6, most - least);
-    this.axis.read = [most + 0.05 * span - 1.1 * span / (1 - RESIDUAL), most + 0.05 * span];
+    const [min, max] = robust([...(robust(read) ?? [0]), ...fit, ...tone], 0) ?? [-1, 1];
+    const span = Math.max(1e-6, max - min);
+    this.axis.read = [max + 0.05 * span - 1.1 * span / (1 - RESIDUAL), max + 0.05 * span];
     const [low, high] = robust(rest) ?? [-1, 1];
     this.axis.residual_mv = round125(Math.max(1e-6, -low, high));
     this.show([curves.t_s, read, fit, tone, rest], `taxel ${taxel}, residual within ${this.axis.residual_mv} mV`);

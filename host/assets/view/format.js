@@ -26,10 +26,10 @@ export function withSigma(value, sigma, unit) {
 
 export const seconds = (t_s) => `${t_s.toFixed(2)} s`;
 
-// Rounds `least` up to 1, 2 or 5 times a power of ten.
-export function round125(least) {
-  const power = 10 ** Math.floor(Math.log10(least));
-  return [1, 2, 5, 10].map((step) => step * power).find((step) => step >= least * 0.999);
+// Rounds `min` up to 1, 2 or 5 times a power of ten.
+export function round125(min) {
+  const power = 10 ** Math.floor(Math.log10(min));
+  return [1, 2, 5, 10].map((step) => step * power).find((step) => step >= min * 0.999);
 }
 
 // Formats the frequency of a fit with its uncertainty, by time or by position.

@@ -7,7 +7,7 @@ const ESTIMATES_S = 0.05;
 const GAP = 2.5;
 // Minimum height of the axis, as a fraction of the frequency: at a higher magnification, changes of
 // a millionth would look like noise.
-const LEAST_SHARE = 1e-4;
+const MIN_FRACTION = 1e-4;
 // Fraction of the estimates at each end that may lie beyond the axis.
 const WILD = 0.08;
 
@@ -48,9 +48,9 @@ export class History extends Plot {
     const latest = known.at(-1).frequency;
     const bands = good.filter(({ frequency }) => frequency >= low && frequency <= high);
     const ends = (sign) => bands.map((point) => point.frequency + sign * band(point));
-    const [least, most] = [Math.min(low, latest, ...ends(-1)), Math.max(high, latest, ...ends(1))];
-    const half = Math.max(0.65 * (most - least), 0.5 * LEAST_SHARE * most);
-    const centre = 0.5 * (least + most);
+    const [min, max] = [Math.min(low, latest, ...ends(-1)), Math.max(high, latest, ...ends(1))];
+    const half = Math.max(0.65 * (max - min), 0.5 * MIN_FRACTION * max);
+    const centre = 0.5 * (min + max);
     this.axis.range = this.steady.take([centre - half, centre + half]);
     const [from, to] = this.axis.range;
     return known.filter(({ frequency }) => frequency < from || frequency > to).length;

@@ -87,9 +87,9 @@ export class Overview extends Plot {
     this.zoom(at - factor * (at - min), at + factor * (max - at));
   }
 
-  move(share) {
+  move(fraction) {
     const { min, max } = this.plot.scales.x;
-    this.zoom(min + share * (max - min), max + share * (max - min));
+    this.zoom(min + fraction * (max - min), max + fraction * (max - min));
   }
 
   isWhole() {

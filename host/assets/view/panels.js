@@ -124,7 +124,7 @@ export function map(canvas, found) {
   const context = canvas.getContext("2d");
   context.setTransform(scale, 0, 0, scale, 0, 0);
   context.clearRect(0, 0, side, side);
-  const most = Math.max(1e-6, ...found.rows.flat().map(({ level_v: level }) => Math.abs(level ?? 0)));
+  const max = Math.max(1e-6, ...found.rows.flat().map(({ level_v: level }) => Math.abs(level ?? 0)));
   const [cell, gap] = [side / 4, 2];
   const text = colour("text");
   context.textAlign = "center";
@@ -134,7 +134,7 @@ export function map(canvas, found) {
     context.globalAlpha = 1;
     context.fillStyle = colour("cell");
     context.fillRect(left, top, cell - 2 * gap, cell - 2 * gap);
-    context.globalAlpha = level === null ? 0 : 0.75 * Math.abs(level) / most;
+    context.globalAlpha = level === null ? 0 : 0.75 * Math.abs(level) / max;
     context.fillStyle = colour(level < 0 ? "negative" : "positive");
     context.fillRect(left, top, cell - 2 * gap, cell - 2 * gap);
     context.globalAlpha = 1;

@@ -17,34 +17,34 @@ const STEP = 0.2;
 const ZOOM = 0.6;
 
 // Returns the value below which this fraction of the values lies.
-export function quantile(sorted, share) {
-  return sorted[Math.min(sorted.length - 1, Math.max(0, Math.round(share * (sorted.length - 1))))];
+export function quantile(sorted, fraction) {
+  return sorted[Math.min(sorted.length - 1, Math.max(0, Math.round(fraction * (sorted.length - 1))))];
 }
 
-// Returns the range of the values without the outermost `share` at each end; null without values.
-export function robust(values, share = 0.01) {
+// Returns the range of the values without the outermost `fraction` at each end; null without values.
+export function robust(values, fraction = 0.01) {
   const sorted = values.filter((value) => value !== null && value !== undefined && Number.isFinite(value)).sort((a, b) => a - b);
-  return sorted.length ? [quantile(sorted, share), quantile(sorted, 1 - share)] : null;
+  return sorted.length ? [quantile(sorted, fraction), quantile(sorted, 1 - fraction)] : null;
 }
 
-// Returns the range of the values without outliers. Leaves out only values far from the median, and at most this share at each
+// Returns the range of the values without outliers. Leaves out only values far from the median, and at most this fraction at each
 // end, so that a second level that lasts stays in.
-export function withoutWild(values, share) {
+export function withoutWild(values, fraction) {
   const sorted = [...values].sort((a, b) => a - b);
   const middle = quantile(sorted, 0.5);
   const spread = quantile(sorted.map((value) => Math.abs(value - middle)).sort((a, b) => a - b), 0.5);
   const isWild = (value) => Math.abs(value - middle) > FAR * spread;
-  const most = sorted.length > 2 ? Math.ceil(share * sorted.length) : 0;
-  const cut = (ordered) => ordered.slice(0, most).filter(isWild).length;
+  const max = sorted.length > 2 ? Math.ceil(fraction * sorted.length) : 0;
+  const cut = (ordered) => ordered.slice(0, max).filter(isWild).length;
   return [sorted[cut(sorted)], sorted.at(-1 - cut(sorted.toReversed()))];
 }
 
 // A range that grows at once, but shrinks only when much of it is unused.
 export class Steady {
   take(range) {
-    const [least, most] = range;
-    const fits = this.range && least >= this.range[0] && most <= this.range[1];
-    if (!fits || most - least < (1 - SLACK) * (this.range[1] - this.range[0])) this.range = range;
+    const [min, max] = range;
+    const fits = this.range && min >= this.range[0] && max <= this.range[1];
+    if (!fits || max - min < (1 - SLACK) * (this.range[1] - this.range[0])) this.range = range;
     return this.range;
   }
 }

@@ -39,7 +39,7 @@ function field(entry) {
   if (entry.kind === "plan") input.add(new Option("custom", OWN));
   if (["number", "whole"].includes(entry.kind)) {
     Object.assign(input, { type: "number", step: entry.kind === "whole" ? "1" : "any", inputMode: "decimal" });
-    if (entry.least !== null) Object.assign(input, { min: entry.least, max: entry.greatest });
+    if (entry.min !== null) Object.assign(input, { min: entry.min, max: entry.max });
   }
   const unit = entry.unit === "" ? "" : `, ${entry.unit}`;
   const label = document.createElement("label");

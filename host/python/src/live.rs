@@ -64,9 +64,9 @@ impl Board {
     }
 
     /// Returns kind and text of the next event within `most_s` seconds; `None` if there is none.
-    fn next(&self, py: Python<'_>, most_s: f64) -> PyResult<Option<(&'static str, String)>> {
-        let most = Duration::try_from_secs_f64(most_s).unwrap_or_default();
-        py.detach(|| self.heard(most)).map_err(raised)
+    fn next(&self, py: Python<'_>, max_s: f64) -> PyResult<Option<(&'static str, String)>> {
+        let max = Duration::try_from_secs_f64(max_s).unwrap_or_default();
+        py.detach(|| self.heard(max)).map_err(raised)
     }
 
     /// Returns the settings in force as JSON.
@@ -120,12 +120,12 @@ impl Board {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn heard(&self, most: Duration) -> Result<Option<(&'static str, String)>> {
+    fn heard(&self, max: Duration) -> Result<Option<(&'static str, String)>> {
         let mut board = self.lock();
         let Some((listener, json)) = board.as_mut() else {
             return Ok(Some(("over", String::new())));
         };
-        let heard = listener.next(most)?;
+        let heard = listener.next(max)?;
         let losses = listener.losses();
         Ok(match heard {
             Some(Heard::Packet(packet, receipt)) => Some(("event", json.line(&packet, receipt)?)),

@@ -217,11 +217,11 @@ impl Strips {
     fn whole(&self, svg: &mut Svg, column: &Column, strip: &Strip, middle: f64) {
         let (mut low, mut high) = extremes(strip.readings.iter());
         // The residual, which is drawn about zero, must fit into the row as well.
-        let greatest = strip
+        let max = strip
             .residual
             .iter()
-            .fold(0.0, |greatest: f64, (_, left)| left.abs().max(greatest));
-        let missing = (greatest - 0.5 * (high - low)).max(0.0);
+            .fold(0.0, |max: f64, (_, left)| left.abs().max(max));
+        let missing = (max - 0.5 * (high - low)).max(0.0);
         (low, high) = (low - missing, high + missing);
         let (pixels, zero) = self.scaled(column, low, high, middle);
         let points = |points: &Points, zero: f64| {

@@ -93,16 +93,16 @@ pub fn noise(seen: &Observations, limits: Limits) -> Outcome {
     let lsb: [_; TAXELS] = std::array::from_fn(|input| signals::noise(&untouched, input));
     let uv = lsb.map(|lsb| lsb.map(|lsb| lsb * uv_per_code));
     let (worst, max_uv) =
-        greatest(&uv).ok_or_else(|| skipped("the finger was touched all the time"))?;
+        max_of(&uv).ok_or_else(|| skipped("the finger was touched all the time"))?;
     let values = json!({ "lsb_rms": lsb, "uv_rms": uv, "datasheet_uv_rms": NOISE_UV });
     let max_lsb = max_uv / uv_per_code;
-    let most = format!("{max_lsb:.1} LSB = {max_uv:.1} uV rms on AIN{worst}, the most");
+    let noise = format!("{max_lsb:.1} LSB = {max_uv:.1} uV rms on AIN{worst}, the most");
     let is_known = seen.judged().own.converter == Converters::ADS1258;
     if seen.inputs != Inputs::Shorted || !is_known {
-        let finding = format!("{most}; judged with --inputs shorted only");
+        let finding = format!("{noise}; judged with --inputs shorted only");
         return Err(judged(Verdict::Skipped, finding, values));
     }
-    let finding = format!("{most}; the datasheet has {NOISE_UV} uV");
+    let finding = format!("{noise}; the datasheet has {NOISE_UV} uV");
     limits.judge(max_uv / NOISE_UV, finding, values)
 }
 
@@ -113,18 +113,18 @@ pub fn mains(seen: &Observations, limits: Limits) -> Outcome {
         .clock()
         .map_or(FRAME_RATE_HZ.into(), |clock| clock.frame_rate_hz);
     let mut values = json!({});
-    let mut most: Option<(f64, usize, f64)> = None;
+    let mut max: Option<(f64, usize, f64)> = None;
     for line_hz in LINES_HZ {
         let line = |input| Some(line(&untouched, input, line_hz, rate_hz)? * uv_per_code);
         let uv_rms: [Option<f64>; TAXELS] = std::array::from_fn(line);
-        if let Some((input, uv)) = greatest(&uv_rms)
-            && most.is_none_or(|(.., most_uv)| uv > most_uv)
+        if let Some((input, uv)) = max_of(&uv_rms)
+            && max.is_none_or(|(.., max_uv)| uv > max_uv)
         {
-            most = Some((line_hz, input, uv));
+            max = Some((line_hz, input, uv));
         }
         values[format!("uv_rms_at_{line_hz:.0}_hz")] = json!(uv_rms);
     }
-    let (line_hz, input, uv) = most.ok_or_else(|| skipped("no two seconds without a touch"))?;
+    let (line_hz, input, uv) = max.ok_or_else(|| skipped("no two seconds without a touch"))?;
     let finding = format!("{uv:.1} uV rms at {line_hz:.0} Hz on AIN{input}, the most");
     if seen.inputs == Inputs::Open {
         let finding = format!("{finding}; not judged with open inputs");
@@ -133,7 +133,7 @@ pub fn mains(seen: &Observations, limits: Limits) -> Outcome {
     limits.judge(uv, finding, values)
 }
 
-fn greatest(values: &[Option<f64>; TAXELS]) -> Option<(usize, f64)> {
+fn max_of(values: &[Option<f64>; TAXELS]) -> Option<(usize, f64)> {
     let known = values
         .iter()
         .enumerate()

@@ -77,8 +77,8 @@ fn extend(columns: &mut Vec<Column>, at: &Column, schema: &Value) {
         }
         "array" if kind(&schema["items"]) == "string" => columns.push(at.clone()),
         "array" => {
-            let (least, most) = (&schema["minItems"], &schema["maxItems"]);
-            let length = least.as_u64().filter(|_| least == most).unwrap_or(0);
+            let (min, max) = (&schema["minItems"], &schema["maxItems"]);
+            let length = min.as_u64().filter(|_| min == max).unwrap_or(0);
             for number in 0..length as usize {
                 let key = number.to_string();
                 extend(columns, &at.inner(&key, &key), &schema["items"]);

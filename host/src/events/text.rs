@@ -234,7 +234,7 @@ fn image(e: &Image) -> String {
         Hold::BeforeSlide => "before the slide",
         Hold::AfterSlide => "after the slide",
     };
-    let sigma = match static_image::greatest_sigma_v(e) {
+    let sigma = match static_image::max_sigma_v(e) {
         Some(sigma_v) => {
             let sigma_mv = significant(f64::from(1e3 * sigma_v), 2);
             format!("mV, sigma at most {sigma_mv} mV")

@@ -345,7 +345,7 @@ impl From<&wire::Estimate> for Estimate {
             chirp_hz_per_s: of_tone(movement.chirp),
             chirp_sigma_hz_per_s: of_tone(movement.chirp_sigma),
             other_tone_hz: other.map(|other| other.frequency),
-            other_tone_fraction: other.map(|other| other.share),
+            other_tone_fraction: other.map(|other| other.fraction),
             interferer_hz: event.interferer_hz,
             status: event.status,
             harmonics: event.harmonics,

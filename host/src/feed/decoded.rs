@@ -67,10 +67,10 @@ impl Feed {
     /// Waits for the next event, at most for `most`. After a disconnection the gap in the sequence
     /// numbers shows how many packets are missing. Fails if the board speaks a different protocol,
     /// the source cannot go on, or the recording cannot be written.
-    pub fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Packet>>> {
+    pub fn next(&mut self, max: Duration) -> Result<Option<FeedEvent<Packet>>> {
         let begun = Instant::now();
         loop {
-            let left = most.saturating_sub(begun.elapsed());
+            let left = max.saturating_sub(begun.elapsed());
             if let Some((event, receipt)) = self.queue.pop_front() {
                 let wait = match (&mut self.pace, &event) {
                     (Some(pace), FeedEvent::Data(packet)) => pace.wait(packet, Instant::now()),

@@ -76,8 +76,8 @@ impl Source for Emulated {
         EMULATED.into()
     }
 
-    fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
-        match self.0.as_ref().map(|session| session.receive(most)) {
+    fn next(&mut self, max: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+        match self.0.as_ref().map(|session| session.receive(max)) {
             Some(Some(bytes)) if bytes.is_empty() => Ok(None),
             Some(Some(bytes)) => Ok(Some(FeedEvent::Data(bytes))),
             _ => end(self.0.take()).map(|()| Some(FeedEvent::Over)),

@@ -123,8 +123,8 @@ impl Following {
         }
     }
 
-    pub fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Packet>>> {
-        self.feed.next(most)
+    pub fn next(&mut self, max: Duration) -> Result<Option<FeedEvent<Packet>>> {
+        self.feed.next(max)
     }
 
     pub fn receipt(&self) -> Option<Receipt> {

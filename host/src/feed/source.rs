@@ -21,7 +21,7 @@ pub trait Source {
     fn name(&self) -> String;
 
     /// Waits for the next event, at most for `most`. Not called after [`FeedEvent::Over`].
-    fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>>;
+    fn next(&mut self, max: Duration) -> Result<Option<FeedEvent<Vec<u8>>>>;
 
     /// Returns when the latest data were received; `None` for a recording without times of receipt.
     fn receipt(&self) -> Option<Receipt> {
@@ -55,7 +55,7 @@ impl Source for NoBoard {
         self.0.clone()
     }
 
-    fn next(&mut self, _most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+    fn next(&mut self, _max: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
         Ok(Some(FeedEvent::Over))
     }
 

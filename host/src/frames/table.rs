@@ -94,11 +94,11 @@ impl Table {
             names.len(),
             instead(samples, Some("--columns NAMES"))
         );
-        let (least, most) = (FRAME_RATE_MIN_HZ, FRAME_RATE_MAX_HZ);
+        let (min, max) = (FRAME_RATE_MIN_HZ, FRAME_RATE_MAX_HZ);
         let window = format!("--window {}", (WINDOW_ROWS / rate_hz).ceil());
         ensure!(
-            (f64::from(least)..=f64::from(most)).contains(&rate_hz),
-            "{file}: {} rows a second, and touches are found from {least} to {most}: {}",
+            (f64::from(min)..=f64::from(max)).contains(&rate_hz),
+            "{file}: {} rows a second, and touches are found from {min} to {max}: {}",
             significant(rate_hz, 5),
             instead(samples, Some(&window))
         );

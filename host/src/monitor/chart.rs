@@ -13,7 +13,7 @@ use ridgetone_proto::telemetry::Status;
 
 /// Minimum height of the chart, as a fraction of the frequency. In a lower chart, changes of a
 /// millionth would look like noise.
-const LEAST_SHARE: f64 = 1e-4;
+const MIN_FRACTION: f64 = 1e-4;
 
 /// Margin above and below, as a fraction of the height.
 const MARGIN: f64 = 0.1;
@@ -98,9 +98,9 @@ fn bounds(points: &[&Estimate]) -> Option<[f64; 2]> {
     if low > high {
         return None;
     }
-    let least = 0.5 * LEAST_SHARE * high;
+    let min = 0.5 * MIN_FRACTION * high;
     let middle = 0.5 * (low + high);
-    let half = (0.5 * (high - low) * (1.0 + 2.0 * MARGIN)).max(least);
+    let half = (0.5 * (high - low) * (1.0 + 2.0 * MARGIN)).max(min);
     Some([middle - half, middle + half])
 }
 

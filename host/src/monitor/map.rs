@@ -33,7 +33,7 @@ fn lines(live: &Live) -> Vec<Line<'static>> {
         }
         lines.push(Line::raw(text));
     }
-    let sigma = static_image::greatest_sigma_v(image);
+    let sigma = static_image::max_sigma_v(image);
     lines.push(Line::raw(sigma.map_or(String::new(), |sigma_v| {
         format!("σ at most {} mV", significant(f64::from(1e3 * sigma_v), 2))
     })));

@@ -66,17 +66,17 @@ fn amplitudes(live: &Live, width: usize) -> Vec<Line<'static>> {
             .find(|channel| usize::from(channel.taxel) == taxel)
             .map(|channel| channel.amplitude_v)
     });
-    let most_v = found.iter().flatten().copied().fold(0.0f32, f32::max);
+    let max_v = found.iter().flatten().copied().fold(0.0f32, f32::max);
     let columns = width.saturating_sub(3 + 10 + 1);
     let line = |(taxel, amplitude_v): (usize, &Option<f32>)| {
         let value = match amplitude_v {
             None => format!("{:>10}", "-"),
             Some(volts) => format!("{:>7.3} mV", 1e3 * volts),
         };
-        let share = amplitude_v
-            .filter(|_| most_v > 0.0)
-            .map_or(0.0, |volts| volts / most_v);
-        let eighths = (share * 8.0 * columns as f32).round() as usize;
+        let fraction = amplitude_v
+            .filter(|_| max_v > 0.0)
+            .map_or(0.0, |volts| volts / max_v);
+        let eighths = (fraction * 8.0 * columns as f32).round() as usize;
         Line::raw(format!("{}{value} {}", label(taxel), bar(eighths)))
     };
     found.iter().enumerate().map(line).collect()
@@ -172,12 +172,12 @@ fn columns(
 
 /// Returns the bar for a voltage from -`half_v` to +`half_v`; 0 V has half the full height.
 fn height(volts: f32, half_v: f32) -> char {
-    let share = if half_v > 0.0 {
+    let fraction = if half_v > 0.0 {
         0.5 + 0.5 * volts / half_v
     } else {
         0.5
     };
-    BARS[1 + (share * 7.0).round().clamp(0.0, 7.0) as usize]
+    BARS[1 + (fraction * 7.0).round().clamp(0.0, 7.0) as usize]
 }
 
 #[cfg(test)]

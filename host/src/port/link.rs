@@ -42,10 +42,10 @@ impl<P: Ports> Link<P> {
         })
     }
 
-    fn read(&mut self, most: Duration) -> Option<FeedEvent<Vec<u8>>> {
+    fn read(&mut self, max: Duration) -> Option<FeedEvent<Vec<u8>>> {
         let mut bytes = [0; 4096];
         let line = self.line.as_mut()?;
-        self.ports.wait_at_most(line, most);
+        self.ports.wait_at_most(line, max);
         let error = match line.read(&mut bytes) {
             // The other end has hung up.
             Ok(0) => ErrorKind::UnexpectedEof.into(),
@@ -96,13 +96,13 @@ impl<P: Ports> Source for Link<P> {
         self.name.clone()
     }
 
-    fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+    fn next(&mut self, max: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
         let begun = Instant::now();
         loop {
             if std::mem::take(&mut self.is_new) {
                 return Ok(Some(FeedEvent::Connected(self.name.clone())));
             }
-            let left = most.saturating_sub(begun.elapsed());
+            let left = max.saturating_sub(begun.elapsed());
             if self.line.is_some() {
                 if let Some(event) = self.read(left) {
                     return Ok(Some(event));

@@ -48,7 +48,7 @@ pub trait Ports {
     fn open(&self, name: &str) -> io::Result<Self::SerialLine>;
 
     /// Limits the wait of the next reads to `most`, if the port supports that.
-    fn wait_at_most(&self, _line: &mut Self::SerialLine, _most: Duration) {}
+    fn wait_at_most(&self, _line: &mut Self::SerialLine, _max: Duration) {}
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]

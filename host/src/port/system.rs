@@ -57,8 +57,8 @@ impl Ports for System {
         port.map_err(|error| in_words(name, error))
     }
 
-    fn wait_at_most(&self, line: &mut Self::SerialLine, most: Duration) {
+    fn wait_at_most(&self, line: &mut Self::SerialLine, max: Duration) {
         // This should not fail; if it does, reads wait as long as before.
-        let _ = line.set_timeout(most.min(READ_WAIT));
+        let _ = line.set_timeout(max.min(READ_WAIT));
     }
 }

@@ -15,8 +15,8 @@ pub struct Entry {
     /// `number`, `whole`, `switch`, `word` or `plan`.
     pub kind: &'static str,
     /// Bounds, unless they depend on other settings.
-    pub least: Option<f32>,
-    pub greatest: Option<f32>,
+    pub min: Option<f32>,
+    pub max: Option<f32>,
     /// Values to choose from, with their labels.
     pub choices: Vec<Choice>,
 }
@@ -36,8 +36,8 @@ pub fn entries() -> Vec<Entry> {
 
 fn entry(setting: &Setting) -> Option<Entry> {
     let limits = match setting.bounds {
-        Bounds::Between(least, greatest) => Some((least, greatest)),
-        Bounds::ZeroOr(_, greatest) => Some((0.0, greatest)),
+        Bounds::Between(min, max) => Some((min, max)),
+        Bounds::ZeroOr(_, max) => Some((0.0, max)),
         Bounds::By(_) | Bounds::Any => None,
     };
     let (kind, choices) = match setting.kind {
@@ -58,8 +58,8 @@ fn entry(setting: &Setting) -> Option<Entry> {
             shown(&setting.default())
         ),
         kind,
-        least: limits.map(|(least, _)| least),
-        greatest: limits.map(|(_, greatest)| greatest),
+        min: limits.map(|(min, _)| min),
+        max: limits.map(|(_, max)| max),
         choices,
     })
 }

@@ -10,7 +10,7 @@ use ridgetone_tone::{
 };
 
 /// Blank cells are bridged if the fraction of complete rows is below this.
-const WHOLE_SHARE_MIN: f64 = 0.95;
+const WHOLE_FRACTION_MIN: f64 = 0.95;
 
 /// Alternatives to an ambiguous tone are searched below its frequency times this fraction, and
 /// above its frequency divided by this fraction.
@@ -115,7 +115,7 @@ impl Frames<'_> {
         let other = others.iter().max_by(|a, b| power(a).total_cmp(&power(b)));
         found.other_tone = other.map(|other| OtherTone {
             frequency: other.frequency,
-            share: power(other) / power(&found).max(f32::MIN_POSITIVE),
+            fraction: power(other) / power(&found).max(f32::MIN_POSITIVE),
         });
         Ok(found)
     }
@@ -143,8 +143,8 @@ impl Frames<'_> {
         let harmonics = self.selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
         Scene {
             band: ridgetone_tone::Band {
-                least: bound(min_hz),
-                most: bound(max_hz),
+                min: bound(min_hz),
+                max: bound(max_hz),
             },
             ..ridgetone_finger::scene(&self.selection.declared, harmonics)
         }
@@ -154,7 +154,7 @@ impl Frames<'_> {
     pub fn fit(&self) -> Result<Fit> {
         // A few rows with blank cells are better left out than bridged. A fast tone cannot be
         // bridged.
-        if self.motion.positions.is_empty() && self.scaled.whole_share() < WHOLE_SHARE_MIN {
+        if self.motion.positions.is_empty() && self.scaled.whole_fraction() < WHOLE_FRACTION_MIN {
             let bridged = self.scaled.bridged();
             let found = self.run(&bridged)?;
             if found.status.has_tone() && f64::from(found.frequency) <= bridge::TONE_MAX {

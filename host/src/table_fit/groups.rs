@@ -73,7 +73,7 @@ pub fn fit(
                     joint.status = Status::Ambiguous;
                     joint.tone = joint.tone.beside(OtherTone {
                         frequency: found.value as f32,
-                        share: 1.0,
+                        fraction: 1.0,
                     });
                 }
                 continue;

@@ -206,7 +206,7 @@ fn estimate_long(
         // Convert to the units of the shifted tone.
         found.other_tone = Some(OtherTone {
             frequency: slow.frequency - (shift * slots_per_frame as f64) as f32,
-            share: (slow_power / power(&fast)) as f32,
+            fraction: (slow_power / power(&fast)) as f32,
         });
     }
     found.harmonics = 1;

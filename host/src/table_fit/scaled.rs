@@ -31,11 +31,11 @@ impl<'a> Channels<'a> {
             let column = part.column(*column);
             let mut known = column.iter().copied().filter(|value| !value.is_nan());
             let zero = known.next().unwrap_or(0.0);
-            let (mut least, mut greatest) = (zero, zero);
+            let (mut min, mut max) = (zero, zero);
             for value in known {
-                (least, greatest) = (value.min(least), value.max(greatest));
+                (min, max) = (value.min(min), value.max(max));
             }
-            let span = greatest - least;
+            let span = max - min;
             // The fit leaves a constant channel out, whatever its unit.
             let unit = if span > f64::MIN_POSITIVE * SPAN_CODES {
                 span / SPAN_CODES
@@ -109,7 +109,7 @@ impl Scaled {
     }
 
     /// Returns the fraction of rows that have all readings, ignoring empty rows and channels.
-    pub fn whole_share(&self) -> f64 {
+    pub fn whole_fraction(&self) -> f64 {
         let all = self.valid.iter().fold(0, |all, valid| all | valid);
         let count =
             |is: &dyn Fn(u16) -> bool| self.valid.iter().filter(|valid| is(**valid)).count() as f64;

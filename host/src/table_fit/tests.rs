@@ -48,7 +48,7 @@ impl Recorded {
         for row in 0..rows {
             let off = match self.unevenness {
                 0.0 => 0.0,
-                most => most * (2.0 * noise.uniform() - 1.0),
+                max => max * (2.0 * noise.uniform() - 1.0),
             };
             let t_s = (row as f64 + off) / self.rate_hz;
             let stamp_s = start_s + t_s + self.jitter_s * noise.normal();
@@ -175,8 +175,8 @@ fn uneven_rows_are_fitted_at_their_own_times() {
             squares += off_hz * off_hz / FILES as f64;
             covered += u32::from(off_hz.abs() < 1.96 * sigma_hz);
         }
-        let least_hz = (12.0 * 0.01 / (241.0 * 16.0f64)).sqrt() / TAU;
-        let ratio = squares.sqrt() / least_hz;
+        let min_hz = (12.0 * 0.01 / (241.0 * 16.0f64)).sqrt() / TAU;
+        let ratio = squares.sqrt() / min_hz;
         assert!(
             ratio < 1.4 && covered >= 22,
             "{unevenness}: {ratio} {covered}"
@@ -259,7 +259,7 @@ fn blank_cells_are_missing_readings_of_one_channel() {
 /// Tests random blank cells, with tones up to an eighth of the rate.
 #[test]
 fn blank_cells_at_random_cost_what_they_are() {
-    for (share, frequency_hz) in [(0.03, 8.3), (0.1, 8.3), (0.1, 29.0), (0.2, 8.3)] {
+    for (fraction, frequency_hz) in [(0.03, 8.3), (0.1, 8.3), (0.1, 29.0), (0.2, 8.3)] {
         let (mut good, mut held, mut sigma_ratio) = (0, 0, 0.0);
         for seed in 0..100 {
             let recorded = Recorded {
@@ -267,7 +267,7 @@ fn blank_cells_at_random_cost_what_they_are() {
                 ..second(seed)
             };
             let mut noise = Noise(ChaCha8Rng::seed_from_u64(seed ^ 0xB1A2));
-            let is_kept: Vec<bool> = (0..241 * 16).map(|_| noise.uniform() >= share).collect();
+            let is_kept: Vec<bool> = (0..241 * 16).map(|_| noise.uniform() >= fraction).collect();
             let keeps = |row: usize, c: usize| is_kept[16 * row + c];
             let (found, whole) = (recorded.fit(keeps), recorded.fit(|_, _| true));
             good += u32::from(found.status == Status::Good);
@@ -275,16 +275,16 @@ fn blank_cells_at_random_cost_what_they_are() {
             held += u32::from((found_hz - frequency_hz).abs() < 1.96 * sigma_hz);
             sigma_ratio += sigma_hz / tone(&whole).1 / 100.0;
         }
-        let expected = (1.0 / (1.0 - share)).sqrt();
+        let expected = (1.0 / (1.0 - fraction)).sqrt();
         assert!(
             (0.9..1.25).contains(&(sigma_ratio / expected)),
-            "{share}, {frequency_hz} Hz: {sigma_ratio}"
+            "{fraction}, {frequency_hz} Hz: {sigma_ratio}"
         );
         assert!(
             (88..=99).contains(&held),
-            "{share}, {frequency_hz} Hz: {held} of 100"
+            "{fraction}, {frequency_hz} Hz: {held} of 100"
         );
-        assert!(good >= 98, "{share}, {frequency_hz} Hz: {good} of 100");
+        assert!(good >= 98, "{fraction}, {frequency_hz} Hz: {good} of 100");
     }
 }
 

@@ -80,7 +80,7 @@ impl Layout {
         for separator in separators {
             let lines = lines(text, *separator, is_whole);
             let score = score(&lines);
-            if best.as_ref().is_none_or(|(most, ..)| score > *most) {
+            if best.as_ref().is_none_or(|(max, ..)| score > *max) {
                 best = Some((score, *separator, lines));
             }
         }
@@ -114,7 +114,7 @@ impl Layout {
         };
         let rows: Vec<&HeadLine> = rows(lines, first).collect();
         let (names, header) = names(lines, first)?;
-        let share = |at: usize, wanted: Kind| {
+        let fraction = |at: usize, wanted: Kind| {
             rows.iter().filter(|line| line.kinds[at] == wanted).count() as f64 / rows.len() as f64
         };
         let units = unit_row(lines, first, header.map(|at| lines[at].number));
@@ -127,8 +127,8 @@ impl Layout {
                 .as_ref()
                 .map_or(format!("column_{}", at + 1), |names| names[at].clone());
             let is_unnamed = name.is_empty() || name == COMMENT;
-            let is_empty = is_unnamed && share(at, Kind::Missing) == 1.0;
-            let words = share(at, Kind::Text) + share(at, Kind::Clock);
+            let is_empty = is_unnamed && fraction(at, Kind::Missing) == 1.0;
+            let words = fraction(at, Kind::Text) + fraction(at, Kind::Clock);
             Column {
                 is_left_out: is_empty || words > 0.5 || is_counter(&name, &rows, at),
                 unit: of_channel(&name).or_else(|| unit_row_of(at)),
@@ -582,8 +582,8 @@ fn usual_width(lines: &[HeadLine]) -> usize {
     for line in lines.iter().filter(|line| line.is_data()) {
         *counts.entry(line.cells.len()).or_insert(0) += 1;
     }
-    let most = counts.into_iter().max_by_key(|(_, rows)| *rows);
-    most.map_or(0, |(width, _)| width)
+    let max = counts.into_iter().max_by_key(|(_, rows)| *rows);
+    max.map_or(0, |(width, _)| width)
 }
 
 /// Finds the first row. A line with a word where most others have numbers is a header or belongs to

@@ -46,7 +46,7 @@ impl Look {
         let grown = steps.iter().filter(|step| **step > 0.0).count();
         let mut sorted = steps.clone();
         sorted.sort_by(f64::total_cmp);
-        let (least, step, most) = match sorted[..] {
+        let (min, step, max) = match sorted[..] {
             [] => (0.0, 0.0, 0.0),
             _ => {
                 let at = |tenth: usize| sorted[sorted.len() * tenth / 10];
@@ -63,7 +63,7 @@ impl Look {
             rows: read.len(),
             grows: grown as f64 / steps.len().max(1) as f64,
             never_falls: steps.iter().all(|step| *step >= 0.0),
-            is_steady: least > 0.0 && most < 3.0 * least,
+            is_steady: min > 0.0 && max < 3.0 * min,
         }
     }
 

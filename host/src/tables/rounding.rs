@@ -67,9 +67,9 @@ pub fn spacing(clock: &RowClock, time_s: &[f64], places: &[usize]) -> Spacing {
         }
         within
     };
-    let (least, most) = (edge(spacing_s - reach_s), edge(spacing_s + reach_s));
+    let (min, max) = (edge(spacing_s - reach_s), edge(spacing_s + reach_s));
     Spacing {
-        sigma_s: ((most - least) / 12f64.sqrt()).hypot(spacing_s - 0.5 * (least + most)),
+        sigma_s: ((max - min) / 12f64.sqrt()).hypot(spacing_s - 0.5 * (min + max)),
         is_even: true,
     }
 }
@@ -83,12 +83,12 @@ struct Stamp {
 
 /// Returns the range of the rows' distances from an even grid, seconds.
 fn range_s(stamps: &[Stamp], spacing_s: f64) -> f64 {
-    let (mut least, mut greatest) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
     for stamp in stamps {
         let off_s = stamp.t_s - stamp.place * spacing_s;
-        (least, greatest) = (off_s.min(least), off_s.max(greatest));
+        (min, max) = (off_s.min(min), off_s.max(max));
     }
-    greatest - least
+    max - min
 }
 
 /// Returns the rows that can be furthest from an even grid of any spacing: the corners of the

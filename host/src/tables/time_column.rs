@@ -156,12 +156,12 @@ pub struct Candidate {
 pub fn choose(candidates: &[Candidate]) -> Result<Option<Candidate>, Vec<usize>> {
     /// Difference in growth to tolerate: one column may repeat stamps that a finer column resolves.
     const ABOUT: f64 = 0.02;
-    let most = candidates
+    let max = candidates
         .iter()
         .map(|found| found.grows)
         .fold(0.0, f64::max);
     let grow =
-        |found: &&Candidate| found.grows >= most - ABOUT || found.named.likeness == Likeness::Exact;
+        |found: &&Candidate| found.grows >= max - ABOUT || found.named.likeness == Likeness::Exact;
     let best = candidates
         .iter()
         .filter(grow)

@@ -168,7 +168,7 @@ fn every_setting_is_in_a_table_with_its_range() {
         let default = settings
             .pointer(&format!("/{}", name.replace('.', "/")))
             .and_then(serde_json::Value::as_f64);
-        let (Some(default), [.., least, most]) = (default, &range[..]) else {
+        let (Some(default), [.., min, max]) = (default, &range[..]) else {
             continue;
         };
         let shown = row[3].split(&[' ', ':'][..]).next().unwrap();
@@ -185,14 +185,14 @@ fn every_setting_is_in_a_table_with_its_range() {
             change(&Settings::DEFAULT, &changes)
         };
         for wrong in [
-            least - 0.3 * (most - least).abs().max(1.0),
-            most + 0.3 * (most - least).abs().max(1.0),
+            min - 0.3 * (max - min).abs().max(1.0),
+            max + 0.3 * (max - min).abs().max(1.0),
         ] {
             assert!(set(wrong).is_err(), "{name} = {wrong}");
         }
-        for right in [least, most] {
+        for right in [min, max] {
             // The page rounds bounds outwards, except for whole numbers.
-            let inwards = right + (0.5 * (least + most) - right) * 1e-3;
+            let inwards = right + (0.5 * (min + max) - right) * 1e-3;
             assert!(
                 [*right, inwards].iter().any(|value| set(*value).is_ok()),
                 "{name} = {right}"

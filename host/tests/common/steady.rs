@@ -131,11 +131,11 @@ pub fn run(end_s: f64) {
     ] {
         println!(
             "{what}: off by {:.6} to {:.6} s",
-            spread.least_s + zero_s,
-            spread.most_s + zero_s
+            spread.min_s + zero_s,
+            spread.max_s + zero_s
         );
         assert!(
-            spread.least_s + zero_s > -OFF_S && spread.most_s + zero_s < OFF_S,
+            spread.min_s + zero_s > -OFF_S && spread.max_s + zero_s < OFF_S,
             "{what}: {spread:?}"
         );
     }
@@ -218,15 +218,15 @@ impl Seen {
 /// Minimum and maximum error of times, seconds.
 #[derive(Clone, Copy, Debug)]
 struct Spread {
-    least_s: f64,
-    most_s: f64,
+    min_s: f64,
+    max_s: f64,
 }
 
 impl Default for Spread {
     fn default() -> Self {
         Self {
-            least_s: f64::INFINITY,
-            most_s: f64::NEG_INFINITY,
+            min_s: f64::INFINITY,
+            max_s: f64::NEG_INFINITY,
         }
     }
 }
@@ -235,6 +235,6 @@ impl Spread {
     /// Takes device time `t_us` of an event in touch `number`, which was at `truth_s` in its scene.
     fn take(&mut self, t_us: u64, number: u64, truth_s: f64) {
         let off_s = t_us as f64 / 1e6 - (number as f64 * EVERY_S + truth_s);
-        (self.least_s, self.most_s) = (self.least_s.min(off_s), self.most_s.max(off_s));
+        (self.min_s, self.max_s) = (self.min_s.min(off_s), self.max_s.max(off_s));
     }
 }

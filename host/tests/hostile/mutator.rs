@@ -35,8 +35,8 @@ impl Mutator {
         Self(ChaCha8Rng::seed_from_u64(seed))
     }
 
-    fn below(&mut self, most: usize) -> usize {
-        self.0.next_u32() as usize % most.max(1)
+    fn below(&mut self, max: usize) -> usize {
+        self.0.next_u32() as usize % max.max(1)
     }
 
     pub fn changed(&mut self, wholes: &[Vec<u8>]) -> Vec<u8> {

@@ -67,14 +67,14 @@ fn rows(bytes: &[u8]) -> bool {
     first.is_ok()
 }
 
-fn all_rows(samples: &Samples, most: usize) -> Result<Vec<u64>, FileError> {
+fn all_rows(samples: &Samples, max: usize) -> Result<Vec<u64>, FileError> {
     let name = samples.name().to_owned();
     let refuse = |error: anyhow::Error| FileError::new(&name, None, format!("{error:#}"));
     let mut rows = samples.open().map_err(refuse)?;
     let (mut values, mut all, mut count) = (Vec::new(), Vec::new(), 0);
     while rows.advance()? {
         count += 1;
-        assert!(count <= most, "more rows than bytes");
+        assert!(count <= max, "more rows than bytes");
         rows.values(&mut values)?;
         assert_eq!(values.len(), rows.names().len());
         assert!(

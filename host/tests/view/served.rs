@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Returns status, head and body of the answer to a request; if endless, what arrives within
 /// `most`.
-pub fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
+pub fn request(address: &str, path: &str, host: &str, max: Duration) -> (u16, String, String) {
     let mut line = TcpStream::connect(address).expect("it listens");
     line.set_read_timeout(Some(Duration::from_millis(100)))
         .expect("a timeout");
@@ -21,7 +21,7 @@ pub fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, S
     )
     .expect("sent");
     let (mut bytes, mut part, begun) = (Vec::new(), [0; 65_536], Instant::now());
-    while begun.elapsed() < most {
+    while begun.elapsed() < max {
         match line.read(&mut part) {
             Ok(0) => break,
             Ok(length) => bytes.extend_from_slice(&part[..length]),

@@ -88,11 +88,11 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
     let frames = t_s.len() as f64;
     for bin in [5, 8, 9, 18, 27, 50, 100] {
         let hz = bin as f64 * found.bin_hz;
-        let share = |values: &Vec<f64>| {
+        let fraction = |values: &Vec<f64>| {
             let rest = about_line(&t_s, values);
             power(&rest, |n| TAU * hz * (t_s[n] - t_s[0])) / squares(&rest)
         };
-        let power = volts.iter().map(share).sum::<f64>() / (16.0 * 0.5 * frames);
+        let power = volts.iter().map(fraction).sum::<f64>() / (16.0 * 0.5 * frames);
         let db = 10.0 * power.log10();
         assert!(
             (f64::from(found.power_db[bin]) - db).abs() < 0.1,
@@ -126,10 +126,10 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
     // The scene's noise is white, so its fraction of the power, from the board's residuals, is
     // spread over 120 bins.
     let of = |power: f32| power.powi(2);
-    let share = |c: &ridgetone_proto::telemetry::Channel| {
+    let fraction = |c: &ridgetone_proto::telemetry::Channel| {
         of(c.residual_v) / (0.5 * of(c.amplitude_v) + of(c.residual_v))
     };
-    let shares = estimate.channels.iter().map(share).sum::<f32>() / 16.0;
+    let shares = estimate.channels.iter().map(fraction).sum::<f32>() / 16.0;
     let expected_db = 10.0 * (shares / 120.0).log10();
     assert!(
         (rest.noise_db - expected_db).abs() < 3.0,
@@ -178,16 +178,16 @@ fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
         // The curves include all harmonics and a curved baseline, so their residual must match the
         // board's.
         let residual_v = curves.residual_v[taxel].expect("a residual");
-        let share = residual_v / channel.residual_v;
+        let fraction = residual_v / channel.residual_v;
         assert!(
-            (0.93..1.07).contains(&share),
-            "taxel {taxel}: {share} of the board's residual"
+            (0.93..1.07).contains(&fraction),
+            "taxel {taxel}: {fraction} of the board's residual"
         );
         let harmonics = curves.harmonics[taxel].as_ref().expect("harmonics");
-        let share = harmonics[0].amplitude_v / channel.amplitude_v;
+        let fraction = harmonics[0].amplitude_v / channel.amplitude_v;
         assert!(
-            harmonics.len() == usize::from(estimate.harmonics) && (share - 1.0).abs() < 0.01,
-            "{share}"
+            harmonics.len() == usize::from(estimate.harmonics) && (fraction - 1.0).abs() < 0.01,
+            "{fraction}"
         );
         let turn = f64::from(harmonics[0].phase_rad - channel.phase_rad) / TAU;
         assert!(

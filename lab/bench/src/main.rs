@@ -95,8 +95,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let Flashed { fits, frames } = Flashed::over_the_demo(Path::new(flashed))?;
         println!("flashed image, 1 s windows of the demo in order, thousands: {fits:?}");
         let mean = frames.iter().sum::<u64>() / (frames.len() as u64).max(1);
-        let most = frames.iter().max().unwrap_or(&0);
-        println!("a frame of the demo: {mean} on average, {most} at most");
+        let max = frames.iter().max().unwrap_or(&0);
+        println!("a frame of the demo: {mean} on average, {max} at most");
         let whole = |row: usize| rows.get(row).map_or(0, |row| row.instructions / 1000);
         println!("here: {} untracked, {} tracked", whole(4), whole(5));
     }

@@ -54,8 +54,8 @@ class Touch extends AudioWorkletProcessor {
   record(out) {
     if (this.recording === null) return;
     this.recording.from_s ??= currentTime;
-    const [[least, most], offset] = [this.recording.offsets_s, this.offset()];
-    this.recording.offsets_s = [Math.min(least, offset), Math.max(most, offset)];
+    const [[min, max], offset] = [this.recording.offsets_s, this.offset()];
+    this.recording.offsets_s = [Math.min(min, offset), Math.max(max, offset)];
     const part = out.slice(0, this.recording.left);
     this.recording.samples.push(...part);
     this.recording.left -= part.length;

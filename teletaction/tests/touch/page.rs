@@ -216,8 +216,8 @@ fn from_the_pointer_to_the_sound() {
             .sound
             .windows(2)
             .map(|pair| (pair[1].1 - pair[0].1).abs());
-        let greatest = steps.fold(0.0, f64::max);
-        assert!(greatest <= slew + 1e-5, "{greatest} of {slew}");
+        let max = steps.fold(0.0, f64::max);
+        assert!(max <= slew + 1e-5, "{max} of {slew}");
         let (latency_s, rms, worst) = best(&measured, 1.4);
         println!(
             "delay {delay_ms} ms: {} positions of the pointer; pointer to sample {:.1} ms, of which {wait_ms:.1} ms are the wait and {:.1} ms \

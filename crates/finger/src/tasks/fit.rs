@@ -157,7 +157,7 @@ impl<M: Mutex<T: DerefMut<Target = Ring>>> FrameSource for Locked<'_, '_, M> {
     fn read(
         &mut self,
         first: u32,
-        most: usize,
+        max: usize,
         show: &mut dyn FnMut(&[Values], &[u16]),
     ) -> Result<(), Overwritten> {
         let next = self.windows.peek();
@@ -165,6 +165,6 @@ impl<M: Mutex<T: DerefMut<Target = Ring>>> FrameSource for Locked<'_, '_, M> {
             return Err(Overwritten);
         }
         self.ring
-            .lock(|ring| FrameSource::read(&mut &**ring, first, most, show))
+            .lock(|ring| FrameSource::read(&mut &**ring, first, max, show))
     }
 }

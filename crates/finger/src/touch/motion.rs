@@ -145,7 +145,7 @@ pub struct Motion {
     /// `load` times the weights: the product with a difference is its length along the load.
     pub pull: Values,
     /// The greatest long comparison since the last restart.
-    greatest_bend: f32,
+    max_bend: f32,
     /// Still blocks until the noise is learned again.
     until_learning: u32,
     /// Number of blocks from which nothing can be learned: some of their frames contain a drift.
@@ -200,7 +200,7 @@ impl Motion {
             past: Past::new(),
             load: [0.0; TAXELS],
             pull: [0.0; TAXELS],
-            greatest_bend: 0.0,
+            max_bend: 0.0,
             until_learning: 0,
             unfit: 0,
             frames: [[0.0; TAXELS]; 1 + BLOCK_FRAMES as usize],
@@ -241,7 +241,7 @@ impl Motion {
         self.short.restart();
         self.long.restart();
         self.swing.restart();
-        self.greatest_bend = 0.0;
+        self.max_bend = 0.0;
     }
 
     /// Takes the next frame; for an average, with the squares of the frames about it. Returns the
@@ -308,8 +308,8 @@ impl Motion {
         } else if self.past.eight_is_new {
             self.longest.value = self.longest_bend() * (8.0 * frames / 6.0);
         }
-        self.greatest_bend = greater(self.greatest_bend, self.long.value);
-        let creep = CREEP_FRACTION * self.greatest_bend;
+        self.max_bend = greater(self.max_bend, self.long.value);
+        let creep = CREEP_FRACTION * self.max_bend;
         // Wandering noise is twice as large in means of eight blocks as in means of four.
         let wander = OVER_TYPICAL * (2.0 * self.long.typical - self.taxels.count);
         let [within, beside, short, swing] = [
@@ -394,7 +394,7 @@ impl Motion {
     /// True if the motion since the last restart is so weak that the long comparison may miss parts
     /// of it.
     pub fn is_weak(&self) -> bool {
-        self.greatest_bend < self.taxels.limit(WEAK)
+        self.max_bend < self.taxels.limit(WEAK)
     }
 
     /// Learns the noise from the latest block, which was still.

@@ -99,7 +99,7 @@ pub struct OtherTone {
     /// Frequency in the unit of the reported frequency.
     pub frequency: f32,
     /// Power as a fraction of the reported tone's power.
-    pub share: f32,
+    pub fraction: f32,
 }
 
 /// One channel of a fit.

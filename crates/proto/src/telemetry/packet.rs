@@ -51,7 +51,7 @@ pub fn longest_packet() -> Packet {
         },
         other_tone: Some(OtherTone {
             frequency: 12.5,
-            share: 0.4,
+            fraction: 0.4,
         }),
         interferer_hz: Some(50.02),
         harmonics: 5,

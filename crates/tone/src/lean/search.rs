@@ -311,9 +311,9 @@ impl<'m> Search<'m> {
     /// The highest bin of a band.
     fn highest(&self, band: Band) -> usize {
         let (bins, step) = (self.bins(), self.grid.step);
-        let first = ((band.least.max(CYCLES_MIN) / step) as usize).max(1);
-        let last = match band.most > 0.0 {
-            true => (band.most / step) as usize + 1,
+        let first = ((band.min.max(CYCLES_MIN) / step) as usize).max(1);
+        let last = match band.max > 0.0 {
+            true => (band.max / step) as usize + 1,
             false => bins.len(),
         };
         let mut best = (0, 0.0);

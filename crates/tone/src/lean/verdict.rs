@@ -157,7 +157,7 @@ impl Verdict<'_> {
             self.fill_overtones(fit);
             fit.other_tone = self.second.map(|second| OtherTone {
                 frequency: span.frequency(second.cycles),
-                share: second.power,
+                fraction: second.power,
             });
         } else {
             fit.with_tone = 0;

@@ -21,7 +21,7 @@ _LOOK_S = 0.1
 
 
 class _Source(Protocol):
-    def next(self, most_s: float) -> tuple[str, str] | None: ...
+    def next(self, max_s: float) -> tuple[str, str] | None: ...
     def close(self) -> None: ...
 
 
@@ -34,7 +34,7 @@ class _Page:
         except (urllib.error.URLError, OSError) as error:
             raise _ridgetone.Error(f"{url}: {error}; is `ridgetone view` running there?") from error
 
-    def next(self, most_s: float) -> tuple[str, str] | None:
+    def next(self, max_s: float) -> tuple[str, str] | None:
         try:
             line = self._lines.readline()
         except (TimeoutError, OSError, ValueError):

@@ -108,7 +108,7 @@ fn a_tone_has_its_movement_and_its_travel() {
         },
         other_tone: Some(OtherTone {
             frequency: 0.375,
-            share: 0.5,
+            fraction: 0.5,
         }),
         interferer_hz: None,
         harmonics: 1,

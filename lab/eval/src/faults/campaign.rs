@@ -44,13 +44,18 @@ impl Campaign {
             .filter(|family| **family != Family::None)
             .count()
             .max(1);
-        let share = (injections as usize).div_ceil(injecting);
+        let fraction = (injections as usize).div_ceil(injecting);
         let mut rows = Vec::new();
         for family in families {
             let mut judgements = Vec::new();
             let mut acted = 0;
-            while acted < share {
-                let plans = plans(family, seed + judgements.len() as u64, share - acted, scan);
+            while acted < fraction {
+                let plans = plans(
+                    family,
+                    seed + judgements.len() as u64,
+                    fraction - acted,
+                    scan,
+                );
                 let more =
                     parallel::map(family.title(), &plans, |plan| Ok((plan.seed, run(plan)?)))?;
                 let more_acted = more

@@ -44,7 +44,7 @@ impl Plan {
         let mut draw = Draw::new(seed);
         let (speed_mm_s, period_mm) = (
             draw.even(25.0, 50.0),
-            draw.even(2.6, 4.1) * window_share(&scan),
+            draw.even(2.6, 4.1) * window_fraction(&scan),
         );
         let sliding = Sliding {
             speed_mm_s,
@@ -114,8 +114,11 @@ impl Plan {
 
     /// Settings of the run on the PC. Windows are so short that a slide has several.
     pub fn settings(&self) -> Settings {
-        let share = window_share(&self.scan) as f32;
-        let (window_s, stride_s) = (WINDOW_S * share, (STRIDE_S * share).max(TRACK_STRIDE_S));
+        let fraction = window_fraction(&self.scan) as f32;
+        let (window_s, stride_s) = (
+            WINDOW_S * fraction,
+            (STRIDE_S * fraction).max(TRACK_STRIDE_S),
+        );
         Settings {
             window_s,
             stride_s,
@@ -140,7 +143,7 @@ fn converted(fault: Fault, scan: &Scan) -> Fault {
 }
 
 /// Ratio of the scan's window to [`WINDOW_S`].
-fn window_share(scan: &Scan) -> f64 {
+fn window_fraction(scan: &Scan) -> f64 {
     f64::from(scan.window_max_s().min(WINDOW_S) / WINDOW_S)
 }
 
