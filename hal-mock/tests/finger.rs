@@ -387,14 +387,14 @@ fn the_pull_of_the_contacts_ends_is_the_closed_form() {
             let apart = 4.0 * b / (a * a - b * b);
             // The first piezoresistor responds to shear; without its normal sensitivity, to nothing
             // else.
-            for (input, normal_fraction, expected) in [
+            for (input, normal_share, expected) in [
                 (1, 0.5, apart * (z - 3.0 * z / (1.0 + 3.0 * k * z))),
                 (0, 0.0, apart * (z - 1.0 / k)),
             ] {
                 let scene = on_grating(
                     period_mm,
                     Finger {
-                        normal_fraction,
+                        normal_share,
                         ..finger
                     },
                 );

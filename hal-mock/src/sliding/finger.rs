@@ -72,7 +72,7 @@ pub struct Finger {
     /// of a few millivolts.
     pub sensitivity: f64,
     /// Sensitivity to normal strain relative to shear, >= 0. Default 0.5: plausible.
-    pub normal_fraction: f64,
+    pub normal_share: f64,
     /// Maximum relative deviation of a sensitivity from nominal, 0 to 0.99. Default 0.15:
     /// plausible.
     pub spread: f64,
@@ -108,7 +108,7 @@ impl Default for Finger {
             contact_mm: 8.0,
             skin_ridge_mm: 0.0,
             sensitivity: 0.2,
-            normal_fraction: 0.5,
+            normal_share: 0.5,
             spread: 0.15,
             supply_v: 5.0,
             resistor_ohm: 820.0,
@@ -179,7 +179,7 @@ impl Finger {
                 Range::UpTo(0.5 * self.contact_mm, "contact_mm / 2"),
             ),
             ("sensitivity", self.sensitivity, Range::Positive),
-            ("normal_share", self.normal_fraction, Range::NotNegative),
+            ("normal_share", self.normal_share, Range::NotNegative),
             ("spread", self.spread, Range::Between(0.0, 0.99)),
             ("supply_v", self.supply_v, Range::Positive),
             ("resistor_ohm", self.resistor_ohm, Range::Positive),
@@ -217,9 +217,8 @@ impl Finger {
             // Change of the divider's voltage per relative change of one of its two nearly equal
             // resistors.
             let volts = 0.25 * self.supply_v * gain;
-            let felt = |strain: Strain| {
-                volts * (tilt * strain.shear + self.normal_fraction * strain.normal)
-            };
+            let felt =
+                |strain: Strain| volts * (tilt * strain.shear + self.normal_share * strain.normal);
             let [resting, sliding] = columns[(input / 4) % 2]
                 .each_ref()
                 .map(|series| pattern(series, felt));

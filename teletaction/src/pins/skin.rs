@@ -19,7 +19,7 @@ const LATE_FRAMES: usize = 24;
 /// Volts per unit of normal strain in a channel of the simulated finger, a quarter bridge.
 pub fn volts_per_strain() -> f64 {
     let finger = Finger::default();
-    0.25 * finger.supply_v * finger.sensitivity * finger.normal_fraction
+    0.25 * finger.supply_v * finger.sensitivity * finger.normal_share
 }
 
 type Volts = [Option<f32>; TAXELS];
