@@ -249,7 +249,7 @@ fn powers(finger: Finger) -> Vec<(f64, f64)> {
 /// wide as a ridge or a little wider. A smooth skin has none.
 #[test]
 fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
-    let max = |powers: &[(f64, f64)], until_mm: f64| {
+    let peak_below = |powers: &[(f64, f64)], until_mm: f64| {
         let those = powers.iter().filter(|(mm, _)| *mm < until_mm);
         those.copied().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
     };
@@ -263,7 +263,7 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
             skin_ridge_mm,
             ..Finger::default()
         });
-        let (peak_mm, peak) = max(&powers, 2.2);
+        let (peak_mm, peak) = peak_below(&powers, 2.2);
         let (trough_mm, trough) = min_beyond(&powers, peak_mm);
         println!(
             "{skin_ridge_mm} mm: {peak:.2e} V^2 at {peak_mm:.2} mm, {trough:.2e} at {trough_mm:.2} mm"
@@ -285,7 +285,7 @@ fn ridges_of_the_skin_make_a_maximum_where_they_fall_into_grooves() {
             depth_mm,
             ..Finger::default()
         });
-        let (peak_mm, peak) = max(&powers, 2.0);
+        let (peak_mm, peak) = peak_below(&powers, 2.0);
         peak / min_beyond(&powers, peak_mm).1
     };
     let (near, far) = (over(0.8), over(1.3));

@@ -106,7 +106,7 @@ pub struct UtcClock {
     /// UTC minus board time of the first packet in nanoseconds; delays are relative to this.
     zero_ns: Option<i64>,
     /// Board time and delay of the packet with the minimum delay in each block, seconds.
-    min: VecDeque<(f64, f64)>,
+    min_delays: VecDeque<(f64, f64)>,
     /// Latest slope: index of its interval of `SLOPE_S`, number of blocks, slope and standard
     /// deviation.
     slope: Cell<Option<(i64, usize, f64, f64)>>,
@@ -151,7 +151,7 @@ impl UtcClock {
         let ahead_ns = ((t_s + lasts_s + on_line_s) * 1e9).round() as i64;
         let off_ns = receipt.utc_ns as i64 - ahead_ns;
         let delay_s = (off_ns - *self.zero_ns.get_or_insert(off_ns)) as f64 * 1e-9;
-        match self.min.back_mut() {
+        match self.min_delays.back_mut() {
             // Ignore packets that are out of order, such as an estimate after newer frames.
             Some((last_s, _)) if t_s < *last_s => {}
             Some((last_s, min_s)) if block(*last_s) == block(t_s) => {
@@ -159,7 +159,7 @@ impl UtcClock {
                     (*last_s, *min_s) = (t_s, delay_s);
                 }
             }
-            _ => self.min.push_back((t_s, delay_s)),
+            _ => self.min_delays.push_back((t_s, delay_s)),
         }
     }
 
@@ -167,19 +167,19 @@ impl UtcClock {
     pub fn utc(&self, t_s: f64) -> Option<Utc> {
         let zero_s = self.zero_ns? as f64 * 1e-9;
         // Far from all packets, use the nearest ones.
-        let t_near_s = t_s.clamp(self.min.front()?.0, self.min.back()?.0);
+        let t_near_s = t_s.clamp(self.min_delays.front()?.0, self.min_delays.back()?.0);
         let within = |reach_s: f64| -> Vec<(f64, f64)> {
             let first = self
-                .min
+                .min_delays
                 .partition_point(|(at_s, _)| *at_s < t_near_s - reach_s);
-            self.min
+            self.min_delays
                 .iter()
                 .skip(first)
                 .take_while(|(at_s, _)| *at_s <= t_near_s + reach_s)
                 .copied()
                 .collect()
         };
-        let (place, count) = ((t_near_s / SLOPE_S).floor() as i64, self.min.len());
+        let (place, count) = ((t_near_s / SLOPE_S).floor() as i64, self.min_delays.len());
         let (slope, slope_sigma) = match self.slope.get() {
             Some((at, of, slope, sigma)) if (at, of) == (place, count) => (slope, sigma),
             _ => slope(&within(REACH_S)),
@@ -192,7 +192,9 @@ impl UtcClock {
             .iter()
             .map(|point| (above(point) - delay_s).powi(2))
             .sum();
-        let scatter_s = (squares / (near.len() - 1).max(1) as f64).sqrt().max(MIN_S);
+        let scatter_s = (squares / (near.len() - 1).max(1) as f64)
+            .sqrt()
+            .max(SCATTER_MIN_S);
         // The minimum delay may belong to any of the nearby points, so use the largest distance.
         let far_s = near
             .iter()
@@ -219,7 +221,7 @@ fn block(t_s: f64) -> i64 {
 const CRYSTALS: f64 = 100e-6;
 
 /// Resolution of a receipt's time, seconds.
-const MIN_S: f64 = 1e-6;
+const SCATTER_MIN_S: f64 = 1e-6;
 
 /// Returns the slope of the line below all delays and its standard deviation; the slope is 0 unless
 /// significant.
@@ -238,7 +240,7 @@ fn slope(points: &[(f64, f64)]) -> (f64, f64) {
     // blocks by milliseconds, which would hide a slope that all other blocks show.
     let mut heights_s: Vec<f64> = points.iter().map(above).collect();
     heights_s.sort_by(f64::total_cmp);
-    let scatter_s = (heights_s[count / 2] / std::f64::consts::LN_2).max(MIN_S);
+    let scatter_s = (heights_s[count / 2] / std::f64::consts::LN_2).max(SCATTER_MIN_S);
     let span_s = points[count - 1].0 - points[0].0;
     // The slope of a short edge is uncertain. Its length counts as at least the span over the root
     // of the number of points.
@@ -286,7 +288,7 @@ mod tests {
     fn a_single_least_delay_has_no_known_uncertainty() {
         let sigma_s = |lasts_s: f64| clock(0.0, 0.0, lasts_s, 1).utc(0.0).unwrap().sigma_s;
         assert_eq!([sigma_s(0.01), sigma_s(0.24)], [None; 2]);
-        assert!(sigma_s(1.0).is_some_and(|sigma_s| sigma_s > MIN_S));
+        assert!(sigma_s(1.0).is_some_and(|sigma_s| sigma_s > SCATTER_MIN_S));
     }
 
     /// Returns a clock that has taken the frames of a board that is slow by `slow` and started at

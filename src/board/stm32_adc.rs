@@ -318,7 +318,7 @@ impl converter::Converter for Converter {
     fn min_period_us(&mut self) -> u32 {
         // A stopped ADC makes no conversions.
         let running = self.plan.averaging().filter(|_| self.runs());
-        running.map_or(u32::MAX, |averaging| averaging.fraction_us())
+        running.map_or(u32::MAX, |averaging| averaging.input_us())
     }
 }
 

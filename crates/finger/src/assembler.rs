@@ -38,10 +38,10 @@ struct Times {
 
 impl Times {
     const fn new(scan: &Scan) -> Self {
-        let fraction_us = scan.edge_ns() * 3 / 8000;
+        let tolerance_us = scan.edge_ns() * 3 / 8000;
         Self {
-            jitter_us: if fraction_us < JITTER_US {
-                fraction_us
+            jitter_us: if tolerance_us < JITTER_US {
+                tolerance_us
             } else {
                 JITTER_US
             },

@@ -123,8 +123,8 @@ fn entry<T: Copy + Default, const N: usize>(table: &[[T; N]], row: usize, column
 /// add from end to end of the window.
 fn ends(order: usize, n: usize) -> (usize, Row) {
     let k = if n.is_multiple_of(2) { n + 1 } else { n + 2 };
-    let fraction = 1.0 / (2 * k - 1) as f32;
-    (k, entry(&ROWS, order - 1, k - 1).map(|x| x * fraction))
+    let factor = 1.0 / (2 * k - 1) as f32;
+    (k, entry(&ROWS, order - 1, k - 1).map(|x| x * factor))
 }
 
 /// True if entry `i` contributes to the mean: an odd degree (entry 0 is degree 2), or the last
@@ -224,12 +224,12 @@ impl Average {
     fn add(&mut self, answer: &Answer) {
         let above = answer.log_weight - self.best;
         let weight = if above > 0.0 {
-            let fraction = libm::expf(-above);
+            let factor = libm::expf(-above);
             self.best = answer.log_weight;
-            self.sum *= fraction;
-            self.mean *= fraction;
-            self.square *= fraction;
-            self.unfollowed *= fraction;
+            self.sum *= factor;
+            self.mean *= factor;
+            self.square *= factor;
+            self.unfollowed *= factor;
             1.0
         } else {
             libm::expf(above)

@@ -14,7 +14,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Clear, Paragraph};
 
 /// Smallest screen on which everything fits: columns and rows.
-pub const MIN: (u16, u16) = (80, 24);
+pub const SIZE_MIN: (u16, u16) = (80, 24);
 
 /// Width of the right side, columns.
 const RIGHT: u16 = 30;
@@ -28,15 +28,15 @@ const LOG_ROWS: u16 = 8;
 
 pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
     let area = frame.area();
-    if area.width < MIN.0 || area.height < MIN.1 {
+    if area.width < SIZE_MIN.0 || area.height < SIZE_MIN.1 {
         let text = format!(
             "{} x {}: the screen needs {} x {}\nq quit; --plain prints lines",
-            area.width, area.height, MIN.0, MIN.1
+            area.width, area.height, SIZE_MIN.0, SIZE_MIN.1
         );
         frame.render_widget(Paragraph::new(text), area);
         return;
     }
-    let spare = area.height - MIN.1;
+    let spare = area.height - SIZE_MIN.1;
     // Spare rows go to the strips first, one row each, then to the log.
     let log_rows = if spare >= 8 + LOG_ROWS { LOG_ROWS } else { 0 };
     let middle_rows = MAP_ROWS + if spare >= 8 { 8 } else { 0 };

@@ -1,6 +1,6 @@
 //! Tests the screen's content, drawn into buffers of the smallest size and of larger sizes.
 
-use super::screen::{MIN, draw};
+use super::screen::{SIZE_MIN, draw};
 use super::view::{Action, View};
 use crate::digits::time_s;
 use crate::feed::RawFrames;
@@ -90,7 +90,7 @@ fn view() -> View {
 
 #[test]
 fn at_80_by_24_everything_is_there() {
-    let buffer = drawn(&with_frames(touched()), &view(), MIN);
+    let buffer = drawn(&with_frames(touched()), &view(), SIZE_MIN);
     let lines = lines(&buffer);
     assert_shows(
         &lines,
@@ -168,7 +168,7 @@ fn it_uses_the_terminal_s_own_colours_and_red_only_for_alarms() {
         event: Event::Fault(fault),
     });
     live.now.counts.missing = 7;
-    let buffer = drawn(&live, &view(), MIN);
+    let buffer = drawn(&live, &view(), SIZE_MIN);
     assert_shows(&lines(&buffer), &["health: FAULT: supply", "7 lost"]);
     let red = colours(&live, &view());
     assert!(
@@ -210,7 +210,7 @@ fn nothing_is_cut_when_narrow_and_strips_have_no_holes_when_wide() {
     });
     let mut view = view();
     view.is_paused = true;
-    for size in [MIN, (80, 48)] {
+    for size in [SIZE_MIN, (80, 48)] {
         let shown = lines(&drawn(&live, &view, size));
         assert_shows(&shown[..1], &["/dev/serial/", "…", "connected", "PAUSED"]);
         assert_shows(
@@ -252,7 +252,7 @@ fn nothing_is_cut_when_narrow_and_strips_have_no_holes_when_wide() {
 
 #[test]
 fn without_raw_frames_there_are_amplitudes_and_the_reason() {
-    let shown = |raw| lines(&drawn(&touched(), &View::new(raw, true), MIN));
+    let shown = |raw| lines(&drawn(&touched(), &View::new(raw, true), SIZE_MIN));
     assert_shows(
         &shown(RawFrames::Unavailable),
         &["amplitudes in the window; no raw frames", " mV █"],
@@ -268,7 +268,7 @@ fn without_raw_frames_there_are_amplitudes_and_the_reason() {
 fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
     let mut live = Live::new("emulated board");
     assert_shows(
-        &lines(&drawn(&live, &view(), MIN)),
+        &lines(&drawn(&live, &view(), SIZE_MIN)),
         &["nothing received yet", "no estimate yet", "none yet"],
     );
     assert_shows(&lines(&drawn(&live, &view(), (60, 20))), &["needs 80 x 24"]);
@@ -278,11 +278,11 @@ fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
     live.now.connection = Connection::Disconnected {
         why: "no such device".into(),
     };
-    assert_shows(&lines(&drawn(&live, &view(), MIN)), &["UNPLUGGED"]);
+    assert_shows(&lines(&drawn(&live, &view(), SIZE_MIN)), &["UNPLUGGED"]);
     let mut view = view();
     view.press(KeyEvent::from(KeyCode::Char('h')));
     assert_shows(
-        &lines(&drawn(&live, &view, MIN)),
+        &lines(&drawn(&live, &view, SIZE_MIN)),
         &["request raw frames of the board", "any key closes this"],
     );
 }
@@ -341,7 +341,7 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
         "shorten the window, or give",
         "speed  28.",
     ];
-    assert_shows(&shown(&live, MIN), &parts);
+    assert_shows(&shown(&live, SIZE_MIN), &parts);
     assert_shows(
         &shown(&live, (80, 31)),
         &[&parts[..], &["chirp -0.310 +- 0.040 Hz/s"]].concat(),
@@ -357,7 +357,7 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
         event: Event::Estimate(estimate),
     });
     assert_shows(
-        &shown(&live, MIN),
+        &shown(&live, SIZE_MIN),
         &[
             "ambiguous ",
             "use a longer window",
@@ -370,7 +370,11 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
 /// file is updated by hand.
 #[test]
 fn the_screen_of_a_slide_is_drawn_in_full() {
-    let lines = lines(&drawn(&sliding(first_scene().unwrap(), 3.4), &view(), MIN));
+    let lines = lines(&drawn(
+        &sliding(first_scene().unwrap(), 3.4),
+        &view(),
+        SIZE_MIN,
+    ));
     let drawn: Vec<&str> = lines.iter().map(|line| line.trim_end()).collect();
     let expected: Vec<&str> = include_str!("screen.txt").lines().collect();
     assert_eq!(drawn, expected);

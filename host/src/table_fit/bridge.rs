@@ -7,7 +7,7 @@ const REACH: usize = 5;
 /// times that of a real reading.
 const RUN_MAX: f64 = 3.0;
 /// Maximum fraction of missing readings in a channel that is bridged.
-const FRACTION_MAX: f64 = 0.5;
+const MISSING_FRACTION_MAX: f64 = 0.5;
 /// Maximum frequency of a tone that a cubic follows, cycles per frame. At this frequency the error
 /// is 6 % of the amplitude; at twice this frequency it is two thirds.
 pub const TONE_MAX: f64 = 1.0 / 8.0;
@@ -20,7 +20,7 @@ pub const TONE_MAX: f64 = 1.0 / 8.0;
 /// missing reading and 1.4 for two. Interpolated values add no information on the tone.
 pub fn bridged(known: &[Option<f64>]) -> Vec<(usize, f64)> {
     let missing = known.iter().filter(|value| value.is_none()).count();
-    if missing as f64 > FRACTION_MAX * known.len() as f64 {
+    if missing as f64 > MISSING_FRACTION_MAX * known.len() as f64 {
         return Vec::new();
     }
     let at = |frame: usize| {

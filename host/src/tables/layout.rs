@@ -80,7 +80,7 @@ impl Layout {
         for separator in separators {
             let lines = lines(text, *separator, is_whole);
             let score = score(&lines);
-            if best.as_ref().is_none_or(|(max, ..)| score > *max) {
+            if best.as_ref().is_none_or(|(best, ..)| score > *best) {
                 best = Some((score, *separator, lines));
             }
         }
@@ -582,8 +582,8 @@ fn usual_width(lines: &[HeadLine]) -> usize {
     for line in lines.iter().filter(|line| line.is_data()) {
         *counts.entry(line.cells.len()).or_insert(0) += 1;
     }
-    let max = counts.into_iter().max_by_key(|(_, rows)| *rows);
-    max.map_or(0, |(width, _)| width)
+    let usual = counts.into_iter().max_by_key(|(_, rows)| *rows);
+    usual.map_or(0, |(width, _)| width)
 }
 
 /// Finds the first row. A line with a word where most others have numbers is a header or belongs to
@@ -636,14 +636,14 @@ fn no_rows(lines: &[HeadLine]) -> Refused {
     Refused::new(line, why)
 }
 
-/// True for a time code such as `10:00:00:05`; milliseconds have three digits, or one at times.
+/// True for a time code such as `10:00:00:05`; a fraction of a second usually has three digits, sometimes one.
 fn ends_in_video_frames(cell: &str) -> bool {
     let parts: Vec<&str> = cell.split(':').collect();
     let are_numbers = cell.chars().all(|c| c.is_ascii_digit() || c == ':');
     are_numbers && parts.len() == 4 && parts[3].len() == 2
 }
 
-/// Number of a line such as `1.0e+03 *`, and the line.
+/// Returns the factor line that MATLAB prints above a table, such as `1.0e+03 *`, and its number.
 fn factor(above: &str) -> Option<(u64, &str)> {
     let is_factor = |line: &str| {
         let number = line.strip_suffix('*').map(str::trim);

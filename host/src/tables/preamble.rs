@@ -61,8 +61,11 @@ const OTHERS: [&str; 12] = [
     "flush", "save",
 ];
 
-/// Words of a line that make the rows slower than the stated rate.
+/// Words for processing that makes the rows slower than the stated rate.
 const THINNED: [&str; 3] = ["decimation", "downsampl", "averaging"];
+
+/// Values after such a word that leave every row.
+const UNTHINNED: [&str; 5] = ["off", "no", "none", "0", "1"];
 
 /// Units of a rate, in hertz.
 const UNITS: [(&str, f64); 28] = [
@@ -106,8 +109,7 @@ pub struct Stated {
 /// Returns the rate stated in the lines; `None` if there is none, if rates differ, or if the rows
 /// may be slower than the rate.
 pub fn stated(text: &str) -> Option<Stated> {
-    let lower = text.to_lowercase();
-    if THINNED.iter().any(|word| lower.contains(word)) {
+    if text.lines().any(is_thinned) {
         return None;
     }
     let mut found: Option<Stated> = None;
@@ -133,6 +135,18 @@ pub fn stated(text: &str) -> Option<Stated> {
     found
 }
 
+/// True if a line says that the rows are slower than the stated rate; `Averaging: off` and
+/// `Decimation: 1` do not.
+fn is_thinned(line: &str) -> bool {
+    let lower = line.to_lowercase();
+    let after = THINNED.iter().find_map(|word| lower.split_once(word));
+    after.is_some_and(|(_, after)| {
+        let tokens = tokens(after);
+        let value = tokens.iter().rfind(|token| *token != SEPARATOR);
+        !value.is_some_and(|value| UNTHINNED.contains(&value.as_str()))
+    })
+}
+
 fn rates(line: &str) -> Vec<f64> {
     let tokens = tokens(&line.to_lowercase());
     let mut found = Vec::new();
@@ -148,8 +162,7 @@ fn rates(line: &str) -> Vec<f64> {
             "" => key_unit.unwrap_or_default(),
             unit => unit,
         };
-        let hz_of = |unit: &str| UNITS.iter().find(|(name, _)| *name == unit);
-        let by_rate = hz_of(unit).map(|(_, hz)| value * hz);
+        let by_rate = hz_of(unit).map(|hz| value * hz);
         let by_interval = per_second(unit).map(|per_second| per_second / value);
         let per_sample = unit.strip_suffix("/sample").and_then(per_second);
         let hz = if let Some(per_second) = per_sample {
@@ -157,9 +170,10 @@ fn rates(line: &str) -> Vec<f64> {
         } else if ends(&key, &INTERVALS) {
             by_interval.or(unit.is_empty().then_some(1.0 / value))
         } else if ends(&key, &RATES) {
-            // Some write the interval for the rate.
-            let by_rate = by_rate.or(by_interval);
-            by_rate.or(unit.is_empty().then_some(value))
+            // Some programs state the interval here: `Sample rate: 5 ms`.
+            let by_short = by_interval.filter(|_| per_second(unit) > Some(1.0));
+            let hz = by_rate.or(by_short);
+            hz.or(unit.is_empty().then_some(value))
         } else {
             let is_of_samples = unit.ends_with("sps") || unit.starts_with("samples/");
             by_rate.filter(|_| is_of_samples)
@@ -187,8 +201,6 @@ fn key(before: &[String]) -> (String, Option<&str>) {
         .map(|word| word.trim_start_matches(['/', '#', '%']))
         .filter(|word| !word.is_empty())
         .collect();
-    let is_unit =
-        |word: &&str| UNITS.iter().any(|(name, _)| name == word) || per_second(word).is_some();
     let is_whole = ends(&words.join(" "), &RATES);
     let last = words.last().copied();
     let unit = last.filter(|word| words.len() > 1 && !is_whole && is_unit(word));
@@ -198,7 +210,8 @@ fn key(before: &[String]) -> (String, Option<&str>) {
     (words.join(" "), unit)
 }
 
-/// Unit after a number; empty if the line ends there, or goes on with another key or number.
+/// Returns the unit after a number; empty if a key, another number or the end of the line follows.
+/// The unit may be in the next cell.
 fn unit(after: &[String]) -> &str {
     let is_key = after.get(1).is_some_and(|word| word == EQUALS);
     let is_cell = after.first().is_some_and(|word| word == SEPARATOR);
@@ -208,14 +221,25 @@ fn unit(after: &[String]) -> &str {
         .iter()
         .find_map(|of| word.strip_suffix(of))
         .unwrap_or(word);
-    let is_known = UNITS.iter().any(|(name, _)| *name == word) || per_second(word).is_some();
-    if is_key || number(word).is_some() || is_cell && !is_known {
+    if is_key || number(word).is_some() || is_cell && !is_unit(word) {
         return "";
     }
     word
 }
 
-/// True if a key is one of these words, or ends with one that may follow others.
+/// Returns the factor from a unit of a rate to hertz.
+fn hz_of(unit: &str) -> Option<f64> {
+    UNITS
+        .iter()
+        .find(|(name, _)| *name == unit)
+        .map(|(_, hz)| *hz)
+}
+
+fn is_unit(word: &str) -> bool {
+    hz_of(word).is_some() || per_second(word).is_some()
+}
+
+/// True if a key is one of the `known` words, or ends with one that is not in [`ALONE`].
 fn ends(key: &str, known: &[&str]) -> bool {
     known.iter().any(|word| {
         key.strip_suffix(word).is_some_and(|before| {
@@ -235,24 +259,25 @@ fn number(token: &str) -> Option<f64> {
 }
 
 /// Splits a line into words, numbers and separators; a unit directly after a number is a separate
-/// word. `12'800` and `10 000` are one number each. `25,600` is no number, as the comma may separate
-/// thousands or be a decimal one.
+/// word. `12'800` and `10 000` are one number each. `25,600` is not a number, because its comma
+/// may be a decimal comma or separate thousands.
 fn tokens(line: &str) -> Vec<String> {
     let chars: Vec<char> = line.chars().collect();
     let is_digit = |at: Option<usize>| {
         at.and_then(|at| chars.get(at))
             .is_some_and(char::is_ascii_digit)
     };
-    let group = |at: usize| (1..4).all(|step| is_digit(Some(at + step))) && !is_digit(Some(at + 4));
+    let is_group =
+        |at: usize| (1..4).all(|step| is_digit(Some(at + step))) && !is_digit(Some(at + 4));
     let mut spaced = String::new();
     for (at, c) in chars.iter().enumerate() {
         let before = at.checked_sub(1);
         let word = spaced.rsplit(' ').next().unwrap_or_default();
         let is_short = matches!(word.len(), 1..=3) && word.chars().all(|c| c.is_ascii_digit());
-        let is_thousands = is_short && !word.starts_with('0') && group(at);
+        let is_thousands = is_short && !word.starts_with('0') && is_group(at);
         match c {
             ' ' | '\'' | '\u{a0}' | '\u{2009}' | '\u{202f}' if is_thousands => {}
-            // Stays in the word, which is then no number.
+            // Keep the comma: the word is then not read as a number.
             ',' if is_thousands => spaced.push(','),
             ',' if is_digit(before) && is_digit(Some(at + 1)) => spaced.push('.'),
             ',' | ';' => spaced.push_str(" ; "),
@@ -314,6 +339,7 @@ mod tests {
             ("Sample rate: 2.5 kHz/channel", Some(2500.0)),
             ("Logging rate: 60 samples/min", Some(1.0)),
             ("Sample rate: 5 ms", Some(200.0)),
+            ("Sample rate: 500 s", None),
             ("Sample Interval (ms): 5", Some(200.0)),
             ("SAMPLING_INTERVAL_S: 0.005000", Some(200.0)),
             ("Abtastrate [Hz];500", Some(500.0)),
@@ -328,6 +354,9 @@ mod tests {
             ("Scan rate: 100 mV/s", None),
             ("Laser repetition rate: 10 Hz", None),
             ("Sample Rate: 1000 Hz\nDecimation: 10", None),
+            ("Sample Rate: 1000 Hz\nAveraging filter", None),
+            ("Sample Rate: 1000 Hz\nDecimation: 1", Some(1000.0)),
+            ("Averaging,Off,\nSample Rate,1000", Some(1000.0)),
             ("EMG (5 - 250 Hz)", None),
             ("baud rate 115200", None),
             ("low-pass filter cutoff frequency 50 Hz", None),

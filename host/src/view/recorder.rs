@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 /// Maximum size of a recording in bytes: over three hours of raw frames. Use `record` for longer
 /// ones.
-const MAX: usize = 256 << 20;
+const BYTES_MAX: usize = 256 << 20;
 
 /// Length and maximum number of the latest packets, which are always kept; the number is slightly
 /// more than a board sends in this time.
@@ -102,7 +102,7 @@ impl Recorder {
         hello: Option<&Hello>,
     ) -> Result<()> {
         ensure!(
-            self.bytes < MAX,
+            self.bytes < BYTES_MAX,
             "the recording is full; `ridgetone record` makes longer ones"
         );
         if self.file.is_none() {

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
 /// Maximum number of open runs.
-const MAX: usize = 32;
+const RUNS_MAX: usize = 32;
 
 /// Maximum length of a note, characters.
 const NOTE_MAX: usize = 200;
@@ -41,8 +41,8 @@ impl List {
 
     /// Fails if the maximum number of runs are open.
     fn check(&self) -> Result<()> {
-        let is_full = self.runs.len() >= MAX;
-        ensure!(!is_full, "{MAX} runs are open: close one first");
+        let is_full = self.runs.len() >= RUNS_MAX;
+        ensure!(!is_full, "{RUNS_MAX} runs are open: close one first");
         Ok(())
     }
 }

@@ -165,7 +165,7 @@ const FILES: [Case; 57] = [
 ];
 
 /// Generated files of the same kinds, with a tone of 12.34 Hz.
-const TWINS: [Case; 68] = [
+const TWINS: [Case; 69] = [
     ("long_fast.csv", &[], Noted(160.0, &["around 160.00 Hz"])),
     ("two_phases.csv", &[], Hz(65.0)),
     ("time_min.csv", &[], Noted(12.34, &["in minutes"])),
@@ -190,6 +190,11 @@ const TWINS: [Case; 68] = [
         "time_in_words.csv",
         &[],
         Refused(&["hundredths of a second", "--time-column"]),
+    ),
+    (
+        "matlab_factor.txt",
+        &[],
+        Refused(&["1.0e+03 *", "format long g"]),
     ),
     ("time_code.csv", &[], Refused(&["--rate HZ"])),
     ("time_code.csv", &["--rate", "250"], TONE),

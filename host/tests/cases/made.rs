@@ -292,6 +292,13 @@ fn failing(name: &str) -> Vec<u8> {
         "time_in_words.csv" => stamped("Time (hundredths of a second)", &|_, t_s| {
             format!("{:.1}", 1e2 * t_s)
         }),
+        "matlab_factor.txt" => format!(
+            "x =\n\n   1.0e+03 *\n\n{}",
+            table("", &evenly(), &|row, t_s, _| {
+                let [x, y, z] = channels(row, t_s).map(|value| value / 1e3);
+                format!("    {:.7}   {x:.7}   {y:.7}   {z:.7}", t_s / 1e3)
+            })
+        ),
         "time_code.csv" => stamped("Timecode", &|row, _| {
             format!("10:00:{:02}:{:02}", row / 25, row % 25)
         }),

@@ -129,8 +129,8 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
     let fraction = |c: &ridgetone_proto::telemetry::Channel| {
         of(c.residual_v) / (0.5 * of(c.amplitude_v) + of(c.residual_v))
     };
-    let shares = estimate.channels.iter().map(fraction).sum::<f32>() / 16.0;
-    let expected_db = 10.0 * (shares / 120.0).log10();
+    let fractions = estimate.channels.iter().map(fraction).sum::<f32>() / 16.0;
+    let expected_db = 10.0 * (fractions / 120.0).log10();
     assert!(
         (rest.noise_db - expected_db).abs() < 3.0,
         "{} and {expected_db}",

@@ -16,7 +16,7 @@ const CHECK_US: u32 = 100;
 pub struct Unseen {
     gaps_us: u32,
     /// Time in which a clock that is 2 % fast adds one conversion to the scan, microseconds.
-    clock_fraction_us: u32,
+    extra_us: u32,
     /// Time between two conversions above which there is a gap, microseconds: two conversions plus
     /// the delay of a late interrupt.
     gap_us: u32,
@@ -28,7 +28,7 @@ impl Unseen {
         let gap_us = divide(conversion_ns as u64 * 228, 100_000).0 as u32;
         Self {
             gaps_us: 0,
-            clock_fraction_us: conversion_ns / 20,
+            extra_us: conversion_ns / 20,
             gap_us,
         }
     }
@@ -61,7 +61,7 @@ impl Unseen {
     /// ahead of a nominal one in `since_us` microseconds, including those finished before the
     /// reset.
     pub fn of_clock(&self, since_us: u32) -> u32 {
-        since_us / self.clock_fraction_us.max(1) + 2
+        since_us / self.extra_us.max(1) + 2
     }
 }
 

@@ -89,9 +89,9 @@ impl Averaging {
     }
 
     /// Duration of a frame divided by the number of inputs, microseconds, rounded down, at least 1.
-    pub const fn fraction_us(&self) -> u32 {
-        let fraction_us = self.us(self.scans as u32 * SAMPLE_TICKS);
-        if fraction_us > 1 { fraction_us } else { 1 }
+    pub const fn input_us(&self) -> u32 {
+        let input_us = self.us(self.scans as u32 * SAMPLE_TICKS);
+        if input_us > 1 { input_us } else { 1 }
     }
 
     /// Converts periods of the converter's clock to whole microseconds.

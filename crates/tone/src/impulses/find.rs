@@ -17,7 +17,7 @@ const STEP: f32 = 1.41;
 /// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
 const MEAN_MAGNITUDE: f32 = 0.797_884_6;
 /// Maximum fraction of a window's values that may be impulses.
-const FRACTION_MAX: f32 = 0.1;
+const IMPULSE_FRACTION_MAX: f32 = 0.1;
 
 /// Visits the residuals of each frame together with those of the frames before and after.
 fn residuals(window: &mut WindowFrames, model: &Model, visit: &mut dyn FnMut(u32, &[Values; 3])) {
@@ -97,7 +97,7 @@ pub fn replace(
         all += width;
         found += far_off(values, &limits).count();
     });
-    if found as f32 > FRACTION_MAX * all as f32
+    if found as f32 > IMPULSE_FRACTION_MAX * all as f32
         || found > IMPULSES_MAX - window.impulses.count
         || 2 * found > memory.len()
     {

@@ -33,7 +33,7 @@ const UNKNOWNS: f32 = 4.0;
 /// Gain of the levels times `N`: with this gain they are as quiet as a mean over the window.
 const LEVEL_GAIN: f32 = 2.0;
 /// At most one frame in this many may be missing.
-const GAP_FRACTION: f32 = 10.0;
+const GAP_FRAMES_MIN: f32 = 10.0;
 
 /// Frequency of a loop after a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,7 +165,7 @@ impl State {
 
     /// The frequency, if the loop is locked.
     fn tracked(&self) -> Option<Tracked> {
-        let is_whole = (self.age - self.taken) * GAP_FRACTION < self.frames;
+        let is_whole = (self.age - self.taken) * GAP_FRAMES_MIN < self.frames;
         let is_in_band = self.frequency > 0.0 && self.frequency < 0.5;
         if !(is_whole && is_in_band && self.agrees()) {
             return None;

@@ -44,18 +44,13 @@ impl Campaign {
             .filter(|family| **family != Family::None)
             .count()
             .max(1);
-        let fraction = (injections as usize).div_ceil(injecting);
+        let count = (injections as usize).div_ceil(injecting);
         let mut rows = Vec::new();
         for family in families {
             let mut judgements = Vec::new();
             let mut acted = 0;
-            while acted < fraction {
-                let plans = plans(
-                    family,
-                    seed + judgements.len() as u64,
-                    fraction - acted,
-                    scan,
-                );
+            while acted < count {
+                let plans = plans(family, seed + judgements.len() as u64, count - acted, scan);
                 let more =
                     parallel::map(family.title(), &plans, |plan| Ok((plan.seed, run(plan)?)))?;
                 let more_acted = more
