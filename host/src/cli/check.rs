@@ -12,8 +12,8 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-It takes a bit longer than --for. Nothing should touch the finger meanwhile. It restarts the board: a speed profile is lost,
-and a stopped board starts. Exit status: 0 if nothing fails, 1 if a check fails.
+It takes a bit longer than --for. Do not touch the finger meanwhile. It restarts the board and restores
+its settings; a stopped board starts. Exit status: 0 if nothing fails, 1 if a check fails.
 
 Examples:
   ridgetone check

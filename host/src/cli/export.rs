@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The CSV of frames is what `replay`, `fit` and `emulate` read: the same touch with other settings. The other tables have
+`fit` and `replay` read the CSV of frames, `replay` to run the same touch with other settings. The other tables have
 a column for each value of the JSON; what is not known is empty.
 
 Examples:

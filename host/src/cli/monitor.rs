@@ -21,7 +21,7 @@ Examples:
   ridgetone monitor --port /dev/ttyUSB0
   ridgetone monitor --emulated
   ridgetone monitor --emulated=hal-mock/scenes/c7.toml
-  ridgetone monitor --file touch.rec
+  ridgetone monitor touch.rec
   ridgetone monitor --emulated --once --plain
   ridgetone monitor --plain --usb-serial A50285BI
   ridgetone monitor --plotter

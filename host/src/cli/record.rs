@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Ends with Ctrl-C, after --for, or when the board's scene is over; the file is valid at any moment. `monitor --file`,
+Ends with Ctrl-C, after --for, or when the board's scene is over; the file is valid at any moment. `monitor FILE`,
 `replay` and `export` read it.
 
 Examples:

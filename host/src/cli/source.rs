@@ -12,11 +12,11 @@ use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
 pub struct SourceOptions {
-    /// A recording of telemetry, as `record` writes it.
-    #[arg(long = "file", value_name = "RECORDING", conflicts_with_all = ["port", "usb_serial", "emulated"])]
+    /// The same as FILE.
+    #[arg(long = "file", value_name = "FILE", hide = true, conflicts_with_all = ["port", "usb_serial", "emulated"])]
     recording: Option<PathBuf>,
-    /// A recording of telemetry as a plain argument, in place of --file.
-    #[arg(value_name = "RECORDING", hide = true, conflicts_with_all = ["recording", "port", "usb_serial", "emulated"])]
+    /// A recording of telemetry, as `record` writes it.
+    #[arg(value_name = "FILE", conflicts_with_all = ["recording", "port", "usb_serial", "emulated"])]
     file: Option<PathBuf>,
     #[command(flatten)]
     board: BoardOptions,

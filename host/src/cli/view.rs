@@ -29,6 +29,7 @@ Examples:
   ridgetone view touch.rec
   ridgetone view recording.csv
   ridgetone view slist.txt --rate 200 --flatten")]
+#[command(mut_arg("file", |arg| arg.help("A recording of telemetry, or any file that `ridgetone fit` reads")))]
 pub struct ViewArgs {
     #[command(flatten)]
     source: SourceOptions,
