@@ -292,6 +292,52 @@ fn failing(name: &str) -> Vec<u8> {
         "time_in_words.csv" => stamped("Time (hundredths of a second)", &|_, t_s| {
             format!("{:.1}", 1e2 * t_s)
         }),
+        "excel_date.csv" => stamped("Date", &|_, t_s| {
+            format!("{:.10}", 45_366.430_9 + t_s / 86_400.0)
+        }),
+        "scope.csv" => stamped("X", &|_, t_s| format!("{:.9}", 1e-3 * t_s)),
+        "time_m.csv" => stamped("Time (m)", &|_, t_s| format!("{:.9}", t_s / 60.0)),
+        "filetime.csv" => numbered("Timestamp", &|row| {
+            (133_549_716_300_000_000 + 40_000 * row).to_string()
+        }),
+        "net_ticks.csv" => numbered("Ticks", &|row| {
+            (638_460_948_300_000_000 + 40_000 * row).to_string()
+        }),
+        "ticks.csv" => numbered("Ticks", &|row| (400 * row).to_string()),
+        "time_us_x100.csv" => numbered("time_us_x100", &|row| (400_000 * row).to_string()),
+        "timestamp_camel.csv" => numbered("timestampMs", &|row| (4 * row).to_string()),
+        "elapsed_camel.csv" => stamped("elapsedSeconds", &|_, t_s| format!("{t_s:.3}")),
+        "gps_utc.csv" => stamped("UTC", &|_, t_s| match t_s < 2.0 {
+            true => format!("{:.3}", 102_058.0 + t_s),
+            false => format!("{:.3}", 102_100.0 + t_s - 2.0),
+        }),
+        "commas_no_header.csv" => {
+            rows(&|_, t_s, [x, y, _]| format!("{t_s:.3},{x},{y}").replace('.', ","))
+        }
+        "ros2.csv" => numbered("sec,nanosec", &|row| {
+            format!("{},{}", 1_700_000_000 + row / 250, row % 250 * 4_000_000)
+        }),
+        "ros1.csv" => numbered("header.seq,header.stamp.secs,header.stamp.nsecs", &|row| {
+            format!(
+                "{row},{},{}",
+                1_700_000_000 + row / 250,
+                row % 250 * 4_000_000
+            )
+        }),
+        "timeval.csv" => numbered("tv_sec,tv_usec", &|row| {
+            format!("{},{}", 7 + row / 250, row % 250 * 4000)
+        }),
+        // Two whole times, not seconds and their fraction.
+        "seconds_and_total.csv" => numbered("time_sec,time_ms", &|row| {
+            format!("{},{}", row / 250, 4 * row)
+        }),
+        "transposed.csv" => {
+            let line = |name: &str, value: &dyn Fn(usize) -> String| {
+                let values: Vec<String> = (0..ROWS).map(value).collect();
+                format!("{name},{}\n", values.join(","))
+            };
+            line("time", &|row| format!("{:.3}", even_s(row))) + &line("force", &first)
+        }
         "time_code.csv" => stamped("Timecode", &|row, _| {
             format!("10:00:{:02}:{:02}", row / 25, row % 25)
         }),
