@@ -1,7 +1,7 @@
 //! Finds the layout of a table from its first lines: separator, preamble, header, units, columns.
 
 use super::cells::{Kind, Numbers, kind};
-use super::clock_time::DAY_S;
+use super::clock_time::{ClockTime, DAY_S};
 use super::head_line::{HeadLine, LineEnds, lines};
 use super::header::{COMMENT, names, unit_row};
 use super::look::{Look, growing, is_counter};
@@ -292,7 +292,13 @@ impl Layout {
             let is_called_so = column.name == name || named(&column.name, false).is_some();
             column.is_left_out |= is_called_so && look.never_falls && look.grows > 0.0;
         }
-        self.columns[at].is_left_out = true;
+        let date = match (self.separator, unit) {
+            (b' ', Some(Unit::Clock)) => date_columns(&rows, at),
+            _ => at..at + 1,
+        };
+        for column in &mut self.columns[date] {
+            column.is_left_out = true;
+        }
         self.time = Some((at, unit));
         Ok(())
     }
@@ -322,9 +328,16 @@ impl Layout {
             return Ok(Some(Unit::PerSecond(unit)));
         }
         if look.is_hhmmss {
+            // Seconds would have had other numbers than 0 to 59 at their end.
+            let or_seconds = match look.max - look.min > 60.0 {
+                true => String::new(),
+                false => format!(
+                    "; or --time-column {} if it counts seconds",
+                    quoted(&format!("{name}:s"))
+                ),
+            };
             return refuse(format!(
-                "column {name} may have times of day as hhmmss, as GPS receivers write them: in Python, d = pandas.read_csv(FILE); t = d.pop({name:?}); d['time_s'] = t // 10000 * 3600 + t // 100 % 100 * 60 + t % 100; ridgetone.fit(d); or --time-column {} if it counts seconds",
-                quoted(&format!("{name}:s"))
+                "column {name} has times of day as hhmmss, as GPS receivers write them: in Python, d = pandas.read_csv(FILE); t = d.pop({name:?}); d['time_s'] = t // 10000 * 3600 + t // 100 % 100 * 60 + t % 100; ridgetone.fit(d){or_seconds}"
             ));
         }
         if look.may_be_days() {
@@ -501,6 +514,20 @@ fn names_values(rows: &[&HeadLine], at: usize) -> bool {
         && changes.count() * 2 > rows.len()
 }
 
+/// Returns the columns whose words are one date with the time of day in column `at`, as in
+/// `Sat Jan 31 12:30:05 2026`.
+fn date_columns(rows: &[&HeadLine], at: usize) -> core::ops::Range<usize> {
+    /// Maximum number of words before and after a time of day.
+    const WORDS_MAX: usize = 3;
+    let ends = || (at + 1..=rows[0].cells.len().min(at + 1 + WORDS_MAX)).rev();
+    let spans = (at.saturating_sub(WORDS_MAX)..=at).flat_map(|from| ends().map(move |to| from..to));
+    let is_clock = |span: &core::ops::Range<usize>| {
+        let mut words = rows.iter().map(|row| row.cells[span.clone()].join(" "));
+        words.all(|words| ClockTime::parse(&words).is_some())
+    };
+    spans.clone().find(is_clock).unwrap_or(at..at + 1)
+}
+
 /// True if every second column has the decimals of the one before, as in `0,004,-1,250`.
 fn has_split_decimals(rows: &[&HeadLine]) -> bool {
     let width = rows[0].cells.len();
@@ -602,7 +629,11 @@ fn way_to_unit(name: &str, unit: &str, look: &Look) -> String {
             option("UNIT")
         );
     }
-    match &meanings(unit)[..] {
+    let mut known = meanings(unit);
+    known.sort_by_key(|unit| {
+        per_second(unit).is_none_or(|unit| !PLAUSIBLE_HZ.contains(&(unit / look.step)))
+    });
+    match &known[..] {
         [] => {}
         [one] => return format!("say so with --time-column {}", option(one)),
         [one, other, ..] => {

@@ -715,7 +715,7 @@ fn plain_form(head: &[u8], found: &Result<Layout, Refused>) -> Option<Form> {
                 .iter()
                 .filter(|column| !column.is_left_out)
                 .count();
-            (form.count() > channels + usize::from(layout.time.is_some())).then_some(form)
+            (form.columns() > channels + usize::from(layout.time.is_some())).then_some(form)
         }
         Ok(_) => None,
     }

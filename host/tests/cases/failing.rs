@@ -96,7 +96,7 @@ const FILES: [Case; 57] = [
     (
         "arduino_monitor_plain.txt",
         &[],
-        Noted(3.7, &["stamp in front"]),
+        Noted(3.7, &["stamp in each line"]),
     ),
     ("labchart.txt", &[], Noted(3.7, &["Interval= 0.005 s"])),
     ("tspair.ascii", &[], Hz(3.7)),
@@ -165,7 +165,7 @@ const FILES: [Case; 57] = [
 ];
 
 /// Generated files of the same kinds, with a tone of 12.34 Hz.
-const TWINS: [Case; 90] = [
+const TWINS: &[Case] = &[
     ("long_fast.csv", &[], Noted(160.0, &["around 160.00 Hz"])),
     ("two_phases.csv", &[], Hz(65.0)),
     ("time_min.csv", &[], Noted(12.34, &["in minutes"])),
@@ -269,6 +269,28 @@ const TWINS: [Case; 90] = [
         "seconds_and_total.csv",
         &[],
         Noted(12.34, &["column time_ms is the time in milliseconds"]),
+    ),
+    ("utc_after_a_space.csv", &[], TONE),
+    ("offset_after_a_space.csv", &[], TONE),
+    ("syslog.csv", &[], TONE),
+    ("syslog.txt", &[], TONE),
+    (
+        "syslog_labels.txt",
+        &[],
+        Noted(12.34, &["stamp in each line"]),
+    ),
+    ("ctime.csv", &[], TONE),
+    ("ctime.txt", &[], TONE),
+    (
+        "json_dates.txt",
+        &[],
+        Noted(12.34, &["stamp in each line", "ax, ay"]),
+    ),
+    ("units_and_dates.csv", &[], Noted(12.34, &["force (N)"])),
+    (
+        "unknown_dates.txt",
+        &[],
+        Refused(&["no line with more numbers than words"]),
     ),
     (
         "transposed.csv",
@@ -438,7 +460,7 @@ fn files_that_failed_are_fitted_or_refused_with_the_way_out() {
 #[test]
 fn made_files_of_their_kinds_are_fitted_or_refused_with_the_way_out() {
     let folder = directory();
-    report(TWINS.into_iter().map(|(name, options, expected)| {
+    report(TWINS.iter().map(|&(name, options, expected)| {
         let path = folder.path().join(name);
         std::fs::write(&path, made(name)).expect("a file");
         (path, options, expected)

@@ -331,6 +331,33 @@ fn failing(name: &str) -> Vec<u8> {
         "seconds_and_total.csv" => numbered("time_sec,time_ms", &|row| {
             format!("{},{}", row / 250, 4 * row)
         }),
+        "utc_after_a_space.csv" => {
+            stamped("time", &|_, t_s| format!("2016-11-24 {} UTC", clock(t_s)))
+        }
+        "offset_after_a_space.csv" => {
+            stamped("time", &|_, t_s| format!("2016-11-24 {} +0200", clock(t_s)))
+        }
+        "syslog.csv" => stamped("time", &|_, t_s| format!("May  1 {}", clock(t_s))),
+        "syslog.txt" => {
+            rows(&|_, t_s, values| format!("May  1 {} {}", clock(t_s), values.join(" ")))
+        }
+        "syslog_labels.txt" => {
+            rows(&|_, t_s, [x, y, _]| format!("May  1 {} host imu: ax={x} ay={y}", clock(t_s)))
+        }
+        "ctime.csv" => stamped("time", &|_, t_s| format!("Thu Nov 24 {} 2016", clock(t_s))),
+        "ctime.txt" => {
+            rows(&|_, t_s, values| format!("Thu Nov 24 {} 2016 {}", clock(t_s), values.join(" ")))
+        }
+        "json_dates.txt" => rows(&|_, t_s, [x, y, _]| {
+            let date = format!("2016-11-24T{}Z", clock(t_s));
+            format!("{{\"ts\": \"{date}\", \"dev\": \"a1\", \"ax\": {x}, \"ay\": {y}}}")
+        }),
+        "units_and_dates.csv" => table("time,force\n", &evenly(), &|_, t_s, [x, ..]| {
+            format!("2016-11-24 {} UTC,{x} N", clock(t_s))
+        }),
+        "unknown_dates.txt" => {
+            rows(&|_, t_s, [x, y, _]| format!("on 2016_11_24-{}: ax={x} ay={y}", clock(t_s)))
+        }
         "transposed.csv" => {
             let line = |name: &str, value: &dyn Fn(usize) -> String| {
                 let values: Vec<String> = (0..ROWS).map(value).collect();
