@@ -182,8 +182,8 @@ impl Layout {
             has_marked_words: has_marked_words(&rows),
             time_units: Vec::new(),
             is_wrapped: false,
-            transposed_rows: (width > TRANSPOSED_MIN && 8 * rows.len() < width)
-                .then_some(rows.len()),
+            transposed_rows: Some(rows.len())
+                .filter(|rows| *rows <= TRANSPOSED_ROWS_MAX && width > 8 * TRANSPOSED_ROWS_MAX),
             has_preamble: lines[..header_at].iter().any(|line| !line.is_comment()),
             is_epoch: false,
         })
@@ -456,8 +456,8 @@ impl Layout {
 /// Number of rows examined to detect a series with several samples per row.
 const WRAPPED_ROWS: usize = 400;
 
-/// Minimum number of columns of a table whose rows may be channels.
-const TRANSPOSED_MIN: usize = 64;
+/// Maximum number of rows that may be channels: those that the estimator takes at once.
+const TRANSPOSED_ROWS_MAX: usize = 16;
 
 /// Rate above which a time without a unit is refused, hertz.
 const RATE_ASKED_HZ: f64 = 1e6;

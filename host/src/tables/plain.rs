@@ -418,15 +418,23 @@ fn split_at_clock(line: &str) -> Option<(&str, &str, &str)> {
     const WORDS_MAX: usize = 3;
     let at = clock_in(line)?;
     let is_edge = |c: char| c.is_whitespace() || ",;|\"'()[]{}<>=".contains(c);
-    let first = line[..at].rfind(is_edge).map_or(0, |edge| edge + 1);
+    let word_at = |end: usize| {
+        let word = line[..end].rsplit(is_edge).next();
+        end - word.map_or(0, str::len)
+    };
+    let mut starts = vec![word_at(at)];
+    for _ in 0..WORDS_MAX {
+        let before = line[..starts[starts.len() - 1]].trim_end_matches(' ');
+        starts.push(word_at(before.len()));
+    }
     let last = line[at..]
         .find(is_edge)
         .map_or(line.len(), |edge| at + edge);
-    let mut starts = vec![first];
-    for _ in 0..WORDS_MAX {
-        let before = line[..starts[starts.len() - 1]].trim_end_matches(' ');
-        starts.push(before.rfind(is_edge).map_or(0, |edge| edge + 1));
-    }
+    // Python's logging puts milliseconds after a comma.
+    let last = match line.as_bytes()[last..] {
+        [b',', a, b, c, b' ', ..] if [a, b, c].iter().all(u8::is_ascii_digit) => last + 4,
+        _ => last,
+    };
     let mut ends = vec![last];
     for _ in 0..WORDS_MAX {
         let from = ends[ends.len() - 1];
@@ -654,6 +662,7 @@ mod tests {
                 "{\"id\": 7, \"ts\": \"2026-01-31T12:30:05.25Z\", \"dev\": \"a1\", \"ax\": 0.1}",
                 "time,\"id\",\"ax\"\n\"2026-01-31T12:30:05.25Z\",7,0.1\n",
             ),
+            ("a\u{a0}12:30:05.25 x=1", "time,\"x\"\n\"12:30:05.25\",1\n"),
             (
                 "Feb  1 12:30:05.25 host imu: x=1 y=2",
                 "time,\"host imu: x\",\"y\"\n\"Feb  1 12:30:05.25\",1,2\n",

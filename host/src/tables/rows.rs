@@ -153,7 +153,8 @@ impl<'a> Rows<'a> {
             return Self::boxed(Box::new(lines.clone().read(all)), file, form, Some(lines));
         }
         let layout = found.map_err(|refused| FileError::new(file, refused.line, refused.why))?;
-        if let Some(rows) = layout.transposed_rows.filter(|_| !form.is_flat) {
+        let is_chosen = form.is_flat || form.has_columns;
+        if let Some(rows) = layout.transposed_rows.filter(|_| !is_chosen) {
             return Err(FileError::new(
                 file,
                 Some(layout.line),
@@ -166,7 +167,7 @@ impl<'a> Rows<'a> {
             let why = "no channel: the table has only a time column, or words";
             return Err(FileError::new(file, layout.header_line, why));
         }
-        if layout.is_wrapped && !form.is_flat && !form.has_columns {
+        if layout.is_wrapped && !is_chosen {
             return Err(FileError::new(file, Some(layout.line), wrapped(&layout)));
         }
         let mut begin = Cursor::new(head);

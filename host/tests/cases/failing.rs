@@ -279,6 +279,7 @@ const TWINS: &[Case] = &[
         &[],
         Noted(12.34, &["stamp in each line"]),
     ),
+    ("python_log.txt", &[], Noted(12.34, &["root: ax, ay"])),
     ("ctime.csv", &[], TONE),
     ("ctime.txt", &[], TONE),
     (

@@ -341,6 +341,10 @@ fn failing(name: &str) -> Vec<u8> {
         "syslog.txt" => {
             rows(&|_, t_s, values| format!("May  1 {} {}", clock(t_s), values.join(" ")))
         }
+        "python_log.txt" => rows(&|_, t_s, [x, y, _]| {
+            let clock = clock(t_s)[..12].replace('.', ",");
+            format!("2016-11-24 {clock} INFO root: ax={x} ay={y}")
+        }),
         "syslog_labels.txt" => {
             rows(&|_, t_s, [x, y, _]| format!("May  1 {} host imu: ax={x} ay={y}", clock(t_s)))
         }
