@@ -1,16 +1,20 @@
 //! Finds the layout of a table from its first lines: separator, preamble, header, units, columns.
 
 use super::cells::{Kind, Numbers, kind};
+use super::clock_time::{ClockTime, DAY_S};
 use super::head_line::{HeadLine, LineEnds, lines};
 use super::header::{COMMENT, names, unit_row};
 use super::look::{Look, growing, is_counter};
 use super::preamble::{Stated, stated};
 use super::refused::Refused;
-use super::stamps::Unit;
+use super::stamps::{TICKS_PER_SECOND, Unit};
 use super::time_column::{
-    Candidate, Likeness, Named, TIME_COLUMN, TimeColumn, UNITS, choose, listed, named, quoted,
+    Candidate, Likeness, Named, SplitTime, TIME_COLUMN, TimeColumn, UNITS, choose, listed, named,
+    quoted,
 };
-use super::units::{Declared, bracketed, declared_time, is_count, is_unit, of_channel, per_second};
+use super::units::{
+    Declared, bracketed, declared_time, is_count, is_unit, meanings, of_channel, per_second,
+};
 use super::wrapped::is_wrapped;
 use crate::digits::significant;
 
@@ -44,6 +48,8 @@ pub struct Layout {
     pub header_line: Option<u64>,
     /// Time column, if there is one, and its unit; `None` if the unit is unknown.
     pub time: Option<(usize, Option<Unit>)>,
+    /// Fraction of the time's seconds, if another column has it.
+    pub fraction: Option<SplitTime>,
     /// Column that looks most like a time despite its name, and plausible units, best first.
     pub likely_time: Option<(usize, Vec<&'static str>)>,
     /// Column that counts the rows, if there is one whose name does not say so.
@@ -58,6 +64,8 @@ pub struct Layout {
     time_units: Vec<&'static str>,
     /// True if the columns are a single series with several samples per row.
     pub is_wrapped: bool,
+    /// Number of rows if there are so few, and so many columns, that each row must be a channel.
+    pub transposed_rows: Option<usize>,
     /// True if lines in front of the header were skipped.
     pub has_preamble: bool,
     /// True if the unit of the time was guessed from the size of its values.
@@ -101,6 +109,9 @@ impl Layout {
             );
             return Err(Refused::new(Some(at), why));
         }
+        // Of a longer file, only the first rows are here.
+        let is_all = |rows: &usize| is_whole || *rows < 3;
+        found.transposed_rows = found.transposed_rows.filter(is_all);
         found.find_time(&lines, time)?;
         found.find_wrapped(&lines);
         found.byte += skip;
@@ -149,6 +160,10 @@ impl Layout {
             );
             return Err(Refused::new(header.map(|at| lines[at].number), why));
         }
+        if separator == b',' && header.is_none() && has_split_decimals(&rows) {
+            let why = "decimals follow commas, which also separate the columns: write points, or separate columns by semicolons";
+            return Err(Refused::new(Some(lines[first].number), why));
+        }
         let header_at = header.unwrap_or(first);
         Ok(Self {
             separator,
@@ -159,6 +174,7 @@ impl Layout {
             lines_before: 0,
             header_line: header.map(|at| lines[at].number),
             time: None,
+            fraction: None,
             likely_time: None,
             row_counter: None,
             stated: None,
@@ -166,6 +182,8 @@ impl Layout {
             has_marked_words: has_marked_words(&rows),
             time_units: Vec::new(),
             is_wrapped: false,
+            transposed_rows: Some(rows.len())
+                .filter(|rows| *rows <= TRANSPOSED_ROWS_MAX && width > 8 * TRANSPOSED_ROWS_MAX),
             has_preamble: lines[..header_at].iter().any(|line| !line.is_comment()),
             is_epoch: false,
         })
@@ -191,6 +209,8 @@ impl Layout {
         let names: Vec<&str> = (self.columns.iter())
             .map(|column| column.name.as_str())
             .collect();
+        let split = SplitTime::find(&names, &looks);
+        let is_split = |at: usize| split.is_some_and(|split| split.has(at));
         let (at, declared) = match wanted {
             Some(TimeColumn::Nothing) => return Ok(()),
             Some(TimeColumn::Named(name, unit)) => {
@@ -206,13 +226,17 @@ impl Layout {
                         "columns {first} and {second} are both called {TIME_COLUMN}"
                     ));
                 }
-                match choose(&candidates(&names, &looks, &unit_at)) {
-                    Ok(Some(found)) => (found.at, found.named.unit),
-                    Ok(None) => {
+                match (choose(&candidates(&names, &looks, &unit_at)), split) {
+                    (Ok(Some(found)), _) if !is_split(found.at) => (found.at, found.named.unit),
+                    (Ok(_), Some(split)) => (split.seconds, Declared::PerSecond(1.0)),
+                    (Ok(_), None) => {
                         self.look_for_likely(&looks);
                         return Ok(());
                     }
-                    Err(all) => {
+                    (Err(all), Some(split)) if all.iter().all(|at| split.has(*at)) => {
+                        (split.seconds, Declared::PerSecond(1.0))
+                    }
+                    (Err(all), _) => {
                         let all: Vec<&str> = all.iter().map(|at| names[*at]).collect();
                         return refuse(format!(
                             "{} may all be the time: choose with --time-column {}, or none",
@@ -249,17 +273,32 @@ impl Layout {
             }
             Declared::Nothing => self.undeclared_unit(&name, look, unit_at(at))?,
         };
+        self.fraction =
+            split.filter(|split| at == split.seconds && unit == Some(Unit::PerSecond(1.0)));
         if wanted.is_none()
+            && self.fraction.is_none()
             && let Some(unit) = unit
         {
             self.check_clocks(&looks, at, unit)?;
         }
         // Other columns of times are not channels.
+        for column in split
+            .iter()
+            .flat_map(|split| [split.seconds, split.fraction])
+        {
+            self.columns[column].is_left_out = true;
+        }
         for (column, look) in self.columns.iter_mut().zip(&looks) {
             let is_called_so = column.name == name || named(&column.name, false).is_some();
             column.is_left_out |= is_called_so && look.never_falls && look.grows > 0.0;
         }
-        self.columns[at].is_left_out = true;
+        let date = match (self.separator, unit) {
+            (b' ', Some(Unit::Clock)) => date_columns(&rows, at),
+            _ => at..at + 1,
+        };
+        for column in &mut self.columns[date] {
+            column.is_left_out = true;
+        }
         self.time = Some((at, unit));
         Ok(())
     }
@@ -287,6 +326,19 @@ impl Layout {
         if let Some(unit) = look.epoch() {
             self.is_epoch = true;
             return Ok(Some(Unit::PerSecond(unit)));
+        }
+        if look.is_hhmmss {
+            // Seconds would have had other numbers than 0 to 59 at their end.
+            let or_seconds = match look.max - look.min > 60.0 {
+                true => String::new(),
+                false => format!(
+                    "; or --time-column {} if it counts seconds",
+                    quoted(&format!("{name}:s"))
+                ),
+            };
+            return refuse(format!(
+                "column {name} has times of day as hhmmss, as GPS receivers write them: in Python, d = pandas.read_csv(FILE); t = d.pop({name:?}); d['time_s'] = t // 10000 * 3600 + t // 100 % 100 * 60 + t % 100; ridgetone.fit(d){or_seconds}"
+            ));
         }
         if look.may_be_days() {
             let option = |unit: &str| quoted(&format!("{name}:{unit}"));
@@ -348,6 +400,10 @@ impl Layout {
     /// If no column is named as a time, uses one that runs at the stated rate, or notes the most
     /// likely one.
     fn look_for_likely(&mut self, looks: &[Look]) {
+        let units = |at: usize, name: &str| match is_count(&name.to_lowercase()) {
+            true if looks[at].epoch().is_none() => Vec::new(),
+            _ => plausible_units(&looks[at]),
+        };
         let mut growing = growing(looks);
         let Some(at) = growing.next() else {
             return;
@@ -363,9 +419,9 @@ impl Layout {
             self.columns[at].is_left_out = self.columns.len() > 1;
             // A time may follow the number of the row.
             let time = growing.find(|at| !looks[*at].counts_rows());
-            self.likely_time = time.map(|at| (at, plausible_units(&looks[at])));
+            self.likely_time = time.map(|at| (at, units(at, &self.columns[at].name)));
         } else {
-            self.likely_time = Some((at, plausible_units(look)));
+            self.likely_time = Some((at, units(at, &self.columns[at].name)));
         }
     }
 
@@ -399,6 +455,9 @@ impl Layout {
 
 /// Number of rows examined to detect a series with several samples per row.
 const WRAPPED_ROWS: usize = 400;
+
+/// Maximum number of rows that may be channels: those that the estimator takes at once.
+const TRANSPOSED_ROWS_MAX: usize = 16;
 
 /// Rate above which a time without a unit is refused, hertz.
 const RATE_ASKED_HZ: f64 = 1e6;
@@ -455,6 +514,35 @@ fn names_values(rows: &[&HeadLine], at: usize) -> bool {
         && changes.count() * 2 > rows.len()
 }
 
+/// Returns the columns whose words are one date with the time of day in column `at`, as in
+/// `Sat Jan 31 12:30:05 2026`.
+fn date_columns(rows: &[&HeadLine], at: usize) -> core::ops::Range<usize> {
+    /// Maximum number of words before and after a time of day.
+    const WORDS_MAX: usize = 3;
+    let ends = || (at + 1..=rows[0].cells.len().min(at + 1 + WORDS_MAX)).rev();
+    let spans = (at.saturating_sub(WORDS_MAX)..=at).flat_map(|from| ends().map(move |to| from..to));
+    let is_clock = |span: &core::ops::Range<usize>| {
+        let mut words = rows.iter().map(|row| row.cells[span.clone()].join(" "));
+        words.all(|words| ClockTime::parse(&words).is_some())
+    };
+    spans.clone().find(is_clock).unwrap_or(at..at + 1)
+}
+
+/// True if every second column has the decimals of the one before, as in `0,004,-1,250`.
+fn has_split_decimals(rows: &[&HeadLine]) -> bool {
+    let width = rows[0].cells.len();
+    let is_padded = |digits: &str| digits.len() > 1 && digits.starts_with('0');
+    let column = |at: usize| rows.iter().map(move |row| row.cells[at].as_str());
+    let is_whole = |cell: &str| cell.parse::<i64>().is_ok() && !is_padded(cell.trim_matches('-'));
+    let is_fraction = |cell: &str| cell.bytes().all(|byte| byte.is_ascii_digit());
+    width.is_multiple_of(2)
+        && (0..width).step_by(2).all(|at| {
+            column(at).all(is_whole)
+                && column(at + 1).all(is_fraction)
+                && column(at + 1).any(is_padded)
+        })
+}
+
 /// True if the rows have words that contain numbers, or numbers with a unit.
 fn has_marked_words(rows: &[&HeadLine]) -> bool {
     let is_marked = |cell: &str| {
@@ -480,7 +568,7 @@ fn find_named(names: &[&str], name: &str) -> Option<usize> {
 }
 
 /// Units of time, with the number of each per second.
-const TIME_UNITS: [(&str, f64); 7] = [
+const TIME_UNITS: [(&str, f64); 8] = [
     ("ms", 1e3),
     ("us", 1e6),
     ("s", 1.0),
@@ -488,6 +576,7 @@ const TIME_UNITS: [(&str, f64); 7] = [
     ("min", 1.0 / 60.0),
     ("h", 1.0 / 3600.0),
     ("d", 1.0 / 86_400.0),
+    ("100ns", TICKS_PER_SECOND),
 ];
 
 /// Finds the unit with which a column has the given rate.
@@ -501,13 +590,24 @@ fn unit_at_rate(look: &Look, hz: f64) -> Option<f64> {
         .find(is_at)
 }
 
-/// Returns units that give a column a plausible rate, best first. Seconds have decimals.
+/// Returns units that give a column a plausible rate, best first. Seconds have decimals; those of
+/// an oscilloscope may have any rate.
 fn plausible_units(look: &Look) -> Vec<&'static str> {
-    let is_plausible = |per_second: f64| PLAUSIBLE_HZ.contains(&(per_second / look.step));
-    let units = TIME_UNITS.iter();
-    let mut units: Vec<_> = units
-        .filter(|(_, per_second)| is_plausible(*per_second))
-        .collect();
+    let known = match look.epoch() {
+        Some(per_second) => Some(per_second),
+        None if look.may_be_days() => Some(1.0 / DAY_S),
+        None => None,
+    };
+    let is_plausible = |(unit, per_second): &&(&str, f64)| match known {
+        Some(known) => known == *per_second,
+        None if look.is_hhmmss || *per_second == TICKS_PER_SECOND => false,
+        None => {
+            let hz = per_second / look.step;
+            let is_scope = *unit == "s" && !look.is_whole && hz > *PLAUSIBLE_HZ.end();
+            PLAUSIBLE_HZ.contains(&hz) || is_scope
+        }
+    };
+    let mut units: Vec<_> = TIME_UNITS.iter().filter(is_plausible).collect();
     // Nearest to the middle of the plausible rates, in tenths of a decade.
     units.sort_by_key(|(unit, per_second)| {
         let middle = 0.5 * (PLAUSIBLE_HZ.start() * PLAUSIBLE_HZ.end()).log10();
@@ -525,9 +625,24 @@ fn way_to_unit(name: &str, unit: &str, look: &Look) -> String {
     }
     if is_count(unit) {
         return format!(
-            "give the rate of the rows with --rate HZ, or the length of one with --time-column {}, or another",
-            option("10us")
+            "give the rate of the rows with --rate HZ, or the length of one as UNIT, such as 10us, with --time-column {}",
+            option("UNIT")
         );
+    }
+    let mut known = meanings(unit);
+    known.sort_by_key(|unit| {
+        per_second(unit).is_none_or(|unit| !PLAUSIBLE_HZ.contains(&(unit / look.step)))
+    });
+    match &known[..] {
+        [] => {}
+        [one] => return format!("say so with --time-column {}", option(one)),
+        [one, other, ..] => {
+            return format!(
+                "it may be {one} or {other}: say which with --time-column {} or --time-column {}",
+                option(one),
+                option(other)
+            );
+        }
     }
     let plausible = plausible_units(look);
     let first = plausible.first().unwrap_or(&"s");

@@ -3,7 +3,7 @@
 use super::cells::{Kind, Numbers};
 use super::clock_time::ClockTime;
 use super::head_line::HeadLine;
-use super::stamps::{Stamps, Unit};
+use super::stamps::{Stamps, TICKS_PER_SECOND, Unit, are_ticks};
 
 /// Range of plausible times, seconds since 1970: the years 2000 to 2100.
 const EPOCH_S: core::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
@@ -14,6 +14,8 @@ pub struct Look {
     pub is_whole: bool,
     pub first: f64,
     pub last: f64,
+    pub min: f64,
+    pub max: f64,
     /// Median step.
     pub step: f64,
     pub rows: usize,
@@ -23,6 +25,8 @@ pub struct Look {
     pub never_falls: bool,
     /// True if the times run backwards.
     pub falls: bool,
+    /// True if all numbers are times of day without colons, such as `102030.25`.
+    pub is_hhmmss: bool,
 }
 
 impl Look {
@@ -38,15 +42,15 @@ impl Look {
         } else {
             Unit::PerSecond(1.0)
         });
-        let cells = rows.iter().map(|row| row.cells[at].as_str());
-        let read: Vec<f64> = cells
+        let cells = || rows.iter().map(|row| row.cells[at].as_str());
+        let read: Vec<f64> = cells()
             .filter_map(|cell| stamps.seconds(cell, &numbers))
             .collect();
         let steps: Vec<f64> = read.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let grown = steps.iter().filter(|step| **step > 0.0).count();
         let mut sorted = steps.clone();
         sorted.sort_by(f64::total_cmp);
-        let (min, step, max) = match sorted[..] {
+        let (small, step, large) = match sorted[..] {
             [] => (0.0, 0.0, 0.0),
             _ => {
                 let at = |tenth: usize| sorted[sorted.len() * tenth / 10];
@@ -58,12 +62,15 @@ impl Look {
             is_whole: read.iter().all(|value| value.fract() == 0.0),
             first: read.first().copied().unwrap_or(f64::NAN),
             last: read.last().copied().unwrap_or(f64::NAN),
+            min: read.iter().copied().fold(f64::INFINITY, f64::min),
+            max: read.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             step,
             falls: steps.len() > 3 && steps.iter().all(|step| *step < 0.0),
             rows: read.len(),
             grows: grown as f64 / steps.len().max(1) as f64,
+            is_hhmmss: rows.len() > 2 && cells().all(is_hhmmss),
             never_falls: steps.iter().all(|step| *step >= 0.0),
-            is_steady: min > 0.0 && max < 3.0 * min,
+            is_steady: small > 0.0 && large < 3.0 * small,
         }
     }
 
@@ -88,8 +95,25 @@ impl Look {
     pub fn epoch(&self) -> Option<f64> {
         let is_now = |per_second: &f64| EPOCH_S.contains(&(self.first / per_second));
         // Seconds are not tried: they may be microseconds since a board's start.
-        [1e3, 1e6, 1e9].into_iter().find(is_now)
+        let ticks = || are_ticks(self.first).then_some(TICKS_PER_SECOND);
+        [1e3, 1e6, 1e9].into_iter().find(is_now).or_else(ticks)
     }
+
+    /// True if the column may have the whole seconds of a clock.
+    pub fn may_be_seconds(&self) -> bool {
+        let is_dated = EPOCH_S.contains(&self.first);
+        self.is_whole && !self.is_clock && self.never_falls && (self.grows > 0.0 || is_dated)
+    }
+}
+
+/// True for a number such as `102030.25` that may be a time of day, as GPS receivers write it.
+fn is_hhmmss(cell: &str) -> bool {
+    let (digits, _) = cell.split_once(['.', ',']).unwrap_or((cell, ""));
+    let below = |from: usize, limit: u32| {
+        let part = digits.get(from..from + 2);
+        part.is_some_and(|part| part.parse::<u32>().is_ok_and(|part| part < limit))
+    };
+    digits.len() == 6 && below(0, 24) && below(2, 60) && below(4, 60)
 }
 
 /// Words in the names of columns that count rows.

@@ -85,7 +85,10 @@ impl Form {
         let cells = line
             .split(separators)
             .map(|cell| cell.trim_matches([' ', '"']).to_owned());
-        let names: Vec<String> = cells.collect();
+        let mut names: Vec<String> = cells.collect();
+        if self.has_stamp && names.len() == self.count + 1 {
+            names.remove(0);
+        }
         let is_header = names.len() == self.count && names.iter().all(|name| !name.is_empty());
         let has_number = Line::of(line, self.decimals).is_some();
         (is_header && !has_number).then(|| (names, line.trim().to_owned()))
@@ -149,9 +152,9 @@ impl Form {
         Some(time.into_iter().chain(quoted).collect::<Vec<_>>().join(","))
     }
 
-    /// Returns the number of values in a line, without the time stamp.
-    pub fn count(&self) -> usize {
-        self.count
+    /// Returns the number of values in a line, including the time stamp.
+    pub fn columns(&self) -> usize {
+        self.count + usize::from(self.has_stamp)
     }
 
     pub fn added_lines(&self) -> u64 {
@@ -161,7 +164,7 @@ impl Form {
     /// Describes how the lines were read.
     pub fn guessed(&self) -> String {
         let stamp = if self.has_stamp {
-            "the time is the stamp in front of each line"
+            "the time is the stamp in each line"
         } else {
             ""
         };
@@ -222,15 +225,24 @@ impl Form {
 
 impl<'a> Line<'a> {
     fn of(text: &'a str, decimals: u8) -> Option<Self> {
-        let (stamp, mut rest) = stamped(text.trim());
+        let (mut front, stamp, mut rest) = stamped(text.trim());
+        if clock_in(front).or(clock_in(rest)).is_some() {
+            return None;
+        }
         let (mut numbers, mut texts) = (Vec::new(), Vec::new());
         loop {
+            // Text directly in front of the stamp is dropped.
+            let part = match number(front, numbers.is_empty(), decimals) {
+                Some(_) => &mut front,
+                None => &mut rest,
+            };
+            let rest = part;
             let Some((from, to)) = number(rest, numbers.is_empty(), decimals) else {
-                texts.push(rest);
+                texts.push(*rest);
                 break;
             };
             let (text, number) = (&rest[..from], &rest[from..to]);
-            rest = &rest[to..];
+            *rest = &rest[to..];
             // The uncertainty of the number before.
             if !numbers.is_empty() && matches!(text.trim(), "\u{b1}" | "+-" | "+/-") {
                 continue;
@@ -284,8 +296,9 @@ impl<'a> Line<'a> {
         }
         let named = |at: usize| {
             let label = self.split(at).1;
-            // `"acc": {"x": 0.1`
-            let parts = label
+            // `"acc": {"x": 0.1`, after other keys with words
+            let keys = label.rsplit(',').next().unwrap_or_default();
+            let parts = keys
                 .split(['"', '{', '[', ':', ' '])
                 .filter(|part| !part.is_empty());
             match label.contains('"') {
@@ -386,9 +399,62 @@ fn decimals(lines: &[&str]) -> u8 {
     }
 }
 
-/// Splits off a stamp that a terminal puts in front of a line, such as `14:14:15.657 -> ` or
-/// `[14:14:15.657] `.
-fn stamped(line: &str) -> (Option<&str>, &str) {
+/// Finds the hour of the first time of day with two colons, and the end of the time of day.
+fn clock_in(text: &str) -> Option<usize> {
+    let is_clock = |part: &[u8]| {
+        let mut marks = part.iter().zip(b"0:00:00");
+        marks.all(|(byte, mark)| match mark {
+            b':' => byte == mark,
+            _ => byte.is_ascii_digit(),
+        })
+    };
+    text.as_bytes().windows(7).position(is_clock)
+}
+
+/// Splits a line at the longest date or time of day around its first time of day. Returns the text
+/// before, the stamp, and the text after.
+fn split_at_clock(line: &str) -> Option<(&str, &str, &str)> {
+    /// Maximum number of words before and after a time of day, as in `Sat Jan 31 12:30:05 UTC 2026`.
+    const WORDS_MAX: usize = 3;
+    let at = clock_in(line)?;
+    let is_edge = |c: char| c.is_whitespace() || ",;|\"'()[]{}<>=".contains(c);
+    let word_at = |end: usize| {
+        let word = line[..end].rsplit(is_edge).next();
+        end - word.map_or(0, str::len)
+    };
+    let mut starts = vec![word_at(at)];
+    for _ in 0..WORDS_MAX {
+        let before = line[..starts[starts.len() - 1]].trim_end_matches(' ');
+        starts.push(word_at(before.len()));
+    }
+    let last = line[at..]
+        .find(is_edge)
+        .map_or(line.len(), |edge| at + edge);
+    // Python's logging puts milliseconds after a comma.
+    let last = match line.as_bytes()[last..] {
+        [b',', a, b, c, b' ', ..] if [a, b, c].iter().all(u8::is_ascii_digit) => last + 4,
+        _ => last,
+    };
+    let mut ends = vec![last];
+    for _ in 0..WORDS_MAX {
+        let from = ends[ends.len() - 1];
+        let blanks = line[from..].len() - line[from..].trim_start_matches(' ').len();
+        let end = line[from + blanks..].find(is_edge);
+        ends.push(end.map_or(line.len(), |edge| from + blanks + edge));
+    }
+    let spans = starts
+        .iter()
+        .rev()
+        .flat_map(|from| ends.iter().rev().map(move |to| (*from, *to)));
+    let mut clocks = spans.filter(|(from, to)| ClockTime::parse(line[*from..*to].trim()).is_some());
+    let (from, to) = clocks.next()?;
+    Some((&line[..from], line[from..to].trim(), &line[to..]))
+}
+
+/// Splits a line at its stamp. A terminal may put it in front, such as `14:14:15.657 -> ` or
+/// `[14:14:15.657] `; a log may have a date or a time of day with two colons anywhere. Returns the
+/// text before, the stamp, and the text after.
+fn stamped(line: &str) -> (&str, Option<&str>, &str) {
     // A sentence of NMEA 0183 ends with its checksum: `$PXDR,0.5*4A`.
     let line = match line.rsplit_once('*') {
         Some((sentence, checksum)) if line.starts_with('$') && checksum.len() == 2 => sentence,
@@ -402,11 +468,15 @@ fn stamped(line: &str) -> (Option<&str>, &str) {
         Some((stamp, rest)) if ClockTime::parse(stamp.trim()).is_some() => {
             let rest = rest.trim_start();
             (
+                "",
                 Some(stamp.trim()),
                 rest.strip_prefix("->").unwrap_or(rest).trim_start(),
             )
         }
-        _ => (None, line),
+        _ => match split_at_clock(line) {
+            Some((front, stamp, rest)) => (front, Some(stamp), rest),
+            None => ("", None, line),
+        },
     }
 }
 
@@ -588,6 +658,15 @@ mod tests {
                 "\"t\",\"v\",\"v_2\",\"v_3\"\n0.1,1,null,3\n",
             ),
             ("adc 0x0A3F", "\"adc\"\n0x0A3F\n"),
+            (
+                "{\"id\": 7, \"ts\": \"2026-01-31T12:30:05.25Z\", \"dev\": \"a1\", \"ax\": 0.1}",
+                "time,\"id\",\"ax\"\n\"2026-01-31T12:30:05.25Z\",7,0.1\n",
+            ),
+            ("a\u{a0}12:30:05.25 x=1", "time,\"x\"\n\"12:30:05.25\",1\n"),
+            (
+                "Feb  1 12:30:05.25 host imu: x=1 y=2",
+                "time,\"host imu: x\",\"y\"\n\"Feb  1 12:30:05.25\",1,2\n",
+            ),
         ] {
             assert_eq!(plain(line).as_deref(), Some(expected), "{line}");
         }
@@ -603,6 +682,7 @@ mod tests {
             "{read}"
         );
         assert_eq!(plain("no numbers at all"), None);
+        assert_eq!(plain("day 3 of 2026_01_31-12:30:05.25, 0.5"), None);
         let prose = "Take 2 of them\nor 3 if there are 4\nbut never 5, 6 or 7\nand so on until 8\n";
         assert_eq!(Form::of(prose, false), None);
     }

@@ -6,7 +6,7 @@ use super::layout::{Column, Layout};
 use super::plain::Form;
 use super::refused::Refused;
 use super::row_reader::{RowReader, Timing};
-use super::stamps::{Stamps, Unit};
+use super::stamps::{Stamps, TICKS_PER_SECOND, Unit};
 use super::time_column::{TIME_COLUMN, TimeColumn, UNITS, listed, quoted};
 use super::units::unit_name;
 use crate::digits::significant;
@@ -153,13 +153,21 @@ impl<'a> Rows<'a> {
             return Self::boxed(Box::new(lines.clone().read(all)), file, form, Some(lines));
         }
         let layout = found.map_err(|refused| FileError::new(file, refused.line, refused.why))?;
+        let is_chosen = form.is_flat || form.has_columns;
+        if let Some(rows) = layout.transposed_rows.filter(|_| !is_chosen) {
+            return Err(FileError::new(
+                file,
+                Some(layout.line),
+                transposed(&layout, rows),
+            ));
+        }
         let channels = layout.columns.iter().filter(|column| !column.is_left_out);
         let names: Vec<String> = channels.map(|column| column.name.clone()).collect();
         if names.is_empty() {
             let why = "no channel: the table has only a time column, or words";
             return Err(FileError::new(file, layout.header_line, why));
         }
-        if layout.is_wrapped && !form.is_flat && !form.has_columns {
+        if layout.is_wrapped && !is_chosen {
             return Err(FileError::new(file, Some(layout.line), wrapped(&layout)));
         }
         let mut begin = Cursor::new(head);
@@ -282,6 +290,13 @@ impl<'a> Rows<'a> {
             (Some((at, _)), Some(stamps)) => {
                 let cell = cells(&row.record, separator).nth(at).unwrap_or_default();
                 row.time_s = stamps.seconds(cell, &self.numbers);
+                if let Some(split) = self.layout.fraction {
+                    let cell = cells(&row.record, separator).nth(split.fraction);
+                    let part = cell.and_then(|cell| self.numbers.number(cell));
+                    let part = part.filter(|part| (0.0..split.per_second).contains(part));
+                    let add = |seconds: f64| Some(seconds + part? / split.per_second);
+                    row.time_s = row.time_s.and_then(add);
+                }
                 let name = &self.layout.columns[at].name;
                 row.time_s.is_none().then(|| match is_numeric(cell) {
                     true => format!("column {name}: {cell:?} {OTHER_DECIMALS}"),
@@ -554,7 +569,8 @@ impl RowReader for Rows<'_> {
             guessed.push("no header: columns are named column_1, column_2, ...".into());
         }
         let left_out = |(at, column): (usize, &Column)| {
-            let is_time = self.layout.time.is_some_and(|(time, _)| time == at);
+            let is_fraction = self.layout.fraction.is_some_and(|split| split.has(at));
+            let is_time = is_fraction || self.layout.time.is_some_and(|(time, _)| time == at);
             (column.is_left_out && !is_time && !column.name.is_empty()).then(|| column.name.clone())
         };
         let left_out: Vec<String> = self
@@ -598,13 +614,18 @@ impl RowReader for Rows<'_> {
             };
             let unit = match unit {
                 Unit::Clock => "as a date or a time of day".to_owned(),
+                Unit::PerSecond(TICKS_PER_SECOND) => "in units of 100 ns".to_owned(),
                 Unit::PerSecond(per_second) if self.layout.is_epoch => {
                     format!("in {} since 1970, by its size", unit_name(per_second))
                 }
                 Unit::PerSecond(per_second) => format!("in {}", unit_name(per_second)),
             };
-            if name != TIME_COLUMN {
-                guessed.push(format!("column {name} is the time {unit}"));
+            let fraction = self.layout.fraction.map_or(String::new(), |split| {
+                let name = &self.layout.columns[split.fraction].name;
+                format!(", with its fraction in column {name}")
+            });
+            if name != TIME_COLUMN || !fraction.is_empty() {
+                guessed.push(format!("column {name} is the time {unit}{fraction}"));
             }
         }
         guessed.extend(
@@ -640,6 +661,19 @@ fn others(units: &[&str]) -> String {
         [] => format!(" (or another of {UNITS})"),
         _ => String::new(),
     }
+}
+
+/// Returns advice for a table whose rows are channels.
+fn transposed(layout: &Layout, rows: usize) -> String {
+    let names = if layout.columns[0].is_left_out {
+        ", index_col=0"
+    } else {
+        ""
+    };
+    format!(
+        "{rows} rows of {} columns: each row seems to be a channel; in Python, ridgetone.fit(pandas.read_csv(FILE, header=None{names}).T), with rate_hz=HZ if none of them is the time",
+        layout.columns.len()
+    )
 }
 
 /// Returns advice for a series with several samples per row.
@@ -682,7 +716,7 @@ fn plain_form(head: &[u8], found: &Result<Layout, Refused>) -> Option<Form> {
                 .iter()
                 .filter(|column| !column.is_left_out)
                 .count();
-            (form.count() > channels + usize::from(layout.time.is_some())).then_some(form)
+            (form.columns() > channels + usize::from(layout.time.is_some())).then_some(form)
         }
         Ok(_) => None,
     }

@@ -6,9 +6,62 @@ use super::clock_time::{ClockTime, DAY_S};
 /// Values at which microcontrollers' counters wrap: 16 and 32 bits.
 const WRAPS: [f64; 2] = [65_536.0, 4_294_967_296.0];
 
-/// Seconds from 1904, from which LabVIEW counts, to 1970; and its counts for the years 2000 to 2035.
-const FROM_1904_S: f64 = 2_082_844_800.0;
-const SINCE_1904_S: core::ops::Range<f64> = 3_029_529_600.0..4_165_689_600.0;
+/// Start of a count other than 1970.
+#[derive(Debug)]
+struct Origin {
+    /// Units per second in which the program counts.
+    per_second: f64,
+    /// Seconds from the start to 1970.
+    before_1970_s: f64,
+    note: &'static str,
+}
+
+/// Number of .NET's and Windows' ticks per second.
+pub const TICKS_PER_SECOND: f64 = 1e7;
+
+const ORIGINS: [Origin; 5] = [
+    Origin {
+        per_second: 1.0,
+        before_1970_s: 2_082_844_800.0,
+        note: "it counts from 1904, as LabVIEW does",
+    },
+    Origin {
+        per_second: TICKS_PER_SECOND,
+        before_1970_s: 11_644_473_600.0,
+        note: "it counts from 1601, as Windows does",
+    },
+    Origin {
+        per_second: TICKS_PER_SECOND,
+        before_1970_s: 62_135_596_800.0,
+        note: "it counts from the year 1, as .NET does",
+    },
+    Origin {
+        per_second: 1.0 / DAY_S,
+        before_1970_s: 25_569.0 * DAY_S,
+        note: "it counts from 1900, as spreadsheets do",
+    },
+    Origin {
+        per_second: 1.0 / DAY_S,
+        before_1970_s: 719_529.0 * DAY_S,
+        note: "it counts from the year 0, as MATLAB does",
+    },
+];
+
+/// Years 2000 to 2035, seconds since 1970.
+const THIS_TIME_S: core::ops::Range<f64> = 946_684_800.0..2_082_844_800.0;
+
+/// Finds the start of a count, other than 1970, that gives a date between 2000 and 2035.
+fn origin(count: f64, per_second: f64) -> Option<&'static Origin> {
+    let mut known = ORIGINS
+        .iter()
+        .filter(|origin| origin.per_second == per_second);
+    known.find(|origin| THIS_TIME_S.contains(&(count / per_second - origin.before_1970_s)))
+}
+
+/// True for the count of .NET's or Windows' ticks at a date between 2000 and 2035.
+pub fn are_ticks(count: f64) -> bool {
+    origin(count, TICKS_PER_SECOND).is_some()
+}
 
 /// Steps of daylight saving time, seconds.
 const SAVING_S: f64 = 3600.0;
@@ -34,7 +87,8 @@ pub struct Stamps {
     before: Option<f64>,
     /// Latest positive step between two stamps.
     step_s: Option<f64>,
-    is_since_1904: bool,
+    /// Start of the count, if it is not 1970.
+    origin: Option<&'static Origin>,
     has_wrapped: bool,
     has_passed_midnight: bool,
     has_saved: bool,
@@ -47,7 +101,7 @@ impl Stamps {
             offset: 0.0,
             before: None,
             step_s: None,
-            is_since_1904: false,
+            origin: None,
             has_wrapped: false,
             has_passed_midnight: false,
             has_saved: false,
@@ -59,9 +113,11 @@ impl Stamps {
         let (read, per_second) = match self.unit {
             Unit::PerSecond(per_second) => {
                 let read = numbers.number(cell).filter(|read| !read.is_nan())?;
-                if self.before.is_none() && SINCE_1904_S.contains(&(read / per_second)) {
-                    self.offset = -FROM_1904_S * per_second;
-                    self.is_since_1904 = true;
+                if self.before.is_none()
+                    && let Some(origin) = origin(read, per_second)
+                {
+                    self.offset = -origin.before_1970_s * per_second;
+                    self.origin = Some(origin);
                 }
                 self.follow_counter(read);
                 (read, per_second)
@@ -112,7 +168,6 @@ impl Stamps {
     /// Returns the assumptions made about the rows so far.
     pub fn guessed(&self) -> impl Iterator<Item = &'static str> + use<> {
         let notes = [
-            (self.is_since_1904, "it counts from 1904, as LabVIEW does"),
             (self.has_wrapped, "its counter wraps and was unrolled"),
             (self.has_passed_midnight, "it passes midnight"),
             (
@@ -120,9 +175,13 @@ impl Stamps {
                 "a step of an hour is taken for daylight saving",
             ),
         ];
-        notes
+        let notes = notes
             .into_iter()
-            .filter_map(|(has, note)| has.then_some(note))
+            .filter_map(|(has, note)| has.then_some(note));
+        self.origin
+            .map(|origin| origin.note)
+            .into_iter()
+            .chain(notes)
     }
 }
 
@@ -151,8 +210,19 @@ mod tests {
     }
 
     #[test]
-    fn labview_counts_from_1904() {
-        // `date -u -d 2026-03-05T12:00:00 +%s` is 1772712000.
+    fn programs_count_from_other_years_than_1970() {
+        // `date -u -d 2026-03-05T12:00:00 +%s` is 1772712000; in Python,
+        // `(datetime(2026, 3, 5, 12) - datetime(1601, 1, 1)).total_seconds()` is 13417185600.
+        for (per_second, cell) in [
+            (1e7, "134171856000000000"),
+            (1e7, "639083088000000000"),
+            (1.0 / DAY_S, "46086.5"),
+            (1.0 / DAY_S, "740046.5"),
+        ] {
+            let (read, notes) = seconds(Unit::PerSecond(per_second), &[cell]);
+            assert!((read[0] - 1_772_712_000.0).abs() < 1e-3, "{cell}: {read:?}");
+            assert_eq!(notes.len(), 1, "{cell}");
+        }
         let (read, notes) = seconds(Unit::PerSecond(1.0), &["3855556800.0", "3855556800.5"]);
         assert_eq!(
             (read, notes.len()),

@@ -1,6 +1,7 @@
 //! Finds the time column and its unit.
 
-use super::units::{Declared, bracketed, declared_time, per_second};
+use super::look::Look;
+use super::units::{Declared, bracketed, declared_time, lower_words, per_second};
 
 /// Name of the column that is time in seconds.
 pub const TIME_COLUMN: &str = "time_s";
@@ -105,7 +106,7 @@ pub fn named(name: &str, is_steady: bool) -> Option<Named> {
     if name == TIME_COLUMN {
         return make(Likeness::Exact, Declared::PerSecond(1.0));
     }
-    let name = name.trim().to_lowercase();
+    let name = lower_words(name);
     if let Some((_, Some(unit))) = TIME_NAMES.iter().find(|(known, _)| *known == name) {
         return make(Likeness::WithUnit, Declared::PerSecond(*unit));
     }
@@ -139,6 +140,49 @@ pub fn named(name: &str, is_steady: bool) -> Option<Named> {
         (Declared::Nothing, [_]) => make(Likeness::Bare, unit),
         (Declared::Nothing, _) => make(Likeness::Contains, unit),
         _ => make(Likeness::WithUnit, unit),
+    }
+}
+
+/// Time in two columns, such as `stamp.sec` and `stamp.nanosec`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplitTime {
+    pub seconds: usize,
+    pub fraction: usize,
+    /// Number of units of the fraction per second.
+    pub per_second: f64,
+}
+
+impl SplitTime {
+    /// Finds a column of whole seconds, and one of its fraction whose name differs only in the
+    /// unit.
+    pub fn find(names: &[&str], looks: &[Look]) -> Option<Self> {
+        let units = names.iter().enumerate().filter_map(|(at, name)| {
+            let name = lower_words(name);
+            let unit = name.rsplit(|c: char| !c.is_alphanumeric()).next()?;
+            let per_second = per_second(unit)?;
+            Some((at, name[..name.len() - unit.len()].to_owned(), per_second))
+        });
+        let units: Vec<(usize, String, f64)> = units.collect();
+        let mut whole = units
+            .iter()
+            .filter(|(at, _, per_second)| *per_second == 1.0 && looks[*at].may_be_seconds());
+        whole.find_map(|(seconds, before, _)| {
+            let is_fraction = |(at, name, per_second): &&(usize, String, f64)| {
+                let look = &looks[*at];
+                let is_in_range = look.min >= 0.0 && look.max < *per_second;
+                name == before && *per_second > 1.0 && look.is_whole && is_in_range
+            };
+            let (fraction, _, per_second) = units.iter().find(is_fraction)?;
+            Some(Self {
+                seconds: *seconds,
+                fraction: *fraction,
+                per_second: *per_second,
+            })
+        })
+    }
+
+    pub fn has(&self, column: usize) -> bool {
+        column == self.seconds || column == self.fraction
     }
 }
 
@@ -209,6 +253,8 @@ mod tests {
         for (name, expected) in [
             ("time_s", Some(Some(1.0))),
             ("time_ms", Some(Some(1e3))),
+            ("timeStampMs", Some(Some(1e3))),
+            ("elapsedSeconds", Some(Some(1.0))),
             ("Time [us]", Some(Some(1e6))),
             ("t (s)", Some(Some(1.0))),
             ("Timestamp", Some(None)),

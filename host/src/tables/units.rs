@@ -42,6 +42,7 @@ const TIMES: [(f64, &[&str]); 12] = [
         &[
             "ns",
             "nsec",
+            "nsecs",
             "nanos",
             "nanosec",
             "nanosecond",
@@ -186,9 +187,30 @@ pub fn bracketed(name: &str) -> Option<(&str, &str)> {
     ))
 }
 
+/// Returns a name in lower case. If its last word, after a capital, is a unit, its words are
+/// separated: `timeStampMs` becomes `time stamp ms`. Two small letters must precede a capital: `mV`
+/// is one word.
+pub fn lower_words(name: &str) -> String {
+    let name = name.trim();
+    let (mut words, mut last, mut small) = (String::new(), 0, 0);
+    for (at, c) in name.char_indices() {
+        if c.is_uppercase() && small > 1 {
+            words.push(' ');
+            last = at;
+        }
+        small = if c.is_lowercase() { small + 1 } else { 0 };
+        words.extend(c.to_lowercase());
+    }
+    let unit = name[last..].to_lowercase();
+    match last > 0 && unit.len() > 1 && per_second_of(&unit).is_some() {
+        true => words,
+        false => name.to_lowercase(),
+    }
+}
+
 /// Returns the unit of time that a column's name declares.
 pub fn declared_time(name: &str) -> Declared {
-    let lower = name.trim().to_lowercase();
+    let lower = lower_words(name);
     let is_between = |c: char| !c.is_alphanumeric() && !matches!(c, 'µ' | 'μ');
     if let Some((_, inside)) = bracketed(&lower) {
         if let Some(known) = per_second(inside) {
@@ -198,7 +220,7 @@ pub fn declared_time(name: &str) -> Declared {
             .split(is_between)
             .filter(|word| !word.is_empty())
             .collect();
-        if words.iter().any(|word| PARTS.contains(word)) {
+        if words.iter().any(|word| part(word).is_some()) {
             return Declared::Unknown(inside.to_owned());
         }
         if let Some(at) = words.iter().position(|word| per_second(word).is_some()) {
@@ -242,6 +264,14 @@ fn declared_last(name: &str, before: &str, last: &str) -> Declared {
         }
         Some(known) => Declared::PerSecond(known),
         None if NO_TIMES.contains(&last) => Declared::Unknown(last.to_owned()),
+        // `time_us_x100`
+        None if last.len() > 1
+            && last.starts_with('x')
+            && is_factor(last)
+            && per_second(before).is_some() =>
+        {
+            Declared::Unknown(format!("{before} {last}"))
+        }
         None => Declared::Nothing,
     }
 }
@@ -255,17 +285,42 @@ fn is_factor(word: &str) -> bool {
 }
 
 /// Words for a part of a unit, as in `hundredths of a second`.
-const PARTS: [&str; 9] = [
-    "half",
-    "tenth",
-    "tenths",
-    "hundredth",
-    "hundredths",
-    "thousandth",
-    "thousandths",
-    "millionth",
-    "millionths",
+const PARTS: [(&str, &str); 5] = [
+    ("half", "2"),
+    ("tenth", "10"),
+    ("hundredth", "100"),
+    ("thousandth", "1000"),
+    ("millionth", "1000000"),
 ];
+
+/// Returns the number of parts in a whole for a word such as `hundredths`.
+fn part(word: &str) -> Option<&'static str> {
+    let word = word.strip_suffix('s').unwrap_or(word);
+    let known = PARTS.iter().find(|(known, _)| *known == word)?;
+    Some(known.1)
+}
+
+/// Returns the possible meanings of a unit that is not clear: `sec x 100` is a hundredth of a
+/// second or 100 s, `hundredths of a second` is `s/100`, and `m` is a minute or a millisecond.
+pub fn meanings(unit: &str) -> Vec<String> {
+    if unit == "m" {
+        return vec!["min".into(), "ms".into()];
+    }
+    let mut words = unit.split(|c: char| !c.is_alphanumeric());
+    let Some(known) = words.clone().find(|word| per_second_of(word).is_some()) else {
+        return Vec::new();
+    };
+    if let Some(parts) = words.clone().find_map(part) {
+        return vec![format!("{known}/{parts}")];
+    }
+    let factors = |word: &'_ str| {
+        let number = word.trim_start_matches('x');
+        number.parse::<u32>().ok().filter(|factor| *factor > 0)
+    };
+    words.find_map(factors).map_or(Vec::new(), |factor| {
+        vec![format!("{known}/{factor}"), format!("{factor}{known}")]
+    })
+}
 
 pub fn is_count(unit: &str) -> bool {
     unit.split(|c: char| !c.is_alphanumeric())
@@ -354,8 +409,25 @@ mod tests {
             ("time_2", Nothing),
             ("Time (fortnights)", Unknown("fortnights".into())),
             ("time_ticks", Unknown("ticks".into())),
+            ("timestampMs", PerSecond(1e3)),
+            ("TimeStampNs", PerSecond(1e9)),
+            ("TimeUS", PerSecond(1e6)),
+            ("elapsedSeconds", PerSecond(1.0)),
+            ("SampleTimeFine", Nothing),
+            ("Time (mS)", PerSecond(1e3)),
+            ("time_us_x100", Unknown("us x100".into())),
         ] {
             assert_eq!(declared_time(name), expected, "{name}");
+        }
+        for (unit, expected) in [
+            ("us x100", &["us/100", "100us"][..]),
+            ("sec x 100", &["sec/100", "100sec"]),
+            ("hundredths of a second", &["second/100"]),
+            ("m", &["min", "ms"]),
+            ("furlongs", &[]),
+        ] {
+            assert_eq!(meanings(unit), expected, "{unit}");
+            assert!(expected.iter().all(|unit| per_second(unit).is_some()));
         }
         assert_eq!(of_channel("Force [N]").as_deref(), Some("N"));
         assert_eq!(of_channel("ain0_mV").as_deref(), Some("mV"));

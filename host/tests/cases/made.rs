@@ -299,6 +299,83 @@ fn failing(name: &str) -> Vec<u8> {
                 format!("    {:.7}   {x:.7}   {y:.7}   {z:.7}", t_s / 1e3)
             })
         ),
+        "excel_date.csv" => stamped("Date", &|_, t_s| {
+            format!("{:.10}", 45_366.430_9 + t_s / 86_400.0)
+        }),
+        "scope.csv" => stamped("X", &|_, t_s| format!("{:.9}", 1e-3 * t_s)),
+        "time_m.csv" => stamped("Time (m)", &|_, t_s| format!("{:.9}", t_s / 60.0)),
+        "filetime.csv" => numbered("Timestamp", &|row| {
+            (133_549_716_300_000_000 + 40_000 * row).to_string()
+        }),
+        "net_ticks.csv" => numbered("Ticks", &|row| {
+            (638_460_948_300_000_000 + 40_000 * row).to_string()
+        }),
+        "ticks.csv" => numbered("Ticks", &|row| (400 * row).to_string()),
+        "time_us_x100.csv" => numbered("time_us_x100", &|row| (400_000 * row).to_string()),
+        "timestamp_camel.csv" => numbered("timestampMs", &|row| (4 * row).to_string()),
+        "elapsed_camel.csv" => stamped("elapsedSeconds", &|_, t_s| format!("{t_s:.3}")),
+        "gps_utc.csv" => stamped("UTC", &|_, t_s| match t_s < 2.0 {
+            true => format!("{:.3}", 102_058.0 + t_s),
+            false => format!("{:.3}", 102_100.0 + t_s - 2.0),
+        }),
+        "commas_no_header.csv" => {
+            rows(&|_, t_s, [x, y, _]| format!("{t_s:.3},{x},{y}").replace('.', ","))
+        }
+        "ros2.csv" => numbered("sec,nanosec", &|row| {
+            format!("{},{}", 1_700_000_000 + row / 250, row % 250 * 4_000_000)
+        }),
+        "ros1.csv" => numbered("header.seq,header.stamp.secs,header.stamp.nsecs", &|row| {
+            format!(
+                "{row},{},{}",
+                1_700_000_000 + row / 250,
+                row % 250 * 4_000_000
+            )
+        }),
+        "timeval.csv" => numbered("tv_sec,tv_usec", &|row| {
+            format!("{},{}", 7 + row / 250, row % 250 * 4000)
+        }),
+        // Two whole times, not seconds and their fraction.
+        "seconds_and_total.csv" => numbered("time_sec,time_ms", &|row| {
+            format!("{},{}", row / 250, 4 * row)
+        }),
+        "utc_after_a_space.csv" => {
+            stamped("time", &|_, t_s| format!("2016-11-24 {} UTC", clock(t_s)))
+        }
+        "offset_after_a_space.csv" => {
+            stamped("time", &|_, t_s| format!("2016-11-24 {} +0200", clock(t_s)))
+        }
+        "syslog.csv" => stamped("time", &|_, t_s| format!("May  1 {}", clock(t_s))),
+        "syslog.txt" => {
+            rows(&|_, t_s, values| format!("May  1 {} {}", clock(t_s), values.join(" ")))
+        }
+        "python_log.txt" => rows(&|_, t_s, [x, y, _]| {
+            let clock = clock(t_s)[..12].replace('.', ",");
+            format!("2016-11-24 {clock} INFO root: ax={x} ay={y}")
+        }),
+        "syslog_labels.txt" => {
+            rows(&|_, t_s, [x, y, _]| format!("May  1 {} host imu: ax={x} ay={y}", clock(t_s)))
+        }
+        "ctime.csv" => stamped("time", &|_, t_s| format!("Thu Nov 24 {} 2016", clock(t_s))),
+        "ctime.txt" => {
+            rows(&|_, t_s, values| format!("Thu Nov 24 {} 2016 {}", clock(t_s), values.join(" ")))
+        }
+        "json_dates.txt" => rows(&|_, t_s, [x, y, _]| {
+            let date = format!("2016-11-24T{}Z", clock(t_s));
+            format!("{{\"ts\": \"{date}\", \"dev\": \"a1\", \"ax\": {x}, \"ay\": {y}}}")
+        }),
+        "units_and_dates.csv" => table("time,force\n", &evenly(), &|_, t_s, [x, ..]| {
+            format!("2016-11-24 {} UTC,{x} N", clock(t_s))
+        }),
+        "unknown_dates.txt" => {
+            rows(&|_, t_s, [x, y, _]| format!("on 2016_11_24-{}: ax={x} ay={y}", clock(t_s)))
+        }
+        "transposed.csv" => {
+            let line = |name: &str, value: &dyn Fn(usize) -> String| {
+                let values: Vec<String> = (0..ROWS).map(value).collect();
+                format!("{name},{}\n", values.join(","))
+            };
+            line("time", &|row| format!("{:.3}", even_s(row))) + &line("force", &first)
+        }
         "time_code.csv" => stamped("Timecode", &|row, _| {
             format!("10:00:{:02}:{:02}", row / 25, row % 25)
         }),
