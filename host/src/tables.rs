@@ -27,7 +27,7 @@ pub use rounding::{Spacing, spacing};
 pub use row_reader::{OpenRows, PROGRESS_ROWS, RowReader, Timing, ValueAt, check_order};
 pub use rows::{Rows, TableForm};
 pub use table::Table;
-pub use time_column::{TIME_COLUMN, TimeColumn, listed};
+pub use time_column::{SplitTime, TIME_COLUMN, TimeColumn, listed};
 pub use units::{bracketed, of_channel, per_second};
 
 /// Parses a date or time of day in any form found in tables. Returns seconds since 1970 or

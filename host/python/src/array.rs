@@ -224,6 +224,21 @@ pub fn time_unit(unit: &str) -> Option<f64> {
     tables::per_second(unit).map(f64::recip)
 }
 
+/// Returns pairs of columns whose names are those of seconds and their fraction: the two positions,
+/// and the fraction's unit in seconds.
+#[pyfunction]
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "a Python list is converted to a vector"
+)]
+pub fn split_times(names: Vec<String>) -> Vec<(usize, usize, f64)> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let pairs = tables::SplitTime::named(&names).into_iter();
+    pairs
+        .map(|pair| (pair.seconds, pair.fraction, pair.per_second.recip()))
+        .collect()
+}
+
 /// True if a column's name marks it as a time.
 #[pyfunction]
 pub fn is_time(name: &str) -> bool {

@@ -55,6 +55,7 @@ fn _ridgetone(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<work::Fitted>()?;
     module.add_function(wrap_pyfunction!(array::time_unit, module)?)?;
     module.add_function(wrap_pyfunction!(array::is_time, module)?)?;
+    module.add_function(wrap_pyfunction!(array::split_times, module)?)?;
     module.add_function(wrap_pyfunction!(array::declared_unit, module)?)?;
     module.add_function(wrap_pyfunction!(work::fit, module)?)?;
     module.add_function(wrap_pyfunction!(work::fit_windows, module)?)?;

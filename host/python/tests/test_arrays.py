@@ -212,6 +212,11 @@ def test_data_frames_have_names_and_times() -> None:
         found = rt.fit(given)
         assert found.frequency_hz == pytest.approx(known["frequency_hz"], rel=1e-9) and found.from_s == 0
     assert rt.fit(array, time_s=dates).frequency_hz == pytest.approx(known["frequency_hz"], rel=1e-9)
+    rows = np.arange(1000)
+    stamps = {"header.stamp.secs": 1_700_000_000 + rows // 250, "header.stamp.nsecs": 4_000_000 * (rows % 250)}
+    split = rt.fit(frame.assign(**stamps))
+    assert split.frequency_hz == pytest.approx(known["frequency_hz"], rel=1e-7) and split.status == known["status"]
+    assert [channel.name for channel in split.channels] == ["x", "y", "z"]
     missing = frame.astype("Float64").mask(np.repeat((np.arange(1000) % 7 == 0)[:, None], 3, axis=1))
     assert rt.fit(missing, 250).readings_missing == rt.fit(np.where((np.arange(1000) % 7 == 0)[:, None], np.nan, array), 250).readings_missing
     assert [channel.name for channel in rt.fit(frame["y"], 250).channels] == ["y"]

@@ -153,9 +153,18 @@ pub struct SplitTime {
 }
 
 impl SplitTime {
-    /// Finds a column of whole seconds, and one of its fraction whose name differs only in the
-    /// unit.
+    /// Finds a column of whole seconds and one of its fraction.
     pub fn find(names: &[&str], looks: &[Look]) -> Option<Self> {
+        let fits = |split: &Self| {
+            let (seconds, fraction) = (&looks[split.seconds], &looks[split.fraction]);
+            let is_in_range = fraction.min >= 0.0 && fraction.max < split.per_second;
+            seconds.may_be_seconds() && fraction.is_whole && is_in_range
+        };
+        Self::named(names).into_iter().find(fits)
+    }
+
+    /// Returns all pairs of columns whose names differ only in the unit, seconds and a smaller one.
+    pub fn named(names: &[&str]) -> Vec<Self> {
         let units = names.iter().enumerate().filter_map(|(at, name)| {
             let name = lower_words(name);
             let unit = name.rsplit(|c: char| !c.is_alphanumeric()).next()?;
@@ -163,22 +172,18 @@ impl SplitTime {
             Some((at, name[..name.len() - unit.len()].to_owned(), per_second))
         });
         let units: Vec<(usize, String, f64)> = units.collect();
-        let mut whole = units
-            .iter()
-            .filter(|(at, _, per_second)| *per_second == 1.0 && looks[*at].may_be_seconds());
-        whole.find_map(|(seconds, before, _)| {
-            let is_fraction = |(at, name, per_second): &&(usize, String, f64)| {
-                let look = &looks[*at];
-                let is_in_range = look.min >= 0.0 && look.max < *per_second;
-                name == before && *per_second > 1.0 && look.is_whole && is_in_range
-            };
-            let (fraction, _, per_second) = units.iter().find(is_fraction)?;
-            Some(Self {
+        let whole = units.iter().filter(|(.., per_second)| *per_second == 1.0);
+        let pairs = whole.flat_map(|(seconds, before, _)| {
+            let same = units
+                .iter()
+                .filter(move |(_, name, per_second)| name == before && *per_second > 1.0);
+            same.map(|(fraction, _, per_second)| Self {
                 seconds: *seconds,
                 fraction: *fraction,
                 per_second: *per_second,
             })
-        })
+        });
+        pairs.collect()
     }
 
     pub fn has(&self, column: usize) -> bool {

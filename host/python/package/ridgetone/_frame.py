@@ -27,11 +27,17 @@ class Framed:
     def __init__(self, frame: Any, time_column: str | None, needs_time: bool) -> None:
         names = [str(name) for name in frame.columns]
         columns = [_numbers(_column(frame, at)) for at in range(len(names))]
-        at, unit = _time(names, columns, time_column)
-        self.time_s = None if at is None else _seconds(columns[at], unit)
-        if at is None and time_column is None and needs_time:
+        split = _split_time(names, columns) if time_column is None and "time_s" not in names else None
+        at, unit = (None, 1.0) if split else _time(names, columns, time_column)
+        self.time_s: Array | None = None
+        if split:
+            self.time_s = columns[split[0]].astype(np.float64) + columns[split[1]] * split[2]
+        elif at is not None:
+            self.time_s = _seconds(columns[at], unit)
+        elif time_column is None and needs_time:
             self.time_s = _index_s(getattr(frame, "index", None))
-        channels = [(name, values) for number, (name, values) in enumerate(zip(names, columns, strict=True)) if number != at]
+        times = split[:2] if split else (at,)
+        channels = [(name, values) for number, (name, values) in enumerate(zip(names, columns, strict=True)) if number not in times]
         used = [(name, values.astype(np.float64)) for name, values in channels if values.dtype.kind in "biuf"]
         if words := [name for name, values in channels if values.dtype.kind not in "biuf"]:
             warnings.warn(f"no numbers, and so no channels: {', '.join(words)}", stacklevel=5)
@@ -89,6 +95,20 @@ def _time(names: list[str], columns: list[npt.NDArray[Any]], time_column: str | 
         several = ", ".join(names[at] for at in dates)
         raise _ridgetone.UsageError(f'{several} may all be the time: choose with time_column="{names[dates[0]]}", or "none"')
     return (dates[0] if dates else None), 1.0
+
+
+def _split_time(names: list[str], columns: list[npt.NDArray[Any]]) -> tuple[int, int, float] | None:
+    """Returns the indices of a column of whole seconds and of one of its fraction, as for a file, and the fraction's unit in seconds."""
+    for at, fraction_at, unit_s in _ridgetone.split_times(names):
+        seconds, fraction = columns[at], columns[fraction_at]
+        if seconds.dtype.kind not in "iuf" or fraction.dtype.kind not in "iuf" or not len(seconds):
+            continue
+        is_dated = 946_684_800 <= seconds[0] < 4_102_444_800
+        is_clock = np.all(np.diff(seconds.astype(np.float64)) >= 0) and (is_dated or seconds[-1] > seconds[0])
+        is_whole = np.all(seconds == np.floor(seconds)) and np.all(fraction == np.floor(fraction))
+        if is_clock and is_whole and np.all((fraction >= 0) & (fraction * unit_s < 1)):
+            return at, fraction_at, unit_s
+    return None
 
 
 def _named_unit(name: str, values: npt.NDArray[Any]) -> float | None:
