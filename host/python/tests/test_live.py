@@ -19,7 +19,9 @@ def test_the_emulated_board_is_listened_to_set_and_recorded(tmp_path: Path, run:
                 assert board.set(window_s=0.5, stride_s=0.1).window_s == 0.5
                 with pytest.raises(rt.UsageError, match="0.1 to 3.9"):
                     board.set(window_s=9)
-        assert board.counts["missing"] == 0 and board.counts["received"] >= len(events)
+        # A computer that is too slow for the pace repeats its requests, and the board may drop replies. It counts them.
+        dropped = [event.messages_dropped for event in events if isinstance(event, rt.Health)][-1]
+        assert board.counts["missing"] == dropped and board.counts["received"] >= len(events)
     windows = [event.window_s for event in events if isinstance(event, rt.Estimate) and event.span == "window"]
     assert len(windows) > 5 and all(abs(window_s - 0.5) < 0.01 for window_s in windows)
     frames = [event for event in events if isinstance(event, rt.Raw)]
