@@ -220,7 +220,7 @@ fn block(t_s: f64) -> i64 {
 /// Maximum relative difference between two crystals; an unmeasured skew may be as large.
 const CRYSTALS: f64 = 100e-6;
 
-/// Resolution of a receipt's time, seconds.
+/// Minimum scatter: the resolution of a receipt's time, seconds.
 const SCATTER_MIN_S: f64 = 1e-6;
 
 /// Returns the slope of the line below all delays and its standard deviation; the slope is 0 unless
@@ -285,15 +285,14 @@ mod tests {
     const EPOCH_NS: f64 = 1.769_862_605e18;
 
     #[test]
-    fn a_single_least_delay_has_no_known_uncertainty() {
+    fn a_single_minimum_delay_has_no_known_uncertainty() {
         let sigma_s = |lasts_s: f64| clock(0.0, 0.0, lasts_s, 1).utc(0.0).unwrap().sigma_s;
         assert_eq!([sigma_s(0.01), sigma_s(0.24)], [None; 2]);
         assert!(sigma_s(1.0).is_some_and(|sigma_s| sigma_s > SCATTER_MIN_S));
     }
 
     /// Returns a clock that has taken the frames of a board that is slow by `slow` and started at
-    /// `begun_s`. Delays are `least_s`, plus an exponential part with a mean of a millisecond, and
-    /// sometimes 16 ms.
+    /// `begun_s`. Delays are exponential with a mean of a millisecond, and sometimes 16 ms longer.
     fn clock(slow: f64, begun_s: f64, lasts_s: f64, seed: u64) -> UtcClock {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut clock = UtcClock::default();

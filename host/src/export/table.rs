@@ -19,7 +19,7 @@ pub enum Kind {
     Estimates,
     /// A row for each event `track`: short fits of windows in fast succession.
     Tracks,
-    /// A row for each raw frame, in volts: as `fit` and `replay` read it.
+    /// A row for each raw frame, in volts, for `fit` and `replay`.
     Frames,
     /// A row for each second: counters and readings.
     Health,

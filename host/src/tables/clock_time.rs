@@ -8,6 +8,10 @@ use std::borrow::Cow;
 /// Seconds per day.
 pub const DAY_S: f64 = 86_400.0;
 
+/// Maximum number of words of a date before its time of day, and after it, as in
+/// `Sat Jan 31 12:30:05 UTC 2026`.
+pub const WORDS_MAX: usize = 3;
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClockTime {
     /// Seconds since 1970: with an offset from UTC, or `Z`.
@@ -154,8 +158,8 @@ fn zone_s(text: &str) -> Option<f64> {
     is_offset.then(|| offset_s.copysign(if text.starts_with('-') { -1.0 } else { 1.0 }))
 }
 
-/// Parses `20260131123005.25`, or the same with milliseconds appended, or with a separator between
-/// date and time. Returns seconds since 1970.
+/// Parses `20260131123005.25`. Milliseconds may follow without a point, and a space, `T` or `_`
+/// may separate date and time. Returns seconds since 1970.
 fn compact(text: &str) -> Option<f64> {
     let joined;
     let text = match text.as_bytes().get(8) {

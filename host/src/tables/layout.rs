@@ -1,7 +1,7 @@
 //! Finds the layout of a table from its first lines: separator, preamble, header, units, columns.
 
 use super::cells::{Kind, Numbers, kind};
-use super::clock_time::{ClockTime, DAY_S};
+use super::clock_time::{ClockTime, DAY_S, WORDS_MAX};
 use super::head_line::{HeadLine, LineEnds, lines};
 use super::header::{COMMENT, names, unit_row};
 use super::look::{Look, growing, is_counter};
@@ -17,6 +17,7 @@ use super::units::{
 };
 use super::wrapped::is_wrapped;
 use crate::digits::significant;
+use ridgetone_proto::settings::TAXELS;
 
 /// Separators in the order of preference. A space stands for any white space.
 const SEPARATORS: [u8; 5] = [b',', b';', b'\t', b' ', b'|'];
@@ -182,8 +183,7 @@ impl Layout {
             has_marked_words: has_marked_words(&rows),
             time_units: Vec::new(),
             is_wrapped: false,
-            transposed_rows: Some(rows.len())
-                .filter(|rows| *rows <= TRANSPOSED_ROWS_MAX && width > 8 * TRANSPOSED_ROWS_MAX),
+            transposed_rows: Some(rows.len()).filter(|rows| *rows <= TAXELS && width > 8 * TAXELS),
             has_preamble: lines[..header_at].iter().any(|line| !line.is_comment()),
             is_epoch: false,
         })
@@ -328,7 +328,7 @@ impl Layout {
             return Ok(Some(Unit::PerSecond(unit)));
         }
         if look.is_hhmmss {
-            // Seconds would have had other numbers than 0 to 59 at their end.
+            // A count of seconds over more than a minute would also end in 60 to 99.
             let or_seconds = match look.max - look.min > 60.0 {
                 true => String::new(),
                 false => format!(
@@ -456,9 +456,6 @@ impl Layout {
 /// Number of rows examined to detect a series with several samples per row.
 const WRAPPED_ROWS: usize = 400;
 
-/// Maximum number of rows that may be channels: those that the estimator takes at once.
-const TRANSPOSED_ROWS_MAX: usize = 16;
-
 /// Rate above which a time without a unit is refused, hertz.
 const RATE_ASKED_HZ: f64 = 1e6;
 
@@ -517,8 +514,6 @@ fn names_values(rows: &[&HeadLine], at: usize) -> bool {
 /// Returns the columns whose words are one date with the time of day in column `at`, as in
 /// `Sat Jan 31 12:30:05 2026`.
 fn date_columns(rows: &[&HeadLine], at: usize) -> core::ops::Range<usize> {
-    /// Maximum number of words before and after a time of day.
-    const WORDS_MAX: usize = 3;
     let ends = || (at + 1..=rows[0].cells.len().min(at + 1 + WORDS_MAX)).rev();
     let spans = (at.saturating_sub(WORDS_MAX)..=at).flat_map(|from| ends().map(move |to| from..to));
     let is_clock = |span: &core::ops::Range<usize>| {
@@ -590,14 +585,11 @@ fn unit_at_rate(look: &Look, hz: f64) -> Option<f64> {
         .find(is_at)
 }
 
-/// Returns units that give a column a plausible rate, best first. Seconds have decimals; those of
-/// an oscilloscope may have any rate.
+/// Returns the units that give a column a plausible rate, best first. A column with decimals is
+/// most likely in seconds, at an oscilloscope's rate too.
 fn plausible_units(look: &Look) -> Vec<&'static str> {
-    let known = match look.epoch() {
-        Some(per_second) => Some(per_second),
-        None if look.may_be_days() => Some(1.0 / DAY_S),
-        None => None,
-    };
+    let days = || look.may_be_days().then_some(1.0 / DAY_S);
+    let known = look.epoch().or_else(days);
     let is_plausible = |(unit, per_second): &&(&str, f64)| match known {
         Some(known) => known == *per_second,
         None if look.is_hhmmss || *per_second == TICKS_PER_SECOND => false,
@@ -751,7 +743,8 @@ fn no_rows(lines: &[HeadLine]) -> Refused {
     Refused::new(line, why)
 }
 
-/// True for a time code such as `10:00:00:05`; a fraction of a second usually has three digits, sometimes one.
+/// True for a time code such as `10:00:00:05`. A fraction of a second usually has three digits,
+/// sometimes one.
 fn ends_in_video_frames(cell: &str) -> bool {
     let parts: Vec<&str> = cell.split(':').collect();
     let are_numbers = cell.chars().all(|c| c.is_ascii_digit() || c == ':');

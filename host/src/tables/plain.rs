@@ -4,7 +4,7 @@
 //! A line consists of numbers with text around them. If nearly all lines have the same text, it
 //! names the columns: `x:0.12,y:0.3`, `0.10 s,1.2 N`, `[0.1 0.2]`, `{"a": 1, "b": 2}`.
 
-use super::clock_time::ClockTime;
+use super::clock_time::{ClockTime, WORDS_MAX};
 use super::units::bracketed;
 use std::borrow::Cow;
 use std::io::{self, BufRead, BufReader, Read};
@@ -226,17 +226,17 @@ impl Form {
 impl<'a> Line<'a> {
     fn of(text: &'a str, decimals: u8) -> Option<Self> {
         let (mut front, stamp, mut rest) = stamped(text.trim());
-        if clock_in(front).or(clock_in(rest)).is_some() {
+        // A time of day of unknown form would be split into numbers.
+        if clock_in(front).is_some() || clock_in(rest).is_some() {
             return None;
         }
         let (mut numbers, mut texts) = (Vec::new(), Vec::new());
         loop {
             // Text directly in front of the stamp is dropped.
-            let part = match number(front, numbers.is_empty(), decimals) {
+            let rest = match number(front, numbers.is_empty(), decimals) {
                 Some(_) => &mut front,
                 None => &mut rest,
             };
-            let rest = part;
             let Some((from, to)) = number(rest, numbers.is_empty(), decimals) else {
                 texts.push(*rest);
                 break;
@@ -399,7 +399,7 @@ fn decimals(lines: &[&str]) -> u8 {
     }
 }
 
-/// Finds the hour of the first time of day with two colons, and the end of the time of day.
+/// Returns the position of the first time of day with two colons: that of its hour's last digit.
 fn clock_in(text: &str) -> Option<usize> {
     let is_clock = |part: &[u8]| {
         let mut marks = part.iter().zip(b"0:00:00");
@@ -414,8 +414,6 @@ fn clock_in(text: &str) -> Option<usize> {
 /// Splits a line at the longest date or time of day around its first time of day. Returns the text
 /// before, the stamp, and the text after.
 fn split_at_clock(line: &str) -> Option<(&str, &str, &str)> {
-    /// Maximum number of words before and after a time of day, as in `Sat Jan 31 12:30:05 UTC 2026`.
-    const WORDS_MAX: usize = 3;
     let at = clock_in(line)?;
     let is_edge = |c: char| c.is_whitespace() || ",;|\"'()[]{}<>=".contains(c);
     let word_at = |end: usize| {

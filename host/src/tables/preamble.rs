@@ -64,7 +64,7 @@ const OTHERS: [&str; 12] = [
 /// Words for processing that makes the rows slower than the stated rate.
 const THINNED: [&str; 3] = ["decimation", "downsampl", "averaging"];
 
-/// Values after such a word that leave every row.
+/// Values after one of these words that mean no such processing.
 const UNTHINNED: [&str; 5] = ["off", "no", "none", "0", "1"];
 
 /// Units of a rate, in hertz.
@@ -203,7 +203,7 @@ fn key(before: &[String]) -> (String, Option<&str>) {
         .collect();
     let is_whole = ends(&words.join(" "), &RATES);
     let last = words.last().copied();
-    let unit = last.filter(|word| words.len() > 1 && !is_whole && is_unit(word));
+    let unit = last.filter(|word| words.len() > 1 && !is_whole && is_unit_of_rows(word));
     if unit.is_some() {
         words.pop();
     }
@@ -221,7 +221,7 @@ fn unit(after: &[String]) -> &str {
         .iter()
         .find_map(|of| word.strip_suffix(of))
         .unwrap_or(word);
-    if is_key || number(word).is_some() || is_cell && !is_unit(word) {
+    if is_key || number(word).is_some() || is_cell && !is_unit_of_rows(word) {
         return "";
     }
     word
@@ -235,7 +235,8 @@ fn hz_of(unit: &str) -> Option<f64> {
         .map(|(_, hz)| *hz)
 }
 
-fn is_unit(word: &str) -> bool {
+/// True for a unit of a rate or of an interval.
+fn is_unit_of_rows(word: &str) -> bool {
     hz_of(word).is_some() || per_second(word).is_some()
 }
 

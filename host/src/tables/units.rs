@@ -313,11 +313,11 @@ pub fn meanings(unit: &str) -> Vec<String> {
     if let Some(parts) = words.clone().find_map(part) {
         return vec![format!("{known}/{parts}")];
     }
-    let factors = |word: &'_ str| {
+    let factors = |word: &str| {
         let number = word.trim_start_matches('x');
         number.parse::<u32>().ok().filter(|factor| *factor > 0)
     };
-    words.find_map(factors).map_or(Vec::new(), |factor| {
+    words.find_map(factors).map_or_else(Vec::new, |factor| {
         vec![format!("{known}/{factor}"), format!("{factor}{known}")]
     })
 }

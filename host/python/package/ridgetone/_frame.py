@@ -103,6 +103,7 @@ def _split_time(names: list[str], columns: list[npt.NDArray[Any]]) -> tuple[int,
         seconds, fraction = columns[at], columns[fraction_at]
         if seconds.dtype.kind not in "iuf" or fraction.dtype.kind not in "iuf" or not len(seconds):
             continue
+        # The years 2000 to 2100, as for a file.
         is_dated = 946_684_800 <= seconds[0] < 4_102_444_800
         is_clock = np.all(np.diff(seconds.astype(np.float64)) >= 0) and (is_dated or seconds[-1] > seconds[0])
         is_whole = np.all(seconds == np.floor(seconds)) and np.all(fraction == np.floor(fraction))
